@@ -1,0 +1,152 @@
+"""Time of one motion centroid of a 256x256 image, beside OpenCV's dense optical flow and background subtraction.
+
+    python benchmarks/centroid_speed.py [--frames N] [--json FILE]
+
+All methods see the same synthetic sequence in the same run and are timed from the grey image to the centroid, smoothing
+included, on one thread. Their turns alternate, so that a busy machine slows all of them. Printed are the median over
+all images, the error of the centroid against the body's true centre, and how many times faster normal flow is.
+"""
+
+import argparse
+import json
+import math
+import time
+from collections import deque
+
+import cv2
+import numpy as np
+
+from drake_tracker.vision.normal_flow import NormalFlow, NormalFlowParameters
+from drake_tracker.vision.region_centroid import mean_centroid
+
+SIZE = 256
+FLOW_THRESHOLD = 0.45
+"""Least displacement between consecutive images of a pixel that moves in the dense flow [px]: half the body's own."""
+
+
+def sequence(count, speed=0.9, seed=0):
+    """Yields (grey uint8 image, true (u, v)): a textured bright body on a textured dark table, with sensor noise."""
+    rng = np.random.default_rng(seed)
+    table = 45.0 + 5.0 * cv2.GaussianBlur(rng.normal(size=(SIZE, SIZE)), (0, 0), 2.0) * 7.0
+    body = 165.0 + 14.0 * cv2.GaussianBlur(rng.normal(size=(18, 40)), (0, 0), 1.5) * 5.0
+    coverage = np.ones_like(body)
+    for k in range(count):
+        angle = speed * k / 70.0
+        centre = np.array([128.0 + 70.0 * np.cos(angle), 128.0 + 45.0 * np.sin(angle)])
+        heading = np.arctan2(45.0 * np.cos(angle), -70.0 * np.sin(angle))
+        c, s = np.cos(heading), np.sin(heading)
+        R = np.array([[c, -s], [s, c]])
+        M = np.column_stack([R, centre - R @ [(body.shape[1] - 1) / 2, (body.shape[0] - 1) / 2]])
+        alpha = cv2.warpAffine(coverage, M, (SIZE, SIZE), flags=cv2.INTER_LINEAR)
+        paint = cv2.warpAffine(body, M, (SIZE, SIZE), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        image = table * (1.0 - alpha) + paint * alpha + rng.normal(scale=2.0, size=table.shape)
+        yield np.clip(np.rint(image), 0, 255).astype(np.uint8), centre
+
+
+class NormalFlowMethod:
+    """The whole path: smoothing, three buffered images, mask and centroid."""
+
+    def __init__(self, **overrides):
+        self._flow = NormalFlow(NormalFlowParameters.preset("scaled", **overrides))
+        self._buffer = deque(maxlen=self._flow.buffer_length)
+        self.delay = self._flow.stamp_age_cycles
+
+    def __call__(self, grey):
+        self._buffer.append(self._flow.smooth(grey))
+        if len(self._buffer) < self._flow.buffer_length:
+            return None
+        images = tuple(self._buffer)[:: self._flow.stride]
+        return self._flow.centroid(self._flow.mask(*images), images[1])
+
+
+class DenseFlowMethod:
+    """DIS optical flow, ultrafast preset: the mean of the pixels whose flow exceeds a threshold."""
+
+    delay = 0.5
+
+    def __init__(self):
+        self._dis = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
+        self._last = None
+
+    def __call__(self, grey):
+        last, self._last = self._last, grey
+        if last is None:
+            return None
+        flow = self._dis.calc(last, grey, None)
+        speed = cv2.magnitude(flow[..., 0], flow[..., 1])
+        return mean_centroid(cv2.compare(speed, FLOW_THRESHOLD, cv2.CMP_GT))
+
+
+class BackgroundMethod:
+    """MOG2 background subtraction: the mean of the foreground pixels."""
+
+    delay = 0
+
+    def __init__(self):
+        self._model = cv2.createBackgroundSubtractorMOG2(detectShadows=False)
+
+    def __call__(self, grey):
+        return mean_centroid(self._model.apply(grey))
+
+
+METHODS = {
+    "normal flow, integer": NormalFlowMethod,
+    "normal flow, integer, hull": lambda: NormalFlowMethod(centroid="hull"),
+    "normal flow, float": lambda: NormalFlowMethod(path="float"),
+    "DIS optical flow, ultrafast": DenseFlowMethod,
+    "MOG2 background": BackgroundMethod,
+}
+
+
+def measure(frames, rounds=3):
+    """Returns {method: {median_us, rms_px, times_normal_flow}} over a sequence of ``frames`` images.
+
+    In each round every method, made anew, runs through the whole sequence.
+    """
+    images, centres = zip(*sequence(frames))
+    skip = frames // 4  # The first images warm the caches and teach MOG2 its background.
+    seconds = {name: [] for name in METHODS}
+    errors = {name: [] for name in METHODS}
+    for _ in range(rounds):
+        for name, make in METHODS.items():
+            method = make()
+            for k, grey in enumerate(images):
+                start = time.perf_counter()
+                region = method(grey)
+                elapsed = time.perf_counter() - start
+                if k < skip:
+                    continue
+                seconds[name].append(elapsed)
+                if region is not None:
+                    described = k - method.delay
+                    true_centre = (centres[math.floor(described)] + centres[math.ceil(described)]) / 2
+                    errors[name].append(np.array(region[:2]) - true_centre)
+    medians = {name: float(np.median(values)) for name, values in seconds.items()}
+    return {
+        name: {
+            "median_us": 1e6 * medians[name],
+            "rms_px": float(np.sqrt(np.mean(np.square(errors[name])))),
+            "times_normal_flow": medians[name] / medians["normal flow, integer"],
+        }
+        for name in METHODS
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--frames", type=int, default=300, help="images in the sequence (default 300)")
+    parser.add_argument("--json", metavar="FILE", help="also write the results to FILE")
+    args = parser.parse_args()
+    cv2.setNumThreads(1)
+    results = measure(args.frames)
+    print(f"one centroid of a {SIZE}x{SIZE} image, one thread, median over {args.frames} images, 3 rounds")
+    print(f"{'method':<30}{'time [us]':>11}{'error rms [px]':>16}{'x normal flow':>15}")
+    for name, row in results.items():
+        print(f"{name:<30}{row['median_us']:>11.0f}{row['rms_px']:>16.2f}{row['times_normal_flow']:>15.1f}")
+    if args.json:
+        with open(args.json, "w", encoding="utf-8") as file:
+            json.dump({"opencv": cv2.__version__, "frames": args.frames, "methods": results}, file, indent=2)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,71 @@
+"""One step of differential inverse kinematics within the arm's joint and speed limits."""
+
+import numpy as np
+from pydrake.math import RotationMatrix
+from pydrake.multibody.inverse_kinematics import (
+    DifferentialInverseKinematicsParameters,
+    DifferentialInverseKinematicsStatus,
+    DoDifferentialInverseKinematics,
+)
+
+SPEED_SHARE = 0.95
+"""Share of each joint's rated speed that a set-point may use: the rest is the joint servo's, to correct with."""
+LIMIT_MARGIN = np.deg2rad(2.0)
+"""Distance that set-points keep from each joint limit [rad]."""
+
+
+def make_parameters(model, time_step):
+    """Returns Drake's parameters of the step for an `ArmModel` and a set-point period [s]."""
+    n = model.num_joints
+    parameters = DifferentialInverseKinematicsParameters(n, n)
+    parameters.set_time_step(time_step)
+    speed = SPEED_SHARE * model.velocity_limit
+    parameters.set_joint_velocity_limits((-speed, speed))
+    parameters.set_joint_position_limits((model.position_lower + LIMIT_MARGIN, model.position_upper - LIMIT_MARGIN))
+    return parameters
+
+
+def step_joints(model, parameters, q, X_WT_desired):
+    """Moves the set-point q [rad] towards the pose X_WT_desired by one period.
+
+    The motion keeps the direction of the remaining displacement and is slowed where a limit demands it.
+
+    Returns:
+      (q_next, ok): the next set-point, and whether it follows without being slowed or stuck.
+    """
+    time_step = parameters.get_time_step()
+    X_WT, J_WT = model.tool_pose_and_jacobian(q)
+    R_error = X_WT_desired.rotation() @ X_WT.rotation().inverse()
+    displacement = np.concatenate([rotation_vector(R_error), X_WT_desired.translation() - X_WT.translation()])
+    V_WT = displacement / time_step
+    result = DoDifferentialInverseKinematics(q, np.zeros_like(q), V_WT, J_WT, parameters)
+    if result.status == DifferentialInverseKinematicsStatus.kNoSolutionFound or result.joint_velocities is None:
+        return np.array(q), False
+    v = np.asarray(result.joint_velocities)
+    reached = np.linalg.norm(J_WT @ v - V_WT) <= 1e-3 * max(1.0, np.linalg.norm(V_WT))
+    return q + time_step * v, bool(reached)
+
+
+def rehearse(model, parameters, q, tool_poses, tolerance):
+    """Runs the set-points ahead along ``tool_poses`` and says whether the arm can follow.
+
+    Args:
+      q: set-point to start from [rad].
+      tool_poses: the X_WT desired at each period to come.
+      tolerance: greatest distance [m] from a desired position at which the arm still counts as following.
+
+    Returns:
+      bool.
+    """
+    for X_WT_desired in tool_poses:
+        q, _ = step_joints(model, parameters, q, X_WT_desired)
+        error = model.tool_pose(q).translation() - X_WT_desired.translation()
+        if np.linalg.norm(error) > tolerance:
+            return False
+    return True
+
+
+def rotation_vector(R):
+    """Returns the rotation vector [rad] (axis times angle) of a RotationMatrix."""
+    angle_axis = RotationMatrix(R).ToAngleAxis()
+    return angle_axis.angle() * angle_axis.axis()

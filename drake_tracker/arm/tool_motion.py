@@ -1,0 +1,133 @@
+"""Straight-line motions of the tool relative to the object, one after the other without a jerk."""
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+
+from drake_tracker.arm.tool_yaw import FLIP_DURATION, best_branch, must_flip
+from drake_tracker.arm.transform_equation import Drive, apply_drive, share_done, shrink_drive, solve_drive
+
+
+class MotionFrame(IntEnum):
+    """The frame in which a motion is straight: values of `ArmCommand`'s ``frame`` field."""
+
+    HOME = 0
+    OBJECT = 1
+    HELD = 2
+
+
+@dataclass(frozen=True)
+class ToolMotionState:
+    """Where the commanded tool is and how it got there. Poses are (x, y, z, yaw) in W, yaw continuous."""
+
+    tool: np.ndarray
+    previous_tool: np.ndarray
+    reference: np.ndarray
+    previous_reference: np.ndarray
+    motion: float
+    frame: MotionFrame
+    start: float
+    drive: Drive
+    drive_rate: Drive
+    branch: int
+    previous_branch: int
+    flip_start: float
+    fraction: float
+
+    def __deepcopy__(self, memo):
+        return self
+
+
+class ToolMotion:
+    """Arithmetic of the hand's straight-line motions.
+
+    Args:
+      home: reference pose (x, y, z, yaw) in W about which the hand waits when there is no object.
+      period: time between ticks [s].
+    """
+
+    def __init__(self, home, period):
+        self.home = np.asarray(home, dtype=float)
+        self.period = period
+
+    def initial_state(self, p_WT, yaw):
+        """The tool stands at p_WT [m] with its x axis at ``yaw`` [rad]."""
+        tool = np.array([*p_WT, yaw])
+        still = Drive(np.zeros(3), 0.0)
+        return ToolMotionState(
+            tool, tool, self.home, self.home, -1.0, MotionFrame.HOME, 0.0, still, still, 0, 0, -np.inf, 1.0
+        )
+
+    def update(self, state, time, command, target, q6):
+        """Returns the state after the tick at ``time`` [s].
+
+        Args:
+          command: `ArmCommand`. target: `ServoTarget`.
+          q6: set-point of joint 6 [rad] that belongs to the tool pose of the last tick.
+        """
+        state = self._follow_reference(state, command, target)
+        if command.motion != state.motion:
+            state = self._begin(state, time, command, q6)
+        elif not command.frozen and not self.flipping(state, time) and must_flip(q6):
+            state = self._flip(state, time, q6)
+        duration = max(command.duration, self.period)
+        fraction = min((time - state.start) / duration, 1.0)
+        drive = shrink_drive(state.drive, state.drive_rate, fraction, duration)
+        p_WG, yaw_G = self._grasp_frame(state.reference, command.height, self._half_turns(state, time))
+        p_WT, yaw_T = apply_drive(drive, p_WG, yaw_G)
+        return replace(state, tool=np.array([*p_WT, yaw_T]), previous_tool=state.tool, fraction=fraction)
+
+    def flipping(self, state, time):
+        """Whether the jaws are turning over at ``time`` [s]."""
+        return state.branch != state.previous_branch and time < state.flip_start + FLIP_DURATION
+
+    def _follow_reference(self, state, command, target):
+        frame = MotionFrame(int(command.frame))
+        if frame == MotionFrame.HOME:
+            reference = self.home
+        elif frame == MotionFrame.OBJECT and target.valid:
+            reference = np.array([target.x, target.y, target.z, target.yaw])
+        else:
+            reference = state.reference
+        if frame != state.frame:  # a new frame has no past of its own: let it have moved as its pose moves now
+            past = reference.copy()
+            if frame == MotionFrame.OBJECT and target.valid:
+                past -= self.period * np.array([target.vx, target.vy, target.vz, target.yaw_rate])
+        else:
+            past = state.reference
+        return replace(state, reference=reference, previous_reference=past, frame=frame)
+
+    def _begin(self, state, time, command, q6):
+        """Solves for Drive, and for its rate, from the last two poses of the tool and of the reference."""
+        branch = state.branch
+        if not command.frozen and not self.flipping(state, time):
+            branch = best_branch(q6, state.tool[3], state.reference[3])
+        turns = self._half_turns(state, time) if branch == state.branch else branch
+        before_last = 2 * state.previous_reference - state.reference
+        drive = self._solve(state.tool, state.previous_reference, command.height, turns)
+        earlier = self._solve(state.previous_tool, before_last, command.height, turns)
+        rate = Drive(
+            (drive.translation - earlier.translation) / self.period, (drive.turn - earlier.turn) / self.period
+        )
+        flip = {} if branch == state.branch else {"previous_branch": branch, "flip_start": -np.inf}
+        start = time - self.period  # the last pose of the tool is where the motion begins
+        return replace(
+            state, motion=command.motion, start=start, drive=drive, drive_rate=rate, branch=branch, **flip
+        )
+
+    def _flip(self, state, time, q6):
+        branch = best_branch(q6, state.tool[3], state.reference[3])
+        return replace(state, branch=branch, previous_branch=state.branch, flip_start=time)
+
+    def _solve(self, tool, reference, height, half_turns):
+        return solve_drive(tool[:3], tool[3], *self._grasp_frame(reference, height, half_turns))
+
+    def _half_turns(self, state, time):
+        left = 1.0 - share_done((time - state.flip_start) / FLIP_DURATION)
+        return state.branch + (state.previous_branch - state.branch) * left
+
+    @staticmethod
+    def _grasp_frame(reference, height, half_turns):
+        """Obj . Grasp: the grasping position stands ``height`` above the reference, its jaws along the tangent."""
+        return reference[:3] + np.array([0.0, 0.0, height]), reference[3] + np.pi * half_turns

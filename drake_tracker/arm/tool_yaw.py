@@ -1,0 +1,33 @@
+"""Which way round the jaws go: joint 6 follows the path's tangent and is unwound before its range ends.
+
+One lap turns the tangent by 360 deg, and joint 6 has 532 deg. The jaws are symmetric, so that half a turn of the hand
+changes nothing about the grasp: the *branch* is the number of half turns added to the tangent's direction.
+"""
+
+import math
+
+FLIP_ANGLE = math.radians(109.0)
+"""Joint 6 angle [rad] at which the jaws turn over. Past it half a turn back lands nearer the middle of the range."""
+FLIP_DURATION = 0.85
+"""Time the turning over takes [s]."""
+
+
+def best_branch(q6, tool_yaw, object_yaw):
+    """Returns the branch that brings joint 6 nearest to zero.
+
+    Args:
+      q6: joint 6 [rad] now, with the tool pointing down and its x axis at ``tool_yaw``.
+      tool_yaw, object_yaw: directions in W [rad], both continuous (not wrapped).
+    """
+    return round((q6 + tool_yaw - object_yaw) / math.pi)
+
+
+def joint6_at(q6, tool_yaw, wanted_yaw):
+    """Returns where joint 6 [rad] will be when the tool is turned to ``wanted_yaw`` [rad]: pointing down, it turns
+    against z_W."""
+    return q6 + tool_yaw - wanted_yaw
+
+
+def must_flip(q6):
+    """Whether joint 6 [rad] has gone so far that the jaws should turn over."""
+    return abs(q6) > FLIP_ANGLE

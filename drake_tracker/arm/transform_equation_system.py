@@ -1,0 +1,72 @@
+"""The transform equation as a System."""
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import LeafSystem
+
+from drake_tracker.arm.arm_model import tool_down, tool_yaw
+from drake_tracker.messages import ArmCommand, ServoTarget, ToolStatus, message_size
+from drake_tracker.timing import SERVO_PERIOD, TIME_STEP, TRANSFORM_SLOT, servo_slot
+
+
+class TransformEquationSystem(LeafSystem):
+    """Solves the transform equation for the tool's pose every servo period.
+
+    .. pydrake_system::
+
+        name: TransformEquationSystem
+        input_ports:
+        - target
+        - command
+        - q_commanded
+        output_ports:
+        - X_WT_desired
+        - status
+
+    ``target`` is a `ServoTarget` (Obj), ``command`` an `ArmCommand` (Grasp, and the motion to make), ``q_commanded``
+    [rad] the last joint set-points, of which joint 6 (the last) decides the jaws' branch. ``X_WT_desired`` is a
+    RigidTransform due one servo period later, ``status`` a `ToolStatus`. Both are state.
+
+    Args:
+      motion: a `ToolMotion`. model: an `ArmModel`. q_initial: joint positions at the start [rad].
+    """
+
+    def __init__(self, motion, model, q_initial, time_step=TIME_STEP, period=SERVO_PERIOD):
+        super().__init__()
+        self._motion = motion
+        X_WT = model.tool_pose(q_initial)
+        initial = motion.initial_state(X_WT.translation(), tool_yaw(X_WT))
+        self._target = self.DeclareVectorInputPort("target", message_size(ServoTarget))
+        self._command = self.DeclareVectorInputPort("command", message_size(ArmCommand))
+        self._q_commanded = self.DeclareVectorInputPort("q_commanded", model.num_joints)
+        self._state = self.DeclareAbstractState(AbstractValue.Make(initial))
+        from_state = {self.abstract_state_ticket(self._state)}
+        self.DeclareAbstractOutputPort(
+            "X_WT_desired", lambda: AbstractValue.Make(RigidTransform()), self._calc_pose, from_state
+        )
+        self.DeclareVectorOutputPort(
+            "status", message_size(ToolStatus), self._calc_status, from_state | {self.time_ticket()}
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, servo_slot(TRANSFORM_SLOT, time_step, period), self._update)
+
+    def _update(self, context, state):
+        command = ArmCommand(self._command.Eval(context))
+        target = ServoTarget(self._target.Eval(context))
+        q6 = self._q_commanded.Eval(context)[-1]
+        new = self._motion.update(self._value(context), context.get_time(), command, target, q6)
+        state.get_mutable_abstract_state(int(self._state)).set_value(new)
+
+    def _calc_pose(self, context, output):
+        tool = self._value(context).tool
+        output.set_value(tool_down(tool[:3], tool[3]))
+
+    def _calc_status(self, context, output):
+        state = self._value(context)
+        flipping = self._motion.flipping(state, context.get_time())
+        output.SetFromVector(
+            np.concatenate([[state.motion, state.fraction, float(flipping)], state.tool, [state.branch]])
+        )
+
+    def _value(self, context):
+        return context.get_abstract_state(int(self._state)).get_value()

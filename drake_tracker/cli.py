@@ -1,0 +1,167 @@
+"""The command ``drake-tracker``.
+
+Exit codes: 0 the job succeeded; 1 it ran and the object was not taken; 2 bad input or a broken machine, with one clear
+line and no traceback; 3 a fault of the program, with its traceback; 130 interrupted, with what was recorded so far
+kept.
+"""
+
+import argparse
+import sys
+import time
+import traceback
+from pathlib import Path
+
+from drake_tracker.errors import DrakeTrackerError
+
+SUCCESS, NOT_TAKEN, TROUBLE, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
+
+_RESULT_ROWS = (
+    ("success", "success", ""),
+    ("failure_reason", "reason", ""),
+    ("attempts", "attempts", ""),
+    ("time_to_grasp_s", "time to grasp", "s"),
+    ("lift_height_m", "lift height", "m"),
+    ("hold_s", "held", "s"),
+    ("prediction_rms_m", "prediction rms", "m"),
+    ("real_time_factor", "real-time factor", ""),
+)
+
+
+def main(arguments=None):
+    """Runs the command with the given arguments (the process's own by default). Returns the exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.action(options)
+    except DrakeTrackerError as error:
+        for line in str(error).splitlines():
+            print(f"drake-tracker: {line}", file=sys.stderr)
+        return TROUBLE
+    except KeyboardInterrupt:
+        print("drake-tracker: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except ImportError as error:
+        remedy = "`make setup` installs what is missing, and `drake-tracker doctor` says more"
+        print(f"drake-tracker: a package does not load ({error}); {remedy}", file=sys.stderr)
+        return TROUBLE
+    except Exception:  # Python's own exit code would be 1, which says that the run went well and took nothing.
+        traceback.print_exc()
+        return FAULT
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message):
+        self.exit(TROUBLE, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def _parser():
+    parser = _Parser(prog="drake-tracker", description="A robot that grasps what moves, by sight.")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    run = commands.add_parser("run", help="run a scenario", description="Runs a scenario and leaves a run directory.")
+    _add_scenario(run)
+    run.add_argument("--seed", type=int, metavar="N", help="seed of every random draw")
+    run.add_argument("--duration", type=float, metavar="S", help="longest simulated time [s]")
+    run.add_argument("--out", type=Path, metavar="DIR", help="run directory, new or empty (default: runs/NAME-TIME)")
+    run.add_argument("--no-record", action="store_true", help="leave no recording and no video")
+    run.add_argument("--meshcat", action="store_true", help="show the run in a browser while it goes on")
+    run.add_argument("--graphviz", type=Path, metavar="FILE", help="write the picture of the diagram to FILE")
+    run.set_defaults(action=_run)
+
+    list_ = commands.add_parser("list", help="list the scenarios, or the settings of one")
+    list_.add_argument("scenario", nargs="?", metavar="SCENARIO[:NAME]", help="show every setting of this scenario")
+    list_.set_defaults(action=_list)
+
+    doctor = commands.add_parser("doctor", help="look whether this machine can run it")
+    doctor.set_defaults(action=_doctor)
+
+    calibrate = commands.add_parser("calibrate", help="calibrate a scenario's cameras from rendered images of a board")
+    _add_scenario(calibrate)
+    calibrate.add_argument("-o", "--out", type=Path, metavar="FILE", help="calibration file to write")
+    calibrate.set_defaults(action=_calibrate)
+    return parser
+
+
+def _add_scenario(command):
+    command.add_argument("scenario", metavar="SCENARIO[:NAME]", help="a scenario of the list, or FILE.yaml[:NAME]")
+    command.add_argument("--set", action="append", default=[], metavar="KEY.PATH=VALUE", dest="overrides",
+                         help="change one setting, for example --set track.speed=0.2; may be given again")
+
+
+def _run(options):
+    from drake_tracker.progress import Progress
+    from drake_tracker.scenarios import load_scenario
+
+    scenario = load_scenario(options.scenario, options.seed, options.duration, options.overrides)
+    if options.graphviz and not options.graphviz.absolute().parent.is_dir():
+        raise DrakeTrackerError(f"--graphviz {options.graphviz}: there is no folder {options.graphviz.parent}")
+
+    from drake_tracker.simulate import simulate  # Only now: bad input is answered without waiting for Drake.
+
+    out = _run_directory(options.out, scenario.name)
+    progress = Progress(scenario.duration)
+    try:
+        summary = simulate(
+            scenario, out=out, record=not options.no_record, meshcat=options.meshcat, progress=progress,
+            graphviz=options.graphviz,
+        )
+    except DrakeTrackerError:
+        if not any(out.iterdir()):
+            out.rmdir()
+        raise
+    finally:
+        progress.close()
+    for key, label, unit in _RESULT_ROWS:
+        if summary.get(key) is not None:
+            value = summary[key]
+            print(f"{label:<18}{f'{value:.4g}' if isinstance(value, float) else value} {unit}".rstrip())
+    print(f"{'run directory':<18}{out}")
+    if summary.get("interrupted"):
+        return INTERRUPTED
+    return SUCCESS if summary["success"] else NOT_TAKEN
+
+
+def _run_directory(out, name):
+    """Returns the new directory of a run; raises DrakeTrackerError rather than touch one that has something in it."""
+    chosen = out is not None
+    if not chosen:
+        stem = Path("runs") / f"{name.replace(':', '-')}-{time.strftime('%Y%m%d-%H%M%S')}"
+        out, count = stem, 1
+        while out.exists():
+            count += 1
+            out = stem.with_name(f"{stem.name}-{count}")
+    try:
+        out.mkdir(parents=True, exist_ok=chosen)
+        occupied = any(out.iterdir())
+    except OSError as error:
+        raise DrakeTrackerError(f"the run directory {out} cannot be made: {error.strerror}") from None
+    if occupied:
+        raise DrakeTrackerError(f"the run directory {out} is not empty; name a new one, a run is never overwritten")
+    return out
+
+
+def _list(options):
+    from drake_tracker.scenarios import list_scenarios, load_scenario
+    from drake_tracker.scenarios.reader import describe_settings
+
+    if options.scenario:
+        rows = describe_settings(load_scenario(options.scenario))
+    else:
+        rows = list_scenarios()
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    for row in rows:
+        print("  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip())
+    return SUCCESS
+
+
+def _doctor(options):
+    from drake_tracker import doctor
+
+    return doctor.main()
+
+
+def _calibrate(options):
+    from drake_tracker.calibrate import calibrate
+    from drake_tracker.scenarios import load_scenario
+
+    calibrate(load_scenario(options.scenario, overrides=options.overrides), options.out)
+    return SUCCESS

@@ -1,0 +1,82 @@
+"""The wiring of the whole hand-eye system: one Connect for each arrow of the paper's figure 1."""
+
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from drake_tracker.world.cameras import CAMERA_NAMES
+
+
+class HandEyeDiagram(Diagram):
+    """Five rooms, each a System of its own, in the order in which data flows.
+
+    .. pydrake_system::
+
+        name: HandEyeDiagram
+        output_ports:
+        - camera_left
+        - camera_right
+        - motion_left
+        - motion_right
+        - motion_images_left
+        - motion_images_right
+        - centroid_left
+        - centroid_right
+        - point
+        - filtered
+        - prediction
+        - delivered
+        - target
+        - command
+        - status
+        - diagnosis
+        - q_commanded
+        - arm_state
+        - jaws
+        - truth_train_state
+        - truth_verdict
+        - truth_query
+
+    The outputs are those of the rooms, for logs, pictures and judges; ports named ``truth_*`` carry what only the
+    simulator knows and lead out of the diagram, never back into it.
+
+    Args:
+      world: `WorldDiagram`. vision: `VisionDiagram`. host: `EstimatorSystem`. link: a link System. arm: `ArmDiagram`.
+    """
+
+    def __init__(self, world, vision, host, link, arm):
+        super().__init__()
+        self.set_name("hand_eye")
+        self.world, self.vision, self.host, self.link, self.arm = world, vision, host, link, arm
+        builder = DiagramBuilder()
+        for room in (world, vision, host, link, arm):
+            builder.AddSystem(room)
+
+        for camera in CAMERA_NAMES:
+            builder.Connect(world.GetOutputPort(camera), vision.GetInputPort(camera))
+        builder.Connect(vision.GetOutputPort("point"), host.GetInputPort("point"))
+        builder.Connect(host.GetOutputPort("prediction"), link.GetInputPort("packet"))
+        builder.Connect(link.GetOutputPort("delivered"), arm.GetInputPort("packet"))
+        builder.Connect(world.GetOutputPort("arm_state"), arm.GetInputPort("arm_state"))
+        builder.Connect(world.GetOutputPort("jaws"), arm.GetInputPort("jaws"))
+        for port in ("arm_desired_state", "arm_feedforward", "gripper_desired_state"):
+            builder.Connect(arm.GetOutputPort(port), world.GetInputPort(port))
+
+        exported = {
+            world: (*CAMERA_NAMES, "arm_state", "jaws", "truth_train_state", "truth_verdict", "truth_query"),
+            vision: (
+                *("motion_left", "motion_right", "motion_images_left", "motion_images_right"),
+                *("centroid_left", "centroid_right", "point"),
+            ),
+            host: ("filtered", "prediction"),
+            link: ("delivered",),
+            arm: ("target", "command", "status", "diagnosis", "q_commanded"),
+        }
+        for room, ports in exported.items():
+            for port in ports:
+                builder.ExportOutput(room.GetOutputPort(port), port)
+        builder.BuildInto(self)
+
+    def make_context(self):
+        """Returns a Context in which everything is at rest and ready to run."""
+        context = self.CreateDefaultContext()
+        self.arm.start_at_rest(context)
+        return context

@@ -1,0 +1,133 @@
+"""Builds the train's hand-eye diagram from a scenario."""
+
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from drake_tracker.arm.arm_diagram import ArmDiagram
+from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.diagrams.train_track import check_track, draw_track
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.estimation import make_estimator
+from drake_tracker.estimation.estimator_system import EstimatorSystem
+from drake_tracker.link.lossy_link_system import LossyLinkSystem
+from drake_tracker.timing import ESTIMATOR_SLOT, vision_slot
+from drake_tracker.vision.calibration import load_calibration
+from drake_tracker.vision.normal_flow import NormalFlowParameters
+from drake_tracker.vision.vision_diagram import VisionDiagram
+from drake_tracker.vision.window import project_window
+from drake_tracker.world.cameras import renderable_window
+from drake_tracker.world.plant import TRAIN_HEIGHT
+from drake_tracker.world.world_diagram import WorldDiagram
+
+ARMS = {"Puma560": PUMA560}
+ESTIMATOR_KINDS = {"ArcLength": "arc_length", "AlphaBetaGamma": "alpha_beta_gamma"}
+SCENARIO_FOLDER = Path(__file__).parents[1] / "scenarios"
+SIDES = ("left", "right")
+
+
+def make_diagram(scenario):
+    """Returns the `HandEyeDiagram` of a scenario.
+
+    Everything random is drawn from ``scenario.seed``. Raises DrakeTrackerError, in one line, when the scenario cannot be
+    built: a file is missing, the track is out of reach, or the vision would never see the train.
+    """
+    description = ARMS[type(scenario.arm).__name__]
+    model = make_arm_model(description)
+    home = home_reference(scenario)
+    over_home = tool_down(home[:3] + [0.0, 0.0, scenario.grasp.hover_height], home[3])
+    q_initial = joints_for(model, description.q_start, over_home)
+    track, start = draw_track(scenario)
+    check_track(scenario, track, model, q_initial)
+
+    cameras = load_cameras(scenario)
+    windows = {side: project_window(cameras[side], scenario.vision.work_volume) for side in SIDES}
+    whole = (0, 0, scenario.cameras.width, scenario.cameras.height)
+    rendered = {
+        side: renderable_window(windows[side].bounds, *whole[2:]) if scenario.cameras.render_window else whole
+        for side in SIDES
+    }
+    flow = flow_parameters(scenario)
+    check_visible(scenario, cameras, flow)
+
+    world = WorldDiagram(
+        scenario, description, q_initial, track, start, {f"camera_{side}": rendered[side] for side in SIDES}
+    )
+    vision = VisionDiagram(
+        cameras, windows, rendered, flow, scenario.vision.lag_cycles, scenario.vision.work_volume
+    )
+    host = EstimatorSystem(scenario_estimator(scenario), offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
+    host.set_name("host")
+    link = scenario_link(scenario)
+    arm = ArmDiagram(scenario.servo, scenario.grasp, model, q_initial, home, scenario.time_step)
+    return HandEyeDiagram(world, vision, host, link, arm)
+
+
+def home_reference(scenario):
+    """Returns the reference (x, y, z, yaw) over which the hand waits: the middle of the work volume, train high."""
+    low, high = np.array(scenario.vision.work_volume)
+    middle = 0.5 * (low + high)
+    return np.array([middle[0], middle[1], scenario.table_height + TRAIN_HEIGHT, np.pi / 2])
+
+
+def load_cameras(scenario):
+    """Returns {"left": CameraModel, "right": CameraModel} from the calibration file that the scenario names."""
+    path = Path(scenario.cameras.calibration)
+    if not path.is_file() and not path.is_absolute():
+        path = SCENARIO_FOLDER / path
+    models = load_calibration(path)
+    cameras = {}
+    for side in SIDES:
+        camera = models.get(f"camera_{side}")
+        if camera is None:
+            raise DrakeTrackerError(f"{path}: there is no camera_{side}; found {', '.join(models) or 'none'}")
+        if (camera.width, camera.height) != (scenario.cameras.width, scenario.cameras.height):
+            raise DrakeTrackerError(
+                f"{path}: camera_{side} was calibrated at {camera.width} x {camera.height} px, but the scenario's "
+                f"images are {scenario.cameras.width} x {scenario.cameras.height} px (cameras.width, cameras.height)"
+            )
+        cameras[side] = camera
+    return cameras
+
+
+def flow_parameters(scenario):
+    """Returns the `NormalFlowParameters` of a scenario's motion detector."""
+    settings = asdict(scenario.vision.detector)
+    return NormalFlowParameters.preset(settings.pop("preset"), **settings)
+
+
+def check_visible(scenario, cameras, parameters):
+    """Raises DrakeTrackerError when the train, at its speed, moves too slowly in both images for the threshold."""
+    if scenario.track.speed == 0.0:
+        return
+    centre = np.array([*scenario.track.centre, scenario.table_height + TRAIN_HEIGHT])
+    needed = parameters.smallest_visible_speed()
+    for side, camera in cameras.items():
+        headings = np.linspace(0.0, np.pi, 36)
+        step = 0.01
+        ends = centre + step * np.column_stack([np.cos(headings), np.sin(headings), np.zeros_like(headings)])
+        pixels = np.linalg.norm(camera.project(ends) - camera.project(centre[None]), axis=1)
+        fastest = scenario.track.speed * np.max(pixels) / step
+        if fastest < needed:
+            raise DrakeTrackerError(
+                f"{scenario.where('vision.detector')}: at track.speed {scenario.track.speed:g} m/s the train moves at "
+                f"most {fastest:.1f} px/s in the {side} image, and the threshold sees nothing below {needed:.1f} px/s; "
+                "lower the threshold, narrow the cameras' field or speed up the train"
+            )
+
+
+def scenario_estimator(scenario):
+    """Returns the estimator that a scenario names by its tag."""
+    kind = ESTIMATOR_KINDS[type(scenario.estimator).__name__]
+    return make_estimator(kind, **asdict(scenario.estimator))
+
+
+def scenario_link(scenario):
+    """Returns the link System that a scenario names by its tag."""
+    settings = asdict(scenario.link)  # a perfect link has none: nothing is lost, nothing is late
+    link = LossyLinkSystem(**settings, seed=scenario.seed, time_step=scenario.time_step)
+    link.set_name("link")
+    return link

@@ -1,0 +1,79 @@
+"""The track of a run: drawn from the seed, and checked against what the arm can reach and the cameras can see."""
+
+import math
+
+import numpy as np
+
+from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.arm.differential_ik import make_parameters, step_joints
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.world.plant import TRAIN_HEIGHT
+from drake_tracker.world.tracks import make_track
+
+STREAM = 1
+"""Number of this stream of random draws under a scenario's seed."""
+CHECKED_PLACES = 40
+"""Places along a track that are tried for reach."""
+
+
+def draw_track(scenario):
+    """Returns (track, start): the track of a scenario in the direction of travel, and the arc length [m] of the start.
+
+    The seed draws, each only where the scenario leaves it open, the centre and the rotation within their ranges, the
+    direction and the start.
+    """
+    config = scenario.track
+    rng = np.random.default_rng([scenario.seed, STREAM])
+    offset = rng.uniform(-1.0, 1.0, 2) * config.centre_range
+    turn = rng.uniform(-1.0, 1.0) * config.rotation_range_deg
+    backward = rng.uniform() < 0.5 if config.direction == "random" else config.direction == "backward"
+    drawn = rng.uniform()
+    track = make_track(
+        config.kind,
+        semi_axes=config.semi_axes,
+        radius=config.radius,
+        straight=config.straight,
+        length=config.length,
+        csv=config.csv,
+        centre=np.asarray(config.centre) + offset,
+        rotation=math.radians(config.rotation_deg + turn),
+    )
+    if backward:
+        track = track.reversed()
+    fraction = config.start
+    if fraction < 0.0:
+        fraction = drawn if track.closed else 0.0
+    return track, fraction * track.length
+
+
+def check_track(scenario, track, model, q_initial):
+    """Raises DrakeTrackerError, in one line, when a closed track leaves the work volume or the arm's reach.
+
+    An open track runs past the arm and may begin and end where the arm cannot follow.
+    """
+    if not track.closed:
+        return
+    (x_low, y_low, _), (x_high, y_high, _) = scenario.vision.work_volume
+    parameters = make_parameters(model, 0.1)
+    q = np.array(q_initial)
+    what = scenario.where("track.csv" if scenario.track.kind == "csv" else "track.kind")
+    for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
+        x, y, _ = track.pose(s)
+        if not (x_low <= x <= x_high and y_low <= y <= y_high):
+            raise DrakeTrackerError(
+                f"{what} = {scenario.track.kind}: the track comes to ({x:.3f}, {y:.3f}) m, outside the work volume "
+                f"x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g} (vision.work_volume)"
+            )
+        z = scenario.table_height + TRAIN_HEIGHT
+        for height in (scenario.grasp.hover_height, scenario.grasp.grasp_height):
+            X_WT = tool_down((x, y, z + height), np.pi / 2)
+            for _ in range(20):
+                q, _ = step_joints(model, parameters, q, X_WT)
+                error = np.linalg.norm(model.tool_pose(q).translation() - X_WT.translation())
+                if error < 1e-3:
+                    break
+            else:
+                raise DrakeTrackerError(
+                    f"{what} = {scenario.track.kind}: the track is out of the arm's reach at ({x:.3f}, {y:.3f}) m, "
+                    f"{height:.2f} m above the train; move or shrink it"
+                )

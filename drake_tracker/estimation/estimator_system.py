@@ -1,0 +1,109 @@
+"""The estimator as a Drake System: points in, packets of predicted path out."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydrake.common.containers import namedview
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import LeafSystem
+
+from drake_tracker.messages import (
+    KNOT_COUNT,
+    KNOT_SPACING,
+    Prediction,
+    TrackPoint,
+    message_size,
+    pack_prediction,
+)
+from drake_tracker.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
+
+Filtered = namedview("Filtered", ["stamp", "x", "y", "z", "yaw", "speed", "valid"])
+"""The filtered state at its newest stamp [s]: position in W [m], yaw of travel [rad], speed [m/s]."""
+
+
+@dataclass(frozen=True)
+class EstimatorMemory:
+    """The System's state: that of the estimator, the packets made so far, and the two output vectors (read-only)."""
+
+    estimate: Any
+    seq: int
+    packet: np.ndarray
+    filtered: np.ndarray
+
+    def __deepcopy__(self, memo):
+        return self
+
+
+class EstimatorSystem(LeafSystem):
+    """Runs an estimator once per vision cycle and sends what it predicts.
+
+    .. pydrake_system::
+
+        name: EstimatorSystem
+        input_ports:
+        - point
+        output_ports:
+        - prediction
+        - filtered
+
+    - ``point``: a `messages.TrackPoint`; a point that is invalid or not newer than the last one is no point.
+    - ``prediction``: a `messages.Prediction`; its first knot is at the stamp of the newest point.  ``seq`` counts the
+      packets, one per new point; while no new point comes the last packet stays, and its stamp tells its age.
+    - ``filtered``: a `Filtered`, for logs.
+
+    The update is an unrestricted one every ``timing.VISION_PERIOD``, a quarter of a plant step after the images.  Both
+    outputs depend on the state alone.
+    """
+
+    def __init__(self, estimator, *, period=VISION_PERIOD, offset=vision_slot(ESTIMATOR_SLOT)):
+        """``estimator``: one made by `drake_tracker.estimation.make_estimator`; period and offset in [s]."""
+        super().__init__()
+        self._estimator = estimator
+        memory = EstimatorMemory(
+            estimate=estimator.initial_state(),
+            seq=0,
+            packet=_read_only(np.zeros(message_size(Prediction))),
+            filtered=_read_only(np.zeros(message_size(Filtered))),
+        )
+        state = self.DeclareAbstractState(AbstractValue.Make(memory))
+        self._point = self.DeclareVectorInputPort("point", message_size(TrackPoint))
+        ticket = {self.abstract_state_ticket(state)}
+        self.DeclareVectorOutputPort("prediction", message_size(Prediction), self._calc_prediction, ticket)
+        self.DeclareVectorOutputPort("filtered", message_size(Filtered), self._calc_filtered, ticket)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
+
+    def _update(self, context, state):
+        memory = state.get_abstract_state(0).get_value()
+        point = TrackPoint(self._point.Eval(context))
+        p_WQ = np.array([point.x, point.y, point.z]) if point.valid else None
+        estimate = self._estimator.update(memory.estimate, point.stamp, p_WQ)
+        if estimate is memory.estimate:
+            return
+        if self._estimator.ready(estimate):
+            memory = self._predict(estimate, memory.seq + 1)
+        else:
+            memory = EstimatorMemory(estimate, memory.seq, memory.packet, memory.filtered)
+        state.get_mutable_abstract_state(0).set_value(memory)
+
+    def _predict(self, estimate, seq):
+        """Returns the memory with a new packet built on ``estimate``."""
+        times = estimate.stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
+        knots = np.empty((KNOT_COUNT, 5))
+        knots[:, :4] = self._estimator.predict(estimate, times)
+        knots[:, 4] = self._estimator.predict_std(estimate, times)
+        packet = pack_prediction(estimate.stamp, seq, knots)
+        speed = np.linalg.norm(knots[1, :3] - knots[0, :3]) / KNOT_SPACING
+        filtered = np.concatenate([[estimate.stamp], knots[0, :4], [speed, 1.0]])
+        return EstimatorMemory(estimate, seq, _read_only(packet), _read_only(filtered))
+
+    def _calc_prediction(self, context, output):
+        output.SetFromVector(context.get_abstract_state(0).get_value().packet)
+
+    def _calc_filtered(self, context, output):
+        output.SetFromVector(context.get_abstract_state(0).get_value().filtered)
+
+
+def _read_only(array):
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,103 @@
+"""When to go for it: every reason to wait a little longer, asked in order.
+
+The hand is committed from the start of the descent until the pads touch, without sight, so that the prediction made at
+launch must hold for the whole *horizon*: the age of what was seen, the descent and the closing.
+"""
+
+from enum import IntEnum
+
+import numpy as np
+
+from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.arm.differential_ik import rehearse
+from drake_tracker.arm.transform_equation import share_done
+from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, TURN, X, Y, recall, recent
+from drake_tracker.messages import evaluate_prediction, prediction_knots
+
+ONE_PASS = 1.0
+"""Records of the newest earlier pass of a place are no more than this [s] apart."""
+FEWEST_RECORDS = 3
+"""Fewer judged predictions than this from one place prove nothing."""
+FOLLOWING_ERROR = 0.004
+"""An arm that falls behind its set-points by more than this [m] in rehearsal cannot make the motion."""
+
+
+class Gate(IntEnum):
+    """Why the grasp machine waits, as logged; OPEN when nothing holds it back."""
+
+    OPEN = 0
+    NOT_TRACKING = 1
+    SETTLING = 2
+    FLIPPING = 3
+    STALE = 4
+    NO_MEMORY = 5
+    PREDICTIONS_FAILED = 6
+    OUT_OF_REACH = 7
+
+
+def touch_delay(parameters):
+    """Returns the time [s] from the start of closing until the pads touch an object in the middle of the jaws."""
+    return (parameters.jaw_opening - parameters.object_width) / parameters.jaw_speed
+
+
+def horizon(parameters, target):
+    """Returns the time [s] from the newest measurement to the instant at which the pads would touch."""
+    blind = parameters.descent_duration - parameters.closing_lead + touch_delay(parameters)
+    return target.time - target.stamp + blind
+
+
+def judge_memory(parameters, memory, packet, now):
+    """Returns the gate's verdict on the predictions made earlier, and the worst lateral error [m] among those asked.
+
+    On a place passed before, those of the newest earlier pass are asked. On a path that has been straight for a good
+    while (an open track), or when told so, the recent ones.
+    """
+    rows = recall(memory, packet, parameters.memory_radius)
+    if len(rows):
+        rows = rows[rows[:, STAMP] >= rows[:, STAMP].max() - ONE_PASS]
+    if parameters.gate == "recent" or (
+        parameters.gate == "auto" and len(rows) == 0 and is_straight(parameters, memory, packet)
+    ):
+        rows = recent(memory, now, 2.5)
+    if len(rows) < FEWEST_RECORDS:
+        return Gate.NO_MEMORY, 0.0
+    worst = np.max(np.abs(rows), axis=0)
+    came_true = (
+        worst[LATERAL] <= parameters.lateral_tolerance
+        and worst[ALONG] <= parameters.along_tolerance
+        and worst[TURN] <= np.deg2rad(parameters.turn_tolerance_deg)
+    )
+    return (Gate.OPEN if came_true else Gate.PREDICTIONS_FAILED), float(worst[LATERAL])
+
+
+def is_straight(parameters, memory, packet):
+    """Whether the path seen over the last ``straight_length`` [m] was a straight line."""
+    seen = [(record[X], record[Y]) for record in memory.records]
+    seen += [tuple(prediction_knots(waiting)[0][:2]) for waiting in memory.waiting]
+    points = np.array(seen).reshape(-1, 2)
+    here = prediction_knots(packet)[0][:2]
+    far = np.nonzero(np.hypot(*(points - here).T) >= parameters.straight_length)[0]
+    if len(far) == 0:
+        return False
+    stretch = points[far[-1] :] - here
+    direction = stretch[0] / np.linalg.norm(stretch[0])
+    across = stretch @ np.array([-direction[1], direction[0]])
+    return bool(np.max(np.abs(across)) <= parameters.straight_tolerance)
+
+
+def can_follow(parameters, model, ik_parameters, q, packet, start, from_height, half_turns):
+    """Rehearses the descent and the closing on the predicted path, and says whether the arm can follow.
+
+    Args:
+      q: joint set-points [rad] now. start: the instant [s] they are due. from_height: of the hand above the object [m].
+      half_turns: the jaws' branch.
+    """
+    period = ik_parameters.get_time_step()
+    blind = parameters.descent_duration + touch_delay(parameters)
+    poses = []
+    for k in range(1, int(np.ceil(blind / period)) + 1):
+        x, y, z, yaw, _ = evaluate_prediction(packet, start + k * period)
+        drop = share_done(k * period / parameters.descent_duration)
+        height = from_height + (parameters.grasp_height - from_height) * drop
+        poses.append(tool_down((x, y, z + height), yaw + np.pi * half_turns))
+    return rehearse(model, ik_parameters, q, poses, FOLLOWING_ERROR)

@@ -1,0 +1,73 @@
+"""The grasp machine as a System."""
+
+import numpy as np
+from pydrake.common.containers import namedview
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import LeafSystem
+
+from drake_tracker.grasp.grasp_machine import Observation
+from drake_tracker.messages import ArmCommand, JawState, Prediction, ServoTarget, ToolStatus, message_size
+from drake_tracker.timing import GRASP_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
+
+GraspDiagnosis = namedview("GraspDiagnosis", ["phase", "attempts", "gate", "remembered_error", "records"])
+"""For the log: phase, attempts begun, why the machine waits (`Gate`), the worst lateral error [m] remembered for this place,
+the number of predictions judged so far."""
+
+
+class GraspSystem(LeafSystem):
+    """Decides what the hand does next.
+
+    .. pydrake_system::
+
+        name: GraspSystem
+        input_ports:
+        - target
+        - packet
+        - jaws
+        - status
+        - q_commanded
+        output_ports:
+        - command
+        - diagnosis
+
+    ``target`` is a `ServoTarget`, ``packet`` the `Prediction` on which it rests, ``jaws`` a `JawState`, ``status`` a
+    `ToolStatus`, ``q_commanded`` [rad] the last joint set-points; ``command`` is an `ArmCommand`, ``diagnosis`` a
+    `GraspDiagnosis`. Updates every servo period, one slot after the servo. Both outputs are state.
+    """
+
+    def __init__(self, machine, time_step=TIME_STEP, period=SERVO_PERIOD):
+        super().__init__()
+        self._machine = machine
+        self._target = self.DeclareVectorInputPort("target", message_size(ServoTarget))
+        self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
+        self._jaws = self.DeclareVectorInputPort("jaws", message_size(JawState))
+        self._status = self.DeclareVectorInputPort("status", message_size(ToolStatus))
+        self._q_commanded = self.DeclareVectorInputPort("q_commanded", machine.model.num_joints)
+        self._state = self.DeclareAbstractState(AbstractValue.Make(machine.initial_state()))
+        from_state = {self.abstract_state_ticket(self._state)}
+        self.DeclareVectorOutputPort("command", message_size(ArmCommand), self._calc_command, from_state)
+        self.DeclareVectorOutputPort("diagnosis", message_size(GraspDiagnosis), self._calc_diagnosis, from_state)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, servo_slot(GRASP_SLOT, time_step, period), self._update)
+
+    def _update(self, context, state):
+        seen = Observation(
+            time=context.get_time(),
+            target=ServoTarget(self._target.Eval(context)),
+            packet=np.array(self._packet.Eval(context)),
+            jaws=JawState(self._jaws.Eval(context)),
+            status=ToolStatus(self._status.Eval(context)),
+            q_commanded=np.array(self._q_commanded.Eval(context)),
+        )
+        new = self._machine.update(self._value(context), seen)
+        state.get_mutable_abstract_state(int(self._state)).set_value(new)
+
+    def _calc_command(self, context, output):
+        output.SetFromVector(self._machine.command(self._value(context)))
+
+    def _calc_diagnosis(self, context, output):
+        state = self._value(context)
+        records = len(state.memory.records)
+        output.SetFromVector([state.phase, state.attempts, state.gate, state.remembered_error, records])
+
+    def _value(self, context):
+        return context.get_abstract_state(int(self._state)).get_value()

@@ -1,0 +1,91 @@
+"""A memory of the system's own predictions: did those made from this place, one lap earlier, come true?
+
+Nothing but packets of predicted path goes in. A packet's first knot says where the object was seen; a later packet's
+first knot says where it went, and so how far off the earlier packet was. On a closed track the object comes by the same
+place again, and what happened then is the best guess of what will happen now.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_tracker.messages import Prediction, evaluate_prediction, prediction_knots
+
+MAX_RECORDS = 3000
+"""Records kept: 90 s at one packet each 30 ms."""
+SAME_HEADING = np.deg2rad(35.0)
+"""Directions this near belong to the same pass of a place, which a figure-eight's crossing visits in two directions."""
+EARLIER_LAP = 2.0
+"""Records younger than this [s] belong to the present pass of a place, not to an earlier one."""
+
+MAX_GAP = 0.2
+"""After a gap in the packets longer than this [s] nobody saw what came of the predictions made before it."""
+
+STAMP, X, Y, YAW, LATERAL, ALONG, TURN = range(7)
+"""Columns of a record: stamp [s] and place (x, y [m], yaw [rad]) from which the prediction was made, and its error over the
+horizon across the path [m], along it [m], and in direction [rad]."""
+
+
+@dataclass(frozen=True)
+class PredictionMemory:
+    """Packets that wait to be judged, and records of those that were.
+
+    ``waiting`` is a tuple of packets, oldest first; ``records`` a tuple of rows (STAMP ... TURN), oldest first.
+    """
+
+    waiting: tuple = ()
+    records: tuple = ()
+
+    def __deepcopy__(self, memo):
+        return self
+
+
+def remember(memory, packet, horizon):
+    """Returns the memory after a new packet: those that are a ``horizon`` [s] old are judged by its first knot."""
+    packet = np.asarray(packet)
+    if not Prediction(packet).valid or (memory.waiting and packet[0] <= memory.waiting[-1][0]):
+        return memory
+    records = list(memory.records)
+    waiting = list(memory.waiting)
+    if waiting and packet[0] - waiting[-1][0] > MAX_GAP:
+        waiting = []
+    while waiting and waiting[0][0] + horizon <= packet[0]:
+        old = waiting.pop(0)
+        previous = waiting[-1] if waiting else old
+        records.append(_judge(old, previous, packet, old[0] + horizon))
+    waiting.append(packet.copy())
+    return PredictionMemory(tuple(waiting), tuple(records[-MAX_RECORDS:]))
+
+
+def recall(memory, packet, radius):
+    """Returns the records, shape (n, 7), of earlier passes of the place from which ``packet`` starts."""
+    if not memory.records:
+        return np.zeros((0, 7))
+    records = np.array(memory.records)
+    stamp, (x, y, _, yaw, _) = packet[0], prediction_knots(packet)[0]
+    near = np.hypot(records[:, X] - x, records[:, Y] - y) <= radius
+    same_way = np.cos(records[:, YAW] - yaw) >= np.cos(SAME_HEADING)
+    return records[near & same_way & (records[:, STAMP] < stamp - EARLIER_LAP)]
+
+
+def recent(memory, now, duration):
+    """Returns the records, shape (n, 7), judged of packets stamped within the last ``duration`` [s] before ``now``."""
+    rows = [record for record in memory.records if record[STAMP] >= now - duration]
+    return np.array(rows).reshape(-1, 7)
+
+
+def _judge(old, before, after, time):
+    """Compares what ``old`` predicted for ``time`` with where two later packets saw the object, before and after it."""
+    seen = _interpolate_first_knots(before, after, time)
+    error = evaluate_prediction(old, time)[:4] - seen
+    c, s = np.cos(seen[3]), np.sin(seen[3])
+    x, y, _, yaw, _ = prediction_knots(old)[0]
+    turn = np.arctan2(np.sin(error[3]), np.cos(error[3]))
+    return (old[0], x, y, yaw, -s * error[0] + c * error[1], c * error[0] + s * error[1], turn)
+
+
+def _interpolate_first_knots(before, after, time):
+    a, b = prediction_knots(before)[0][:4], prediction_knots(after)[0][:4].copy()
+    b[3] = a[3] + np.arctan2(np.sin(b[3] - a[3]), np.cos(b[3] - a[3]))
+    span = after[0] - before[0]
+    return a + (b - a) * ((time - before[0]) / span if span > 0 else 1.0)

@@ -1,0 +1,59 @@
+"""The motor schema of grasping as a table (Allen et al. 1991, section 5).
+
+A skilled action is "an ordered set of parametrized motor control programs of short duration". Each phase is one such
+program: where the hand goes and for how long, what the jaws do, whether vision is used. What leads from phase to phase is
+in `TRANSITIONS`; the conditions themselves are in `conditions.py`.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+from drake_tracker.arm.tool_motion import MotionFrame
+
+
+class Phase(IntEnum):
+    """Numbers of the phases, as logged."""
+
+    ACQUIRE = 0
+    TRACK = 1
+    INTERCEPT = 2
+    CLOSE = 3
+    LIFT = 4
+    HOLD = 5
+    RETREAT = 6
+
+
+@dataclass(frozen=True)
+class Program:
+    """What the arm does in a phase. ``height`` and ``duration`` name fields of the grasp's parameters."""
+
+    frame: MotionFrame
+    height: str
+    duration: str
+    jaws_closed: bool
+    frozen: bool
+
+
+PROGRAMS = {
+    Phase.ACQUIRE: Program(MotionFrame.HOME, "hover_height", "retreat_duration", jaws_closed=False, frozen=False),
+    Phase.TRACK: Program(MotionFrame.OBJECT, "hover_height", "approach_duration", jaws_closed=False, frozen=False),
+    Phase.INTERCEPT: Program(MotionFrame.OBJECT, "grasp_height", "descent_duration", jaws_closed=False, frozen=True),
+    Phase.CLOSE: Program(MotionFrame.OBJECT, "grasp_height", "descent_duration", jaws_closed=True, frozen=True),
+    Phase.LIFT: Program(MotionFrame.HELD, "lift_height", "lift_duration", jaws_closed=True, frozen=True),
+    Phase.HOLD: Program(MotionFrame.HELD, "lift_height", "lift_duration", jaws_closed=True, frozen=True),
+    Phase.RETREAT: Program(MotionFrame.HELD, "hover_height", "retreat_duration", jaws_closed=False, frozen=True),
+}
+
+SAME_MOTION = {(Phase.INTERCEPT, Phase.CLOSE), (Phase.LIFT, Phase.HOLD)}
+"""Changes of phase that leave the motion under way as it is."""
+
+TRANSITIONS = {
+    Phase.ACQUIRE: (("object_seen", Phase.TRACK),),
+    Phase.TRACK: (("object_lost", Phase.ACQUIRE), ("may_intercept", Phase.INTERCEPT)),
+    Phase.INTERCEPT: (("time_to_close", Phase.CLOSE),),
+    Phase.CLOSE: (("jaws_empty", Phase.RETREAT), ("jaws_hold", Phase.LIFT)),
+    Phase.LIFT: (("jaws_empty", Phase.RETREAT), ("lift_done", Phase.HOLD)),
+    Phase.HOLD: (("jaws_empty", Phase.RETREAT),),
+    Phase.RETREAT: (("retreat_done", Phase.ACQUIRE),),
+}
+"""From each phase, the conditions that are asked in this order and the phase that each leads to."""

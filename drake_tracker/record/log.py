@@ -1,0 +1,100 @@
+"""The log of a run: every vector signal between the rooms, with the names of its fields."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.primitives import LogVectorOutput
+
+from drake_tracker.arm.arm_model import tool_yaw
+from drake_tracker.estimation.estimator_system import Filtered
+from drake_tracker.grasp.grasp_system import GraspDiagnosis
+from drake_tracker.messages import ArmCommand, Centroid, JawState, Prediction, ServoTarget, ToolStatus, TrackPoint
+from drake_tracker.timing import SERVO_PERIOD, VISION_PERIOD
+from drake_tracker.world.judge_system import Verdict
+
+_JOINTS = range(1, 7)
+_TRAIN_STATE = "qw qx qy qz x y z wx wy wz vx vy vz".split()
+SIGNALS = {
+    "centroid_left": (VISION_PERIOD, Centroid.get_fields()),
+    "centroid_right": (VISION_PERIOD, Centroid.get_fields()),
+    "point": (VISION_PERIOD, TrackPoint.get_fields()),
+    "filtered": (VISION_PERIOD, Filtered.get_fields()),
+    "prediction": (VISION_PERIOD, Prediction.get_fields()),
+    "delivered": (VISION_PERIOD, Prediction.get_fields()),
+    "target": (SERVO_PERIOD, ServoTarget.get_fields()),
+    "command": (SERVO_PERIOD, ArmCommand.get_fields()),
+    "status": (SERVO_PERIOD, ToolStatus.get_fields()),
+    "diagnosis": (SERVO_PERIOD, GraspDiagnosis.get_fields()),
+    "q_commanded": (SERVO_PERIOD, [f"q{i}" for i in _JOINTS]),
+    "arm_state": (VISION_PERIOD, [f"q{i}" for i in _JOINTS] + [f"v{i}" for i in _JOINTS]),
+    "jaws": (VISION_PERIOD, JawState.get_fields()),
+    "truth_train_state": (VISION_PERIOD, _TRAIN_STATE),
+    "truth_verdict": (VISION_PERIOD, Verdict.get_fields()),
+}
+"""Output ports of `HandEyeDiagram` that are logged: sampling period [s] and names of the fields.
+
+A sample at time t is what the port showed before the updates of that instant. Signals named truth_* come from the
+simulator and were not seen by the loop."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One logged signal: times (n,) [s], data (n, k), names of its k fields."""
+
+    times: np.ndarray
+    data: np.ndarray
+    names: tuple
+
+    def __getitem__(self, name):
+        """Returns one field over time, shape (n,)."""
+        return self.data[:, self.names.index(name)]
+
+    def view(self, *names):
+        """Returns several fields over time, shape (n, len(names))."""
+        return self.data[:, [self.names.index(name) for name in names]]
+
+
+def add_loggers(builder, hand_eye):
+    """Logs every port in `SIGNALS`; returns {name: VectorLogSink}."""
+    loggers = {}
+    for name, (period, _) in SIGNALS.items():
+        loggers[name] = LogVectorOutput(hand_eye.GetOutputPort(name), builder, publish_period=period)
+        loggers[name].set_name(f"log_{name}")
+    return loggers
+
+
+def read_log(loggers, root_context):
+    """Returns {name: Signal} of what has been logged so far."""
+    log = {}
+    for name, logger in loggers.items():
+        record = logger.FindLog(root_context)
+        log[name] = Signal(record.sample_times().copy(), record.data().T.copy(), tuple(SIGNALS[name][1]))
+    return log
+
+
+def tool_signal(arm_state, model):
+    """Returns the Signal of where the tool was (x, y, z [m] in W, yaw [rad]): forward kinematics of the logged joints."""
+    rows = []
+    for q in arm_state.data[:, : model.num_joints]:
+        X_WT = model.tool_pose(q)
+        rows.append([*X_WT.translation(), tool_yaw(X_WT)])
+    return Signal(arm_state.times, np.array(rows).reshape(-1, 4), ("x", "y", "z", "yaw"))
+
+
+def save_log(log, path):
+    """Writes a log as one npz file: for each signal its data, ``<signal>.time`` and ``<signal>.names``."""
+    arrays = {}
+    for name, signal in log.items():
+        arrays[name] = signal.data
+        arrays[f"{name}.time"] = signal.times
+        arrays[f"{name}.names"] = np.array(signal.names)
+    np.savez_compressed(path, **arrays)
+
+
+def load_log(path):
+    """Returns {name: Signal} of a file that `save_log` wrote."""
+    with np.load(path) as arrays:
+        names = [key for key in arrays.files if "." not in key]
+        return {
+            name: Signal(arrays[f"{name}.time"], arrays[name], tuple(arrays[f"{name}.names"].tolist())) for name in names
+        }

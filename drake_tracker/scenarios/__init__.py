@@ -1,0 +1,9 @@
+"""What a run is about, as data: the settings, the named scenarios, and the loader that reads and checks them.
+
+    train.yaml ──tree──▶ values with their origins ──reader──▶ checked `Scenario` ──▶ diagrams/, simulate
+"""
+
+from drake_tracker.scenarios.loader import list_scenarios, load_scenario, save_scenario, scenario_file, validate
+from drake_tracker.scenarios.scenario import Scenario
+
+__all__ = ["Scenario", "list_scenarios", "load_scenario", "save_scenario", "scenario_file", "validate"]

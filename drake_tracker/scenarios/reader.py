@@ -1,0 +1,184 @@
+"""Reads a tree of values into dataclasses and says everything that is wrong with it, each problem in one line."""
+
+import dataclasses
+import difflib
+import math
+import typing
+
+from drake_tracker.scenarios.setting import allowed
+from drake_tracker.scenarios.tree import Value
+
+_NOUNS = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
+
+
+def read(value, schema, key, errors, origins, metadata=None, root=None):
+    """Returns ``value`` as an instance of ``schema``: a dataclass, a Union of them, Optional, list, float, int, bool
+    or str.
+
+    Args:
+        value: the `Value` to read.
+        key: its key path, empty at the top.
+        errors: problems are appended here, one line each; what cannot be read is None.
+        origins: filled in, from key path to where it was written.
+        metadata: of the dataclass field (see `setting`).
+        root: the top schema, searched for the full path of a key that was given in the wrong place.
+    """
+    metadata = metadata or {}
+    root = root or schema
+    kinds = list(typing.get_args(schema)) if typing.get_origin(schema) is typing.Union else [schema]
+    if type(None) in kinds:
+        if value.data is None:
+            return None
+        kinds.remove(type(None))
+    if all(dataclasses.is_dataclass(kind) for kind in kinds):
+        return _read_part(value, kinds, key, errors, origins, root)
+    if typing.get_origin(kinds[0]) is list:
+        return _read_list(value, metadata, key, errors)
+    return _read_scalar(value, kinds[0], metadata, key, errors)
+
+
+def _read_part(value, kinds, key, errors, origins, root):
+    by_name = {kind.__name__: kind for kind in kinds}
+    tag = value.tag or kinds[0].__name__
+    if tag not in by_name:
+        choices = ", ".join("!" + name for name in by_name)
+        errors.append(f"{value.origin}: {key} must be one of {choices}, not !{tag}{_nearest(tag, by_name, '!')}")
+        return kinds[0]()
+    part = by_name[tag]()
+    data = {} if value.data is None else value.data
+    if not isinstance(data, dict):
+        errors.append(f"{value.origin}: {key or 'the scenario'} must be a mapping of settings, not {_show(value)}")
+        return part
+    fields = {field.name: field for field in dataclasses.fields(part)}
+    for name, item in data.items():
+        item_key = f"{key}.{name}" if key else name
+        if name not in fields:
+            errors.append(f"{item.origin}: there is no setting {item_key}{_suggest(name, key, tag, by_name, root)}")
+            continue
+        origins[item_key] = item.origin
+        field = fields[name]
+        setattr(part, name, read(item, field.type, item_key, errors, origins, field.metadata, root))
+    return part
+
+
+def _read_list(value, metadata, key, errors):
+    shape = metadata["shape"]
+    plain = _plain(value)
+    rows = plain if len(shape) == 2 else [plain]
+    fits = (
+        isinstance(rows, list)
+        and (len(shape) == 1 or len(rows) == shape[0])
+        and all(isinstance(row, list) and len(row) == shape[-1] for row in rows)
+    )
+    if not (fits and all(_number_fits(number, metadata) for row in rows for number in row)):
+        errors.append(f"{value.origin}: {key} must be {allowed(metadata, _list_noun(shape))}, not {_show(value)}")
+        return None
+    rows = [[float(number) for number in row] for row in rows]
+    return rows if len(shape) == 2 else rows[0]
+
+
+def _read_scalar(value, kind, metadata, key, errors):
+    data, choices = value.data, metadata.get("choices")
+    if value.tag:
+        good = False
+    elif kind is float:
+        good = _number_fits(data, metadata)
+    elif kind is int:
+        good = isinstance(data, int) and _number_fits(data, metadata)
+    else:
+        good = isinstance(data, kind) and (not choices or data in choices)
+    if not good:
+        hint = _nearest(str(data), choices) if choices else ""
+        errors.append(f"{value.origin}: {key} must be {allowed(metadata, _NOUNS[kind])}, not {_show(value)}{hint}")
+        return None
+    return kind(data)
+
+
+def _list_noun(shape):
+    return f"a list of {shape[0]} numbers" if len(shape) == 1 else f"a list of {shape[0]} lists of {shape[1]} numbers"
+
+
+def _number_fits(data, metadata):
+    if isinstance(data, bool) or not isinstance(data, (int, float)):
+        return False
+    low, high = metadata.get("range") or (-math.inf, math.inf)
+    return low <= data <= high and abs(data) != math.inf
+
+
+def _plain(value):
+    if isinstance(value.data, list):
+        return [_plain(item) for item in value.data]
+    if isinstance(value.data, dict):
+        return {key: _plain(item) for key, item in value.data.items()}
+    return value.data
+
+
+def _show(value):
+    data = _plain(value)
+    if isinstance(data, dict):
+        text = "a mapping"
+    elif data is None:
+        text = "empty"
+    else:
+        text = str(data).lower() if isinstance(data, bool) else repr(data)
+    text = text if len(text) <= 60 else text[:57] + "..."
+    return f"!{value.tag} {text}" if value.tag else text
+
+
+def _nearest(word, names, prefix=""):
+    close = difflib.get_close_matches(word, list(names), n=1, cutoff=0.5)
+    return f"; did you mean {prefix}{close[0]}?" if close else ""
+
+
+def _suggest(name, key, tag, kinds, root):
+    """Where an unknown setting may belong: another kind of the role, else the nearest name, this part's own first."""
+    prefix = f"{key}." if key else ""
+    names = [field.name for field in dataclasses.fields(kinds[tag])]
+    for kind, part in kinds.items():
+        if name in [field.name for field in dataclasses.fields(part)]:
+            return f" in !{tag}; it belongs to {key}: !{kind}"
+    paths = [prefix + own for own in names] + list(setting_keys(root))
+    scores = [difflib.SequenceMatcher(None, name, path.rpartition(".")[2]).ratio() for path in paths]
+    if max(scores) >= 0.6:
+        return f"; did you mean {paths[scores.index(max(scores))]}?"
+    return f"; {key or 'a scenario'} has {', '.join(names) or 'no settings'}"
+
+
+def setting_keys(schema, prefix=""):
+    """Yields the key path of every setting of a dataclass, those of all kinds of a role."""
+    for field in dataclasses.fields(schema):
+        kinds = typing.get_args(field.type) or (field.type,)
+        parts = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
+        if not parts:
+            yield prefix + field.name
+        for part in parts:
+            yield from setting_keys(part, f"{prefix}{field.name}.")
+
+
+def describe_settings(part, prefix=""):
+    """Returns rows (key path, value, what is allowed, meaning) of every setting of a dataclass instance."""
+    rows = []
+    for field in dataclasses.fields(part):
+        value, key = getattr(part, field.name), prefix + field.name
+        kinds = typing.get_args(field.type) or (field.type,)
+        if dataclasses.is_dataclass(value):
+            if len(kinds) > 1:
+                kind_names = ", ".join("!" + kind.__name__ for kind in kinds)
+                rows.append((key, f"!{type(value).__name__}", f"one of {kind_names}", field.metadata["help"]))
+            rows += describe_settings(value, key + ".")
+        else:
+            shape = field.metadata["shape"]
+            noun = _list_noun(shape) if shape else next(_NOUNS[kind] for kind in kinds if kind in _NOUNS)
+            shown = value if isinstance(value, str) else _show(tree_of(value, ""))
+            rows.append((key, shown, allowed(field.metadata, noun), field.metadata["help"]))
+    return rows
+
+
+def tree_of(part, origin):
+    """Returns the `Value` tree of a dataclass instance: what `read` would read to give it back."""
+    if dataclasses.is_dataclass(part):
+        data = {field.name: tree_of(getattr(part, field.name), origin) for field in dataclasses.fields(part)}
+        return Value(data, origin, type(part).__name__)
+    if isinstance(part, (list, tuple)):
+        return Value([tree_of(item, origin) for item in part], origin)
+    return Value(part, origin)

@@ -1,0 +1,89 @@
+"""A scenario file as a tree of values that remember where they were written.
+
+The YAML nodes are walked as composed, because only they still know their line, their tag, and a key that was given
+twice.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import yaml
+
+_EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
+
+
+@dataclass
+class Value:
+    """A value of the tree: ``data`` is a dict of Values, a list of Values, or a plain number, text, bool or None."""
+
+    data: Any
+    origin: str
+    tag: Optional[str] = None
+
+
+def parse(text, describe, errors):
+    """Returns the `Value` of a YAML text, or None when it cannot be read.
+
+    ``describe(line)`` names a line (counted from 1) in messages; problems are appended to ``errors``.
+    """
+    loader = yaml.SafeLoader(text)
+    try:
+        node = loader.get_single_node()
+        return Value(None, describe(1)) if node is None else _convert(loader, node, "", describe, errors)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = mark.line + 1 if mark else 1
+        errors.append(f"{describe(line)}: not valid YAML: {error.problem or error.context}")
+    except (yaml.YAMLError, ValueError) as error:
+        errors.append(f"{describe(1)}: not valid YAML: {' '.join(str(error).split())}")
+    except RecursionError:
+        errors.append(f"{describe(1)}: not valid YAML: nested too deeply")
+    finally:
+        loader.dispose()
+    return None
+
+
+def _convert(loader, node, path, describe, errors):
+    origin = describe(node.start_mark.line + 1)
+    tag = node.tag[1:] if node.tag.startswith("!") else None
+    if isinstance(node, yaml.SequenceNode):
+        return Value([_convert(loader, item, path, describe, errors) for item in node.value], origin, tag)
+    if isinstance(node, yaml.MappingNode):
+        data = {}
+        for key_node, value_node in node.value:
+            key = str(key_node.value)
+            key_path = f"{path}.{key}" if path else key
+            if key in data:
+                here = describe(key_node.start_mark.line + 1)
+                errors.append(f"{here}: {key_path} is given twice, first at {data[key].origin}; keep one")
+                continue
+            value = _convert(loader, value_node, key_path, describe, errors)
+            value.origin = describe(key_node.start_mark.line + 1)
+            data[key] = value
+        return Value(data, origin, tag)
+    if tag:
+        return Value(node.value or {}, origin, tag)
+    if node.tag.rsplit(":", 1)[-1] in ("int", "float", "bool", "null"):
+        return Value(loader.construct_object(node), origin)
+    if node.style is None and _EXPONENT.fullmatch(node.value):
+        return Value(float(node.value), origin)  # YAML 1.1 takes 1e-3, without a point, for text.
+    return Value(node.value, origin)
+
+
+def merge(base, over):
+    """Returns ``base`` with ``over`` on top: mappings key by key, anything else (another tag too) replaced."""
+    same_kind = over.tag in (None, base.tag)
+    if not (isinstance(base.data, dict) and isinstance(over.data, dict) and same_kind):
+        return over
+    data = dict(base.data)
+    for key, value in over.data.items():
+        data[key] = merge(data[key], value) if key in data else value
+    return Value(data, over.origin, base.tag)
+
+
+def nest(key_path, value):
+    """Returns the `Value` of nested mappings that hold ``value`` at a key path with dots."""
+    for key in reversed(key_path.split(".")):
+        value = Value({key: value}, value.origin)
+    return value

@@ -1,0 +1,151 @@
+"""Runs a scenario: builds the diagram, simulates it, judges it from outside, and leaves the run directory."""
+
+import signal
+import threading
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, EventStatus
+
+from drake_tracker.diagrams.train import make_diagram
+from drake_tracker.doctor import require_renderer
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.messages import ArmCommand
+from drake_tracker.record.log import add_loggers, read_log, save_log, tool_signal
+from drake_tracker.record.summary import summarize
+from drake_tracker.scenarios import save_scenario
+from drake_tracker.world.judge_system import Verdict
+
+AFTERGLOW = 0.5
+"""Simulated time [s] for which a run goes on once the train was taken."""
+WATCH_PERIOD = 1 / 60
+"""Simulated time [s] between looks at the judge's verdict."""
+
+
+def simulate(scenario, out=None, record=True, meshcat=False, progress=None, graphviz=None, stop=True):
+    """Runs a scenario to its end and returns its summary, a dict.
+
+    The run ends when the train was taken, when it was thrown off its track, or after ``scenario.duration``.
+
+    Args:
+      scenario: a Scenario, from `load_scenario`.
+      out: directory for summary, log, recording, video and picture; None leaves nothing behind.
+      record: whether to make the Meshcat recording and the camera video.
+      meshcat: whether to show the scene live; the address is printed.
+      progress: called with (simulated time [s], name of the phase).
+      graphviz: file for the picture of the diagram in Graphviz's language.
+      stop: False runs for the whole duration whatever happens.
+
+    Raises DrakeTrackerError on a scenario that cannot be built and on a machine that cannot render.
+    """
+    clock = {"start": time.monotonic()}
+    require_renderer()
+    hand_eye = make_diagram(scenario)
+    builder = DiagramBuilder()
+    builder.AddSystem(hand_eye)
+    loggers = add_loggers(builder, hand_eye)
+    recorders = []
+    if out is not None:
+        out = Path(out)
+        out.mkdir(parents=True, exist_ok=True)
+        save_scenario(scenario, out / "scenario.yaml")
+    if out is not None and record:
+        from drake_tracker.record.video import add_camera_video
+
+        recorders.append(add_camera_video(builder, hand_eye, scenario, out / "cameras.mp4"))
+    if meshcat or (out is not None and record):
+        from drake_tracker.record.scene import add_scene_recording
+
+        recorders.append(
+            add_scene_recording(builder, hand_eye, out / "recording.html" if out and record else None, announce=meshcat)
+        )
+    diagram = builder.Build()
+    diagram.set_name("drake_tracker")
+    if graphviz is not None:
+        Path(graphviz).write_text(hand_eye.GetGraphvizString(max_depth=1))
+
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    hand_eye.arm.start_at_rest(context)
+    watch = _Watch(hand_eye, progress, stop)
+    simulator.set_monitor(watch)
+    clock["simulate"] = time.monotonic()
+    with _interrupts(watch):
+        simulator.Initialize()
+        simulator.AdvanceTo(scenario.duration)
+    clock["write"] = time.monotonic()
+
+    log = read_log(loggers, context)
+    log["tool"] = tool_signal(log["arm_state"], hand_eye.arm.model)
+    if out is not None:
+        save_log(log, out / "log.npz")
+    for recorder in recorders:
+        recorder.finish(context)
+    summary = summarize(scenario, log, simulated=context.get_time(), interrupted=watch.interrupted)
+    if out is not None:
+        from drake_tracker.record.figures import draw_tracking
+        from drake_tracker.record.summary import save_summary
+
+        draw_tracking(scenario, log, summary, out / "tracking.png")
+    clock["end"] = time.monotonic()
+    simulating = clock["write"] - clock["simulate"]
+    summary["real_time_factor"] = context.get_time() / simulating
+    summary["wall_time_s"] = {
+        "build": clock["simulate"] - clock["start"],
+        "simulate": simulating,
+        "write": clock["end"] - clock["write"],
+    }
+    if out is not None:
+        save_summary(summary, out / "summary.json")
+    return summary
+
+
+class _Watch:
+    """The simulator's monitor: reports progress, and ends the run. It reads the judge's output and changes nothing."""
+
+    def __init__(self, hand_eye, progress, stop):
+        self._hand_eye = hand_eye
+        self._progress = progress
+        self._stop = stop
+        self._next_look = 0.0
+        self._taken_at = None
+        self.interrupted = False
+
+    def __call__(self, root_context):
+        now = root_context.get_time()
+        if self.interrupted:
+            return EventStatus.ReachedTermination(self._hand_eye, "interrupted")
+        if now < self._next_look:
+            return EventStatus.DidNothing()
+        self._next_look = now + WATCH_PERIOD
+        context = self._hand_eye.GetMyContextFromRoot(root_context)
+        if self._progress is not None:
+            command = ArmCommand(self._hand_eye.GetOutputPort("command").Eval(context))
+            self._progress(now, Phase(int(command.phase)).name.lower())
+        verdict = Verdict(self._hand_eye.GetOutputPort("truth_verdict").Eval(context))
+        if verdict.taken and self._taken_at is None:
+            self._taken_at = now
+        if self._stop and self._taken_at is not None and now >= self._taken_at + AFTERGLOW:
+            return EventStatus.ReachedTermination(self._hand_eye, "the train was taken")
+        if self._stop and verdict.derailed:
+            return EventStatus.ReachedTermination(self._hand_eye, "the train was thrown off its track")
+        return EventStatus.DidNothing()
+
+
+@contextmanager
+def _interrupts(watch):
+    """Lets Ctrl-C end the run at its next step, so that what was recorded is kept."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def interrupt(signum, frame):
+        watch.interrupted = True
+
+    previous = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, previous)

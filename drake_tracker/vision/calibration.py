@@ -1,0 +1,236 @@
+"""Camera calibration from images of a chessboard: lens, place, and the file that keeps them.
+
+Nothing here knows how the images came about: photographs do as well as rendered ones. The lens (focal length and
+distortion) comes from views of a board held at many angles, the place of the camera from a board that lies at known
+places. Each camera is located by itself, because a chain through the other camera adds the errors of both.
+"""
+
+import dataclasses
+from pathlib import Path
+
+import cv2
+import numpy as np
+import yaml
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.chessboard import find_corners
+
+MIN_LENS_VIEWS = 3
+"""Fewest views of a board from which a lens is calibrated."""
+_CAMERA_ARRAYS = {"K": (3, 3), "distortion": (5,), "X_CW": (4, 4)}
+_DIGITS = 9
+_ROTATION_TOLERANCE = 1e-6
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Lens:
+    """Intrinsic parameters: K (3, 3) [px], distortion (5,), and the reprojection error [px rms] of their views."""
+
+    K: np.ndarray
+    distortion: np.ndarray
+    rms: float
+
+
+def calibrate_intrinsics(images, board, **options):
+    """Returns the `Lens` of a camera from grey images (h, w) of a board held at many angles.
+
+    Images in which the board is not found are passed over. ``options`` are those of `lens_from_corners`. Raises
+    DrakeTrackerError when the board is found in fewer than `MIN_LENS_VIEWS` images.
+    """
+    views = [corners for corners in (find_corners(image, board) for image in images) if corners is not None]
+    if len(views) < MIN_LENS_VIEWS:
+        raise DrakeTrackerError(
+            f"the {board.columns} x {board.rows} board was found in {len(views)} of {len(images)} images; "
+            f"a lens needs at least {MIN_LENS_VIEWS}"
+        )
+    return lens_from_corners(views, board, images[0].shape, **options)
+
+
+def lens_from_corners(
+    views, board, shape, *, fix_principal_point=True, fix_aspect_ratio=True, radial_terms=0, tangential=False
+):
+    """Returns the `Lens` that explains the corners (n, 2) [px] of a board in several images of ``shape`` (h, w).
+
+    By default the principal point stays at the image's centre and the pixels are square: freed, they trade against the
+    board's pose, and small images are too coarse to part them. ``radial_terms`` 0..3 is the number of k1, k2, k3 to
+    find, ``tangential`` adds p1 and p2.
+    """
+    flags = 0
+    for fixed, flag in (
+        (fix_principal_point, cv2.CALIB_FIX_PRINCIPAL_POINT),
+        (fix_aspect_ratio, cv2.CALIB_FIX_ASPECT_RATIO),
+        (not tangential, cv2.CALIB_ZERO_TANGENT_DIST),
+        (radial_terms < 1, cv2.CALIB_FIX_K1),
+        (radial_terms < 2, cv2.CALIB_FIX_K2),
+        (radial_terms < 3, cv2.CALIB_FIX_K3),
+    ):
+        flags |= flag if fixed else 0
+    # The aspect ratio that is kept is that of the matrix handed in.
+    rms, K, distortion, _, _ = cv2.calibrateCamera(
+        *_opencv_lists(board, views), shape[::-1], np.eye(3), np.zeros(5), flags=flags
+    )
+    return Lens(K, distortion.ravel()[:5], rms)
+
+
+def locate_camera(images, lens, board, poses):
+    """Returns where a camera stands, from grey images (h, w) of a board at known places.
+
+    Parameters:
+        lens: the camera's `Lens`.
+        poses: X_WB (4, 4) of the board [m], one for each image.
+
+    Returns (X_CW, rms): the (4, 4) matrix that takes p_WQ to p_CQ and the reprojection error [px]. Raises
+    DrakeTrackerError when the board is not found in an image.
+    """
+    pixels, points = [], []
+    for index, (image, X_WB) in enumerate(zip(images, poses, strict=True)):
+        corners = find_corners(image, board)
+        if corners is None:
+            raise DrakeTrackerError(f"the {board.columns} x {board.rows} board was not found in image {index}")
+        pixels.append(corners)
+        points.append(board.corners() @ X_WB[:3, :3].T + X_WB[:3, 3])
+    pixels, points = np.concatenate(pixels), np.concatenate(points)
+    _, rotation, translation = cv2.solvePnP(points, pixels, lens.K, lens.distortion, flags=cv2.SOLVEPNP_ITERATIVE)
+    miss = cv2.projectPoints(points, rotation, translation, lens.K, lens.distortion)[0][:, 0] - pixels
+    return _transform(cv2.Rodrigues(rotation)[0], translation), np.sqrt((miss**2).sum(axis=1).mean())
+
+
+def calibrate_stereo(images_left, images_right, board, **options):
+    """Returns (left, right, rms) from pairs of grey images (h, w) of one board: see `stereo_from_corners`.
+
+    Pairs in which either camera misses the board are passed over. Raises DrakeTrackerError when fewer than
+    `MIN_LENS_VIEWS` pairs are left.
+    """
+    pairs = [
+        (find_corners(left, board), find_corners(right, board))
+        for left, right in zip(images_left, images_right, strict=True)
+    ]
+    pairs = [pair for pair in pairs if pair[0] is not None and pair[1] is not None]
+    if len(pairs) < MIN_LENS_VIEWS:
+        raise DrakeTrackerError(
+            f"the {board.columns} x {board.rows} board was found in {len(pairs)} of {len(images_left)} pairs; "
+            f"at least {MIN_LENS_VIEWS} are needed"
+        )
+    return stereo_from_corners(*zip(*pairs), board, images_left[0].shape, **options)
+
+
+def stereo_from_corners(views_left, views_right, board, shape, **options):
+    """Returns (left, right, rms): two `CameraModel`s from the corners (n, 2) [px] of one board in pairs of images.
+
+    For cameras whose world is not known: W is the left camera's own frame and the board's square the unit of length.
+    ``shape`` (h, w) is that of the images, ``options`` are those of `lens_from_corners`, and rms is the reprojection
+    error [px] of both cameras together.
+    """
+    left, right = (lens_from_corners(views, board, shape, **options) for views in (views_left, views_right))
+    points, pixels_left = _opencv_lists(board, views_left)
+    _, pixels_right = _opencv_lists(board, views_right)
+    rms, _, _, _, _, R, t, *_ = cv2.stereoCalibrate(
+        points,
+        pixels_left,
+        pixels_right,
+        left.K,
+        left.distortion,
+        right.K,
+        right.distortion,
+        shape[::-1],
+        flags=cv2.CALIB_FIX_INTRINSIC,
+    )
+    height, width = shape
+    return (
+        CameraModel(left.K, left.distortion, np.eye(4), width, height),
+        CameraModel(right.K, right.distortion, _transform(R, t), width, height),
+        rms,
+    )
+
+
+def _opencv_lists(board, views):
+    """Returns the board's points and the views' pixels, one array for each view, in the types that OpenCV takes."""
+    return [board.corners().astype(np.float32)] * len(views), [view.astype(np.float32) for view in views]
+
+
+def _transform(R, p):
+    X = np.eye(4)
+    X[:3, :3] = R
+    X[:3, 3] = np.ravel(p)
+    return X
+
+
+def save_calibration(path, cameras, *, rig=None, notes=None):
+    """Writes {name: CameraModel} to a YAML file.
+
+    ``rig`` {name: value} says for which arrangement of cameras the file was made, ``notes`` {name: value} is anything
+    worth keeping: the board, the errors. Both are plain numbers, texts and lists.
+    """
+    data = {"rig": rig or {}, "notes": notes or {}, "cameras": {}}
+    for name, camera in cameras.items():
+        data["cameras"][name] = {"width": camera.width, "height": camera.height} | {
+            key: np.round(getattr(camera, key), _DIGITS).tolist() for key in _CAMERA_ARRAYS
+        }
+    text = yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=120)
+    Path(path).write_text("# Camera matrices found from images of a chessboard.\n" + text, encoding="utf-8")
+
+
+def load_calibration(path, rig=None):
+    """Returns {name: CameraModel} from a file that `save_calibration` wrote.
+
+    When ``rig`` is given, every value in it must be that of the file.
+
+    Raises DrakeTrackerError, one line naming the file and the key, when the file is missing or not YAML, a value is
+    missing, of another shape or not finite, when X_CW is not a pose or K not a camera matrix, or when the rig differs.
+    """
+    try:
+        data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise DrakeTrackerError(
+            f"{path}: the calibration cannot be read ({getattr(error, 'strerror', None) or 'it is not text'}); "
+            "make one with drake-tracker calibrate"
+        ) from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f" line {mark.line + 1}" if mark else ""
+        raise DrakeTrackerError(f"{path}{where}: {getattr(error, 'problem', None) or 'this is not YAML'}") from None
+    entries = _mapping(path, data, "cameras")
+    if rig is not None:
+        _check_rig(path, _mapping(path, data, "rig"), rig)
+    return {name: _read_camera(path, f"cameras.{name}", _mapping(path, entries, name)) for name in entries}
+
+
+def _mapping(path, data, key):
+    value = data.get(key) if isinstance(data, dict) else None
+    if not isinstance(value, dict):
+        raise DrakeTrackerError(f"{path}: {key} is missing or not a mapping")
+    return value
+
+
+def _check_rig(path, found, wanted):
+    for key, value in wanted.items():
+        same = key in found and np.shape(found[key]) == np.shape(value) and np.allclose(found[key], value)
+        if not same:
+            raise DrakeTrackerError(
+                f"{path}: rig.{key} is {found.get(key)}, but the scenario's cameras have {value}; "
+                "calibrate them anew with drake-tracker calibrate"
+            )
+
+
+def _read_camera(path, key, entry):
+    sizes, arrays = {}, {}
+    for name in ("width", "height"):
+        sizes[name] = entry.get(name)
+        if type(sizes[name]) is not int or sizes[name] < 1:
+            raise DrakeTrackerError(f"{path}: {key}.{name} is {sizes[name]!r}; it must be a whole number above 0")
+    for name, shape in _CAMERA_ARRAYS.items():
+        try:
+            arrays[name] = np.array(entry.get(name), dtype=float)
+        except (TypeError, ValueError):
+            arrays[name] = np.empty(0)
+        if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
+            raise DrakeTrackerError(f"{path}: {key}.{name} must hold {' x '.join(map(str, shape))} finite numbers")
+    K, X_CW = arrays["K"], arrays["X_CW"]
+    if K[0, 0] <= 0.0 or K[1, 1] <= 0.0 or not np.allclose(K[[1, 2, 2, 2], [0, 0, 1, 2]], [0.0, 0.0, 0.0, 1.0]):
+        raise DrakeTrackerError(f"{path}: {key}.K must be [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with fx, fy above 0")
+    R_CW = X_CW[:3, :3]
+    proper = np.allclose(R_CW @ R_CW.T, np.eye(3), atol=_ROTATION_TOLERANCE) and np.linalg.det(R_CW) > 0.0
+    if not proper or not np.array_equal(X_CW[3], [0.0, 0.0, 0.0, 1.0]):
+        raise DrakeTrackerError(f"{path}: {key}.X_CW must be a rotation and a translation, last row 0 0 0 1")
+    return CameraModel(**arrays, **sizes)

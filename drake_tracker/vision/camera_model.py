@@ -1,0 +1,93 @@
+"""A calibrated camera: from points in the world to pixels, and from pixels to rays."""
+
+import dataclasses
+
+import cv2
+import numpy as np
+
+_UNDISTORT_ROUNDS = 30
+_UNDISTORT_TOLERANCE_PX = 1e-6
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class CameraModel:
+    """A pinhole camera with lens distortion, at a known pose.
+
+    Pixel coordinates follow OpenCV: the centre of the top left pixel is (0, 0), u runs to the right, v down. The camera
+    frame C has x to the right, y down and z along the optical axis.
+
+    Parameters:
+        K: (3, 3) intrinsic matrix [px].
+        distortion: (5,) coefficients k1, k2, p1, p2, k3 in OpenCV's order.
+        X_CW: (4, 4) homogeneous matrix that takes p_WQ to p_CQ [m].
+        width, height: size of the full image [px].
+
+    The arrays are copied and made read-only. Raises ValueError on an array of another shape.
+    """
+
+    K: np.ndarray
+    distortion: np.ndarray
+    X_CW: np.ndarray
+    width: int
+    height: int
+
+    def __post_init__(self):
+        for name, shape in (("K", (3, 3)), ("distortion", (5,)), ("X_CW", (4, 4))):
+            array = np.array(getattr(self, name), dtype=float)
+            if array.shape != shape:
+                raise ValueError(f"CameraModel.{name} has shape {array.shape}; it must be {shape}")
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def X_WC(self):
+        """(4, 4) homogeneous matrix that takes p_CQ to p_WQ [m]."""
+        R_WC = self.X_CW[:3, :3].T
+        X_WC = np.eye(4)
+        X_WC[:3, :3] = R_WC
+        X_WC[:3, 3] = -R_WC @ self.X_CW[:3, 3]
+        return X_WC
+
+    def project(self, p_WQ):
+        """Returns the pixels (n, 2) at which the points ``p_WQ`` (n, 3) [m] appear.
+
+        A point that is not in front of the camera has no image: its row is NaN.
+        """
+        p_WQ = np.asarray(p_WQ, dtype=float).reshape(-1, 3)
+        p_CQ = p_WQ @ self.X_CW[:3, :3].T + self.X_CW[:3, 3]
+        uv = np.full((len(p_CQ), 2), np.nan)
+        seen = p_CQ[:, 2] > 0.0
+        if seen.any():
+            uv[seen] = cv2.projectPoints(p_CQ[seen], np.zeros(3), np.zeros(3), self.K, self.distortion)[0][:, 0]
+        return uv
+
+    def sees(self, p_WQ):
+        """Returns which of the points ``p_WQ`` (n, 3) [m] appear within the image, as booleans (n,)."""
+        u, v = self.project(p_WQ).T
+        return (u >= -0.5) & (u < self.width - 0.5) & (v >= -0.5) & (v < self.height - 0.5)
+
+    def rays(self, uv):
+        """Returns the rays through the pixels ``uv`` (n, 2), in W.
+
+        Returns (origin, directions): p_WC (3,) [m], the camera's centre, and unit vectors (n, 3) towards the scene.
+        """
+        uv = np.asarray(uv, dtype=float).reshape(-1, 1, 2)
+        X_WC = self.X_WC
+        if len(uv) == 0:
+            return X_WC[:3, 3], np.empty((0, 3))
+        directions_C = np.column_stack([self._undistort(uv), np.ones(len(uv))])
+        directions_C /= np.linalg.norm(directions_C, axis=1, keepdims=True)
+        return X_WC[:3, 3], directions_C @ X_WC[:3, :3].T
+
+    def _undistort(self, uv):
+        """Returns the normalised image coordinates (n, 2) of the pixels ``uv`` (n, 1, 2), the lens's effect undone."""
+        xy = cv2.undistortPoints(uv, self.K, self.distortion)[:, 0]
+        # OpenCV stops after five rounds, which leaves up to .02 px under a strong lens: go on until it is exact.
+        for _ in range(_UNDISTORT_ROUNDS):
+            homogeneous = np.column_stack([xy, np.ones(len(xy))])
+            seen = cv2.projectPoints(homogeneous, np.zeros(3), np.zeros(3), self.K, self.distortion)[0]
+            miss = (seen - uv)[:, 0]
+            if np.abs(miss).max() < _UNDISTORT_TOLERANCE_PX:
+                break
+            xy = xy - miss / (self.K[0, 0], self.K[1, 1])
+        return xy

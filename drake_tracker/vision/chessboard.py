@@ -1,0 +1,104 @@
+"""A chessboard and its corners in an image."""
+
+import dataclasses
+
+import cv2
+import numpy as np
+
+from drake_tracker.errors import DrakeTrackerError
+
+_FINDER_WIDTH = 1024
+_FRONTAL_SQUARE = 24
+_FRONTAL_WINDOW = 8
+_REFINE_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-4)
+
+_WHITE = 180
+_BLACK = 8
+_TEXELS = 40
+"""Texels along a square."""
+_SOFTNESS = 0.08
+"""Standard deviation of the blur of a square's edge, in squares."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Chessboard:
+    """A chessboard of (columns + 1) x (rows + 1) squares.
+
+    The board's frame B has its origin at the first inner corner, x along the columns, y along the rows, and z into the
+    board, so that the axes of a board seen from the front look like the image's u, v. The square at the origin's side
+    away from the other corners is black.
+
+    Parameters:
+        columns, rows: inner corners along x and y, one odd and one even: else a half turn looks the same.
+        square: side of a square [m], or the unit of length.
+
+    Raises DrakeTrackerError when columns and rows are both odd or both even, or too few.
+    """
+
+    columns: int = 9
+    rows: int = 6
+    square: float = 0.05
+
+    def __post_init__(self):
+        if min(self.columns, self.rows) < 3 or (self.columns + self.rows) % 2 == 0:
+            raise DrakeTrackerError(
+                f"a board of {self.columns} x {self.rows} inner corners cannot be used; both must be at least 3, "
+                "one odd and one even"
+            )
+
+    def corners(self):
+        """Returns p_BQ of the inner corners (columns * rows, 3) [m], row by row."""
+        y, x = np.mgrid[: self.rows, : self.columns]
+        return self.square * np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+
+
+def draw_board(board):
+    """Returns the picture of a board with a white margin of one square, as grey levels (h, w).
+
+    The renderer takes one sample a pixel, so sharp edges come out as stairs, which move the corners. The edges are as
+    soft as a lens would make them.
+    """
+    y, x = np.mgrid[: board.rows + 3, : board.columns + 3] - 2
+    inside = (x >= -1) & (x < board.columns) & (y >= -1) & (y < board.rows)
+    grey = np.where(inside & ((x + y) % 2 == 0), _BLACK, _WHITE).astype(np.uint8)
+    picture = np.kron(grey, np.ones((_TEXELS, _TEXELS), np.uint8))
+    return cv2.GaussianBlur(picture, (0, 0), _SOFTNESS * _TEXELS, borderType=cv2.BORDER_REPLICATE)
+
+
+def find_corners(image, board):
+    """Returns the pixels (columns * rows, 2) of a board's inner corners in a grey image (h, w), or None.
+
+    The order is that of `Chessboard.corners`; the colours of the squares tell which end of the board is which. The
+    corners are refined in a picture of the board seen from the front, because a board that lies flat before a low
+    camera has squares so short that an upright window holds several corners.
+    """
+    # The finder wants squares of some 20 px; a small image is enlarged for it.
+    scale = max(1, round(_FINDER_WIDTH / max(image.shape)))
+    enlarged = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
+    found, corners = cv2.findChessboardCorners(
+        enlarged, (board.columns, board.rows), flags=cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
+    )
+    if not found:
+        return None
+    corners = (corners.reshape(-1, 2).astype(float) + 0.5) / scale - 0.5
+    frontal = _FRONTAL_SQUARE * (board.corners()[:, :2] / board.square + 2.0)
+    H, _ = cv2.findHomography(corners, frontal)
+    if H is None:
+        return None
+    size = (_FRONTAL_SQUARE * (board.columns + 3), _FRONTAL_SQUARE * (board.rows + 3))
+    picture = cv2.warpPerspective(image, H, size, borderMode=cv2.BORDER_REPLICATE)
+    window = (_FRONTAL_WINDOW, _FRONTAL_WINDOW)
+    # Start from the corners found, not from the regular grid: a lens's distortion makes them differ.
+    start = cv2.perspectiveTransform(corners[:, np.newaxis], H).astype(np.float32)
+    refined = cv2.cornerSubPix(picture, start, window, (-1, -1), _REFINE_STOP)
+    corners = cv2.perspectiveTransform(refined.reshape(-1, 1, 2).astype(float), np.linalg.inv(H))[:, 0]
+    return corners if _first_square_is_black(picture, board) else corners[::-1].copy()
+
+
+def _first_square_is_black(picture, board):
+    """Tells from a frontal picture of the squares between the corners which of two ways round the board was found."""
+    y, x = np.mgrid[: board.rows - 1, : board.columns - 1]
+    v, u = ((np.array([y, x]) + 2.5) * _FRONTAL_SQUARE).astype(int)
+    grey = picture[v, u].astype(float)
+    black = (x + y) % 2 == 0
+    return grey[black].mean() < grey[~black].mean()

@@ -1,0 +1,168 @@
+"""One camera's motion centroid as a Drake System, and the delay line that makes it 15 cycles late."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import LeafSystem
+from pydrake.systems.primitives import DiscreteTimeDelay
+from pydrake.systems.sensors import ImageRgba8U
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.messages import Centroid, message_size
+from drake_tracker.timing import LAG_CYCLES, VISION_PERIOD, delay_cycles
+
+
+@dataclass(frozen=True, eq=False)
+class MotionEnergy:
+    """What the detector saw at one instant, for figures and video.
+
+    Attributes:
+        stamp: capture time of the image described [s].
+        mask: uint8 of the image's shape, read-only, 255 where something moves.
+        image_offset: full-frame coordinates (u0, v0) of the mask's top left pixel.
+    """
+
+    stamp: float
+    mask: np.ndarray
+    image_offset: tuple
+
+    def __deepcopy__(self, memo):
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class _Memory:
+    """Smoothed images, oldest first, the newest centroid and mask. Never changed in place, hence shared by copies."""
+
+    smoothed: tuple
+    centroid: np.ndarray
+    energy: MotionEnergy
+
+    def __deepcopy__(self, memo):
+        return self
+
+
+class MotionCentroidSystem(LeafSystem):
+    """Finds the motion centroid in the images of one camera, every cycle (Allen et al. 1991, section 3.1).
+
+    .. pydrake_system::
+
+        name: MotionCentroidSystem
+        input_ports:
+        - color_image
+        output_ports:
+        - centroid
+        - motion_energy
+        - motion_images
+
+    ``color_image`` is an `ImageRgba8U`, read every ``period`` [s] from time 0 in an unrestricted update. It may show
+    only a rectangle of the full frame whose top left pixel is ``image_offset`` = (u0, v0).
+
+    ``centroid`` is a `Centroid` vector in full-frame pixel coordinates, without the lag: it rests on the newest image,
+    while its stamp is that of the image it describes. It is zero until enough images are buffered; after that the stamp
+    is always set, and ``valid`` is 0 when too few pixels move. ``motion_energy`` is an abstract `MotionEnergy` of the
+    same instant. ``motion_images`` holds what the detector's ``images`` returns for the buffered images (for normal
+    flow a `MotionImages`), or None before there are enough; it costs nothing unless it is read.
+
+    Args:
+        detector: a `NormalFlow`, or another detector with its methods ``smooth``, ``mask``, ``centroid`` and ``images``
+            and its properties ``stride``, ``buffer_length`` and ``stamp_age_cycles``.
+    """
+
+    def __init__(self, detector, *, image_offset=(0, 0), period=VISION_PERIOD):
+        super().__init__()
+        self._detector = detector
+        self._offset = (int(image_offset[0]), int(image_offset[1]))
+        self._stamp_age = detector.stamp_age_cycles * period
+        self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
+        nothing = MotionEnergy(0.0, _read_only(np.zeros((1, 1), np.uint8)), self._offset)
+        blank = _Memory((), _read_only(np.zeros(message_size(Centroid))), nothing)
+        self._memory = self.DeclareAbstractState(AbstractValue.Make(blank))
+        from_memory = {self.abstract_state_ticket(self._memory)}
+        self.DeclareVectorOutputPort("centroid", message_size(Centroid), self._calc_centroid, from_memory)
+        self.DeclareAbstractOutputPort(
+            "motion_energy", lambda: AbstractValue.Make(nothing), self._calc_motion_energy, from_memory
+        )
+        self.DeclareAbstractOutputPort(
+            "motion_images", lambda: AbstractValue.Make(blank), self._calc_motion_images, from_memory
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
+
+    def _get_memory(self, context):
+        return context.get_abstract_state(self._memory).get_value()
+
+    def _update(self, context, state):
+        grey = cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY)
+        memory = self._get_memory(context)
+        length = self._detector.buffer_length
+        smoothed = memory.smoothed[-(length - 1) :] + (_read_only(self._detector.smooth(grey)),)
+        centroid, energy = memory.centroid, memory.energy
+        if len(smoothed) == length:
+            stamp = context.get_time() - self._stamp_age
+            images = smoothed[:: self._detector.stride]
+            mask = self._detector.mask(*images)
+            region = self._detector.centroid(mask, images[len(images) // 2])
+            u0, v0 = self._offset
+            if region is None:
+                centroid = np.array([stamp, 0.0, 0.0, 0.0, 0.0])
+            else:
+                centroid = np.array([stamp, region.u + u0, region.v + v0, region.pixel_count, 1.0])
+            energy = MotionEnergy(stamp, _read_only(mask), self._offset)
+        state.get_mutable_abstract_state(self._memory).set_value(_Memory(smoothed, _read_only(centroid), energy))
+
+    def _calc_centroid(self, context, output):
+        output.SetFromVector(self._get_memory(context).centroid)
+
+    def _calc_motion_energy(self, context, output):
+        output.set_value(self._get_memory(context).energy)
+
+    def _calc_motion_images(self, context, output):
+        smoothed = self._get_memory(context).smoothed
+        full = len(smoothed) == self._detector.buffer_length
+        output.set_value(self._detector.images(*smoothed[:: self._detector.stride]) if full else None)
+
+
+class LaggedCentroid(NamedTuple):
+    """The parts that `add_motion_centroid` made. ``output_port`` is the `Centroid` as late as the paper's."""
+
+    system: MotionCentroidSystem
+    delay: DiscreteTimeDelay
+
+    @property
+    def image_input_port(self):
+        """Where the camera's image goes in."""
+        return self.system.GetInputPort("color_image")
+
+    @property
+    def output_port(self):
+        """The lagged centroid."""
+        return self.delay.get_output_port()
+
+
+def add_motion_centroid(
+    builder, name, detector, *, image_offset=(0, 0), lag_cycles=LAG_CYCLES, period=VISION_PERIOD
+):
+    """Adds a `MotionCentroidSystem` and the delay that makes each centroid appear ``lag_cycles`` after its stamp.
+
+    "The total associated delay time for finding the centroid of a moving object becomes 15 cycles or 0.25 seconds"
+    (section 3.1): part of it passes while the images after the described one arrive, the delay line adds the rest. The
+    centroid, not the image, is delayed, which costs less and comes to the same. Both Systems update at whole cycles,
+    the delay line after the centroid; read the result later in the plant step.
+
+    Returns a `LaggedCentroid`. Raises DrakeTrackerError when the lag is too short for the detector's images.
+    """
+    steps = delay_cycles(lag_cycles, detector.stamp_age_cycles)
+    if steps == 0:
+        raise DrakeTrackerError(f"a lag of {lag_cycles:g} cycles leaves nothing to the delay line; add 1 cycle or more")
+    system = builder.AddNamedSystem(name, MotionCentroidSystem(detector, image_offset=image_offset, period=period))
+    delay = builder.AddNamedSystem(f"{name}_lag", DiscreteTimeDelay(period, steps, message_size(Centroid)))
+    builder.Connect(system.GetOutputPort("centroid"), delay.get_input_port())
+    return LaggedCentroid(system, delay)
+
+
+def _read_only(array):
+    array.setflags(write=False)
+    return array

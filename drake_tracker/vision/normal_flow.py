@@ -1,0 +1,355 @@
+"""Normal flow: which pixels move, from three smoothed images (Allen et al. 1991, section 3.1, steps 2-8).
+
+Units, with images t apart by ``stride`` cycles of ``period`` seconds:
+
+* I_t = I2 - I0 [grey] spans 2 stride period seconds, centred on I1.
+* The 3x3 Sobel operator returns 8 times the gradient [grey/px] of I1.
+* |I_t| / (|I_x| + |I_y|) is hence the displacement along the gradient [px] during that span, in the L1 norm that the
+  paper's look-up table uses in place of equation 3's root. "10 pixels per 60 msec" is 5.6 px for a stride of 1.
+"""
+
+import math
+from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.vision.region_centroid import brightness_gate, hull_centroid, mean_centroid
+
+GREY_FRACTION = 32
+"""Steps per grey level of the integer path's smoothed images. Sobel sums of them, up to 32640, just fit 16 bits."""
+SOBEL_GAIN = 8.0
+"""Sum of the weights on one side of the 3x3 Sobel operator times the distance of its two sides."""
+GAIN_LIMITS = (2 / 3, 3 / 2)
+"""When brightness changes by more between I0 and I2, the light was switched and no motion can be told."""
+SAMPLES = 2048
+"""Pixels from which medians over the image are taken."""
+MAD_TO_SIGMA = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+
+
+@dataclass(frozen=True)
+class NormalFlowParameters:
+    """Settings of `NormalFlow`; the defaults are the preset ``scaled``.
+
+    Attributes:
+        stride: cycles between the images used: 1 for consecutive ones, 2 for every other.
+        threshold_px, threshold_window_s: a pixel moves when its normal velocity reaches threshold_px per
+            threshold_window_s [s].
+        difference_gate: least |I_t| of a moving pixel [grey].
+        noise_factor: raises the gate to this many standard deviations of I_t, measured in each image by the median
+            absolute difference; 0 leaves the gate alone.
+        normalise_gain: scales I0 to the mean brightness of I2 first, so that flickering light does not move.
+        denominator_floor: least |I_x| + |I_y| used [grey/px].
+        norm: of the gradient, "l1" (the paper's arithmetic) or "l2" (its equation 3).
+        smoothing_size, smoothing_sigma: Gaussian mask, odd side [px] and standard deviation [px].
+        min_pixels: fewer moving pixels make no centroid.
+        centroid: "mean" (the paper's) or "hull" (of the largest moving region).
+        join_distance: gap [px] across which the hull joins edges of one object.
+        brightness_gate: drop moving pixels that are no brighter than the background (cast shadows).
+        path: "integer", or "float", which divides as the text does and serves as its oracle.
+        period: time between images [s].
+
+    Raises DrakeTrackerError on a value outside its range.
+    """
+
+    stride: int = 2
+    threshold_px: float = 0.5
+    threshold_window_s: float = 4 * VISION_PERIOD
+    difference_gate: float = 6.0
+    noise_factor: float = 5.0
+    normalise_gain: bool = True
+    denominator_floor: float = 1.0
+    norm: str = "l1"
+    smoothing_size: int = 5
+    smoothing_sigma: float = 1.0
+    min_pixels: int = 12
+    centroid: str = "mean"
+    join_distance: int = 40
+    brightness_gate: bool = False
+    path: str = "integer"
+    period: float = VISION_PERIOD
+
+    def __post_init__(self):
+        for name, allowed in (("norm", ("l1", "l2")), ("centroid", ("mean", "hull")), ("path", ("integer", "float"))):
+            if getattr(self, name) not in allowed:
+                raise DrakeTrackerError(
+                    f"normal flow: {name} is {getattr(self, name)!r}; it must be one of {', '.join(allowed)}"
+                )
+        for name, least, unit in (
+            ("stride", 1, "cycles"),
+            ("threshold_px", 1e-3, "px"),
+            ("threshold_window_s", 1e-3, "s"),
+            ("difference_gate", 0, "grey levels"),
+            ("noise_factor", 0, "standard deviations"),
+            ("denominator_floor", 0.1, "grey levels per px"),
+            ("smoothing_size", 1, "px"),
+            ("smoothing_sigma", 0.1, "px"),
+            ("min_pixels", 1, "px"),
+            ("join_distance", 1, "px"),
+            ("period", 1e-4, "s"),
+        ):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= least):
+                raise DrakeTrackerError(f"normal flow: {name} is {value}; it must be at least {least} {unit}")
+        for name in ("stride", "smoothing_size", "min_pixels", "join_distance"):
+            if getattr(self, name) != int(getattr(self, name)):
+                raise DrakeTrackerError(f"normal flow: {name} is {getattr(self, name)}; it must be a whole number")
+        if self.smoothing_size % 2 == 0:
+            raise DrakeTrackerError(f"normal flow: smoothing_size is {self.smoothing_size} px; it must be odd")
+
+    @classmethod
+    def preset(cls, name, **overrides):
+        """Returns a preset by name, with every override that is not None put in its place.
+
+        ``paper_literal`` and ``paper_interlaced`` take the paper at its word: 10 px per 60 ms and no other guard, on
+        consecutive images and on images every other cycle. Raises DrakeTrackerError on an unknown name or override.
+        """
+        if name not in PRESETS:
+            raise DrakeTrackerError(f"normal flow: preset is {name!r}; it must be one of {', '.join(PRESETS)}")
+        known = {field.name for field in fields(cls)}
+        for key in overrides:
+            if key not in known:
+                raise DrakeTrackerError(f"normal flow: unknown setting {key!r}; known are {', '.join(sorted(known))}")
+        return replace(PRESETS[name], **{key: value for key, value in overrides.items() if value is not None})
+
+    @property
+    def span(self):
+        """Time between I0 and I2 [s]."""
+        return 2 * self.stride * self.period
+
+    @property
+    def displacement_threshold(self):
+        """The velocity threshold as a displacement between I0 and I2 [px]."""
+        return self.threshold_px * self.span / self.threshold_window_s
+
+    def smallest_visible_speed(self, contrast=200.0):
+        """Returns the least image speed [px/s] at which an edge of ``contrast`` [grey] yields any moving pixel.
+
+        The edge is straight, along a row or a column of pixels, and moves square to itself. It passes the threshold
+        on its flanks before it does in its middle: there the gradient has faded while the difference has not, so that
+        the least speed can be well below the threshold's own. Below the returned speed such an edge shows nothing, and
+        a softer one neither. Infinity when no speed is enough.
+        """
+        half = int(self.smoothing_size) // 2
+        kernel = cv2.getGaussianKernel(int(self.smoothing_size), self.smoothing_sigma)
+        x = np.arange(0.0, half + 2.0, 0.05)
+
+        def edge(distance):
+            """Smoothed brightness of a pixel at a distance from the edge."""
+            covered = np.clip(0.5 - (distance + np.arange(-half, half + 1)[:, None]), 0.0, 1.0)
+            return contrast * (kernel * covered).sum(axis=0)
+
+        slope = (edge(x - 1.0) - edge(x + 1.0)) / 2.0
+        limit = self.displacement_threshold * np.maximum(slope, self.denominator_floor)
+        limit = np.maximum(limit, self.difference_gate)
+
+        def visible(displacement):
+            return (edge(x - displacement / 2) - edge(x + displacement / 2) >= limit).any()
+
+        low, high = 0.0, 4.0 * (half + 2.0)
+        if not visible(high):
+            return math.inf
+        while high - low > 1e-4:
+            middle = (low + high) / 2
+            low, high = (low, middle) if visible(middle) else (middle, high)
+        return high / self.span
+
+
+_PAPER = NormalFlowParameters(
+    stride=1,
+    threshold_px=10.0,
+    threshold_window_s=0.060,
+    difference_gate=0.0,
+    noise_factor=0.0,
+    normalise_gain=False,
+)
+PRESETS = {
+    "scaled": NormalFlowParameters(),
+    "paper_literal": _PAPER,
+    "paper_interlaced": replace(_PAPER, stride=2),
+}
+
+
+class MotionImages(NamedTuple):
+    """What figures 4 and 5 of the paper show, each of the image's shape.
+
+    ``smoothed``, ``difference``: I1 and I_t [grey]; ``gradient_x``, ``gradient_y``: of I1 [grey/px]; ``normal_speed``
+    [px/s], not thresholded; ``motion_energy``: the mask, 255 where something moves.
+    """
+
+    smoothed: np.ndarray
+    difference: np.ndarray
+    gradient_x: np.ndarray
+    gradient_y: np.ndarray
+    normal_speed: np.ndarray
+    motion_energy: np.ndarray
+
+
+class NormalFlow:
+    """The motion detector of section 3.1: grey image -> smoothed image; three of them -> mask; mask -> centroid.
+
+    It holds no image: the caller keeps the last `buffer_length` smoothed images and passes every ``stride``-th of them.
+
+    Args:
+        parameters: `NormalFlowParameters`.
+        window: uint8 of the image's shape, 0 where motion is not to be looked at; None looks everywhere.
+    """
+
+    def __init__(self, parameters=NormalFlowParameters(), window=None):
+        self.parameters = parameters
+        self.stride = int(parameters.stride)
+        self._integer = parameters.path == "integer"
+        self._scale = GREY_FRACTION if self._integer else 1
+        self._floor = self._scale * parameters.denominator_floor
+        self._kernel = cv2.getGaussianKernel(int(parameters.smoothing_size), parameters.smoothing_sigma)
+        self._window = None
+        self._inside = None
+        if window is not None:
+            inside = np.asarray(window) > 0
+            if not inside.any():
+                raise DrakeTrackerError("normal flow: the window of interest is empty")
+            self._inside = np.flatnonzero(inside)
+            self._window = inside
+            # All bits set inside: a bitwise "and" keeps the pixels of a 16-bit image.
+            self._window_bits = np.where(inside, -1, 0).astype(np.int16)
+
+    @property
+    def buffer_length(self):
+        """Images the caller must keep: the newest is I2, the oldest I0."""
+        return 2 * self.stride + 1
+
+    @property
+    def stamp_age_cycles(self):
+        """Age of the described image I1 when I2 is captured, in cycles."""
+        return self.stride
+
+    def smooth(self, grey):
+        """Step 2: returns a grey uint8 image convolved with the Gaussian mask.
+
+        The integer path returns int16 in 1/`GREY_FRACTION` grey levels, the float path float64 in grey levels.
+        """
+        if self._integer:
+            root = math.sqrt(GREY_FRACTION)
+            return cv2.sepFilter2D(grey, cv2.CV_16S, root * self._kernel, root * self._kernel)
+        return cv2.sepFilter2D(grey.astype(np.float64), cv2.CV_64F, self._kernel, self._kernel)
+
+    def mask(self, image0, image1, image2):
+        """Steps 5-8: returns the motion energy of three smoothed images, uint8, 255 where something moves at image1."""
+        energy = np.zeros(image1.shape, np.uint8)
+        difference = self._difference(image0, image2)
+        if difference is None:
+            return energy
+        size = np.abs(difference)
+        least = max(self._gate(size), self.parameters.displacement_threshold * self._floor)
+        if self._integer:
+            least = math.ceil(least)  # An equal bound for whole numbers, and no detour through floats.
+        candidates = size >= least
+        if self._window is not None:
+            candidates &= self._window
+        # No pixel outside the candidates' rectangle can move: the gradients there are of no interest.
+        u0, v0, width, height = cv2.boundingRect(candidates.view(np.uint8))
+        if width == 0:
+            return energy
+        inner = np.s_[v0 : v0 + height, u0 : u0 + width]
+        top, left = max(0, v0 - 1), max(0, u0 - 1)
+        gradients = (
+            g[v0 - top : v0 - top + height, u0 - left : u0 - left + width]
+            for g in self._sobel(image1[top : v0 + height + 1, left : u0 + width + 1])
+        )
+        exceeds = self._exceeds_integer if self._integer else self._exceeds_float
+        energy[inner] = erode_isolated(candidates[inner] & exceeds(size[inner], *gradients))
+        return energy
+
+    def centroid(self, mask, image1):
+        """Steps 9-11: returns the `RegionCentroid` of a mask, or None when too few pixels move."""
+        p = self.parameters
+        if p.brightness_gate:
+            mask = brightness_gate(mask, image1, self._median(image1))
+        region = mean_centroid(mask) if p.centroid == "mean" else hull_centroid(mask, p.join_distance)
+        if region is None or region.pixel_count < p.min_pixels:
+            return None
+        return region
+
+    def images(self, image0, image1, image2):
+        """Returns the `MotionImages` of three smoothed images, in grey levels and pixels whichever path made them."""
+        difference = self._difference(image0, image2)
+        if difference is None:
+            difference = np.zeros(image1.shape)
+        gradient_x, gradient_y = (g / (SOBEL_GAIN * self._scale) for g in self._sobel(image1))
+        difference = difference / self._scale
+        displacement = np.abs(difference) / np.maximum(
+            self._gradient_size(gradient_x, gradient_y), self.parameters.denominator_floor
+        )
+        return MotionImages(
+            image1 / self._scale,
+            difference,
+            gradient_x,
+            gradient_y,
+            displacement / self.parameters.span,
+            self.mask(image0, image1, image2),
+        )
+
+    def _difference(self, image0, image2):
+        """Step 5: I_t = I2 - I0, or None when the light changed too much to compare the two."""
+        gain = 1.0
+        if self.parameters.normalise_gain:
+            level0, level2 = self._level(image0), self._level(image2)
+            gain = level2 / level0 if level0 > 0.0 else math.inf
+            if not GAIN_LIMITS[0] < gain < GAIN_LIMITS[1]:
+                return None
+        if self._integer:
+            return cv2.addWeighted(image2, 1.0, image0, -gain, 0.0)
+        return image2 - gain * image0
+
+    def _exceeds_integer(self, size, gradient_x, gradient_y):
+        """Steps 7-8 in saturating 16-bit integers: compares |I_t| with T (|I_x| + |I_y|) and never divides."""
+        factor = self.parameters.displacement_threshold / SOBEL_GAIN
+        if self.parameters.norm == "l1":
+            return size >= cv2.addWeighted(np.abs(gradient_x), factor, np.abs(gradient_y), factor, 0.0)
+        return size >= np.rint(factor * np.hypot(gradient_x, gradient_y))
+
+    def _exceeds_float(self, size, gradient_x, gradient_y):
+        """Steps 7-8 as the text has them: the look-up table's division, then the threshold."""
+        slope = self._gradient_size(gradient_x, gradient_y) / SOBEL_GAIN
+        return size / np.maximum(slope, self._floor) >= self.parameters.displacement_threshold
+
+    def _gate(self, size):
+        """Least |I_t| of a moving pixel, in the unit of ``size`` = |I_t|."""
+        gate = self.parameters.difference_gate * self._scale
+        if self.parameters.noise_factor > 0.0:
+            gate = max(gate, self.parameters.noise_factor * MAD_TO_SIGMA * self._median(size))
+        return gate
+
+    def _gradient_size(self, gradient_x, gradient_y):
+        if self.parameters.norm == "l1":
+            return np.abs(gradient_x) + np.abs(gradient_y)
+        return np.hypot(gradient_x, gradient_y)
+
+    def _sobel(self, image):
+        """Step 6: `SOBEL_GAIN` times the gradients, of the image's type."""
+        return cv2.Sobel(image, -1, 1, 0), cv2.Sobel(image, -1, 0, 1)
+
+    def _level(self, image):
+        """Sum of the image inside the window."""
+        if self._window is not None:
+            image = image & self._window_bits if self._integer else np.where(self._window, image, 0.0)
+        return cv2.sumElems(image)[0]
+
+    def _median(self, image):
+        """Median over about `SAMPLES` pixels spread over the window."""
+        pixels = image.ravel()
+        count = pixels.size if self._inside is None else self._inside.size
+        step = max(1, count // SAMPLES) | 1  # Odd, so that the samples do not fall into a few columns.
+        samples = pixels[::step] if self._inside is None else pixels[self._inside[::step]]
+        middle = samples.size // 2
+        return float(np.partition(samples, middle)[middle])
+
+
+def erode_isolated(moving):
+    """Step 8: returns a boolean image as a mask (uint8, 0 or 255) without the pixels that have no moving neighbour."""
+    count = cv2.boxFilter(moving.view(np.uint8), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
+    return (moving & (count > 1)).view(np.uint8) * np.uint8(255)

@@ -1,0 +1,100 @@
+"""From a mask of moving pixels to one centroid: the paper's histogram mean, and the convex hull of the region.
+
+A mask is a uint8 image, 255 where something moves and 0 elsewhere. Coordinates are those of the mask: whole numbers are
+pixel centres, (0, 0) is the top left pixel.
+"""
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+MINIMUM_FRAGMENT_PIXELS = 4
+"""Fragments of a moving region that are smaller than this are stray pixels."""
+MINIMUM_FRAGMENT_SHARE = 0.02
+"""Fragments that hold a smaller share of all moving pixels are stray pixels too."""
+BRIGHTNESS_PERCENTILE = 90
+"""Moving pixels as bright as this percentile are taken to show the object itself."""
+BRIGHTNESS_FRACTION = 0.25
+"""Share of the way from the still background to the object that a pixel must reach to pass the brightness gate."""
+
+
+class RegionCentroid(NamedTuple):
+    """Centroid (u, v) [px] of a moving region and the number of moving pixels that it rests on."""
+
+    u: float
+    v: float
+    pixel_count: int
+
+
+def mean_centroid(mask):
+    """Returns the `RegionCentroid` of all moving pixels, or None when there are none.
+
+    Steps 9-11 of figure 3 of Allen et al. 1991: each moving pixel is encoded with its coordinate by a ramp, the encoded
+    image is histogrammed and the mean of the histogram taken. The histogram of an image that holds its own column
+    numbers is the count of moving pixels per column, which is what is summed here; likewise for the rows.
+    """
+    columns = cv2.reduce(mask, 0, cv2.REDUCE_SUM, dtype=cv2.CV_32S).ravel()
+    rows = cv2.reduce(mask, 1, cv2.REDUCE_SUM, dtype=cv2.CV_32S).ravel()
+    total = int(columns.sum())
+    if total == 0:
+        return None
+    u = float(columns @ np.arange(columns.size)) / total
+    v = float(rows @ np.arange(rows.size)) / total
+    return RegionCentroid(u, v, total // 255)
+
+
+def hull_centroid(mask, join_distance):
+    """Returns the `RegionCentroid` of the convex hull of the largest moving region, or None when there is none.
+
+    Motion shows at edges only, so that the mean of the moving pixels leans towards whichever edges are strong, and leans
+    elsewhere as the object turns. The area within the outermost edges does not.
+
+    The hull believes its outermost pixels, so they must belong to the object. Fragments of a few pixels are dropped.
+    Fragments no farther apart than ``join_distance`` [px] (horizontally and vertically) are taken as edges of one region,
+    and of the regions the one with most moving pixels is used. ``join_distance`` should be the longest gap that a plain
+    object leaves between its front and rear edges.
+    """
+    u0, v0, width, height = cv2.boundingRect(mask)
+    if width == 0:
+        return None
+    mask = mask[v0 : v0 + height, u0 : u0 + width]
+    _, labels, statistics, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    sizes = statistics[:, cv2.CC_STAT_AREA]
+    smallest = max(MINIMUM_FRAGMENT_PIXELS, MINIMUM_FRAGMENT_SHARE * sizes[1:].sum())
+    keep = np.where(sizes >= smallest, 255, 0).astype(np.uint8)
+    keep[0] = 0
+    fragments = keep[labels]
+    side = int(join_distance) + 1
+    joined = cv2.dilate(fragments, np.ones((side, side), np.uint8))
+    _, regions = cv2.connectedComponents(joined, connectivity=8)
+    rows, columns = np.nonzero(fragments)
+    if rows.size == 0:
+        return None
+    region_of_pixel = regions[rows, columns]
+    inside = region_of_pixel == np.bincount(region_of_pixel).argmax()
+    points = np.column_stack([columns[inside], rows[inside]]).astype(np.float32)
+    moments = cv2.moments(cv2.convexHull(points))
+    if moments["m00"] > 0.0:
+        u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
+    else:  # All pixels on one line: the hull has no area.
+        u, v = points.mean(axis=0)
+    return RegionCentroid(float(u) + u0, float(v) + v0, len(points))
+
+
+def brightness_gate(mask, image, background):
+    """Returns the mask without the moving pixels that are not clearly brighter than the background.
+
+    A cast shadow moves with the object and darkens the table: its pixels are no brighter than the background. For
+    objects that are brighter than what they move over.
+
+    Args:
+        mask: the moving pixels.
+        image: shape of the mask, the image in which they move, in any unit of brightness.
+        background: brightness of what the object moves over, such as the median of the image.
+    """
+    if not mask.any():
+        return mask
+    bright = np.percentile(image[mask > 0], BRIGHTNESS_PERCENTILE)
+    passes = image > background + BRIGHTNESS_FRACTION * (bright - background)
+    return np.where(passes, mask, np.uint8(0))

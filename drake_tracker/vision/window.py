@@ -1,0 +1,84 @@
+"""The polygon window of interest: the part of an image in which the work volume can appear.
+
+Motion outside it (a passer-by, the arm's own links) is not looked at, and pixels outside it need not even be rendered.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from drake_tracker.errors import DrakeTrackerError
+
+POLYGON_SHIFT = 4
+"""Fractional bits of the polygon's corners when it is filled."""
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """A convex polygon in an image and the upright rectangle that holds it.
+
+    Attributes:
+        polygon: shape (n, 2), read-only: corners (u, v) in full-frame pixel coordinates.
+        bounds: the rectangle (u0, v0, width, height) [px]; (u0, v0) is its top left pixel in the full frame.
+    """
+
+    polygon: np.ndarray
+    bounds: tuple
+
+    def mask(self, bounds=None):
+        """Returns the polygon drawn into a rectangle (u0, v0, width, height), by default the window's own.
+
+        The mask is uint8 of shape (height, width), 255 inside the polygon and 0 outside.
+        """
+        u0, v0, width, height = bounds or self.bounds
+        mask = np.zeros((height, width), np.uint8)
+        corners = np.rint((self.polygon - (u0, v0)) * (1 << POLYGON_SHIFT)).astype(np.int32)
+        cv2.fillConvexPoly(mask, corners, 255, lineType=cv2.LINE_8, shift=POLYGON_SHIFT)
+        return mask
+
+
+def check_box(box):
+    """Returns (lower, upper) corners, each of shape (3,), of a box given as [[x, y, z], [x, y, z]] [m].
+
+    Raises DrakeTrackerError when it is not such a pair or the lower corner is not below the upper one.
+    """
+    box = np.asarray(box, dtype=float)
+    if box.shape != (2, 3) or not np.isfinite(box).all() or not (box[0] < box[1]).all():
+        raise DrakeTrackerError(
+            f"work volume {box.tolist()} must be two corners [[xmin, ymin, zmin], [xmax, ymax, zmax]], "
+            "each minimum below its maximum"
+        )
+    return box[0], box[1]
+
+
+def project_window(camera, work_volume, *, padding=4):
+    """Returns the `Window` through which a camera sees a work volume.
+
+    Args:
+        camera: a `CameraModel`.
+        work_volume: shape (2, 3), lower and upper corner of a box in W [m].
+        padding: pixels kept around the polygon, so that smoothing and gradients inside it do not see the border of an
+            image that is rendered through the window only.
+
+    The rectangle lies within the full frame; its sides are even where the frame's are. Raises DrakeTrackerError when a
+    corner of the volume is behind the camera or the camera does not see the volume.
+    """
+    lower, upper = check_box(work_volume)
+    corners = camera.project(np.array(np.meshgrid(*zip(lower, upper))).reshape(3, -1).T)
+    if np.isnan(corners).any():
+        raise DrakeTrackerError("a corner of the work volume lies behind a camera; move the camera or the volume")
+    polygon = cv2.convexHull(corners.astype(np.float32)).reshape(-1, 2).astype(float)
+    polygon.setflags(write=False)
+    u0, width = _even_span(polygon[:, 0], camera.width, padding)
+    v0, height = _even_span(polygon[:, 1], camera.height, padding)
+    if width <= 0 or height <= 0:
+        raise DrakeTrackerError("a camera does not see the work volume; turn the camera or move the volume")
+    return Window(polygon, (u0, v0, width, height))
+
+
+def _even_span(coordinates, size, padding):
+    """Returns (first pixel, number of pixels) that cover the coordinates within an image side of ``size`` pixels."""
+    first = max(0, int(np.floor(coordinates.min())) - padding) // 2 * 2
+    end = min(size, int(np.ceil(coordinates.max())) + padding + 1)
+    return first, min(size, end + end % 2) - first

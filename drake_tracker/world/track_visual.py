@@ -1,0 +1,86 @@
+"""The looks of a track: two rails on sleepers, without collision, lying on the table."""
+
+import numpy as np
+from pydrake.common import MemoryFile
+from pydrake.geometry import InMemoryMesh, Mesh
+from pydrake.math import RigidTransform
+
+GAUGE = 0.032  # [m] between the rails' centre lines: the distance of the train's wheels
+RAIL_SIZE = (0.0024, 0.0018)  # [m] width, height of a rail's top above the table
+SLEEPER_SIZE = (0.008, 0.048, 0.0009)  # [m] along, across, height of its top above the table
+SLEEPER_SPACING = 0.020  # [m]
+RAIL_STEP = 0.004  # [m] length of a piece of rail
+SUNK = 0.0005  # [m] the undersides lie in the table, so that no two faces coincide
+
+# Dark, so that the track stays in the background and the train stands out.
+RAIL_COLOUR = (0.20, 0.20, 0.22, 1.0)
+SLEEPER_COLOUR = (0.13, 0.09, 0.06, 1.0)
+
+
+def add_track_visual(plant, track, table_height):
+    """Draws ``track`` on the table top at ``table_height`` [m], as two meshes fixed to the world of ``plant``.
+
+    The plant must be registered with a SceneGraph and not yet be finalized. The meshes have the illustration and the
+    perception role, and neither proximity nor mass.
+    """
+    X_WG = RigidTransform([0.0, 0.0, table_height])
+    for name, mesh, colour in (
+        ("track_rails", rail_mesh(track), RAIL_COLOUR),
+        ("track_sleepers", sleeper_mesh(track), SLEEPER_COLOUR),
+    ):
+        shape = Mesh(InMemoryMesh(mesh_file=MemoryFile(contents=_obj(*mesh), extension=".obj", filename_hint=name)))
+        plant.RegisterVisualGeometry(plant.world_body(), X_WG, shape, name, np.array(colour))
+
+
+def rail_mesh(track):
+    """Returns (vertices (n, 3) [m], faces) of both rails; z is the height above the table, and every face is a tuple
+    of vertex numbers, counter-clockwise seen from outside."""
+    pieces = max(round(track.length / RAIL_STEP), 8)
+    s = np.linspace(0.0, track.length, pieces + 1)[: pieces if track.closed else pieces + 1]
+    half_width, top = 0.5 * RAIL_SIZE[0], RAIL_SIZE[1]
+    section = [(-half_width, -SUNK), (half_width, -SUNK), (half_width, top), (-half_width, top)]
+    vertices, faces = [], []
+    for side in (-0.5 * GAUGE, 0.5 * GAUGE):
+        first = 4 * len(s) * len(vertices)
+        edges = [_beside(track, s, side + across, height) for across, height in section]
+        vertices.append(np.stack(edges, axis=1).reshape(-1, 3))
+        for i in range(pieces):
+            here, there = first + 4 * i, first + 4 * ((i + 1) % len(s))
+            faces += [(here + k, here + (k + 1) % 4, there + (k + 1) % 4, there + k) for k in (1, 2, 3)]
+        if not track.closed:
+            faces += [tuple(first + np.arange(4)[::-1]), tuple(first + 4 * pieces + np.arange(4))]  # the ends
+    return np.concatenate(vertices), faces
+
+
+def sleeper_mesh(track):
+    """As `rail_mesh`, of the sleepers: boxes across the track, without an underside."""
+    count = max(round(track.length / SLEEPER_SPACING), 2)
+    s = np.linspace(0.0, track.length, count, endpoint=not track.closed)
+    along, across, top = SLEEPER_SIZE
+    x, y, heading = track.pose(s)
+    centre = np.column_stack([x, y])[:, None]
+    tangent = np.column_stack([np.cos(heading), np.sin(heading)])[:, None]
+    normal = tangent[..., ::-1] * (-1.0, 1.0)
+    corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+    ground = centre + along * corners[:, :1] * tangent + across * corners[:, 1:] * normal
+    layers = [np.concatenate([ground, np.full((count, 4, 1), height)], axis=2) for height in (-SUNK, top)]
+    sides = [(k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k) for k in range(4)]
+    faces = [tuple(8 * i + np.array(face)) for i in range(count) for face in (*sides, (4, 5, 6, 7))]
+    return np.concatenate(layers, axis=1).reshape(-1, 3), faces
+
+
+def _beside(track, s, across, height):
+    x, y, heading = track.pose(s)
+    return np.column_stack([x - across * np.sin(heading), y + across * np.cos(heading), np.full_like(x, height)])
+
+
+def _obj(vertices, faces):
+    """Returns the text of a Wavefront OBJ file whose triangles have their own flat normals."""
+    lines = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices]
+    for number, face in enumerate(faces, start=1):
+        a, b, c = vertices[list(face[:3])]
+        normal = np.cross(b - a, c - a)
+        lines.append("vn {:.4f} {:.4f} {:.4f}".format(*normal / np.linalg.norm(normal)))
+        for k in range(1, len(face) - 1):
+            lines.append("f " + " ".join(f"{face[i] + 1}//{number}" for i in (0, k, k + 1)))
+    return "\n".join(lines) + "\n"

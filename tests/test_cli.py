@@ -1,0 +1,187 @@
+"""The command line: what it passes on, what it prints, and its exit codes. The simulation itself is replaced."""
+
+import io
+import signal
+import sys
+import types
+
+import pytest
+
+from drake_tracker import cli
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.progress import Progress
+
+
+@pytest.fixture
+def simulated(monkeypatch, tmp_path):
+    """Puts a simulate in place that records its call; ``effect`` is what it returns or raises."""
+    monkeypatch.chdir(tmp_path)
+    seen = types.SimpleNamespace(effect={"success": True}, calls=[])
+
+    def simulate(scenario, **options):
+        seen.calls.append((scenario, options))
+        if isinstance(seen.effect, BaseException):
+            raise seen.effect
+        return seen.effect
+
+    module = types.ModuleType("drake_tracker.simulate")
+    module.simulate = simulate
+    monkeypatch.setitem(sys.modules, "drake_tracker.simulate", module)
+    return seen
+
+
+def test_run_passes_everything_on(simulated, tmp_path):
+    out = tmp_path / "mine"
+    arguments = ["run", "train:interlaced", "--seed", "7", "--duration", "3", "--set", "track.speed=0.1"]
+    arguments += ["--set", "link=!Lossy {drop: 0.5}", "--out", str(out), "--no-record", "--meshcat"]
+    assert cli.main(arguments + ["--graphviz", str(tmp_path / "diagram.dot")]) == 0
+    scenario, options = simulated.calls[0]
+    assert (scenario.name, scenario.seed, scenario.duration, scenario.track.speed) == ("train:interlaced", 7, 3.0, 0.1)
+    assert scenario.link.drop == 0.5
+    assert options.pop("progress") is not None
+    assert options == {"out": out, "record": False, "meshcat": True, "graphviz": tmp_path / "diagram.dot"}
+
+
+@pytest.mark.parametrize("summary, code", [({"success": True}, 0), ({"success": False, "failure_reason": "missed"}, 1)])
+def test_the_exit_code_says_whether_it_was_taken(simulated, capsys, summary, code):
+    simulated.effect = summary
+    assert cli.main(["run", "train"]) == code
+    assert "run directory" in capsys.readouterr().out
+
+
+def test_the_result_is_printed_with_units(simulated, capsys):
+    simulated.effect = {"success": True, "time_to_grasp_s": 12.34567, "lift_height_m": None, "attempts": 1}
+    cli.main(["run", "train"])
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["time", "to", "grasp", "12.35", "s"] in rows and ["attempts", "1"] in rows
+    assert not any("lift" in row for row in rows)
+
+
+def test_run_directories_are_new_each_time(simulated, tmp_path, monkeypatch):
+    monkeypatch.setattr(cli.time, "strftime", lambda form: "now")
+    for _ in range(3):
+        assert cli.main(["run", "train:paper"]) == 0
+    assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == [
+        "train-paper-now", "train-paper-now-2", "train-paper-now-3",
+    ]
+
+
+def test_a_run_directory_is_never_overwritten(simulated, tmp_path, capsys):
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "summary.json").write_text("{}")
+    (tmp_path / "file").write_text("")
+    (tmp_path / "empty").mkdir()
+    assert cli.main(["run", "train", "--out", "old"]) == 2
+    assert cli.main(["run", "train", "--out", "file"]) == 2
+    assert simulated.calls == []
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 2 and "old is not empty" in lines[0]
+    assert (tmp_path / "old" / "summary.json").read_text() == "{}"
+    assert cli.main(["run", "train", "--out", "empty"]) == 0
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["run", "trian"], ["did you mean train?"]),
+        (["run", "train", "--set", "track.sped=1", "--seed", "-1"], ["did you mean track.speed?", "--seed -1: seed"]),
+        (["run", "train", "--duration", "nan"], ["--duration nan: duration must be a number from"]),
+        (["run", "train", "--graphviz", "no/such/file.dot"], ["--graphviz no/such/file.dot: there is no folder"]),
+        (["list", "nothing"], ["there is no scenario 'nothing'"]),
+    ],
+)
+def test_bad_input_is_one_line_each_and_leaves_nothing(simulated, capsys, tmp_path, arguments, said):
+    assert cli.main(arguments) == 2
+    captured = capsys.readouterr()
+    lines = captured.err.splitlines()
+    assert len(lines) == len(said) and captured.out == ""
+    for line, words in zip(lines, said):
+        assert line.startswith("drake-tracker: ") and words in line
+    assert simulated.calls == [] and list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("arguments", ["", "fly", "run", "run train --seed x", "run train --what"])
+def test_wrong_usage_is_one_line(capsys, arguments):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(arguments.split())
+    assert caught.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("drake-tracker") and "--help" in line
+
+
+def test_trouble_in_the_run_is_one_line_and_leaves_no_empty_directory(simulated, capsys, tmp_path):
+    simulated.effect = DrakeTrackerError("track.radius = 9 m: the track leaves the arm's reach")
+    assert cli.main(["run", "train", "--out", "mine"]) == 2
+    assert capsys.readouterr().err == "drake-tracker: track.radius = 9 m: the track leaves the arm's reach\n"
+    assert not (tmp_path / "mine").exists()
+
+
+def test_a_package_that_does_not_load_is_one_line(simulated, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "drake_tracker.simulate", None)
+    assert cli.main(["run", "train"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "drake-tracker doctor" in line
+
+
+def test_a_fault_of_the_program_is_not_taken_for_a_miss(simulated, capsys):
+    simulated.effect = ZeroDivisionError("in the program")
+    assert cli.main(["run", "train"]) == 3
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_interrupted_runs_say_so(simulated, capsys):
+    simulated.effect = KeyboardInterrupt()
+    assert cli.main(["run", "train"]) == 128 + signal.SIGINT
+    assert capsys.readouterr().err == "drake-tracker: interrupted\n"
+    simulated.effect = {"success": False, "interrupted": True}
+    assert cli.main(["run", "train"]) == 128 + signal.SIGINT
+
+
+def test_list_shows_the_scenarios_and_the_settings_of_one(capsys):
+    assert cli.main(["list"]) == 0
+    assert "train:interlaced" in capsys.readouterr().out
+    assert cli.main(["list", "train:interlaced"]) == 0
+    rows = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    assert "track.speed 0.2 a number from 0 to 1 m/s mean speed of the train" in rows
+    assert any(row.startswith("estimator !ArcLength one of !ArcLength, !AlphaBetaGamma") for row in rows)
+
+
+def test_calibrate_hands_over_to_the_calibration(monkeypatch, tmp_path):
+    module = types.ModuleType("drake_tracker.calibrate")
+    calls = []
+    module.calibrate = lambda scenario, path: calls.append((scenario.name, scenario.cameras.noise, path))
+    monkeypatch.setitem(sys.modules, "drake_tracker.calibrate", module)
+    path = tmp_path / "cameras.yaml"
+    assert cli.main(["calibrate", "train", "--set", "cameras.noise=0", "-o", str(path)]) == 0
+    assert calls == [("train", 0.0, path)]
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def run_for(stream, seconds, step):
+    """Shows a run at twice real time for some wall seconds."""
+    now = [0.0]
+    progress = Progress(60.0, stream, clock=lambda: now[0])
+    while now[0] <= seconds:
+        progress(2.0 * now[0], "track")
+        now[0] += step
+    progress.close()
+    return stream.getvalue()
+
+
+def test_progress_rewrites_one_line_on_a_terminal_and_clears_it():
+    shown = run_for(Terminal(), 2.0, 0.01)
+    assert "\n" not in shown
+    lines = shown.split("\r")
+    assert 9 <= len(lines) <= 13
+    assert "track" in lines[5] and "2.00x real time" in lines[5] and "s of 60" in lines[5]
+    assert lines[-1] == "\x1b[K"
+
+
+def test_progress_prints_a_line_now_and_then_elsewhere():
+    assert run_for(io.StringIO(), 5.0, 0.1) == ""
+    lines = run_for(io.StringIO(), 35.0, 0.1).splitlines()
+    assert len(lines) == 3 and "\x1b" not in lines[0]

@@ -1,0 +1,159 @@
+"""The rules that hold for every module of the package, and the files that it needs."""
+
+import ast
+import re
+import subprocess
+import sys
+import tomllib
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+import drake_tracker.errors
+from drake_tracker import doctor
+from drake_tracker.models_path import models_path
+
+PACKAGE = Path(drake_tracker.errors.__file__).parent
+REPOSITORY = PACKAGE.parent
+MODULES = sorted(PACKAGE.rglob("*.py"))
+ROOMS = ("vision", "estimation", "link", "arm", "grasp", "world")
+CONTROLLER_ROOMS = ("vision", "estimation", "link", "arm", "grasp")
+ASSEMBLIES = {"arm/joint_servo.py", "world/cameras.py", "world/calibration_board.py", "world/plant.py"}
+"""Modules that put Drake's own Systems together."""
+DEFINITIONS = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.ClassDef, ast.Assign, ast.AnnAssign)
+
+
+def relative(path):
+    return path.relative_to(PACKAGE).as_posix()
+
+
+def imports_of(path):
+    """Every module that a file imports, the imported names as well, as they may be modules."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{relative(path)} line {node.lineno}: import by the full name"
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def module_name(path):
+    parts = path.relative_to(REPOSITORY).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def in_child(code, cwd):
+    child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=cwd, check=False)
+    assert child.returncode == 0, child.stderr
+    return child.stdout
+
+
+def is_arithmetic(path):
+    return (
+        relative(path).split("/")[0] in ROOMS
+        and not path.stem.endswith(("_system", "_diagram"))
+        and relative(path) not in ASSEMBLIES
+    )
+
+
+@pytest.mark.parametrize("path", list(filter(is_arithmetic, MODULES)), ids=relative)
+def test_arithmetic_imports_no_systems(path):
+    for name in imports_of(path):
+        assert not name.startswith("pydrake.systems"), f"move the System to {path.stem}_system.py"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=relative)
+def test_no_module_imports_everything(path):
+    for name in imports_of(path):
+        assert not name.startswith("pydrake.all"), "pydrake.all shadows abs, all, max, min, pow"
+        assert not name.endswith(".*"), "import names"
+
+
+@pytest.mark.parametrize("room", CONTROLLER_ROOMS)
+def test_no_controller_room_imports_the_world(room):
+    for path in (PACKAGE / room).rglob("*.py"):
+        for name in imports_of(path):
+            assert not name.startswith("drake_tracker.world"), f"{relative(path)}: truth stays in the world"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=relative)
+def test_a_module_only_defines(path):
+    """At the top of a module stand its docstring, imports, definitions, constants (made read-only), the main guard."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in tree.body:
+        allowed = isinstance(node, DEFINITIONS)
+        documents = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        guard = isinstance(node, ast.If) and "__name__" in ast.unparse(node.test)
+        freezes = isinstance(node, ast.For) and ".setflags(write=False)" in ast.unparse(node)
+        where = f"{relative(path)} line {node.lineno}"
+        assert allowed or documents or guard or freezes, f"{where}: {ast.unparse(node)[:60]}"
+    assert ast.get_docstring(tree) or not tree.body, f"{relative(path)}: a module says what it is"
+
+
+def test_every_module_imports_and_nothing_happens(tmp_path):
+    names = [module_name(path) for path in MODULES]
+    code = (
+        f"import importlib, threading\nfor name in {names!r}: importlib.import_module(name)\n"
+        "print(threading.active_count())"
+    )
+    assert in_child(code, tmp_path).split() == ["1"]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_line_starts_without_drake(tmp_path):
+    code = (
+        "import sys, drake_tracker.cli\n"
+        "print(*[name for name in ('pydrake', 'numpy', 'cv2', 'matplotlib') if name in sys.modules])"
+    )
+    assert in_child(code, tmp_path).split() == []
+
+
+@pytest.mark.parametrize("before", ["", "import drake_tracker.simulate\n"])
+def test_the_public_names_are_callable_in_whatever_order_modules_were_imported(tmp_path, before):
+    """`simulate` is a function and a module of the package."""
+    code = before + (
+        "from drake_tracker import load_scenario, make_diagram, simulate\n"
+        "from drake_tracker import simulate as again\n"
+        "print(*[callable(name) for name in (load_scenario, make_diagram, simulate, again)])"
+    )
+    assert in_child(code, tmp_path).split() == ["True"] * 4
+
+
+def test_models_are_found_and_name_their_package():
+    root = ElementTree.parse(models_path() / "package.xml").getroot()
+    assert root.findtext("name")
+    assert models_path() == REPOSITORY / "models"
+
+
+def test_models_in_an_installed_package(tmp_path, monkeypatch):
+    from drake_tracker import models_path as module
+
+    monkeypatch.setattr(module, "_PACKAGE", tmp_path / "site-packages" / "drake_tracker")
+    with pytest.raises(drake_tracker.errors.DrakeTrackerError, match="models are missing"):
+        module.models_path()
+    inside = tmp_path / "site-packages" / "drake_tracker" / "models"
+    inside.mkdir(parents=True)
+    (inside / "package.xml").write_text("<package><name>x</name></package>")
+    assert module.models_path() == inside
+
+
+def test_every_requirement_is_pinned_and_the_pins_name_no_host():
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    lines = (REPOSITORY / "constraints.txt").read_text(encoding="utf-8").split("\n")
+    pinned = set()
+    for line in filter(None, lines):
+        match = re.fullmatch(r"([a-z0-9-]+)==[0-9.]+( ; .*)?", line)
+        assert match, f"not a pinned version: {line}"
+        pinned.add(match[1])
+    extras = [name for extra in project["optional-dependencies"].values() for name in extra]
+    for requirement in project["dependencies"] + extras:
+        name = re.match(r"[A-Za-z0-9-]+", requirement)[0]
+        assert name in pinned or name == project["name"], requirement
+
+
+def test_make_setup_and_the_doctor_name_the_same_libraries():
+    makefile = (REPOSITORY / "Makefile").read_text(encoding="utf-8")
+    for package in ("libglib2.0-0", "libegl1", "libgl1-mesa-dri"):
+        assert package in makefile and package in doctor.APT_LINE

@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+from pydrake.geometry import Box
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.scenarios.scenario import Cameras, Lighting
+from drake_tracker.world.cameras import CAMERA_NAMES, add_cameras, true_camera_models
+from drake_tracker.world.lighting import make_lights, render_engine_params
+
+HEIGHT = 0.05
+CONFIG = Cameras(width=96, height=96, fov_deg=15.0, noise=0.0)
+
+
+def images(lighting):
+    """What both cameras see of a block on a table: {name: grey (96, 96)}."""
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    world = plant.world_body()
+    block, table = RigidTransform([0.56, 0.0, 0.45 + HEIGHT / 2]), RigidTransform([0.56, 0.0, 0.44])
+    plant.RegisterVisualGeometry(world, block, Box(0.1, 0.1, HEIGHT), "block", np.array([0.8, 0.8, 0.8, 1.0]))
+    plant.RegisterVisualGeometry(world, table, Box(0.6, 0.6, 0.02), "table", np.array([0.3, 0.3, 0.3, 1.0]))
+    plant.Finalize()
+    cameras = add_cameras(builder, scene_graph, CONFIG, lighting)
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    return {
+        name: camera.image_port.Eval(camera.sensor.GetMyContextFromRoot(context)).data[..., 0].astype(float)
+        for name, camera in cameras.items()
+    }
+
+
+def brightness(pictures, name, p_WQ):
+    u, v = np.rint(true_camera_models(CONFIG)[name].project([p_WQ])[0]).astype(int)
+    return pictures[name][v, u]
+
+
+FACE_X = [0.61, 0.0, 0.475]
+FACE_LEFT, FACE_RIGHT = [0.56, 0.05, 0.475], [0.56, -0.05, 0.475]
+TOP = [0.56, 0.0, 0.50]
+
+
+def test_lamps_above_the_cameras_light_every_face_that_is_seen():
+    pictures = images(Lighting())
+    seen = [
+        brightness(pictures, name, p_WQ)
+        for name, faces in zip(CAMERA_NAMES, ((FACE_LEFT, FACE_X, TOP), (FACE_RIGHT, FACE_X, TOP)))
+        for p_WQ in faces
+    ]
+    assert min(seen) > 90 and max(seen) < 250
+    assert max(seen) / min(seen) < 1.8
+    np.testing.assert_allclose(seen[:3], seen[3:], atol=3)
+
+
+def test_light_from_one_side_leaves_the_other_dark():
+    pictures = images(Lighting(side="one_side"))
+    assert brightness(pictures, "camera_left", FACE_LEFT) > 3 * brightness(pictures, "camera_right", FACE_RIGHT)
+    assert brightness(pictures, "camera_right", FACE_RIGHT) > 3
+
+
+def test_shadows_fall_only_when_asked_for():
+    beside = [0.56, -0.09, 0.45]
+    plain, shaded = (
+        brightness(images(Lighting(side="one_side", shadows=shadows)), "camera_right", beside)
+        for shadows in (False, True)
+    )
+    assert shaded < 0.6 * plain
+
+
+def test_parameters_carry_the_choice():
+    params = render_engine_params(Lighting(side="one_side", shadows=True), CONFIG)
+    assert params.cast_shadows and len(params.lights) == len(make_lights("one_side", CONFIG))
+    assert not render_engine_params(Lighting(), CONFIG).cast_shadows
+
+
+def test_an_unknown_side_is_refused():
+    with pytest.raises(DrakeTrackerError, match="lighting.side is 'north'; it must be one of cameras, one_side"):
+        make_lights("north", CONFIG)
