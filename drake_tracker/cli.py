@@ -95,7 +95,7 @@ def _run(options):
     if options.graphviz and not options.graphviz.absolute().parent.is_dir():
         raise DrakeTrackerError(f"--graphviz {options.graphviz}: there is no folder {options.graphviz.parent}")
 
-    from drake_tracker.simulate import simulate  # Only now: bad input is answered without waiting for Drake.
+    from drake_tracker.simulation import simulate  # Only now: bad input is answered without waiting for Drake.
 
     out = _run_directory(options.out, scenario.name)
     progress = Progress(scenario.duration)

@@ -1,8 +1,8 @@
 """Builds the visual meshes of the models: simple solids and lofts, each of one colour, merged into one OBJ for a link.
 
 One mesh for a link, not one visual for a part: the time to render a small image grows with the number of visuals,
-hardly with the number of triangles. The colours come from a palette, a tiny texture of one cell for a colour; all corners of a
-part point at the middle of their colour's cell.
+hardly with the number of triangles. The colours come from a palette, a tiny texture of one cell for a colour; all
+corners of a part point at the middle of their colour's cell.
 
 A solid is a tuple (vertices (n, 3) [m], normals (n, 3), triangles (m, 3) of indices); a part is (solid, colour's name).
 """
@@ -10,7 +10,8 @@ A solid is a tuple (vertices (n, 3) [m], normals (n, 3), triangles (m, 3) of ind
 import cv2
 import numpy as np
 
-SIDES = 24
+SIDES, FINE_SIDES, LARGE = 24, 64, 0.03
+"""Sides of a round part, and of one whose radius [m] is large: a turning polygon must not show in the images."""
 CELL = 8
 """Side of a colour's cell in the palette [px]."""
 ALONG_X = (0.0, np.pi / 2.0, 0.0)
@@ -33,8 +34,9 @@ def box(size):
     return 0.5 * np.array(vertices) * size, np.array(normals), np.array(triangles)
 
 
-def cylinder(radius, length, sides=SIDES):
+def cylinder(radius, length):
     """A cylinder about z, centred on the origin."""
+    sides = SIDES if radius < LARGE else FINE_SIDES
     return loft([disc_ring(radius, height, sides) for height in (-0.5 * length, 0.5 * length)])
 
 

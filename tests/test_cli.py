@@ -24,9 +24,9 @@ def simulated(monkeypatch, tmp_path):
             raise seen.effect
         return seen.effect
 
-    module = types.ModuleType("drake_tracker.simulate")
+    module = types.ModuleType("drake_tracker.simulation")
     module.simulate = simulate
-    monkeypatch.setitem(sys.modules, "drake_tracker.simulate", module)
+    monkeypatch.setitem(sys.modules, "drake_tracker.simulation", module)
     return seen
 
 
@@ -117,7 +117,7 @@ def test_trouble_in_the_run_is_one_line_and_leaves_no_empty_directory(simulated,
 
 
 def test_a_package_that_does_not_load_is_one_line(simulated, monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "drake_tracker.simulate", None)
+    monkeypatch.setitem(sys.modules, "drake_tracker.simulation", None)
     assert cli.main(["run", "train"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "drake-tracker doctor" in line

@@ -110,7 +110,7 @@ def test_the_command_line_starts_without_drake(tmp_path):
     assert in_child(code, tmp_path).split() == []
 
 
-@pytest.mark.parametrize("before", ["", "import drake_tracker.simulate\n"])
+@pytest.mark.parametrize("before", ["", "import drake_tracker.simulation\n"])
 def test_the_public_names_are_callable_in_whatever_order_modules_were_imported(tmp_path, before):
     """`simulate` is a function and a module of the package."""
     code = before + (

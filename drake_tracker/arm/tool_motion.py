@@ -17,6 +17,10 @@ class MotionFrame(IntEnum):
     HELD = 2
 
 
+JUMP_DISTANCE, JUMP_ANGLE = 0.03, 0.35
+"""A reference that moves by more than this [m], [rad] in one period is approached anew instead of followed."""
+
+
 @dataclass(frozen=True)
 class ToolMotionState:
     """Where the commanded tool is and how it got there. Poses are (x, y, z, yaw) in W, yaw continuous."""
@@ -67,7 +71,7 @@ class ToolMotion:
           q6: set-point of joint 6 [rad] that belongs to the tool pose of the last tick.
         """
         state = self._follow_reference(state, command, target)
-        if command.motion != state.motion:
+        if command.motion != state.motion or self._jumped(state):
             state = self._begin(state, time, command, q6)
         elif not command.frozen and not self.flipping(state, time) and must_flip(q6):
             state = self._flip(state, time, q6)
@@ -98,12 +102,19 @@ class ToolMotion:
             past = state.reference
         return replace(state, reference=reference, previous_reference=past, frame=frame)
 
+    def _jumped(self, state):
+        """Whether the reference moved farther in one period than an object does: vision lost it and found it again."""
+        step = state.reference - state.previous_reference
+        return np.linalg.norm(step[:3]) > JUMP_DISTANCE or abs(step[3]) > JUMP_ANGLE
+
     def _begin(self, state, time, command, q6):
         """Solves for Drive, and for its rate, from the last two poses of the tool and of the reference."""
         branch = state.branch
         if not command.frozen and not self.flipping(state, time):
             branch = best_branch(q6, state.tool[3], state.reference[3])
         turns = self._half_turns(state, time) if branch == state.branch else branch
+        if self._jumped(state):  # its last step says nothing of how it moves
+            state = replace(state, previous_reference=state.reference)
         before_last = 2 * state.previous_reference - state.reference
         drive = self._solve(state.tool, state.previous_reference, command.height, turns)
         earlier = self._solve(state.previous_tool, before_last, command.height, turns)

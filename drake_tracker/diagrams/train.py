@@ -44,7 +44,7 @@ def make_diagram(scenario):
     check_track(scenario, track, model, q_initial)
 
     cameras = load_cameras(scenario)
-    windows = {side: project_window(cameras[side], scenario.vision.work_volume) for side in SIDES}
+    windows = {side: project_window(cameras[side], scenario.vision.work_volume, scenario.vision.outline) for side in SIDES}
     whole = (0, 0, scenario.cameras.width, scenario.cameras.height)
     rendered = {
         side: renderable_window(windows[side].bounds, *whole[2:]) if scenario.cameras.render_window else whole
@@ -67,10 +67,13 @@ def make_diagram(scenario):
 
 
 def home_reference(scenario):
-    """Returns the reference (x, y, z, yaw) over which the hand waits: the middle of the work volume, train high."""
+    """Returns the reference (x, y, z, yaw) over which the hand waits: the middle of the work volume, train high.
+
+    Turned so that joint 6 waits near the middle of its range.
+    """
     low, high = np.array(scenario.vision.work_volume)
     middle = 0.5 * (low + high)
-    return np.array([middle[0], middle[1], scenario.table_height + TRAIN_HEIGHT, np.pi / 2])
+    return np.array([middle[0], middle[1], scenario.table_height + TRAIN_HEIGHT, np.pi])
 
 
 def load_cameras(scenario):

@@ -2,11 +2,13 @@
 
 import math
 
+import cv2
 import numpy as np
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.differential_ik import make_parameters, step_joints
 from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.vision.window import footprint
 from drake_tracker.world.plant import TRAIN_HEIGHT
 from drake_tracker.world.tracks import make_track
 
@@ -53,16 +55,17 @@ def check_track(scenario, track, model, q_initial):
     """
     if not track.closed:
         return
+    outline = footprint(scenario.vision.work_volume, scenario.vision.outline).astype(np.float32)
     (x_low, y_low, _), (x_high, y_high, _) = scenario.vision.work_volume
+    volume = f"{scenario.vision.outline} of x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g} (vision.work_volume)"
     parameters = make_parameters(model, 0.1)
     q = np.array(q_initial)
     what = scenario.where("track.csv" if scenario.track.kind == "csv" else "track.kind")
     for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
         x, y, _ = track.pose(s)
-        if not (x_low <= x <= x_high and y_low <= y <= y_high):
+        if cv2.pointPolygonTest(outline, (float(x), float(y)), False) < 0:
             raise DrakeTrackerError(
-                f"{what} = {scenario.track.kind}: the track comes to ({x:.3f}, {y:.3f}) m, outside the work volume "
-                f"x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g} (vision.work_volume)"
+                f"{what} = {scenario.track.kind}: the track comes to ({x:.3f}, {y:.3f}) m, outside the {volume}"
             )
         z = scenario.table_height + TRAIN_HEIGHT
         for height in (scenario.grasp.hover_height, scenario.grasp.grasp_height):

@@ -98,9 +98,10 @@ class Rendered:
     detector: NormalFlow = setting(NormalFlow, "the motion detector")
     lag_cycles: int = setting(15, "cycles from the middle image's capture to its centroid", "cycles", (1, 120))
     work_volume: list[list[float]] = setting(
-        [[0.32, -0.32, 0.45], [0.80, 0.32, 0.52]],
+        [[0.31, -0.31, 0.45], [0.81, 0.31, 0.51]],
         "lowest and highest corner of the box in which motion is looked for", "m", (-5.0, 5.0), shape=(2, 3),
     )
+    outline: str = setting("ellipse", "of that box seen from above: whole, or its ellipse", choices=("box", "ellipse"))
 
 
 @dataclass

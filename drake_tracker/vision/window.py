@@ -52,20 +52,39 @@ def check_box(box):
     return box[0], box[1]
 
 
-def project_window(camera, work_volume, *, padding=4):
+def footprint(work_volume, outline):
+    """Returns the outline, shape (n, 2) [m], of a work volume seen from above.
+
+    ``outline`` "box": the box itself. "ellipse": the ellipse inscribed in it; an oval of track does not use a box's corners,
+    and the far ones lie where the arm's links move in the image.
+
+    Raises DrakeTrackerError on another outline.
+    """
+    (x0, y0, _), (x1, y1, _) = check_box(work_volume)
+    if outline == "box":
+        return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    if outline == "ellipse":
+        angle = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+        centre, half = np.array([x0 + x1, y0 + y1]) / 2, np.array([x1 - x0, y1 - y0]) / 2
+        return centre + half * np.column_stack([np.cos(angle), np.sin(angle)])
+    raise DrakeTrackerError(f"work volume outline is {outline!r}; it must be box or ellipse")
+
+
+def project_window(camera, work_volume, outline="box", *, padding=4):
     """Returns the `Window` through which a camera sees a work volume.
 
     Args:
         camera: a `CameraModel`.
-        work_volume: shape (2, 3), lower and upper corner of a box in W [m].
+        work_volume: shape (2, 3), lower and upper corner of a box in W [m]. outline: of its `footprint`.
         padding: pixels kept around the polygon, so that smoothing and gradients inside it do not see the border of an
             image that is rendered through the window only.
 
     The rectangle lies within the full frame; its sides are even where the frame's are. Raises DrakeTrackerError when a
     corner of the volume is behind the camera or the camera does not see the volume.
     """
-    lower, upper = check_box(work_volume)
-    corners = camera.project(np.array(np.meshgrid(*zip(lower, upper))).reshape(3, -1).T)
+    ground = footprint(work_volume, outline)
+    rims = [np.column_stack([ground, np.full(len(ground), corner[2])]) for corner in work_volume]
+    corners = camera.project(np.vstack(rims))
     if np.isnan(corners).any():
         raise DrakeTrackerError("a corner of the work volume lies behind a camera; move the camera or the volume")
     polygon = cv2.convexHull(corners.astype(np.float32)).reshape(-1, 2).astype(float)

@@ -18,7 +18,7 @@ HELD = 1.0
 """Time [s] for which it must be held."""
 TIPPED = np.deg2rad(60.0)
 """Tilt [rad] from which the train does not come back on its wheels."""
-OFF_TRACK = 0.06
+OFF_TRACK = 0.035
 """Distance [m] from its track from which the train does not come back."""
 SATURATED = 0.999
 """Share of an effort limit that counts as saturation."""
@@ -106,9 +106,10 @@ class JudgeSystem(LeafSystem):
 
     def _lies_off_track(self, context):
         """Whether the train is tipped over, or stands farther from its track than the rail can reach."""
-        qw, qx, qy, qz, x, y, *_ = self._train_state.Eval(context)
-        upright = 1.0 - 2.0 * (qx * qx + qy * qy)
-        heading = np.arctan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+        qw, qx, qy, qz, x, y, *_ = self._train_state.Eval(context)  # the plant lets the quaternion's norm drift
+        spin, tilt = qw * qw + qz * qz, qx * qx + qy * qy
+        upright = (spin - tilt) / (spin + tilt)
+        heading = np.arctan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
         _, lateral = self._track.nearest(x, y, heading)
         return upright < np.cos(TIPPED) or abs(lateral) > OFF_TRACK
 

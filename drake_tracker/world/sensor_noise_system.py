@@ -37,8 +37,8 @@ class SensorNoiseSystem(LeafSystem):
     The output is a pure function of the input and the time, so it is cached: however many readers there are at one
     instant, it is evaluated once. There is no state. Every frame, time / `VISION_PERIOD` rounded, has noise of its own.
 
-    The noise is of luminance (the same on red, green and blue), white from pixel to pixel, rounded to whole grey levels,
-    and clipped like the image at 0 and 255. It is a random crop of a bank of normal deviates, placed by
+    The noise is of luminance (the same on red, green and blue), white from pixel to pixel, rounded to whole grey
+    levels, and clipped like the image at 0 and 255. It is a random crop of a bank of normal deviates, placed by
     ``default_rng([seed, 1, camera_index, frame])``: drawing 65,536 deviates afresh would take 1.5 ms a frame. The bank
     has 257 x 257 places, so that frames repeat only after minutes; two cameras have different banks.
 

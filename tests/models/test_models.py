@@ -130,7 +130,8 @@ def test_table_top():
 
 
 def mesh_rows(path, kind):
-    return np.array([line.split()[1:] for line in (MODELS / path).read_text().splitlines() if line.startswith(kind)], float)
+    lines = (MODELS / path).read_text().splitlines()
+    return np.array([line.split()[1:] for line in lines if line.startswith(kind)], dtype=float)
 
 
 def mesh_vertices(path):
@@ -262,7 +263,8 @@ def test_pads_touch_on_their_face_and_stay_clear_of_the_table():
     assert lower[1] == pytest.approx(0.0, abs=1e-12)  # the pad's face is the plane y = 0 of the jaw's frame
     assert upper[0] - lower[0] == pytest.approx(0.044) and upper[2] - lower[2] == pytest.approx(0.026)
     assert upper[2] <= 0.022
-    assert mesh_vertices("gripper/jaw.obj")[:, 2].max() <= 0.022  # 13 mm above the table with the tool at a train's centre
+    # 13 mm above the table with the tool at a train's centre.
+    assert mesh_vertices("gripper/jaw.obj")[:, 2].max() <= 0.022
 
 
 def test_each_pad_presses_with_half_of_the_drive_and_the_train_is_centred():

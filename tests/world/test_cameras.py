@@ -117,8 +117,8 @@ def test_a_window_has_the_pixels_of_the_full_image_noise_and_all():
         assert whole.shape == (80, 96, 4)
         window = part.eval(part.cameras[name].image_port).astype(int)
         cut = whole[v0 : v0 + height, u0 : u0 + width].astype(int)
-        # The renderer's rounding is not quite the same: a few pixels in ten thousand differ by a grey level, or lie on an
-        # outline and fall to its other side.
+        # The renderer's rounding is not quite the same: a few pixels in ten thousand differ by a grey level, or lie on
+        # an outline and fall to its other side.
         assert np.mean(window != cut) < 0.003
         assert whole[..., 0].max() > 100
 

@@ -61,20 +61,29 @@ def test_light_from_one_side_leaves_the_other_dark():
 
 
 def test_shadows_fall_only_when_asked_for():
-    beside = [0.56, -0.09, 0.45]
-    plain, shaded = (
-        brightness(images(Lighting(side="one_side", shadows=shadows)), "camera_right", beside)
-        for shadows in (False, True)
-    )
-    assert shaded < 0.6 * plain
+    behind_the_block, in_the_open = [0.56, -0.09, 0.45], [0.66, -0.09, 0.45]
+    ratios = []
+    for shadows in (False, True):
+        pictures = images(Lighting(side="one_side", shadows=shadows))
+        ratios.append(
+            brightness(pictures, "camera_right", behind_the_block) / brightness(pictures, "camera_right", in_the_open)
+        )
+    assert ratios[0] > 0.9 and ratios[1] < 0.7
+
+
+def test_shadows_leave_what_is_lit_as_bright_as_it_was():
+    plain, shaded = images(Lighting()), images(Lighting(shadows=True))
+    for p_WQ in (TOP, FACE_X, FACE_LEFT):
+        before = brightness(plain, "camera_left", p_WQ)
+        assert brightness(shaded, "camera_left", p_WQ) == pytest.approx(before, rel=0.25)
 
 
 def test_parameters_carry_the_choice():
     params = render_engine_params(Lighting(side="one_side", shadows=True), CONFIG)
-    assert params.cast_shadows and len(params.lights) == len(make_lights("one_side", CONFIG))
+    assert params.cast_shadows and len(params.lights) == len(make_lights(Lighting(side="one_side"), CONFIG))
     assert not render_engine_params(Lighting(), CONFIG).cast_shadows
 
 
 def test_an_unknown_side_is_refused():
     with pytest.raises(DrakeTrackerError, match="lighting.side is 'north'; it must be one of cameras, one_side"):
-        make_lights("north", CONFIG)
+        make_lights(Lighting(side="north"), CONFIG)

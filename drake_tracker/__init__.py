@@ -1,0 +1,33 @@
+"""Tracking and grasping of moving objects by a hand-eye system, as Drake Systems.
+
+    world --images--> vision --points--> estimation --predictions--> link --> arm (grasp) --joint commands--> world
+
+Each arrow is a port, each room a folder and a System of the diagram; truth stays in the world. In five lines::
+
+    from drake_tracker import load_scenario, make_diagram, simulate
+    scenario = load_scenario("train", seed=7, overrides=["track.speed=0.2"])
+    diagram = make_diagram(scenario)      # a Drake Diagram, to look at or to wire into your own
+    summary = simulate(scenario)          # or run it: a dict with the outcome
+    print(summary["success"], summary["time_to_grasp_s"])
+"""
+
+import importlib
+
+__version__ = "0.1.0"
+
+_PUBLIC = {
+    "DrakeTrackerError": "drake_tracker.errors",
+    "load_scenario": "drake_tracker.scenarios",
+    "list_scenarios": "drake_tracker.scenarios",
+    "make_diagram": "drake_tracker.diagrams.train",
+    "make_estimator": "drake_tracker.estimation",
+    "simulate": "drake_tracker.simulation",
+}
+__all__ = sorted(_PUBLIC)
+
+
+def __getattr__(name):
+    """Loads a public name when it is first used: Drake takes a second to import, and `--help` should not wait for it."""
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'drake_tracker' has no attribute {name!r}")
+    return getattr(importlib.import_module(_PUBLIC[name]), name)
