@@ -53,7 +53,10 @@ class ArmDiagram(Diagram):
         # A set-point computed in the servo's slot is read at the end of the period and reached one period later.
         lead = 2 * SERVO_PERIOD - servo_slot(SERVO_SLOT, time_step)
         servo_system = builder.AddNamedSystem(
-            "servo", ServoSystem(Servo(servo.tracking_index, servo.stale_after, lead=lead), time_step)
+            "servo",
+            ServoSystem(
+                Servo(servo.tracking_index, servo.yaw_tracking_index, servo.stale_after, lead=lead), time_step
+            ),
         )
         machine = GraspMachine(grasp, model, SERVO_PERIOD)
         grasp_system = builder.AddNamedSystem("grasp", GraspSystem(machine, time_step))

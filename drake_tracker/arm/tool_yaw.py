@@ -8,7 +8,7 @@ import math
 
 FLIP_ANGLE = math.radians(109.0)
 """Joint 6 angle [rad] at which the jaws turn over. Past it half a turn back lands nearer the middle of the range."""
-FLIP_DURATION = 0.85
+FLIP_DURATION = 1.0
 """Time the turning over takes [s]."""
 
 

@@ -1,7 +1,6 @@
 """Builds the train's hand-eye diagram from a scenario."""
 
 from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
 
@@ -14,18 +13,18 @@ from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.link.lossy_link_system import LossyLinkSystem
+from drake_tracker.scenarios.loader import scenario_file
 from drake_tracker.timing import ESTIMATOR_SLOT, vision_slot
 from drake_tracker.vision.calibration import load_calibration
 from drake_tracker.vision.normal_flow import NormalFlowParameters
 from drake_tracker.vision.vision_diagram import VisionDiagram
 from drake_tracker.vision.window import project_window
-from drake_tracker.world.cameras import renderable_window
+from drake_tracker.world.cameras import describe_rig, renderable_window
 from drake_tracker.world.plant import TRAIN_HEIGHT
 from drake_tracker.world.world_diagram import WorldDiagram
 
 ARMS = {"Puma560": PUMA560}
 ESTIMATOR_KINDS = {"ArcLength": "arc_length", "AlphaBetaGamma": "alpha_beta_gamma"}
-SCENARIO_FOLDER = Path(__file__).parents[1] / "scenarios"
 SIDES = ("left", "right")
 
 
@@ -78,10 +77,8 @@ def home_reference(scenario):
 
 def load_cameras(scenario):
     """Returns {"left": CameraModel, "right": CameraModel} from the calibration file that the scenario names."""
-    path = Path(scenario.cameras.calibration)
-    if not path.is_file() and not path.is_absolute():
-        path = SCENARIO_FOLDER / path
-    models = load_calibration(path)
+    path = scenario_file(scenario.cameras.calibration)
+    models = load_calibration(path, rig=describe_rig(scenario.cameras))
     cameras = {}
     for side in SIDES:
         camera = models.get(f"camera_{side}")

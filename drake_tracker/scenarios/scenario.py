@@ -62,7 +62,7 @@ class Cameras:
     fov_deg: float = setting(30.0, "vertical field of view", "deg", (2.0, 120.0))
     distance: float = setting(1.4, "distance from look_at", "m", (0.3, 5.0))
     azimuth_deg: list[float] = setting([45.0, -45.0], "azimuths of left and right", "deg", (-180.0, 180.0), shape=(2,))
-    elevation_deg: float = setting(25.0, "elevation above look_at", "deg", (1.0, 89.0))
+    elevation_deg: float = setting(20.0, "elevation above look_at", "deg", (1.0, 89.0))
     look_at: list[float] = setting([0.56, 0.0, 0.47], "the point both look at", "m", (-2.0, 3.0), shape=(3,))
     noise: float = setting(2.0, "standard deviation of the sensor noise", "grey levels", (0.0, 64.0))
     render_window: bool = setting(True, "render only the window of interest")
@@ -98,7 +98,7 @@ class Rendered:
     detector: NormalFlow = setting(NormalFlow, "the motion detector")
     lag_cycles: int = setting(15, "cycles from the middle image's capture to its centroid", "cycles", (1, 120))
     work_volume: list[list[float]] = setting(
-        [[0.31, -0.31, 0.45], [0.81, 0.31, 0.51]],
+        [[0.33, -0.30, 0.45], [0.79, 0.30, 0.505]],
         "lowest and highest corner of the box in which motion is looked for", "m", (-5.0, 5.0), shape=(2, 3),
     )
     outline: str = setting("ellipse", "of that box seen from above: whole, or its ellipse", choices=("box", "ellipse"))
@@ -154,7 +154,8 @@ class Lossy:
 class Servo:
     """The trajectory generator's own filter."""
 
-    tracking_index: float = setting(0.2, "manoeuvre noise over measurement noise", "", (0.001, 10.0))
+    tracking_index: float = setting(0.2, "manoeuvre noise over measurement noise, position", "", (0.001, 10.0))
+    yaw_tracking_index: float = setting(0.01, "the same, direction", "", (0.0001, 10.0))
     stale_after: float = setting(0.2, "age of the newest packet at which it says it is stale", "s", (0.03, 10.0))
 
 
@@ -169,12 +170,12 @@ class Grasp:
     jaw_opening: float = setting(0.088, "opening of the jaws before the grasp", "m", (0.010, 0.090))
     jaw_speed: float = setting(0.40, "rate at which the opening changes", "m/s", (0.02, 0.40))
     grip_force: float = setting(25.0, "force on each pad that the gripper's drive gives", "N", (1.0, 25.0))
-    hover_height: float = setting(0.27, "height while tracking", "m", (0.10, 0.40))
+    hover_height: float = setting(0.22, "height while tracking", "m", (0.10, 0.40))
     grasp_height: float = setting(0.0, "height at which the jaws close", "m", (-0.01, 0.03))
     lift_height: float = setting(0.15, "height after the lift", "m", (0.02, 0.40))
     approach_duration: float = setting(0.8, "time to get above the object", "s", (0.2, 10.0))
-    descent_duration: float = setting(0.35, "time of the descent", "s", (0.2, 5.0))
-    closing_lead: float = setting(0.06, "how long before the descent ends the jaws begin to close", "s", (0.0, 0.3))
+    descent_duration: float = setting(0.36, "time of the descent", "s", (0.2, 5.0))
+    closing_lead: float = setting(0.10, "how long before the descent ends the jaws begin to close", "s", (0.0, 0.3))
     close_timeout: float = setting(0.5, "time after which jaws that felt no grip have missed", "s", (0.2, 5.0))
     lift_duration: float = setting(1.0, "time of the lift", "s", (0.2, 10.0))
     retreat_duration: float = setting(1.0, "time of the retreat after a miss, and of going home", "s", (0.2, 10.0))

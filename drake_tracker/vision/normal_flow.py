@@ -25,7 +25,7 @@ SOBEL_GAIN = 8.0
 """Sum of the weights on one side of the 3x3 Sobel operator times the distance of its two sides."""
 GAIN_LIMITS = (2 / 3, 3 / 2)
 """When brightness changes by more between I0 and I2, the light was switched and no motion can be told."""
-SAMPLES = 2048
+SAMPLES = 1024
 """Pixels from which medians over the image are taken."""
 MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
@@ -68,7 +68,7 @@ class NormalFlowParameters:
     smoothing_sigma: float = 1.0
     min_pixels: int = 12
     centroid: str = "mean"
-    join_distance: int = 40
+    join_distance: int = 16
     brightness_gate: bool = False
     path: str = "integer"
     period: float = VISION_PERIOD

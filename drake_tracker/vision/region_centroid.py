@@ -47,13 +47,13 @@ def mean_centroid(mask):
 def hull_centroid(mask, join_distance):
     """Returns the `RegionCentroid` of the convex hull of the largest moving region, or None when there is none.
 
-    Motion shows at edges only, so that the mean of the moving pixels leans towards whichever edges are strong, and leans
-    elsewhere as the object turns. The area within the outermost edges does not.
+    Motion shows at edges only, so that the mean of the moving pixels leans towards whichever edges are strong, and
+    leans elsewhere as the object turns. The area within the outermost edges does not.
 
     The hull believes its outermost pixels, so they must belong to the object. Fragments of a few pixels are dropped.
-    Fragments no farther apart than ``join_distance`` [px] (horizontally and vertically) are taken as edges of one region,
-    and of the regions the one with most moving pixels is used. ``join_distance`` should be the longest gap that a plain
-    object leaves between its front and rear edges.
+    Fragments no farther apart than ``join_distance`` [px] (horizontally and vertically) are taken as edges of one
+    region, and of the regions the one with most moving pixels is used. ``join_distance`` should be the longest gap
+    that a plain object leaves between its front and rear edges.
     """
     u0, v0, width, height = cv2.boundingRect(mask)
     if width == 0:

@@ -130,8 +130,8 @@ def test_guards_hold_against_flicker_and_noise():
 
             def picture(cycle, k=k):
                 time = (cycle + 20 * k) * PERIOD
-                brightness = 1.0 + light * np.sin(2 * np.pi * 100.0 * time + 0.4)
-                return box(50.0 + 0.9 * cycle, 40.0, noise=noise, light=brightness, table=table, seed=99 * k + cycle + 7)
+                lit = 1.0 + light * np.sin(2 * np.pi * 100.0 * time + 0.4)
+                return box(50.0 + 0.9 * cycle, 40.0, noise=noise, light=lit, table=table, seed=99 * k + cycle + 7)
 
             _, region = detect(flow, picture)
             distance = max(distance, np.hypot(region.u - 50.0, region.v - 40.0) if region else np.inf)

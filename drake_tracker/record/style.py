@@ -1,0 +1,74 @@
+"""Colours and type shared by the picture, the video and the recording of a run.
+
+The colours are those of Okabe and Ito, "Color Universal Design" (2008), which people with any colour vision tell apart.
+"""
+
+from functools import lru_cache
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.ft2font import FT2Font
+
+from drake_tracker.grasp.schema import Phase
+
+INK, SOFT_INK, RULE = "#1b1f24", "#5f6670", "#c9cdd3"
+"""Text, secondary text and rules on white."""
+TRUTH, SEEN, FILTERED = "#1b1f24", "#8a9099", "#56b4e9"
+"""The train as it was, as triangulated, as filtered."""
+PREDICTED, FAR_PREDICTED, HAND = "#0072b2", "#d55e00", "#009e73"
+"""The train as predicted a short and a long time ahead; the hand."""
+
+PHASE_COLOURS = {
+    Phase.ACQUIRE: "#9aa1ab",
+    Phase.TRACK: "#56b4e9",
+    Phase.INTERCEPT: "#e69f00",
+    Phase.CLOSE: "#d55e00",
+    Phase.LIFT: "#009e73",
+    Phase.HOLD: "#007a5a",
+    Phase.RETREAT: "#cc79a7",
+}
+"""One colour for each phase of the grasp."""
+
+_FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+
+
+def bgr(colour):
+    """Returns "#rrggbb" as OpenCV's (blue, green, red)."""
+    return tuple(int(colour[k : k + 2], 16) for k in (5, 3, 1))
+
+
+def draw_text(image, text, x, y, size, colour="#ffffff", bold=False):
+    """Writes a line of text into a BGR image, its baseline starting at pixel (x, y). Returns the x at which it ends.
+
+    ``size`` is the height of the type [px]. What falls outside of the image is left out.
+    """
+    coverage, left, ascent = _typeset(text, size, bold)
+    height, width, _ = coverage.shape
+    top, start = y - ascent, x + left
+    rows = slice(max(top, 0), min(top + height, image.shape[0]))
+    columns = slice(max(start, 0), min(start + width, image.shape[1]))
+    if rows.start < rows.stop and columns.start < columns.stop:
+        cut = coverage[rows.start - top : rows.stop - top, columns.start - start : columns.stop - start]
+        patch = image[rows, columns]
+        patch[:] = patch + cut * (np.array(bgr(colour), np.float32) - patch)
+    return start + width
+
+
+@lru_cache(maxsize=512)
+def _typeset(text, size, bold):
+    """Returns (coverage of each pixel from 0 to 1, shape (h, w, 1); pixels from the pen to its left edge; its ascent)."""
+    font = _font(size, bold)
+    font.set_text(text, 0.0)
+    font.draw_glyphs_to_bitmap(antialiased=True)
+    coverage = np.asarray(font.get_image(), np.float32)[:, :, None] / 255.0
+    _, height = font.get_width_height()
+    left, _ = font.get_bitmap_offset()
+    return coverage, round(left / 64), round((height - font.get_descent()) / 64)
+
+
+@lru_cache(maxsize=16)
+def _font(size, bold):
+    font = FT2Font(str(_FONTS / ("DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf")))
+    font.set_size(size, 72.0)
+    return font

@@ -1,0 +1,165 @@
+import copy
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.sensors import ImageRgba8U
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.messages import Centroid, message_size
+from drake_tracker.timing import ESTIMATOR_SLOT, LAG_CYCLES, TIME_STEP, VISION_PERIOD, vision_slot
+from drake_tracker.vision.motion_centroid_system import MotionCentroidSystem, add_motion_centroid
+from drake_tracker.vision.normal_flow import MotionImages, NormalFlow, NormalFlowParameters
+
+WIDTH, HEIGHT = 120, 96
+SPEED_U, SPEED_V = 48.0, 12.0
+"""Of the body in the images [px/s]."""
+
+
+def true_centre(time):
+    return 30.0 + SPEED_U * time, 40.0 + SPEED_V * time
+
+
+class Film(LeafSystem):
+    """A camera that sees a bright rectangle move; it can start late, and it can show a part of the frame only."""
+
+    def __init__(self, offset=(0, 0), size=(WIDTH, HEIGHT), start=0.0):
+        super().__init__()
+        self._start = start
+        self._columns, self._rows = np.meshgrid(offset[0] + np.arange(size[0]), offset[1] + np.arange(size[1]))
+        self.DeclareAbstractOutputPort("color_image", lambda: AbstractValue.Make(ImageRgba8U(*size)), self._calc)
+
+    def _calc(self, context, output):
+        u, v = true_centre(max(context.get_time(), self._start))
+        alpha = np.clip(14.5 - abs(self._columns - u), 0, 1) * np.clip(8.5 - abs(self._rows - v), 0, 1)
+        image = output.get_mutable_value()
+        image.mutable_data[:] = np.rint(40.0 + 130.0 * alpha)[..., None]
+
+
+class Recorder(LeafSystem):
+    """Writes down its input at every ``period`` [s], from ``offset`` [s] on."""
+
+    def __init__(self, period, offset):
+        super().__init__()
+        self.rows = []
+        self.DeclareVectorInputPort("centroid", message_size(Centroid))
+        self.DeclarePeriodicPublishEvent(period, offset, self._write)
+
+    def _write(self, context):
+        self.rows.append((context.get_time(), Centroid(self.get_input_port().Eval(context).copy())))
+
+
+def run(film, duration, detector=None, image_offset=(0, 0), sample=VISION_PERIOD, sample_offset=0.0, **lag):
+    """Simulates a film and its lagged centroid; returns (diagram, simulator, parts, [(time, Centroid)])."""
+    builder = DiagramBuilder()
+    camera = builder.AddNamedSystem("camera", film)
+    parts = add_motion_centroid(builder, "motion", detector or NormalFlow(), image_offset=image_offset, **lag)
+    builder.Connect(camera.get_output_port(), parts.image_input_port)
+    recorder = builder.AddNamedSystem("recorder", Recorder(sample, sample_offset))
+    builder.Connect(parts.output_port, recorder.get_input_port())
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(duration)
+    return diagram, simulator, parts, recorder.rows
+
+
+@pytest.mark.parametrize("preset_stride", [1, 2, 3])
+def test_centroid_appears_exactly_15_cycles_after_its_stamp(preset_stride):
+    detector = NormalFlow(NormalFlowParameters.preset("scaled", stride=preset_stride))
+    # The estimator's slot: a quarter of a plant step after the images.
+    offset = vision_slot(ESTIMATOR_SLOT)
+    _, _, _, rows = run(Film(), 0.7, detector, sample_offset=offset)
+    lags = [t - offset - c.stamp for t, c in rows if c.valid]
+    assert len(lags) > 20
+    assert lags == pytest.approx([LAG_CYCLES * VISION_PERIOD] * len(lags), abs=1e-12)
+    first = next(t for t, c in rows if c.valid)
+    assert first == pytest.approx((LAG_CYCLES + preset_stride) * VISION_PERIOD + offset)
+    assert all((c[:] == 0.0).all() for t, c in rows if t < first)
+
+
+def test_new_centroid_is_out_before_the_next_plant_step():
+    # Sampled on a grid finer than the plant's step, the change falls into the first slot after the images.
+    fine = TIME_STEP / 4
+    _, _, _, rows = run(Film(), 0.4, sample=fine, sample_offset=fine / 2)
+    changes = [b[0] for a, b in zip(rows, rows[1:]) if b[1].stamp != a[1].stamp]
+    assert len(changes) > 4
+    assert np.mod(np.array(changes) - fine / 2 + 1e-9, VISION_PERIOD) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_centroid_is_where_the_body_was_at_its_stamp():
+    _, _, _, rows = run(Film(), 0.8)
+    valid = [c for _, c in rows if c.valid]
+    assert len(valid) > 20
+    for c in valid:
+        assert (c.u, c.v) == pytest.approx(true_centre(c.stamp), abs=0.6)
+        assert c.pixel_count >= 12
+
+
+def test_cropped_image_reports_full_frame_coordinates():
+    # Without the guards, whose statistics would be of different sets of pixels.
+    detector = NormalFlow(NormalFlowParameters.preset("scaled", normalise_gain=False, noise_factor=0.0))
+    _, whole_simulator, whole, rows = run(Film(), 0.6, detector)
+    offset = (6, 20)
+    film = Film(offset, (90, 60))
+    _, cropped_simulator, cropped, cropped_rows = run(film, 0.6, detector, image_offset=offset)
+    pairs = [(a, b) for (_, a), (_, b) in zip(rows, cropped_rows) if a.valid]
+    assert len(pairs) > 15
+    for a, b in pairs:
+        assert b[:] == pytest.approx(a[:], abs=1e-9)
+
+    def energy(parts, simulator):
+        context = parts.system.GetMyContextFromRoot(simulator.get_context())
+        return parts.system.GetOutputPort("motion_energy").Eval(context)
+
+    part, frame = energy(cropped, cropped_simulator), energy(whole, whole_simulator)
+    assert part.image_offset == offset and part.stamp == frame.stamp > 0.5
+    assert part.mask.any()
+    assert (part.mask == frame.mask[20:80, 6:96]).all()
+    assert not part.mask.flags.writeable
+
+
+def test_without_motion_the_stamp_runs_on():
+    _, _, _, rows = run(Film(start=9.0), 0.5)
+    late = [(t, c) for t, c in rows if t > 0.3]
+    assert late and all(c.valid == 0.0 and c.stamp > 0.0 and c.pixel_count == 0.0 for _, c in late)
+    assert [c.stamp for _, c in late] == sorted({c.stamp for _, c in late})
+
+
+def test_motion_images_on_demand():
+    _, simulator, parts, _ = run(Film(), 0.3)
+    port = parts.system.GetOutputPort("motion_images")
+    images = port.Eval(parts.system.GetMyContextFromRoot(simulator.get_context()))
+    assert isinstance(images, MotionImages)
+    assert all(image.shape == (HEIGHT, WIDTH) for image in images)
+    assert 160.0 < images.smoothed.max() < 175.0
+    energy = parts.system.GetOutputPort("motion_energy").Eval(
+        parts.system.GetMyContextFromRoot(simulator.get_context())
+    )
+    assert (images.motion_energy == energy.mask).all()
+    assert port.Eval(parts.system.CreateDefaultContext()) is None
+
+
+def test_all_memory_is_in_the_context():
+    diagram, simulator, _, _ = run(Film(), 0.35)
+    context = simulator.get_context()
+    replayed = Simulator(diagram, context.Clone())
+    simulator.AdvanceTo(0.6)
+    replayed.AdvanceTo(0.6)
+    a, b = (s.get_context().get_discrete_state_vector().value() for s in (simulator, replayed))
+    assert a.any() and (a == b).all()
+    memory = context.get_abstract_state(0).get_value()
+    assert copy.deepcopy(memory) is memory
+    assert not any(image.flags.writeable for image in memory.smoothed)
+
+
+def test_ports_do_not_feed_through():
+    assert not MotionCentroidSystem(NormalFlow()).HasAnyDirectFeedthrough()
+
+
+def test_shortest_lag_is_the_age_of_the_described_image():
+    _, _, _, rows = run(Film(), 0.3, lag_cycles=3)
+    assert {round((t - c.stamp) / VISION_PERIOD, 6) for t, c in rows if c.valid} == {4.0}  # Logged before the update.
+    with pytest.raises(DrakeTrackerError, match="lag of 1 cycles"):
+        add_motion_centroid(DiagramBuilder(), "motion", NormalFlow(), lag_cycles=1)
