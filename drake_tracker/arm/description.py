@@ -24,7 +24,7 @@ class ArmDescription:
 
     arm_url, gripper_url: models. base_link: the link welded to the world. flange: the frame that carries the gripper,
     hand_link: the gripper's link that sits on it. servo_inertia: the inertia each joint's servo is tuned for [kg m^2].
-    servo_bandwidth [rad/s]. q_start: joints [rad] from which the home pose is sought.
+    servo_bandwidth: of each joint [rad/s]. q_start: joints [rad] from which the home pose is sought.
     """
 
     arm_url: str
@@ -34,7 +34,7 @@ class ArmDescription:
     hand_link: str
     tool_frame: str
     servo_inertia: tuple
-    servo_bandwidth: float
+    servo_bandwidth: tuple
     finger_stiffness: float
     finger_damping: float
     q_start: tuple
@@ -48,7 +48,7 @@ PUMA560 = ArmDescription(
     hand_link="hand",
     tool_frame="tool",
     servo_inertia=(3.7, 4.2, 1.1, 0.25, 0.2, 0.2),
-    servo_bandwidth=60.0,
+    servo_bandwidth=(60.0, 60.0, 60.0, 40.0, 40.0, 40.0),
     finger_stiffness=5000.0,
     finger_damping=60.0,
     q_start=(0.0, 0.8, -2.6, 0.0, -1.3, 0.0),

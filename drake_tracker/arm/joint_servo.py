@@ -19,10 +19,10 @@ def set_servo_gains(plant, instance, inertia, bandwidth):
 
     Args:
       inertia: I, the inertia each actuator is to move [kg m^2 or kg], in the order of the actuators.
-      bandwidth: w [rad/s].
+      bandwidth: w of each [rad/s].
     """
-    for actuator, I in zip(actuators_of(plant, instance), inertia, strict=True):
-        actuator.set_controller_gains(PdControllerGains(p=I * bandwidth**2, d=2.0 * I * bandwidth))
+    for actuator, I, w in zip(actuators_of(plant, instance), inertia, bandwidth, strict=True):
+        actuator.set_controller_gains(PdControllerGains(p=I * w**2, d=2.0 * I * w))
 
 
 def add_gravity_compensation(builder, model):

@@ -21,9 +21,10 @@ RAMP = 0.25
 
 @dataclass(frozen=True)
 class Drive:
-    """X_TG as a straight line: p_TG_G expressed in G [m], and the turn from T to G about the common z axis [rad].
+    """X_TG as a straight line: p_TG_W [m], and the turn from T to G about z_W [rad].
 
-    The turn keeps its full turns, so that the hand unwinds the way it should instead of the shortest way.
+    The translation is expressed in W, so that a hand still far away does not swing about an object that turns. The turn
+    keeps its full turns, so that the hand unwinds the way it should instead of the shortest way.
     """
 
     translation: np.ndarray
@@ -37,14 +38,12 @@ def solve_drive(p_WT, yaw_T, p_WG, yaw_G):
       p_WT, p_WG: positions of T and G in W [m], shape (3,).
       yaw_T, yaw_G: continuous directions of x_T and x_G in W [rad].
     """
-    R_WG = tool_down_rotation(yaw_G)
-    return Drive(R_WG.T @ (np.asarray(p_WG) - np.asarray(p_WT)), yaw_G - yaw_T)
+    return Drive(np.asarray(p_WG) - np.asarray(p_WT), yaw_G - yaw_T)
 
 
 def apply_drive(drive, p_WG, yaw_G):
     """Solves the transform equation for the tool: returns (p_WT, yaw_T) at which Drive has the given value."""
-    R_WG = tool_down_rotation(yaw_G)
-    return np.asarray(p_WG) - R_WG @ drive.translation, yaw_G - drive.turn
+    return np.asarray(p_WG) - drive.translation, yaw_G - drive.turn
 
 
 def shrink_drive(start, rate, fraction, duration):

@@ -154,8 +154,8 @@ class Lossy:
 class Servo:
     """The trajectory generator's own filter."""
 
-    tracking_index: float = setting(0.2, "manoeuvre noise over measurement noise, position", "", (0.001, 10.0))
-    yaw_tracking_index: float = setting(0.01, "the same, direction", "", (0.0001, 10.0))
+    tracking_index: float = setting(0.01, "manoeuvre noise over measurement noise, position", "", (0.001, 10.0))
+    yaw_tracking_index: float = setting(0.003, "the same, direction", "", (0.0001, 10.0))
     stale_after: float = setting(0.2, "age of the newest packet at which it says it is stale", "s", (0.03, 10.0))
 
 

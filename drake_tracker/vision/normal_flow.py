@@ -48,7 +48,8 @@ class NormalFlowParameters:
         smoothing_size, smoothing_sigma: Gaussian mask, odd side [px] and standard deviation [px].
         min_pixels: fewer moving pixels make no centroid.
         centroid: "mean" (the paper's) or "hull" (of the largest moving region).
-        join_distance: gap [px] across which the hull joins edges of one object.
+        join_distance: gap [px] across which the hull joins edges of one object: long enough for the gap between the
+            ends of a plain body, short enough not to reach other things that move.
         brightness_gate: drop moving pixels that are no brighter than the background (cast shadows).
         path: "integer", or "float", which divides as the text does and serves as its oracle.
         period: time between images [s].
@@ -68,7 +69,7 @@ class NormalFlowParameters:
     smoothing_sigma: float = 1.0
     min_pixels: int = 12
     centroid: str = "mean"
-    join_distance: int = 16
+    join_distance: int = 24
     brightness_gate: bool = False
     path: str = "integer"
     period: float = VISION_PERIOD

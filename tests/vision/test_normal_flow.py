@@ -102,7 +102,7 @@ def test_erosion_takes_exactly_the_isolated_pixels():
 
 def test_whole_coordinates_are_pixel_centres():
     for centroid in ("mean", "hull"):
-        flow = NormalFlow(NormalFlowParameters.preset("scaled", centroid=centroid, smoothing_size=7))
+        flow = NormalFlow(NormalFlowParameters.preset("scaled", centroid=centroid, join_distance=40))
         _, region = detect(flow, lambda cycle: box(70.0 + 1.0 * cycle, 50.0, texture=0.0))
         assert (region.u, region.v) == pytest.approx((70.0, 50.0), abs=0.15)
 

@@ -8,6 +8,8 @@ from drake_tracker.vision.region_centroid import brightness_gate, hull_centroid,
 
 SIZE = 200
 LENGTH, WIDTH = 40, 16
+JOIN = 40
+"""Bridges the longest gap [px] that a plain body leaves between its front and rear edges."""
 HEADINGS = np.radians(np.arange(0.0, 360.0, 24.0))
 
 
@@ -103,20 +105,25 @@ def test_hull_leaves_stray_pixels_and_other_regions_out():
 
 @pytest.mark.parametrize("kind", ["plain", "striped", "round"])
 def test_hull_finds_every_body(kind):
-    assert rms(errors(kind, centroid="hull")) < 1.0
+    assert rms(errors(kind, centroid="hull", join_distance=JOIN)) < 1.0
+
+
+def test_short_join_distance_keeps_one_end_of_a_plain_body():
+    found = errors("plain", centroid="hull", join_distance=16)
+    assert np.abs(found[:, 0]).max() > LENGTH / 3
 
 
 def test_hull_halves_the_lean_of_an_uneven_body():
     lean = errors("cab", centroid="mean")[:, 0].mean()
     assert lean < -4.0
-    assert abs(errors("cab", centroid="hull")[:, 0].mean()) < abs(lean) / 2
+    assert abs(errors("cab", centroid="hull", join_distance=JOIN)[:, 0].mean()) < abs(lean) / 2
 
 
 def test_brightness_gate_removes_the_shadow():
     shadow = np.array([9.0, 14.0])
-    without_gate = rms(errors("striped", shadow, centroid="hull"))
+    without_gate = rms(errors("striped", shadow, centroid="hull", join_distance=JOIN))
     assert without_gate > 3.0
-    assert rms(errors("striped", shadow, centroid="hull", brightness_gate=True)) < 1.2
+    assert rms(errors("striped", shadow, centroid="hull", join_distance=JOIN, brightness_gate=True)) < 1.2
     assert rms(errors("plain", shadow, centroid="mean", brightness_gate=True)) < rms(errors("plain", shadow)) / 2
 
 
