@@ -68,7 +68,6 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
 
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
-    hand_eye.arm.start_at_rest(context)
     watch = _Watch(hand_eye, progress, stop)
     simulator.set_monitor(watch)
     clock["simulate"] = time.monotonic()

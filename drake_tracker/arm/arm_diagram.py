@@ -5,9 +5,10 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
 
 from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
-from drake_tracker.arm.joint_servo import add_gravity_compensation, add_interpolator, start_at
+from drake_tracker.arm.joint_servo import add_joint_feedforward, add_set_point_spline
 from drake_tracker.arm.servo import Servo
 from drake_tracker.arm.servo_system import ServoSystem
+from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY
 from drake_tracker.arm.tool_motion import ToolMotion
 from drake_tracker.arm.transform_equation_system import TransformEquationSystem
 from drake_tracker.grasp.grasp_machine import GraspMachine
@@ -50,8 +51,8 @@ class ArmDiagram(Diagram):
         self.set_name("arm")
         self.model = model
         builder = DiagramBuilder()
-        # A set-point computed in the servo's slot is read at the end of the period and reached one period later.
-        lead = 2 * SERVO_PERIOD - servo_slot(SERVO_SLOT, time_step)
+        # A set-point computed in the servo's slot is sampled at the end of the period, and passed a little later still.
+        lead = (1.0 + SPLINE_DELAY) * SERVO_PERIOD - servo_slot(SERVO_SLOT, time_step)
         servo_system = builder.AddNamedSystem(
             "servo",
             ServoSystem(
@@ -76,30 +77,25 @@ class ArmDiagram(Diagram):
         builder.Connect(ik.GetOutputPort("q_commanded"), transform.GetInputPort("q_commanded"))
         builder.Connect(ik.GetOutputPort("q_commanded"), grasp_system.GetInputPort("q_commanded"))
 
-        gravity = add_gravity_compensation(builder, model)
-        self._joint_interpolator = add_interpolator(builder, "joint_interpolator", ik.GetOutputPort("q_commanded"))
+        joints = add_set_point_spline(builder, "joint_spline", ik.GetOutputPort("q_commanded"), q_initial)
+        dynamics = add_joint_feedforward(builder, model, joints)
         half_width = np.zeros((1, message_size(ArmCommand)))
         half_width[0, ArmCommand.get_fields().index("jaw_width")] = 0.5
         finger = builder.AddNamedSystem("finger_set_point", MatrixGain(half_width))
         builder.Connect(grasp_system.GetOutputPort("command"), finger.get_input_port())
-        self._finger_interpolator = add_interpolator(builder, "finger_interpolator", finger.get_output_port())
-        self._q_initial = np.array(q_initial)
-        self._finger_initial = np.array([0.5 * grasp.jaw_opening])
+        fingers = add_set_point_spline(
+            builder, "finger_spline", finger.get_output_port(), [0.5 * grasp.jaw_opening]
+        )
 
         builder.ExportInput(servo_system.GetInputPort("packet"), "packet")
-        builder.ExportInput(gravity.get_input_port_estimated_state(), "arm_state")
+        builder.ExportInput(dynamics.get_input_port_estimated_state(), "arm_state")
         builder.ExportInput(grasp_system.GetInputPort("jaws"), "jaws")
-        builder.ExportOutput(self._joint_interpolator.get_output_port(), "arm_desired_state")
-        builder.ExportOutput(gravity.get_output_port_generalized_force(), "arm_feedforward")
-        builder.ExportOutput(self._finger_interpolator.get_output_port(), "gripper_desired_state")
+        builder.ExportOutput(joints.GetOutputPort("desired_state"), "arm_desired_state")
+        builder.ExportOutput(dynamics.get_output_port_generalized_force(), "arm_feedforward")
+        builder.ExportOutput(fingers.GetOutputPort("desired_state"), "gripper_desired_state")
         builder.ExportOutput(servo_system.GetOutputPort("target"), "target")
         builder.ExportOutput(grasp_system.GetOutputPort("command"), "command")
         builder.ExportOutput(transform.GetOutputPort("status"), "status")
         builder.ExportOutput(grasp_system.GetOutputPort("diagnosis"), "diagnosis")
         builder.ExportOutput(ik.GetOutputPort("q_commanded"), "q_commanded")
         builder.BuildInto(self)
-
-    def start_at_rest(self, root_context):
-        """Makes the interpolators of a root Context hold the arm's and the jaws' initial positions."""
-        start_at(self._joint_interpolator, root_context, self._q_initial)
-        start_at(self._finger_interpolator, root_context, self._finger_initial)

@@ -1,11 +1,9 @@
-"""The joint servos: actuator PD control with gravity compensation, interpolated set-points, all Drake's own parts."""
+"""The joint servos: the plant's own actuator PD control, Drake's inverse dynamics as feed-forward, smooth set-points."""
 
-import numpy as np
 from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.controllers import InverseDynamics
-from pydrake.systems.primitives import StateInterpolatorWithDiscreteDerivative
 
-from drake_tracker.timing import SERVO_PERIOD
+from drake_tracker.arm.set_point_spline_system import SetPointSplineSystem
 
 
 def actuators_of(plant, instance):
@@ -25,25 +23,23 @@ def set_servo_gains(plant, instance, inertia, bandwidth):
         actuator.set_controller_gains(PdControllerGains(p=I * w**2, d=2.0 * I * w))
 
 
-def add_gravity_compensation(builder, model):
-    """Adds Drake's `InverseDynamics` in gravity compensation mode on the controller's own `ArmModel`; returns it."""
-    return builder.AddNamedSystem(
-        "gravity_compensation", InverseDynamics(model.plant, InverseDynamics.InverseDynamicsMode.kGravityCompensation)
-    )
+def add_joint_feedforward(builder, model, spline):
+    """Adds Drake's `InverseDynamics` on the controller's own `ArmModel`, and returns it.
 
-
-def add_interpolator(builder, name, set_points):
-    """Adds Drake's set-point interpolator behind an output port of set-points, and returns it.
-
-    It samples every 30 ms and reaches a set-point 30 ms later; its output is the desired state (q, v).
+    It computes the torques that gravity, friction and the acceleration of a `SetPointSplineSystem` call for; the
+    actuators' PD control then has only the errors to correct.
     """
-    interpolator = builder.AddNamedSystem(
-        name, StateInterpolatorWithDiscreteDerivative(set_points.size(), SERVO_PERIOD)
+    dynamics = builder.AddNamedSystem(
+        "inverse_dynamics", InverseDynamics(model.plant, InverseDynamics.InverseDynamicsMode.kInverseDynamics)
     )
-    builder.Connect(set_points, interpolator.get_input_port())
-    return interpolator
+    builder.Connect(
+        spline.GetOutputPort("desired_acceleration"), dynamics.get_input_port_desired_acceleration()
+    )
+    return dynamics
 
 
-def start_at(interpolator, root_context, q):
-    """Makes a set-point interpolator begin at rest at q."""
-    interpolator.set_initial_position(interpolator.GetMyMutableContextFromRoot(root_context), np.asarray(q, dtype=float))
+def add_set_point_spline(builder, name, set_points, initial):
+    """Adds a `SetPointSplineSystem` behind an output port of set-points, and returns it."""
+    spline = builder.AddNamedSystem(name, SetPointSplineSystem(initial))
+    builder.Connect(set_points, spline.GetInputPort("set_point"))
+    return spline

@@ -30,6 +30,7 @@ class HandEyeDiagram(Diagram):
         - diagnosis
         - q_commanded
         - arm_state
+        - arm_effort
         - jaws
         - truth_train_state
         - truth_verdict
@@ -61,7 +62,7 @@ class HandEyeDiagram(Diagram):
             builder.Connect(arm.GetOutputPort(port), world.GetInputPort(port))
 
         exported = {
-            world: (*CAMERA_NAMES, "arm_state", "jaws", "truth_train_state", "truth_verdict", "truth_query"),
+            world: (*CAMERA_NAMES, "arm_state", "arm_effort", "jaws", "truth_train_state", "truth_verdict", "truth_query"),
             vision: (
                 *("motion_left", "motion_right", "motion_images_left", "motion_images_right"),
                 *("centroid_left", "centroid_right", "point"),
@@ -74,9 +75,3 @@ class HandEyeDiagram(Diagram):
             for port in ports:
                 builder.ExportOutput(room.GetOutputPort(port), port)
         builder.BuildInto(self)
-
-    def make_context(self):
-        """Returns a Context in which everything is at rest and ready to run."""
-        context = self.CreateDefaultContext()
-        self.arm.start_at_rest(context)
-        return context

@@ -9,7 +9,7 @@ from drake_tracker.arm.arm_model import tool_yaw
 from drake_tracker.estimation.estimator_system import Filtered
 from drake_tracker.grasp.grasp_system import GraspDiagnosis
 from drake_tracker.messages import ArmCommand, Centroid, JawState, Prediction, ServoTarget, ToolStatus, TrackPoint
-from drake_tracker.timing import SERVO_PERIOD, VISION_PERIOD
+from drake_tracker.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD, steps_in
 from drake_tracker.world.judge_system import Verdict
 
 _JOINTS = range(1, 7)
@@ -26,7 +26,8 @@ SIGNALS = {
     "status": (SERVO_PERIOD, ToolStatus.get_fields()),
     "diagnosis": (SERVO_PERIOD, GraspDiagnosis.get_fields()),
     "q_commanded": (SERVO_PERIOD, [f"q{i}" for i in _JOINTS]),
-    "arm_state": (VISION_PERIOD, [f"q{i}" for i in _JOINTS] + [f"v{i}" for i in _JOINTS]),
+    "arm_state": (TIME_STEP, [f"q{i}" for i in _JOINTS] + [f"v{i}" for i in _JOINTS]),
+    "arm_effort": (TIME_STEP, [f"u{i}" for i in _JOINTS]),
     "jaws": (VISION_PERIOD, JawState.get_fields()),
     "truth_train_state": (VISION_PERIOD, _TRAIN_STATE),
     "truth_verdict": (VISION_PERIOD, Verdict.get_fields()),
@@ -73,12 +74,14 @@ def read_log(loggers, root_context):
 
 
 def tool_signal(arm_state, model):
-    """Returns the Signal of where the tool was (x, y, z [m] in W, yaw [rad]): forward kinematics of the logged joints."""
+    """Returns the Signal of where the tool was (x, y, z [m] in W, yaw [rad]): forward kinematics of the logged
+    joints, at the vision period."""
+    every = steps_in(VISION_PERIOD)
     rows = []
-    for q in arm_state.data[:, : model.num_joints]:
+    for q in arm_state.data[::every, : model.num_joints]:
         X_WT = model.tool_pose(q)
         rows.append([*X_WT.translation(), tool_yaw(X_WT)])
-    return Signal(arm_state.times, np.array(rows).reshape(-1, 4), ("x", "y", "z", "yaw"))
+    return Signal(arm_state.times[::every], np.array(rows).reshape(-1, 4), ("x", "y", "z", "yaw"))
 
 
 def save_log(log, path):

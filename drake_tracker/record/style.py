@@ -33,6 +33,7 @@ PHASE_COLOURS = {
 _FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 
 
+@lru_cache(maxsize=None)
 def bgr(colour):
     """Returns "#rrggbb" as OpenCV's (blue, green, red)."""
     return tuple(int(colour[k : k + 2], 16) for k in (5, 3, 1))

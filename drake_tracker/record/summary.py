@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from drake_tracker.diagrams.train import ARMS
 from drake_tracker.grasp.schema import Phase
+from drake_tracker.record.arm_limits import arm_findings, limits_of
 from drake_tracker.record.closing import closing_onset_error
 from drake_tracker.record.episode import (
     during,
@@ -44,7 +46,8 @@ def summarize(scenario, log, simulated, interrupted=False):
     - ``time_to_grasp_s``: from the start of the run until the hand felt its grip and began to lift.
     - ``lift_height_m``: of the train in contact with a finger. ``hold_s``: longest time that it hung there, as judged.
     - ``closing_onset_error_s``: see `closing_onset_error`.
-    - ``joint_limit_margin_rad``, ``speed_share``, ``longest_saturation_s``, ``table_touched``: see `Verdict`.
+    - ``joint_limit_margin_rad``: least distance of a joint to its limit. ``speed_share``: greatest share of a joint's rated
+      speed. ``longest_saturation_s``: of any drive. ``table_touched``: by the arm or the gripper.
 
     Args:
       scenario: the run's Scenario. log: {name: Signal}. simulated: time at which the run ended [s].
@@ -66,6 +69,7 @@ def summarize(scenario, log, simulated, interrupted=False):
         "first_attempt_success": success and attempts == 1,
         "time_to_grasp_s": lifts[-1] if success and lifts else None,
         **_verdict(verdict),
+        **arm_findings(log, limits_of(ARMS[type(scenario.arm).__name__])),
         **_tracking(log, spans),
         **vision,
         "lag_s": _lag(log, scenario.time_step),
@@ -144,9 +148,6 @@ def _verdict(verdict):
     return {
         "lift_height_m": max(verdict["lift"][touched], default=0.0),
         "hold_s": max(verdict["held"]),
-        "joint_limit_margin_rad": verdict["limit_margin"][-1],
-        "speed_share": verdict["speed_share"][-1],
-        "longest_saturation_s": verdict["saturated"][-1],
         "table_touched": bool(verdict["table_touched"][-1]),
     }
 

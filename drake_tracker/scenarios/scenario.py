@@ -173,7 +173,7 @@ class Grasp:
     hover_height: float = setting(0.22, "height while tracking", "m", (0.10, 0.40))
     grasp_height: float = setting(0.0, "height at which the jaws close", "m", (-0.01, 0.03))
     lift_height: float = setting(0.15, "height after the lift", "m", (0.02, 0.40))
-    approach_duration: float = setting(0.8, "time to get above the object", "s", (0.2, 10.0))
+    approach_duration: float = setting(1.0, "time to get above the object", "s", (0.2, 10.0))
     descent_duration: float = setting(0.36, "time of the descent", "s", (0.2, 5.0))
     closing_lead: float = setting(0.10, "how long before the descent ends the jaws begin to close", "s", (0.0, 0.3))
     close_timeout: float = setting(0.5, "time after which jaws that felt no grip have missed", "s", (0.2, 5.0))

@@ -1,7 +1,7 @@
 """The judge: decides from truth whether the train was taken. It sits outside the loop; nothing in the loop reads it.
 
 The train counts as taken when it hangs at least `LIFTED` above where it ran, touched by both fingers, for `HELD`. The judge
-also watches over the arm: joint and speed limits, saturated drives, and contact with the table.
+also sees to it that the arm never touches the table.
 """
 
 import numpy as np
@@ -20,23 +20,14 @@ TIPPED = np.deg2rad(60.0)
 """Tilt [rad] from which the train does not come back on its wheels."""
 OFF_TRACK = 0.035
 """Distance [m] from its track from which the train does not come back."""
-SATURATED = 0.999
-"""Share of an effort limit that counts as saturation."""
-LONGEST_SATURATION = 0.030
-"""A drive may be saturated for no longer than this [s]."""
 
 Verdict = namedview(
     "Verdict",
-    [
-        *("lift", "left_contact", "right_contact", "held_since", "held", "taken", "derailed"),
-        *("limit_margin", "speed_share", "saturated", "table_touched"),
-    ],
+    ["lift", "left_contact", "right_contact", "held_since", "held", "taken", "derailed", "table_touched"],
 )
 """The judge's findings: height above the rail [m], contact of each finger with the train, since when it is held [s] (0:
 not), for how long [s], ``taken`` = 1 once it was held long enough, ``derailed`` = 1 while it lies off its track, touched by
-no finger, with no way back; then the least distance of a joint to its limit so far
-[rad], the greatest share of a joint's rated speed, the longest saturation of a drive [s], 1 once the arm touched the table.
-"""
+no finger, with no way back, ``table_touched`` = 1 once the arm touched the table."""
 
 
 class JudgeSystem(LeafSystem):
@@ -48,12 +39,10 @@ class JudgeSystem(LeafSystem):
         input_ports:
         - contact_results
         - train_state
-        - arm_state
-        - arm_effort
         output_ports:
         - verdict
 
-    ``train_state`` is the free body's 13 numbers, ``arm_state`` (q, v), ``arm_effort`` [N m]; ``verdict`` is a `Verdict`.
+    ``train_state`` is the free body's 13 numbers, ``verdict`` a `Verdict`.
     """
 
     def __init__(self, laboratory, track, table_height, train_height):
@@ -66,27 +55,14 @@ class JudgeSystem(LeafSystem):
         self._fingers = [body.index() for body in fingers]
         self._table = set(plant.GetBodyIndices(laboratory.table)) | {plant.world_body().index()}
         self._arm_bodies = set(plant.GetBodyIndices(laboratory.arm)) | set(plant.GetBodyIndices(laboratory.gripper))
-        joints = [plant.get_joint(index) for index in plant.GetJointIndices(laboratory.arm)]
-        joints = [joint for joint in joints if joint.num_velocities() == 1]
-        self._lower = np.array([joint.position_lower_limits()[0] for joint in joints])
-        self._upper = np.array([joint.position_upper_limits()[0] for joint in joints])
-        self._speed = np.array([joint.velocity_upper_limits()[0] for joint in joints])
-        actuators = [plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices(laboratory.arm)]
-        self._effort = np.array([actuator.effort_limit() for actuator in actuators])
-        n = len(joints)
         self._contacts = self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))
         self._train_state = self.DeclareVectorInputPort("train_state", 13)
-        self._arm_state = self.DeclareVectorInputPort("arm_state", 2 * n)
-        self._arm_effort = self.DeclareVectorInputPort("arm_effort", n)
-        verdict = Verdict(np.zeros(len(Verdict.get_fields())))
-        verdict.limit_margin = np.inf
-        findings = self.DeclareDiscreteState(np.array(verdict[:]))
-        self.DeclareDiscreteState(np.zeros(n))  # how long each drive has been saturated [s]
+        findings = self.DeclareDiscreteState(len(Verdict.get_fields()))
         self.DeclareStateOutputPort("verdict", findings)
         self.DeclarePeriodicDiscreteUpdateEvent(VISION_PERIOD, 0.0, self._update)
 
     def _update(self, context, state):
-        verdict = Verdict(np.array(context.get_discrete_state(0).value()))
+        verdict = Verdict(np.array(context.get_discrete_state_vector().value()))
         touching = self._touching(self._contacts.Eval(context))
         verdict.lift = self._train_state.Eval(context)[6] - self._rest_height
         verdict.left_contact, verdict.right_contact = (
@@ -99,10 +75,9 @@ class JudgeSystem(LeafSystem):
             verdict.held_since = verdict.held = 0.0
         verdict.taken = max(verdict.taken, float(verdict.held >= HELD - 1e-9))
         verdict.derailed = float(not (verdict.left_contact or verdict.right_contact) and self._lies_off_track(context))
-        self._watch_arm(context, state, verdict)
         if any(pair & self._arm_bodies and pair & self._table for pair in touching):
             verdict.table_touched = 1.0
-        state.set_value(0, verdict[:])
+        state.set_value(verdict[:])
 
     def _lies_off_track(self, context):
         """Whether the train is tipped over, or stands farther from its track than the rail can reach."""
@@ -112,17 +87,6 @@ class JudgeSystem(LeafSystem):
         heading = np.arctan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
         _, lateral = self._track.nearest(x, y, heading)
         return upright < np.cos(TIPPED) or abs(lateral) > OFF_TRACK
-
-    def _watch_arm(self, context, state, verdict):
-        n = len(self._speed)
-        q, v = np.split(self._arm_state.Eval(context), [n])
-        margin = min(np.min(q - self._lower), np.min(self._upper - q))
-        verdict.limit_margin = min(verdict.limit_margin, margin)
-        verdict.speed_share = max(verdict.speed_share, np.max(np.abs(v) / self._speed))
-        saturated = np.abs(self._arm_effort.Eval(context)) >= SATURATED * self._effort
-        lasting = np.where(saturated, context.get_discrete_state(1).value() + VISION_PERIOD, 0.0)
-        verdict.saturated = max(verdict.saturated, np.max(lasting))
-        state.set_value(1, lasting)
 
     @staticmethod
     def _touching(contacts):

@@ -24,13 +24,14 @@ class WorldDiagram(Diagram):
         - camera_left
         - camera_right
         - arm_state
+        - arm_effort
         - jaws
         - truth_train_state
         - truth_verdict
         - truth_query
 
     Inputs: joint set-points (q, v), gravity torques [N m], and (q, v) of the driven finger. ``camera_*`` are
-    ImageRgba8U at 60 Hz, ``arm_state`` is (q, v), ``jaws`` a `JawState`: these four may be read by the controller. The
+    ImageRgba8U at 60 Hz, ``arm_state`` is (q, v), ``arm_effort`` the drives' torques [N m], ``jaws`` a `JawState`: these may be read by the controller. The
     ``truth_*`` ports are for judges, logs and viewers alone.
 
     Args:
@@ -81,8 +82,6 @@ class WorldDiagram(Diagram):
         judge = builder.AddNamedSystem("judge", JudgeSystem(laboratory, track, scenario.table_height, TRAIN_HEIGHT))
         builder.Connect(plant.get_contact_results_output_port(), judge.GetInputPort("contact_results"))
         builder.Connect(plant.get_state_output_port(laboratory.train), judge.GetInputPort("train_state"))
-        builder.Connect(plant.get_state_output_port(laboratory.arm), judge.GetInputPort("arm_state"))
-        builder.Connect(plant.get_net_actuation_output_port(laboratory.arm), judge.GetInputPort("arm_effort"))
 
         builder.ExportInput(plant.get_desired_state_input_port(laboratory.arm), "arm_desired_state")
         builder.ExportInput(plant.get_actuation_input_port(laboratory.arm), "arm_feedforward")
@@ -90,6 +89,7 @@ class WorldDiagram(Diagram):
         for name in CAMERA_NAMES:
             builder.ExportOutput(self.cameras[name].image_port, name)
         builder.ExportOutput(plant.get_state_output_port(laboratory.arm), "arm_state")
+        builder.ExportOutput(plant.get_net_actuation_output_port(laboratory.arm), "arm_effort")
         builder.ExportOutput(jaws.GetOutputPort("jaws"), "jaws")
         builder.ExportOutput(plant.get_state_output_port(laboratory.train), "truth_train_state")
         builder.ExportOutput(judge.GetOutputPort("verdict"), "truth_verdict")

@@ -1,0 +1,66 @@
+"""From set-points every 30 ms to a smooth reference at every plant step."""
+
+import numpy as np
+from pydrake.systems.framework import LeafSystem
+
+from drake_tracker.timing import SERVO_PERIOD
+
+SPLINE_DELAY = 1.5
+"""Periods from the sampling of a set-point to the instant at which the reference passes it."""
+
+
+class SetPointSplineSystem(LeafSystem):
+    """A quadratic B-spline through the last three set-points: position and velocity without steps.
+
+    Drake's `StateInterpolatorWithDiscreteDerivative` passes positions on as a staircase, on which a stiff joint servo
+    spends all its torque.
+
+    .. pydrake_system::
+
+        name: SetPointSplineSystem
+        input_ports:
+        - set_point
+        output_ports:
+        - desired_state
+        - desired_acceleration
+
+    ``set_point`` (n) is sampled on the grid of the period. ``desired_state`` (q, v) and ``desired_acceleration`` are
+    the spline: a motion of constant speed comes out `SPLINE_DELAY` periods late and otherwise unchanged.
+
+    Args:
+      initial: the set-point (n,) held before the first sample.
+    """
+
+    def __init__(self, initial, period=SERVO_PERIOD):
+        super().__init__()
+        initial = np.asarray(initial, dtype=float)
+        n = self._n = len(initial)
+        self._period = period
+        self._set_point = self.DeclareVectorInputPort("set_point", n)
+        # The three newest set-points, oldest first, and the time at which the newest was sampled.
+        state = self.DeclareDiscreteState(np.concatenate([initial, initial, initial, [0.0]]))
+        from_state = {self.discrete_state_ticket(state)}
+        self.DeclareVectorOutputPort("desired_state", 2 * n, self._calc_state, from_state | {self.time_ticket()})
+        self.DeclareVectorOutputPort("desired_acceleration", n, self._calc_acceleration, from_state)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+
+    def _update(self, context, state):
+        old = context.get_discrete_state_vector().value()
+        state.set_value(
+            np.concatenate([old[self._n : 3 * self._n], self._set_point.Eval(context), [context.get_time()]])
+        )
+
+    def _calc_state(self, context, output):
+        a, b, c, sampled = self._points(context)
+        t = min((context.get_time() - sampled) / self._period, 1.0)
+        q = 0.5 * (a + b) + t * (b - a) + 0.5 * t * t * (a - 2.0 * b + c)
+        v = ((b - a) + t * (a - 2.0 * b + c)) / self._period
+        output.SetFromVector(np.concatenate([q, v]))
+
+    def _calc_acceleration(self, context, output):
+        a, b, c, _ = self._points(context)
+        output.SetFromVector((a - 2.0 * b + c) / self._period**2)
+
+    def _points(self, context):
+        state, n = context.get_discrete_state_vector().value(), self._n
+        return state[:n], state[n : 2 * n], state[2 * n : 3 * n], state[3 * n]
