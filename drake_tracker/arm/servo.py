@@ -105,4 +105,4 @@ class Servo:
 
 def _is_newer(packet, held):
     fields = Prediction(packet)
-    return bool(fields.valid) and fields.stamp > held[0]
+    return bool(fields.valid) and fields.stamp > held[0] and bool(np.all(np.isfinite(packet)))

@@ -109,23 +109,19 @@ class ToolMotion:
 
     def _begin(self, state, time, command, q6):
         """Solves for Drive, and for its rate, from the last two poses of the tool and of the reference."""
-        branch = state.branch
-        if not command.frozen and not self.flipping(state, time):
-            branch = best_branch(q6, state.tool[3], state.reference[3])
-        turns = self._half_turns(state, time) if branch == state.branch else branch
+        branch = state.branch if command.frozen else best_branch(q6, state.tool[3], state.reference[3])
+        # Jaws that are just turning over do the rest as a part of this motion, or they would turn twice as fast.
+        state = replace(state, branch=branch, previous_branch=branch, flip_start=-np.inf)
         if self._jumped(state):  # its last step says nothing of how it moves
             state = replace(state, previous_reference=state.reference)
         before_last = 2 * state.previous_reference - state.reference
-        drive = self._solve(state.tool, state.previous_reference, command.height, turns)
-        earlier = self._solve(state.previous_tool, before_last, command.height, turns)
+        drive = self._solve(state.tool, state.previous_reference, command.height, branch)
+        earlier = self._solve(state.previous_tool, before_last, command.height, branch)
         rate = Drive(
             (drive.translation - earlier.translation) / self.period, (drive.turn - earlier.turn) / self.period
         )
-        flip = {} if branch == state.branch else {"previous_branch": branch, "flip_start": -np.inf}
         start = time - self.period  # the last pose of the tool is where the motion begins
-        return replace(
-            state, motion=command.motion, start=start, drive=drive, drive_rate=rate, branch=branch, **flip
-        )
+        return replace(state, motion=command.motion, start=start, drive=drive, drive_rate=rate)
 
     def _flip(self, state, time, q6):
         branch = best_branch(q6, state.tool[3], state.reference[3])

@@ -72,9 +72,8 @@ def judge_memory(parameters, memory, packet, now):
 
 def is_straight(parameters, memory, packet):
     """Whether the path seen over the last ``straight_length`` [m] was a straight line."""
-    seen = [(record[X], record[Y]) for record in memory.records]
-    seen += [tuple(prediction_knots(waiting)[0][:2]) for waiting in memory.waiting]
-    points = np.array(seen).reshape(-1, 2)
+    waiting = [prediction_knots(packet)[0][:2] for packet in memory.waiting]
+    points = np.vstack([memory.records[:, [X, Y]], *waiting])
     here = prediction_knots(packet)[0][:2]
     far = np.nonzero(np.hypot(*(points - here).T) >= parameters.straight_length)[0]
     if len(far) == 0:

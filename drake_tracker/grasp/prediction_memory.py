@@ -5,7 +5,7 @@ first knot says where it went, and so how far off the earlier packet was. On a c
 place again, and what happened then is the best guess of what will happen now.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,15 +26,19 @@ STAMP, X, Y, YAW, LATERAL, ALONG, TURN = range(7)
 horizon across the path [m], along it [m], and in direction [rad]."""
 
 
-@dataclass(frozen=True)
+NO_RECORDS = np.zeros((0, 7))
+NO_RECORDS.setflags(write=False)
+
+
+@dataclass(frozen=True, eq=False)
 class PredictionMemory:
     """Packets that wait to be judged, and records of those that were.
 
-    ``waiting`` is a tuple of packets, oldest first; ``records`` a tuple of rows (STAMP ... TURN), oldest first.
+    ``waiting`` is a tuple of packets, oldest first; ``records``, shape (n, 7), has rows (STAMP ... TURN), oldest first.
     """
 
     waiting: tuple = ()
-    records: tuple = ()
+    records: np.ndarray = field(default_factory=lambda: NO_RECORDS)
 
     def __deepcopy__(self, memo):
         return self
@@ -45,23 +49,25 @@ def remember(memory, packet, horizon):
     packet = np.asarray(packet)
     if not Prediction(packet).valid or (memory.waiting and packet[0] <= memory.waiting[-1][0]):
         return memory
-    records = list(memory.records)
+    judged = []
     waiting = list(memory.waiting)
     if waiting and packet[0] - waiting[-1][0] > MAX_GAP:
         waiting = []
     while waiting and waiting[0][0] + horizon <= packet[0]:
         old = waiting.pop(0)
         previous = waiting[-1] if waiting else old
-        records.append(_judge(old, previous, packet, old[0] + horizon))
+        judged.append(_judge(old, previous, packet, old[0] + horizon))
     waiting.append(packet.copy())
-    return PredictionMemory(tuple(waiting), tuple(records[-MAX_RECORDS:]))
+    records = memory.records
+    if judged:
+        records = np.vstack([records, judged])[-MAX_RECORDS:]
+        records.setflags(write=False)
+    return PredictionMemory(tuple(waiting), records)
 
 
 def recall(memory, packet, radius):
     """Returns the records, shape (n, 7), of earlier passes of the place from which ``packet`` starts."""
-    if not memory.records:
-        return np.zeros((0, 7))
-    records = np.array(memory.records)
+    records = memory.records
     stamp, (x, y, _, yaw, _) = packet[0], prediction_knots(packet)[0]
     near = np.hypot(records[:, X] - x, records[:, Y] - y) <= radius
     same_way = np.cos(records[:, YAW] - yaw) >= np.cos(SAME_HEADING)
@@ -70,8 +76,7 @@ def recall(memory, packet, radius):
 
 def recent(memory, now, duration):
     """Returns the records, shape (n, 7), judged of packets stamped within the last ``duration`` [s] before ``now``."""
-    rows = [record for record in memory.records if record[STAMP] >= now - duration]
-    return np.array(rows).reshape(-1, 7)
+    return memory.records[memory.records[:, STAMP] >= now - duration]
 
 
 def _judge(old, before, after, time):

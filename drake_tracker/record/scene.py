@@ -1,9 +1,12 @@
 """The Meshcat recording of a run: the laboratory in three dimensions, with the predicted path drawn in."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from pydrake.common.value import AbstractValue
 from pydrake.geometry import (
+    Cylinder,
     Meshcat,
     MeshcatAnimation,
     MeshcatParams,
@@ -18,27 +21,39 @@ from pydrake.systems.framework import LeafSystem
 
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.messages import ArmCommand, Prediction, TrackPoint, evaluate_prediction, message_size
-from drake_tracker.record.style import FAR_PREDICTED, PREDICTED
 
+PREDICTED, SEEN = Rgba(0.30, 0.76, 1.0), Rgba(1.0, 0.69, 0.0)
+"""Colours of the predicted path and of the points seen, as in the camera video."""
 FRAMES_PER_SECOND = 30
 """Of the recording."""
 _PREFIX = "laboratory"
-_PATH, _POINT = "tracking/prediction", "tracking/point"
-_PATH_TIMES = np.arange(0.0, 1.21, 0.1)
+_PATH, _TRAIL = "tracking/predicted", "tracking/seen"
+_PATH_TIMES = np.arange(0.0, 1.21, 0.15)
 """From now on, the times [s] at which the predicted path is marked."""
-_RAISED = np.array([0.0, 0.0, 0.055])
-"""What is drawn stands this far [m] above the object's reference point, or the object would hide it."""
-_CAMERA, _LOOK_AT = np.array([1.62, -1.02, 1.14]), np.array([0.40, 0.02, 0.58])
-_SHOWN = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
-"""Phases in which the predicted path means something."""
+_TRAIL_FRAMES = range(0, 31, 5)
+"""From the newest point back, the frames whose triangulated points are marked."""
+_CAMERA, _LOOK_AT, _FIELD_OF_VIEW = np.array([1.95, -1.20, 1.25]), np.array([0.38, 0.02, 0.58]), 37.0
+_PHASES_THAT_PREDICT = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
+"""In the others the train is in the hand, or the hand on its way back."""
 
 
-class PredictionDisplaySystem(LeafSystem):
-    """Draws the newest predicted path and the newest triangulated point into Meshcat.
+@dataclass(frozen=True, eq=False)
+class _Drawn:
+    """What is drawn: the packet that the arm goes by, and the latest triangulated points, newest first (None: not seen)."""
+
+    packet: np.ndarray
+    trail: tuple = ()
+
+    def __deepcopy__(self, memo):
+        return self
+
+
+class TrackingDisplaySystem(LeafSystem):
+    """Draws the predicted path and the latest triangulated points into Meshcat.
 
     .. pydrake_system::
 
-        name: PredictionDisplaySystem
+        name: TrackingDisplaySystem
         input_ports:
         - packet
         - point
@@ -54,35 +69,38 @@ class PredictionDisplaySystem(LeafSystem):
         self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
         self._point = self.DeclareVectorInputPort("point", message_size(TrackPoint))
         self._command = self.DeclareVectorInputPort("command", message_size(ArmCommand))
-        self._held = self.DeclareDiscreteState(message_size(Prediction))
-        for k, time in enumerate(_PATH_TIMES):
-            radius = 0.008 * (1.0 - 0.6 * time / _PATH_TIMES[-1])
-            meshcat.SetObject(f"{_PATH}/{k:02}", Sphere(radius), _rgba(PREDICTED))
-        meshcat.SetObject(_POINT, Sphere(0.007), _rgba(FAR_PREDICTED))
-        self.DeclarePeriodicDiscreteUpdateEvent(1.0 / FRAMES_PER_SECOND, 0.0, self._hold)
+        self._drawn = self.DeclareAbstractState(AbstractValue.Make(_Drawn(np.zeros(message_size(Prediction)))))
+        for path, count, colour in ((_PATH, len(_PATH_TIMES), PREDICTED), (_TRAIL, len(_TRAIL_FRAMES), SEEN)):
+            for k in range(count):
+                meshcat.SetObject(f"{path}/{k}", Sphere(0.007 * (1.0 - 0.6 * k / count)), colour)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / FRAMES_PER_SECOND, 0.0, self._remember)
         self.DeclarePeriodicPublishEvent(1.0 / FRAMES_PER_SECOND, 0.0, self._draw)
 
-    def _hold(self, context, state):
-        if not ArmCommand(self._command.Eval(context)).frozen:
-            state.set_value(self._packet.Eval(context))
+    def _remember(self, context, state):
+        drawn = context.get_abstract_state(self._drawn).get_value()
+        frozen = ArmCommand(self._command.Eval(context)).frozen
+        packet = drawn.packet if frozen else np.array(self._packet.Eval(context))
+        point = TrackPoint(self._point.Eval(context))
+        newest = np.array([point.x, point.y, point.z]) if point.valid and not frozen else None
+        trail = (newest, *drawn.trail[: _TRAIL_FRAMES[-1]])
+        state.get_mutable_abstract_state(self._drawn).set_value(_Drawn(packet, trail))
 
     def _draw(self, context):
         now = context.get_time()
-        command = ArmCommand(self._command.Eval(context))
-        held = np.array(context.get_discrete_state(self._held).value())
-        shown = bool(Prediction(held).valid) and int(command.phase) in _SHOWN
-        self._meshcat.SetProperty(_PATH, "visible", shown, now)
-        if shown:
-            for k, time in enumerate(_PATH_TIMES):
-                self._place(f"{_PATH}/{k:02}", evaluate_prediction(held, now + time)[:3], now)
-        point = TrackPoint(self._point.Eval(context))
-        seen = bool(point.valid) and not command.frozen
-        self._meshcat.SetProperty(_POINT, "visible", seen, now)
-        if seen:
-            self._place(_POINT, [point.x, point.y, point.z], now)
+        drawn = context.get_abstract_state(self._drawn).get_value()
+        phase = int(ArmCommand(self._command.Eval(context)).phase)
+        valid = bool(Prediction(drawn.packet).valid) and phase in _PHASES_THAT_PREDICT
+        points = [evaluate_prediction(drawn.packet, now + t)[:3] for t in _PATH_TIMES] if valid else [None]
+        self._place(_PATH, points, now)
+        self._place(_TRAIL, [drawn.trail[k] for k in _TRAIL_FRAMES if k < len(drawn.trail)], now)
 
-    def _place(self, path, p_WQ, now):
-        self._meshcat.SetTransform(path, RigidTransform(np.asarray(p_WQ) + _RAISED), now)
+    def _place(self, path, points, now):
+        """Moves the marks below ``path`` to ``points``; when one of these is None it hides them all."""
+        shown = bool(points) and all(point is not None for point in points)
+        self._meshcat.SetProperty(path, "visible", shown, now)
+        if shown:
+            for k, point in enumerate(points):
+                self._meshcat.SetTransform(f"{path}/{k}", RigidTransform(point), now)
 
 
 class SceneRecorder:
@@ -118,7 +136,7 @@ def add_scene_recording(builder, hand_eye, path, announce):
         publish_period=1.0 / FRAMES_PER_SECOND, role=Role.kIllustration, prefix=_PREFIX
     )
     MeshcatVisualizer.AddToBuilder(builder, hand_eye.GetOutputPort("truth_query"), meshcat, parameters)
-    display = builder.AddNamedSystem("prediction_display", PredictionDisplaySystem(meshcat))
+    display = builder.AddNamedSystem("tracking_display", TrackingDisplaySystem(meshcat))
     for own, theirs in {"packet": "delivered", "point": "point", "command": "command"}.items():
         builder.Connect(hand_eye.GetOutputPort(theirs), display.GetInputPort(own))
     meshcat.StartRecording(FRAMES_PER_SECOND, set_visualizations_while_recording=True)
@@ -128,18 +146,20 @@ def add_scene_recording(builder, hand_eye, path, announce):
 
 
 def _set_stage(meshcat):
-    """Chooses the viewpoint, the background and the light."""
+    """Chooses the viewpoint, the background, a floor and the light."""
     meshcat.SetCameraPose(_CAMERA, _LOOK_AT)
+    meshcat.SetProperty("/Cameras/default/rotated/<object>", "fov", _FIELD_OF_VIEW)
     for path in ("/Grid", "/Axes"):
         meshcat.SetProperty(path, "visible", False)
-    meshcat.SetProperty("/Background", "top_color", [0.80, 0.84, 0.89])
-    meshcat.SetProperty("/Background", "bottom_color", [0.96, 0.97, 0.98])
-    # One lamp that casts shadows does most; the others fill in. Lights stand in three.js's frame: x, z, -y of W.
-    meshcat.SetProperty("/Lights/SpotLight", "visible", True)
-    lamp = "/Lights/SpotLight/<object>"
-    meshcat.SetProperty(lamp, "castShadow", True)
-    meshcat.SetProperty(lamp, "position", [1.3, 2.8, 1.6])
-
-
-def _rgba(colour):
-    return Rgba(*(int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)))
+    meshcat.SetProperty("/Background/<object>", "top_color", [0.74, 0.79, 0.85])
+    meshcat.SetProperty("/Background/<object>", "bottom_color", [0.93, 0.94, 0.95])
+    meshcat.SetObject("stage/floor", Cylinder(2.6, 0.01), Rgba(0.86, 0.87, 0.88))
+    meshcat.SetTransform("stage/floor", RigidTransform([0.4, 0.0, -0.006]))
+    # One lamp that casts shadows does most, the others fill in. Lights stand in the browser's frame: x, z, -y of W.
+    lamp = "/Lights/SpotLight"
+    meshcat.SetProperty(lamp, "visible", True)
+    meshcat.SetProperty(f"{lamp}/<object>", "position", [1.5, 3.2, -0.9])
+    meshcat.SetProperty(f"{lamp}/<object>", "intensity", 28.0)
+    meshcat.SetProperty(f"{lamp}/<object>", "castShadow", True)
+    for light, intensity in (("AmbientLight", 0.5), ("FillLight", 0.5)):
+        meshcat.SetProperty(f"/Lights/{light}/<object>", "intensity", intensity)

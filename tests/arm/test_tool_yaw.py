@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+
+from drake_tracker.arm.arm_model import tool_down, tool_yaw
+from drake_tracker.arm.description import PUMA560, joints_for
+from drake_tracker.arm.tool_yaw import FLIP_ANGLE, FLIP_DURATION, best_branch, joint6_at, must_flip
+
+
+def test_pointing_down_joint_6_turns_the_tool_against_the_world_z_axis(arm_model):
+    q = joints_for(arm_model, PUMA560.q_start, tool_down([0.56, 0.1, 0.7], np.pi))
+    yaw = tool_yaw(arm_model.tool_pose(q))
+    for wanted in (yaw + 1.0, yaw - 2.5):
+        turned = q.copy()
+        turned[5] = joint6_at(q[5], yaw, wanted)
+        reached = tool_yaw(arm_model.tool_pose(turned))
+        assert np.cos(reached - wanted) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_best_branch_brings_joint_6_within_a_quarter_turn_of_zero():
+    rng = np.random.default_rng(6)
+    for _ in range(300):
+        q6, yaw_T, yaw_O = rng.uniform(-4.6, 4.6), rng.uniform(-80.0, 80.0), rng.uniform(-80.0, 80.0)
+        branch = best_branch(q6, yaw_T, yaw_O)
+        there = joint6_at(q6, yaw_T, yaw_O + np.pi * branch)
+        assert isinstance(branch, int)
+        assert abs(there) <= np.pi / 2 + 1e-9
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_the_jaws_turn_over_past_the_flip_angle_and_land_well_inside(sign):
+    q6 = sign * (FLIP_ANGLE + 1e-6)
+    assert must_flip(q6) and not must_flip(sign * (FLIP_ANGLE - 1e-6))
+    branch = best_branch(q6, 0.3, 0.3)  # the tool is on branch 0 now
+    assert branch == sign
+    landed = joint6_at(q6, 0.3, 0.3 + np.pi * branch)
+    assert np.sign(landed) == -sign
+    assert not must_flip(landed * 1.5)  # far from turning back at once
+
+
+def test_a_lap_at_full_speed_leaves_margin_for_a_grasp_begun_at_the_flip_angle(arm_model):
+    # The sharpest turn asked for, .2 m/s on R = .12 m, for the time without a flip: descent, closing and one period.
+    blind = 0.36 + 0.5 + 0.03
+    farthest = FLIP_ANGLE + 0.2 / 0.12 * blind
+    assert farthest < np.deg2rad(264.0) <= arm_model.position_upper[5] - np.deg2rad(1.9)
+
+
+def test_turning_over_stays_within_the_speed_of_joint_6(arm_model):
+    assert np.pi * (4.0 / 3.0) / FLIP_DURATION < 0.95 * arm_model.velocity_limit[5]

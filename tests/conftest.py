@@ -1,0 +1,72 @@
+"""A laboratory without a renderer, shared by tests of several rooms: two small cameras and a film that they see."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import LeafSystem
+from pydrake.systems.sensors import ImageRgba8U
+
+from drake_tracker.scenarios.scenario import Cameras
+from drake_tracker.vision.window import project_window
+from drake_tracker.world.cameras import true_camera_models
+
+SIZE = 160
+WORK_VOLUME = [[0.33, -0.30, 0.45], [0.79, 0.30, 0.505]]
+
+
+class Film(LeafSystem):
+    """What two cameras see of a bright body on a path: a rectangle about its centre's image, at every instant.
+
+    ``path`` is a function of the time [s] that returns p_WQ [m], or None while there is nothing to see.
+    """
+
+    def __init__(self, cameras, windows, path):
+        super().__init__()
+        self.set_name("film")
+        for side in ("left", "right"):
+            u0, v0, width, height = windows[side]
+            columns, rows = np.meshgrid(u0 + np.arange(width), v0 + np.arange(height))
+            self.DeclareAbstractOutputPort(
+                f"camera_{side}",
+                partial(AbstractValue.Make, ImageRgba8U(width, height)),
+                partial(self._draw, path, cameras[side], columns, rows),
+            )
+
+    @staticmethod
+    def _draw(path, camera, columns, rows, context, output):
+        grey = np.full(rows.shape, 40.0)
+        p_WQ = path(context.get_time())
+        if p_WQ is not None:
+            u, v = camera.project(p_WQ)[0]
+            grey += 130.0 * np.clip(12.5 - abs(columns - u), 0, 1) * np.clip(7.5 - abs(rows - v), 0, 1)
+        output.get_mutable_value().mutable_data[:] = np.rint(grey)[..., None]
+
+
+class SmallLaboratory:
+    """Two cameras of 160 x 160 px where the real ones stand, and a train that runs in a circle."""
+
+    speed = 0.15
+    radius = 0.12
+    work_volume = WORK_VOLUME
+
+    def __init__(self):
+        models = true_camera_models(Cameras(width=SIZE, height=SIZE))
+        self.cameras = {side: models[f"camera_{side}"] for side in ("left", "right")}
+        self.windows = {side: project_window(self.cameras[side], WORK_VOLUME, "ellipse") for side in self.cameras}
+        self.whole = {side: (0, 0, SIZE, SIZE) for side in self.cameras}
+
+    def circle(self, time):
+        """p_WQ [m] of the train at ``time`` [s]."""
+        angle = self.speed / self.radius * np.asarray(time)
+        x, y = 0.56 + self.radius * np.cos(angle), self.radius * np.sin(angle)
+        return np.stack([x, y, np.full_like(x, 0.485)], axis=-1)
+
+    def film(self, path=None, windows=None):
+        return Film(self.cameras, windows or self.whole, path or self.circle)
+
+
+@pytest.fixture(scope="session")
+def small_laboratory():
+    return SmallLaboratory()

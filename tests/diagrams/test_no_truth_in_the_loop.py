@@ -1,0 +1,303 @@
+"""Nothing that only the simulator knows reaches the controller: no wire carries it, and no Python object refers to it."""
+
+import functools
+import types
+
+import numpy as np
+import pytest
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+
+from drake_tracker import load_scenario, make_diagram
+from drake_tracker.diagrams import hand_eye as hand_eye_module
+from drake_tracker.scenarios.scenario import Scenario
+from drake_tracker.scenarios.scenario import Track as TrackSettings
+from drake_tracker.world import world_diagram as world_module
+
+BEHIND_THE_SENSORS = {"camera_left_noise", "camera_right_noise", "jaw_sensor"}
+"""Systems of the world between what a sensor measures and the port through which the controller reads it."""
+
+
+def controller_rooms(hand_eye):
+    return {"vision": hand_eye.vision, "host": hand_eye.host, "link": hand_eye.link, "arm": hand_eye.arm}
+
+
+def measured(world):
+    """The allow list: output ports of leaf Systems that a controller may read, {port: what it is}."""
+    laboratory = world.laboratory
+    plant = laboratory.plant
+    ports = {name: camera.sensor.color_image_output_port() for name, camera in world.cameras.items()}
+    ports["joints of the arm"] = plant.get_state_output_port(laboratory.arm)
+    ports["joints of the gripper"] = plant.get_state_output_port(laboratory.gripper)
+    ports["drive of the gripper"] = plant.get_net_actuation_output_port(laboratory.gripper)
+    return {(port.get_system(), int(port.get_index())): name for name, port in ports.items()}
+
+
+class Wires:
+    """The wires of a diagram and of all diagrams in it, to be followed against the flow."""
+
+    def __init__(self, root):
+        self.parent = {}
+        self._connections = {}
+        self._exported = {}
+        self._enter(root)
+
+    def _enter(self, diagram):
+        for (reader, port), (source, source_port) in diagram.connection_map().items():
+            self._connections[reader, int(port)] = (source, int(source_port))
+        for index in range(diagram.num_input_ports()):
+            for reader, port in diagram.GetInputPortLocators(diagram.get_input_port(index).get_index()):
+                self._exported[reader, int(port)] = (diagram, index)
+        for system in diagram.GetSystems():
+            self.parent[system] = diagram
+            if isinstance(system, Diagram):
+                self._enter(system)
+
+    def source(self, system, index):
+        """The leaf System and output port that drive an input, None when nothing does."""
+        while (system, index) in self._exported:
+            system, index = self._exported[system, index]
+        assert system in self.parent, f"{system.get_name()} is driven from outside the diagram"
+        if (system, index) not in self._connections:
+            return None
+        source, port = self._connections[system, index]
+        while isinstance(source, Diagram):
+            source, port = source.get_output_port_locator(source.get_output_port(port).get_index())
+        return source, int(port)
+
+    def upstream(self, starts, allowed):
+        """Follows the wires from every input of ``starts`` to where they come from, {(leaf, port): way}.
+
+        A leaf's outputs count as made of all its inputs, whatever it says of feedthrough: state carries truth as well.
+        The walk goes on past everything but the ports ``allowed``.
+        """
+        way = {}
+        todo = [(system, index, system.get_name()) for system in starts for index in range(system.num_input_ports())]
+        while todo:
+            system, index, path = todo.pop()
+            found = self.source(system, index)
+            if found is None or found in way:
+                continue
+            way[found] = f"{path} <- {found[0].get_name()}.{found[0].get_output_port(found[1]).get_name()}"
+            if found not in allowed:
+                leaf = found[0]
+                todo += [(leaf, k, way[found]) for k in range(leaf.num_input_ports())]
+        return way
+
+    def inside(self, system, diagram):
+        while system in self.parent:
+            system = self.parent[system]
+            if system is diagram:
+                return True
+        return False
+
+
+def leaks(hand_eye):
+    """The ways by which truth comes to a controller room, and the sensors that come to one."""
+    allowed = measured(hand_eye.world)
+    wires = Wires(hand_eye)
+    upstream = wires.upstream(controller_rooms(hand_eye).values(), allowed)
+    leaking = [
+        path
+        for (leaf, port), path in upstream.items()
+        if (leaf, port) not in allowed
+        and wires.inside(leaf, hand_eye.world)
+        and leaf.get_name() not in BEHIND_THE_SENSORS
+    ]
+    return leaking, {allowed[found] for found in upstream if found in allowed}
+
+
+@pytest.fixture(scope="module")
+def hand_eye():
+    return make_diagram(load_scenario("train"))
+
+
+def test_the_controller_reads_the_sensors_and_no_truth(hand_eye):
+    leaking, sensors = leaks(hand_eye)
+    assert leaking == []
+    # The walk did walk: it came to every sensor.
+    assert sensors == set(measured(hand_eye.world).values())
+
+
+def test_nothing_comes_in_from_outside(hand_eye):
+    assert hand_eye.num_input_ports() == 0
+
+
+def test_truth_is_named_so_and_comes_only_from_the_world(hand_eye):
+    for room in controller_rooms(hand_eye).values():
+        ports = [room.get_input_port(k).get_name() for k in range(room.num_input_ports())]
+        ports += [room.get_output_port(k).get_name() for k in range(room.num_output_ports())]
+        assert not [name for name in ports if "truth" in name]
+    world = hand_eye.world
+    names = {world.get_output_port(k).get_name() for k in range(world.num_output_ports())}
+    open_to_all = {"camera_left", "camera_right", "arm_state", "arm_effort", "jaws"}
+    assert {name for name in names if not name.startswith("truth_")} == open_to_all
+
+
+# Wrongly wired diagrams, which the walk must find out.
+
+
+class Tap(LeafSystem):
+    """Passes a signal on, a step late, and has truth on a second input: no feedthrough from either."""
+
+    def __init__(self, size, truth_size):
+        super().__init__()
+        self.set_name("tap")
+        signal = self.DeclareVectorInputPort("signal", size)
+        self.DeclareVectorInputPort("truth", truth_size)
+        state = self.DeclareDiscreteState(size)
+        self.DeclareStateOutputPort("signal", state)
+        self.DeclarePeriodicDiscreteUpdateEvent(
+            0.1, 0.0, lambda context, next_state: next_state.set_value(signal.Eval(context))
+        )
+
+
+def tapped(builder, port, truth):
+    """Adds a Tap two diagrams deep behind ``port`` and returns its output port."""
+    inner, outer = DiagramBuilder(), DiagramBuilder()
+    tap = inner.AddSystem(Tap(port.size(), truth.size()))
+    for name in ("signal", "truth"):
+        inner.ExportInput(tap.GetInputPort(name), name)
+    inner.ExportOutput(tap.GetOutputPort("signal"), "signal")
+    middle = outer.AddNamedSystem("middle", inner.Build())
+    for name in ("signal", "truth"):
+        outer.ExportInput(middle.GetInputPort(name), name)
+    outer.ExportOutput(middle.GetOutputPort("signal"), "signal")
+    box = builder.AddNamedSystem("box", outer.Build())
+    builder.Connect(port, box.GetInputPort("signal"))
+    builder.Connect(truth, box.GetInputPort("truth"))
+    return box.GetOutputPort("signal")
+
+
+class WorldLeaksToHost(DiagramBuilder):
+    """The truth_train_state of the world gets into the points that the host reads."""
+
+    def Connect(self, output, input):
+        if input.get_name() == "point":
+            output = tapped(super(), output, self.GetSubsystemByName("world").GetOutputPort("truth_train_state"))
+        super().Connect(output, input)
+
+
+class VerdictLeaksToArm(DiagramBuilder):
+    """The judge's verdict gets into the packets that the arm reads."""
+
+    def Connect(self, output, input):
+        if input.get_name() == "packet" and input.get_system().get_name() == "arm":
+            output = tapped(super(), output, self.GetSubsystemByName("world").GetOutputPort("truth_verdict"))
+        super().Connect(output, input)
+
+
+class JawsKnowTheTrain(DiagramBuilder):
+    """Within the world, under an innocent name, the train's state gets into what the gripper feels."""
+
+    def ExportOutput(self, output, name):
+        if name == "jaws":
+            plant = self.GetSubsystemByName("plant")
+            output = tapped(super(), output, plant.get_state_output_port(plant.GetModelInstanceByName("train")))
+        return super().ExportOutput(output, name)
+
+
+@pytest.mark.parametrize(
+    "module, builder, source",
+    [
+        (hand_eye_module, WorldLeaksToHost, "plant.train_state"),
+        (hand_eye_module, VerdictLeaksToArm, "judge.verdict"),
+        (world_module, JawsKnowTheTrain, "plant.train_state"),
+    ],
+)
+def test_a_leak_is_found(monkeypatch, module, builder, source):
+    monkeypatch.setattr(module, "DiagramBuilder", builder)
+    leaking, _ = leaks(make_diagram(load_scenario("train")))
+    assert any(source in path for path in leaking), leaking
+
+
+# References.
+
+PLAIN = (type(None), bool, int, float, complex, str, bytes, np.ndarray, np.generic, type, types.ModuleType)
+DRAKES_OWN = "_pydrake_internal_ref_cycle_peers"
+"""Where pydrake ties the parts of a diagram together, so that they live as long as it does."""
+
+
+def parts(thing):
+    """Yields (name, part) of all that a Python object refers to by itself."""
+    if isinstance(thing, dict):
+        yield from ((f"[{key!r}]", value) for key, value in thing.items())
+        yield from (("key", key) for key in thing)
+    elif isinstance(thing, (list, tuple, set, frozenset)):
+        yield from ((f"[{k}]", value) for k, value in enumerate(thing))
+    elif isinstance(thing, functools.partial):
+        yield from (("func", thing.func), ("args", thing.args), ("keywords", thing.keywords))
+    elif isinstance(thing, types.MethodType):
+        yield from (("self", thing.__self__), ("function", thing.__func__))
+    elif isinstance(thing, types.FunctionType):
+        yield "defaults", (thing.__defaults__, thing.__kwdefaults__)
+        for name, cell in zip(thing.__code__.co_freevars, thing.__closure__ or ()):
+            yield name, cell.cell_contents
+    for name, part in getattr(thing, "__dict__", {}).items():
+        if name != DRAKES_OWN:
+            yield name, part
+    for kind in type(thing).__mro__:
+        slots = getattr(kind, "__slots__", ())
+        for slot in [slots] if isinstance(slots, str) else slots:
+            if hasattr(thing, slot):
+                yield slot, getattr(thing, slot)
+
+
+def references(start):
+    """Yields (way, thing) for everything that can be reached from an object through attributes, containers, closures."""
+    seen, todo = {}, [("", start)]
+    while todo:
+        way, thing = todo.pop()
+        if isinstance(thing, PLAIN) or id(thing) in seen:
+            continue
+        seen[id(thing)] = thing  # held, so that its id is not used again
+        yield way, thing
+        todo += [(f"{way}.{name}", part) for name, part in parts(thing)]
+
+
+def is_truth(thing):
+    if isinstance(thing, (SceneGraph, Scenario, TrackSettings)):
+        return True
+    if isinstance(thing, MultibodyPlant):
+        return thing.HasModelInstanceNamed("train") or thing.HasModelInstanceNamed("table")
+    return type(thing).__module__.startswith("drake_tracker.world")
+
+
+def leaves(system):
+    if not isinstance(system, Diagram):
+        return [system]
+    return [system] + [leaf for part in system.GetSystems() for leaf in leaves(part)]
+
+
+@pytest.mark.parametrize("room", ["vision", "host", "link", "arm"])
+def test_no_object_of_the_controller_refers_to_the_world(hand_eye, room):
+    for system in leaves(controller_rooms(hand_eye)[room]):
+        truths = [(way, type(thing).__name__) for way, thing in references(system) if is_truth(thing)]
+        assert truths == [], system.get_name()
+
+
+def test_the_controllers_plant_is_not_the_simulators(hand_eye):
+    own = hand_eye.arm.model.plant
+    assert own is not hand_eye.world.laboratory.plant
+    assert any(thing is own for _, thing in references(hand_eye.arm)), "the walk did not come to the controller's plant"
+
+
+@pytest.mark.parametrize(
+    "hide",
+    [
+        lambda truth: {"plant": truth},
+        lambda truth: [(0, {"deep": (truth,)})],
+        lambda truth: lambda: truth,
+        lambda truth: functools.partial(print, truth),
+        lambda truth: types.SimpleNamespace(inner=types.SimpleNamespace(value=truth)),
+    ],
+    ids=["dict", "containers", "closure", "partial", "attributes"],
+)
+@pytest.mark.parametrize("truth", ["plant", "scene_graph", "laboratory"])
+def test_a_hidden_reference_is_found(hand_eye, hide, truth):
+    laboratory = hand_eye.world.laboratory
+    system = Tap(1, 1)
+    assert not any(is_truth(thing) for _, thing in references(system))
+    system.hidden = hide(laboratory if truth == "laboratory" else getattr(laboratory, truth))
+    assert any(is_truth(thing) for _, thing in references(system))
