@@ -5,7 +5,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from drake_tracker.arm.tool_yaw import FLIP_DURATION, best_branch, must_flip
+from drake_tracker.arm.tool_yaw import best_branch, flip_duration, must_flip
 from drake_tracker.arm.transform_equation import Drive, apply_drive, share_done, shrink_drive, solve_drive
 
 
@@ -37,6 +37,7 @@ class ToolMotionState:
     branch: int
     previous_branch: int
     flip_start: float
+    flip_duration: float
     fraction: float
 
     def __deepcopy__(self, memo):
@@ -60,7 +61,7 @@ class ToolMotion:
         tool = np.array([*p_WT, yaw])
         still = Drive(np.zeros(3), 0.0)
         return ToolMotionState(
-            tool, tool, self.home, self.home, -1.0, MotionFrame.HOME, 0.0, still, still, 0, 0, -np.inf, 1.0
+            tool, tool, self.home, self.home, -1.0, MotionFrame.HOME, 0.0, still, still, 0, 0, -np.inf, 1.0, 1.0
         )
 
     def update(self, state, time, command, target, q6):
@@ -74,7 +75,7 @@ class ToolMotion:
         if command.motion != state.motion or self._jumped(state):
             state = self._begin(state, time, command, q6)
         elif not command.frozen and not self.flipping(state, time) and must_flip(q6):
-            state = self._flip(state, time, q6)
+            state = self._flip(state, time, q6, target.yaw_rate)
         duration = max(command.duration, self.period)
         fraction = min((time - state.start) / duration, 1.0)
         drive = shrink_drive(state.drive, state.drive_rate, fraction, duration)
@@ -84,7 +85,7 @@ class ToolMotion:
 
     def flipping(self, state, time):
         """Whether the jaws are turning over at ``time`` [s]."""
-        return state.branch != state.previous_branch and time < state.flip_start + FLIP_DURATION
+        return state.branch != state.previous_branch and time < state.flip_start + state.flip_duration
 
     def _follow_reference(self, state, command, target):
         frame = MotionFrame(int(command.frame))
@@ -123,15 +124,18 @@ class ToolMotion:
         start = time - self.period  # the last pose of the tool is where the motion begins
         return replace(state, motion=command.motion, start=start, drive=drive, drive_rate=rate)
 
-    def _flip(self, state, time, q6):
+    def _flip(self, state, time, q6, yaw_rate):
         branch = best_branch(q6, state.tool[3], state.reference[3])
-        return replace(state, branch=branch, previous_branch=state.branch, flip_start=time)
+        duration = flip_duration(yaw_rate) * max(abs(branch - state.branch), 1)
+        return replace(
+            state, branch=branch, previous_branch=state.branch, flip_start=time, flip_duration=duration
+        )
 
     def _solve(self, tool, reference, height, half_turns):
         return solve_drive(tool[:3], tool[3], *self._grasp_frame(reference, height, half_turns))
 
     def _half_turns(self, state, time):
-        left = 1.0 - share_done((time - state.flip_start) / FLIP_DURATION)
+        left = 1.0 - share_done((time - state.flip_start) / state.flip_duration)
         return state.branch + (state.previous_branch - state.branch) * left
 
     @staticmethod

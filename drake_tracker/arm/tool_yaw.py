@@ -6,10 +6,12 @@ changes nothing about the grasp: the *branch* is the number of half turns added 
 
 import math
 
+from drake_tracker.arm.transform_equation import PEAK_OVER_MEAN
+
 FLIP_ANGLE = math.radians(109.0)
 """Joint 6 angle [rad] at which the jaws turn over. Past it half a turn back lands nearer the middle of the range."""
-FLIP_DURATION = 1.0
-"""Time the turning over takes [s]."""
+FLIP_SPEED = 5.0
+"""Speed [rad/s] that turning over may ask of joint 6, whose rating is 5.74."""
 
 
 def best_branch(q6, tool_yaw, object_yaw):
@@ -31,3 +33,12 @@ def joint6_at(q6, tool_yaw, wanted_yaw):
 def must_flip(q6):
     """Whether joint 6 [rad] has gone so far that the jaws should turn over."""
     return abs(q6) > FLIP_ANGLE
+
+
+def flip_duration(yaw_rate):
+    """Returns the time [s] in which the jaws turn over while the path turns at ``yaw_rate`` [rad/s].
+
+    Turning over unwinds what the path has wound up, so that joint 6 feels the difference of the two. The peak is that of
+    the speed profile `share_done`.
+    """
+    return PEAK_OVER_MEAN * math.pi / (FLIP_SPEED + abs(yaw_rate))

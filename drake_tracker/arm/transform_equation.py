@@ -17,6 +17,8 @@ import numpy as np
 
 RAMP = 0.25
 """Share of a motion's time spent on speeding up, and the same on slowing down."""
+PEAK_OVER_MEAN = 1.0 / (1.0 - RAMP)
+"""Greatest over mean speed of a motion."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ def share_done(fraction):
     and the arm's slowest joint decides how fast the hand comes down.
     """
     t = min(max(fraction, 0.0), 1.0)
-    peak = 1.0 / (1.0 - RAMP)
+    peak = PEAK_OVER_MEAN
     if t < RAMP:
         return peak * t * t / (2.0 * RAMP)
     if t > 1.0 - RAMP:

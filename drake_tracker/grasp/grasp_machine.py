@@ -131,7 +131,8 @@ class GraspMachine:
         parameters = self.parameters
         if state.phase != Phase.TRACK:
             return Gate.NOT_TRACKING, 0.0
-        if self._elapsed(state, seen) < parameters.approach_duration + parameters.settle_time:
+        settling = self._elapsed(state, seen) < parameters.approach_duration + parameters.settle_time
+        if settling or seen.status.fraction < 1.0:  # a target that jumped is approached anew within the phase
             return Gate.SETTLING, 0.0
         if seen.status.flipping:
             return Gate.FLIPPING, 0.0

@@ -1,8 +1,8 @@
 """The motor schema of grasping as a table (Allen et al. 1991, section 5).
 
 A skilled action is "an ordered set of parametrized motor control programs of short duration". Each phase is one such
-program: where the hand goes and for how long, what the jaws do, whether vision is used. What leads from phase to phase is
-in `TRANSITIONS`; the conditions themselves are in `conditions.py`.
+program: where the hand goes and for how long, what the jaws do, whether vision is used. What leads from phase to phase
+is in `TRANSITIONS`; the conditions named there are methods of `GraspMachine`.
 """
 
 from dataclasses import dataclass

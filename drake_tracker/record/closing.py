@@ -20,15 +20,17 @@ def clearance(scenario):
 
 
 def closing_onset_error(scenario, log, spans):
-    """Returns the start of the last closing command against the last instant at which it would still have met the train.
+    """Returns the start of the last closing command against the last instant at which it would still have met the
+    train.
 
     Counted in s; negative is early enough, None is no closing, or a hand that was not over the train to begin with.
 
-    That last instant follows from truth: were nothing ever to touch, the hand would go on along the path that was frozen
-    at the launch (the servo's target, and beyond the log's end the packet it rests on), and the train along its track by
-    its speed law. The train's middle leaves the space between the open jaws once it is farther than `clearance` across or
-    `REACH_ALONG` along from the middle of the jaws. The pads must touch by then, so that closing must have begun
-    the jaws' travel time earlier. A train that does not leave before the packet's path ends counts as leaving there.
+    That last instant follows from truth: were nothing ever to touch, the hand would go on along the path that was
+    frozen at the launch (the servo's target, and beyond the log's end the packet it rests on), and the train along its
+    track by its speed law. The train's middle leaves the space between the open jaws once it is farther than
+    `clearance` across or `REACH_ALONG` along from the middle of the jaws. The pads must touch by then, so that closing
+    must have begun the jaws' travel time earlier. A train that does not leave before the packet's path ends counts as
+    leaving there.
     """
     launch, close = last_closing(spans)
     if close is None:
@@ -47,12 +49,13 @@ def closing_onset_error(scenario, log, spans):
     if not fits[0]:
         return None
     leaves = times[-1] if fits.all() else times[np.argmin(fits)]
-    return close.start - (leaves - touch_delay(scenario.grasp))
+    return float(close.start - (leaves - touch_delay(scenario.grasp)))
 
 
 def offset_at_touch(scenario, log, spans):
     """Returns where the train's middle was, (along, across) [m] from the middle of the jaws, when the last closing came
-    to touch it: at the first contact since the launch, or else when the pads would have met its sides. None without one.
+    to touch it: at the first contact since the launch, or else when the pads would have met its sides. None without
+    one.
     """
     launch, close = last_closing(spans)
     if close is None:
@@ -78,29 +81,24 @@ def last_closing(spans):
 def _frozen_path(log, launch):
     """Returns times (n,) [s] and the path (x, y, yaw) of the hand frozen at ``launch`` [s], shape (n, 3)."""
     target = log["target"]
-    # The sample at which the launch shows, and those after it that rest on the same packet.
-    seq = target["seq"]
     same = (target.times >= launch) & (target["valid"] > 0)
     if not same.any():
         return np.zeros(0), np.zeros((0, 3))
-    seq_frozen = seq[np.argmax(same)]
-    same &= seq == seq_frozen
-    known_times = target["time"][same]
-    known = target.view("x", "y", "yaw")[same]
+    seq_frozen = target["seq"][np.argmax(same)]  # at the sample in which the launch shows; later ones rest on it too
+    same &= target["seq"] == seq_frozen
+    known_times, known = target["time"][same], target.view("x", "y", "yaw")[same]
+    end = known_times[-1]
     delivered = log["delivered"]
     rows = np.nonzero((delivered["seq"] == seq_frozen) & (delivered["valid"] > 0))[0]
     if len(rows):
         packet = delivered.data[rows[0]]
         end = packet[2] + packet[3] * (KNOT_COUNT - 1)
-        later = np.arange(known_times[-1] + packet[3], end, packet[3])
+        later = np.append(np.arange(known_times[-1] + packet[3], end, packet[3]), max(end, known_times[-1]))
         beyond = [evaluate_prediction(packet, t)[[0, 1, 3]] for t in later]
-        known_times = np.concatenate([known_times, later])
-        known = np.concatenate([known, np.reshape(beyond, (-1, 3))])
-        known_times, known = known_times[known_times <= end], known[known_times <= end]
-    times = np.arange(known_times[0], known_times[-1], _STEP) if len(known_times) else np.zeros(0)
-    yaw = np.unwrap(known[:, 2])
-    path = [np.interp(times, known_times, row) for row in (known[:, 0], known[:, 1], yaw)]
-    return times, np.column_stack(path)
+        known_times, known = np.concatenate([known_times, later]), np.concatenate([known, beyond])
+    times = np.arange(known_times[0], end, _STEP)
+    known[:, 2] = np.unwrap(known[:, 2])
+    return times, np.column_stack([np.interp(times, known_times, row) for row in known.T])
 
 
 def _in_hand(hand, x, y):

@@ -54,7 +54,8 @@ def sighted(spans, times):
 
 
 def train_pose(log, times):
-    """Returns the train's true (x, y, z, yaw) [m, rad] at ``times`` (n,) [s], shape (n, 4), NaN where nothing is logged.
+    """Returns the train's true (x, y, z, yaw) [m, rad] at ``times`` (n,) [s], shape (n, 4), NaN where nothing is
+    logged.
 
     Linear between samples: at 0.2 m/s on a radius of 0.12 m that is right to 12 micrometres. The yaw is continuous.
     """
@@ -69,14 +70,17 @@ def train_pose(log, times):
 
 
 def tool_pose(log, times):
-    """Returns the tool's true (x, y, z, yaw) [m, rad] at ``times`` (n,) [s], shape (n, 4), NaN where nothing is logged."""
+    """Returns the tool's true (x, y, z, yaw) [m, rad] at ``times`` (n,) [s], shape (n, 4), NaN where nothing is
+    logged.
+    """
     tool = log["tool"]
     rows = np.column_stack([tool.view("x", "y", "z"), np.unwrap(tool["yaw"])])
     return _interpolate(np.asarray(times, dtype=float), tool.times, rows)
 
 
 def errors(log, times, xy):
-    """Returns how far the points ``xy`` (n, 2) [m] lie from the train at ``times`` (n,) [s]: (along, across), shape (n, 2).
+    """Returns how far the points ``xy`` (n, 2) [m] lie from the train at ``times`` (n,) [s]: (along, across), shape (n,
+    2).
 
     Positive is ahead of the train, and to its left. NaN where the truth is not logged.
     """

@@ -26,7 +26,8 @@ def failure_reason(scenario, log, spans, valid_fraction, interrupted):
     """Returns the reason in one sentence, or None when the train was taken.
 
     Args:
-      spans: from `phase_spans`. valid_fraction: share of the cycles with a valid point, None when there was none at all.
+      spans: from `phase_spans`. valid_fraction: share of the cycles with a valid point, None when there was none at
+      all.
       interrupted: whether the user ended the run.
     """
     verdict = log["truth_verdict"]

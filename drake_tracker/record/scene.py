@@ -19,8 +19,8 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.grasp.schema import Phase
 from drake_tracker.messages import ArmCommand, Prediction, TrackPoint, evaluate_prediction, message_size
+from drake_tracker.record.style import PHASES_THAT_PREDICT
 
 PREDICTED, SEEN = Rgba(0.30, 0.76, 1.0), Rgba(1.0, 0.69, 0.0)
 """Colours of the predicted path and of the points seen, as in the camera video."""
@@ -33,13 +33,13 @@ _PATH_TIMES = np.arange(0.0, 1.21, 0.15)
 _TRAIL_FRAMES = range(0, 31, 5)
 """From the newest point back, the frames whose triangulated points are marked."""
 _CAMERA, _LOOK_AT, _FIELD_OF_VIEW = np.array([1.95, -1.20, 1.25]), np.array([0.38, 0.02, 0.58]), 37.0
-_PHASES_THAT_PREDICT = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
-"""In the others the train is in the hand, or the hand on its way back."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Drawn:
-    """What is drawn: the packet that the arm goes by, and the latest triangulated points, newest first (None: not seen)."""
+    """What is drawn: the packet that the arm goes by, and the latest triangulated points, newest first (None: not
+    seen).
+    """
 
     packet: np.ndarray
     trail: tuple = ()
@@ -59,8 +59,8 @@ class TrackingDisplaySystem(LeafSystem):
         - point
         - command
 
-    ``packet`` is a `Prediction`, ``point`` a `TrackPoint`, ``command`` an `ArmCommand`; published `FRAMES_PER_SECOND` times
-    a second from time 0. While vision is not used the last packet before is held, as the arm holds it.
+    ``packet`` is a `Prediction`, ``point`` a `TrackPoint`, ``command`` an `ArmCommand`; published `FRAMES_PER_SECOND`
+    times a second from time 0. While vision is not used the last packet before is held, as the arm holds it.
     """
 
     def __init__(self, meshcat):
@@ -89,7 +89,7 @@ class TrackingDisplaySystem(LeafSystem):
         now = context.get_time()
         drawn = context.get_abstract_state(self._drawn).get_value()
         phase = int(ArmCommand(self._command.Eval(context)).phase)
-        valid = bool(Prediction(drawn.packet).valid) and phase in _PHASES_THAT_PREDICT
+        valid = bool(Prediction(drawn.packet).valid) and phase in PHASES_THAT_PREDICT
         points = [evaluate_prediction(drawn.packet, now + t)[:3] for t in _PATH_TIMES] if valid else [None]
         self._place(_PATH, points, now)
         self._place(_TRAIL, [drawn.trail[k] for k in _TRAIL_FRAMES if k < len(drawn.trail)], now)

@@ -29,6 +29,8 @@ PHASE_COLOURS = {
     Phase.RETREAT: "#cc79a7",
 }
 """One colour for each phase of the grasp."""
+PHASES_THAT_PREDICT = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
+"""In these a predicted path is shown; in the others the train is in the hand, or the hand on its way back."""
 
 _FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 
@@ -58,14 +60,17 @@ def draw_text(image, text, x, y, size, colour="#ffffff", bold=False):
 
 @lru_cache(maxsize=512)
 def _typeset(text, size, bold):
-    """Returns (coverage of each pixel from 0 to 1, shape (h, w, 1); pixels from the pen to its left edge; its ascent)."""
+    """Returns (coverage of each pixel from 0 to 1, shape (h, w, 1); pixels from the pen to its left edge; its
+    ascent).
+    """
     font = _font(size, bold)
     font.set_text(text, 0.0)
     font.draw_glyphs_to_bitmap(antialiased=True)
     coverage = np.asarray(font.get_image(), np.float32)[:, :, None] / 255.0
     _, height = font.get_width_height()
     left, _ = font.get_bitmap_offset()
-    return coverage, round(left / 64), round((height - font.get_descent()) / 64)
+    # The bitmap has an empty border of one pixel.
+    return coverage, round(left / 64) - 1, round((height - font.get_descent()) / 64) + 1
 
 
 @lru_cache(maxsize=16)

@@ -40,14 +40,15 @@ def summarize(scenario, log, simulated, interrupted=False):
     - ``position_rms_m``: what the newest packet says of the present, while tracking.
     - ``triangulation_rms_m``: triangulated points against the train at their stamps, while vision is used;
       ``triangulation_jitter_m``: standard deviation of that error vector after its 31-sample moving mean is taken away.
-    - ``vision_valid_fraction``: share of the cycles with a valid point, from the first centroid on, while vision is used.
-    - ``lag_s``: from the capture of an image to the instant at which the prediction built on it can be read, the least and
-      the greatest of the run.
+    - ``vision_valid_fraction``: share of the cycles with a valid point, from the first centroid on, while vision is
+      used.
+    - ``lag_s``: from the capture of an image to the instant at which the prediction built on it can be read, the least
+      and the greatest of the run.
     - ``time_to_grasp_s``: from the start of the run until the hand felt its grip and began to lift.
     - ``lift_height_m``: of the train in contact with a finger. ``hold_s``: longest time that it hung there, as judged.
     - ``closing_onset_error_s``: see `closing_onset_error`.
-    - ``joint_limit_margin_rad``: least distance of a joint to its limit. ``speed_share``: greatest share of a joint's rated
-      speed. ``longest_saturation_s``: of any drive. ``table_touched``: by the arm or the gripper.
+    - ``joint_limit_margin_rad``: least distance of a joint to its limit. ``speed_share``: greatest share of a joint's
+      rated speed. ``longest_saturation_s``: of any drive. ``table_touched``: by the arm or the gripper.
 
     Args:
       scenario: the run's Scenario. log: {name: Signal}. simulated: time at which the run ended [s].
@@ -88,7 +89,9 @@ def save_summary(summary, path):
 
 
 def tidy(value):
-    """Returns a value fit for JSON: plain Python numbers rounded to micrometres and microseconds, NaN and infinity None."""
+    """Returns a value fit for JSON: plain Python numbers rounded to micrometres and microseconds, NaN and infinity
+    None.
+    """
     if isinstance(value, dict):
         return {key: tidy(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -126,10 +129,11 @@ def git_commit():
 
 
 def jitter(times, error):
-    """Returns the standard deviation [m] of an error (n, 2) after a moving mean over `JITTER_WINDOW` samples is taken away.
+    """Returns the standard deviation [m] of an error (n, 2) after a moving mean over `JITTER_WINDOW` samples is taken
+    away.
 
-    Of the vector: the root of the sum of both variances. Only stretches of consecutive cycles count, ``times`` [s] tells
-    them; NaN when there is none that is long enough.
+    Of the vector: the root of the sum of both variances. Only stretches of consecutive cycles count, ``times`` [s]
+    tells them; NaN when there is none that is long enough.
     """
     kernel = np.full(JITTER_WINDOW, 1.0 / JITTER_WINDOW)
     half = JITTER_WINDOW // 2
@@ -142,13 +146,11 @@ def jitter(times, error):
 
 
 def _verdict(verdict):
-    if len(verdict.times) == 0:
-        return {}
     touched = (verdict["left_contact"] > 0) | (verdict["right_contact"] > 0)
     return {
         "lift_height_m": max(verdict["lift"][touched], default=0.0),
-        "hold_s": max(verdict["held"]),
-        "table_touched": bool(verdict["table_touched"][-1]),
+        "hold_s": max(verdict["held"], default=0.0),
+        "table_touched": bool(verdict["table_touched"].any()),
     }
 
 

@@ -19,6 +19,7 @@ from drake_tracker.messages import (
     evaluate_prediction,
     message_size,
 )
+from drake_tracker.record.style import PHASES_THAT_PREDICT
 from drake_tracker.record.video_file import VideoFile
 from drake_tracker.record.video_page import SIDES, CameraSight, PageState, VideoPage
 from drake_tracker.timing import VISION_PERIOD
@@ -33,8 +34,11 @@ _PATH_TIMES = np.arange(0.0, 1.01, 0.1)
 
 @dataclass(frozen=True, eq=False)
 class _Recent:
-    """The images and masks of the last cycles, newest last: tuples of (cycle number, {side: array})."""
+    """The images and masks of the last cycles, newest last: tuples of (cycle number, {side: array}); and the packet
+    that the arm goes by.
+    """
 
+    packet: np.ndarray
     images: tuple = ()
     masks: tuple = ()
 
@@ -60,13 +64,15 @@ class CameraVideoSystem(LeafSystem):
         - diagnosis
 
     ``camera_*`` are ImageRgba8U, ``motion_*`` hold a `MotionEnergy`, ``centroid_*`` are `Centroid`, ``packet`` is a
-    `Prediction`, ``command`` an `ArmCommand`, ``diagnosis`` a `GraspDiagnosis`. Frames are published `FRAMES_PER_SECOND`
-    times a second from time 0, at instants at which the vision reads the cameras too, so that no image is rendered twice.
-    An unrestricted update at 60 Hz keeps the images that late centroids describe.
+    `Prediction`, ``command`` an `ArmCommand`, ``diagnosis`` a `GraspDiagnosis`. Frames are published
+    `FRAMES_PER_SECOND` times a second from time 0, at instants at which the vision reads the cameras too, so that no
+    image is rendered twice. An unrestricted update at 60 Hz keeps the images that late centroids describe. While vision
+    is not used the last packet before is held, as the arm holds it.
 
     Args:
       video: a `VideoFile`. page: a `VideoPage`. cameras: {side: CameraModel}, calibrated.
-      offsets: {side: (u0, v0)}, the full image's pixel that is the first of the images. lag_cycles: from image to centroid.
+      offsets: {side: (u0, v0)}, the full image's pixel that is the first of the images. lag_cycles: from image to
+      centroid.
     """
 
     def __init__(self, video, page, cameras, offsets, lag_cycles):
@@ -83,7 +89,7 @@ class CameraVideoSystem(LeafSystem):
         self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
         self._command = self.DeclareVectorInputPort("command", message_size(ArmCommand))
         self._diagnosis = self.DeclareVectorInputPort("diagnosis", message_size(GraspDiagnosis))
-        self._recent = self.DeclareAbstractState(AbstractValue.Make(_Recent()))
+        self._recent = self.DeclareAbstractState(AbstractValue.Make(_Recent(np.zeros(message_size(Prediction)))))
         self.DeclarePeriodicUnrestrictedUpdateEvent(VISION_PERIOD, 0.0, self._remember)
         self.DeclarePeriodicPublishEvent(1.0 / FRAMES_PER_SECOND, 0.0, self._write)
 
@@ -93,7 +99,9 @@ class CameraVideoSystem(LeafSystem):
         motions = {side: self._motions[side].Eval(context) for side in SIDES}
         masks = {side: motion.mask for side, motion in motions.items()}
         stamp = motions[SIDES[0]].stamp
+        frozen = ArmCommand(self._command.Eval(context)).frozen
         new = _Recent(
+            recent.packet if frozen else np.array(self._packet.Eval(context)),
             (*recent.images[-self._kept :], (_cycle(context.get_time()), images)),
             (*recent.masks[-self._kept :], (_cycle(stamp), masks)),
         )
@@ -106,7 +114,9 @@ class CameraVideoSystem(LeafSystem):
         centroids = {side: Centroid(self._centroids[side].Eval(context)) for side in SIDES}
         stamp = centroids[SIDES[0]].stamp
         described = _cycle(stamp) if stamp > 0.0 else None
-        path = _path_ahead(np.array(self._packet.Eval(context)), now)
+        command = ArmCommand(self._command.Eval(context))
+        phase = Phase(int(command.phase))
+        path = _path_ahead(recent.packet, now) if phase in PHASES_THAT_PREDICT else np.zeros((0, 3))
         sights = {
             side: CameraSight(
                 image=self._image(context, side),
@@ -119,13 +129,13 @@ class CameraVideoSystem(LeafSystem):
             for side in SIDES
         }
         diagnosis = GraspDiagnosis(self._diagnosis.Eval(context))
-        command = ArmCommand(self._command.Eval(context))
         state = PageState(
             time=now,
-            phase=Phase(int(command.phase)),
+            phase=phase,
             attempts=int(diagnosis.attempts),
             gate=Gate(int(diagnosis.gate)),
             stamp=stamp if described is not None else None,
+            blind=bool(command.frozen),
         )
         self._video.write(self._page.draw(sights, state))
 

@@ -1,7 +1,8 @@
 """Draws one frame of the camera video: what both cameras see now, and, below, what the centroid describes.
 
-The centroid comes a lag after the images it was found in. So it is drawn where it belongs, on the image of its stamp, with
-the motion energy of that stamp; on the present image stands what is made of it, the prediction for now and the next second.
+The centroid comes a lag after the images it was found in. So it is drawn where it belongs, on the image of its stamp,
+with the motion energy of that stamp; on the present image stands what is made of it, the prediction for now and the
+next second.
 """
 
 import math
@@ -44,7 +45,8 @@ class CameraSight:
     """One camera's share of a frame. Pixel coordinates are those of the full image.
 
     image: BGR, the newest, or None. offset: (u0, v0) of its first pixel. path: (n, 2), where the prediction puts the
-    object, now first, or empty. late_image: BGR, of the centroid's stamp, or None. energy: the mask of that stamp, or None.
+    object, now first, or empty. late_image: BGR, of the centroid's stamp, or None. energy: the mask of that stamp, or
+    None.
     centroid: (u, v), or None when it is not valid.
     """
 
@@ -58,13 +60,16 @@ class CameraSight:
 
 @dataclass(frozen=True)
 class PageState:
-    """What a frame says beside the images: time [s], phase, attempts begun, why the machine waits, stamp [s] or None."""
+    """What a frame says beside the images: time [s], phase, attempts begun, why the machine waits, the centroid's stamp
+    [s] or None, and whether the arm goes on without vision.
+    """
 
     time: float
     phase: Phase
     attempts: int
     gate: Gate
     stamp: float
+    blind: bool = False
 
 
 class VideoPage:
@@ -97,8 +102,8 @@ class VideoPage:
             self._draw_now(now, sight, side)
             self._draw_late(late, sight)
         if state.stamp is not None:
-            right = _COLUMNS[1] + self._panel[0]
-            _right_text(frame, f"image of {state.stamp:.2f} s", right, self._rows[1] - 13, 15, _MEDIUM)
+            words = f"{'not used now: ' if state.blind else ''}image of {state.stamp:.2f} s"
+            _right_text(frame, words, _COLUMNS[1] + self._panel[0], self._rows[1] - 13, 15, _MEDIUM)
         draw_text(frame, f"{state.time:.2f} s", _SIDEBAR - 2, 116, 34, _BRIGHT, bold=True)
         status = _status(state.phase, state.attempts, state.gate)
         frame[_STATUS_TOP : _STATUS_TOP + len(status), _SIDEBAR:] = status
@@ -144,7 +149,7 @@ class VideoPage:
         dim = cv2.cvtColor(cv2.convertScaleAbs(grey, alpha=0.55), cv2.COLOR_GRAY2BGR)
         if sight.energy is not None and sight.energy.shape == grey.shape:
             dim[sight.energy > 0] = bgr(_ENERGY)
-        self._place(panel, dim, sight.offset, cv2.INTER_NEAREST)
+        self._place(panel, dim, sight.offset, cv2.INTER_NEAREST_EXACT)
         if sight.centroid is not None:
             (point,) = self._to_panel(np.array([sight.centroid]))
             _cross(panel, point)
@@ -163,7 +168,9 @@ class VideoPage:
         panel[y0:y1, x0:x1] = cv2.resize(part, (x1 - x0, y1 - y0), interpolation=interpolation)
 
     def _to_panel(self, uv):
-        """Returns where the pixels ``uv`` (n, 2) of the full image are in a panel, a pixel's centre being whole in both."""
+        """Returns where the pixels ``uv`` (n, 2) of the full image are in a panel, a pixel's centre being whole in
+        both.
+        """
         return (np.asarray(uv) - self._view[:2] + 0.5) * self._scale - 0.5 + self._margin
 
 

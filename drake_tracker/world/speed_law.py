@@ -14,11 +14,11 @@ STOP_AND_GO_PERIOD = GO_TIME + RAMP_TIME + REST_TIME + RAMP_TIME
 
 
 def check_speed_law(law, speed, variation):
-    """Raises DrakeTrackerError unless the law is known, 0 < speed <= 1 m/s and 0 <= variation < 1."""
+    """Raises DrakeTrackerError unless the law is known, 0 <= speed <= 1 m/s and 0 <= variation < 1."""
     if law not in SPEED_LAWS:
         raise DrakeTrackerError(f"track speed_law '{law}' is unknown; choose one of {', '.join(SPEED_LAWS)}")
-    if not 0.0 < speed <= 1.0:
-        raise DrakeTrackerError(f"track speed is {speed} m/s; it must be above 0 and at most 1")
+    if not 0.0 <= speed <= 1.0:
+        raise DrakeTrackerError(f"track speed is {speed} m/s; it must be from 0 (at rest) to 1")
     if not 0.0 <= variation < 1.0:
         raise DrakeTrackerError(f"track variation is {variation}; it is a fraction of the speed, from 0 to below 1")
 

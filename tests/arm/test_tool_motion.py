@@ -5,7 +5,7 @@ from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for
 from drake_tracker.arm.differential_ik import SPEED_SHARE, make_parameters, step_joints
 from drake_tracker.arm.tool_motion import JUMP_DISTANCE, MotionFrame, ToolMotion
-from drake_tracker.arm.tool_yaw import FLIP_ANGLE, FLIP_DURATION, joint6_at
+from drake_tracker.arm.tool_yaw import FLIP_ANGLE, flip_duration, joint6_at
 from drake_tracker.messages import ArmCommand, ServoTarget
 from drake_tracker.timing import SERVO_PERIOD
 
@@ -75,9 +75,9 @@ def test_joint_6_is_unwound_over_twenty_laps(arm_model, direction):
     q6 = np.array(run.q6)
     assert np.max(np.abs(q6)) < np.deg2rad(140.0) < arm_model.position_upper[5]
     assert np.max(np.abs(np.diff(q6))) / SERVO_PERIOD < SPEED_SHARE * arm_model.velocity_limit[5]
-    assert np.max(np.abs(run.accelerations()[:, 3])) < 20.0  # rad/s^2
+    assert np.max(np.abs(run.accelerations()[:, 3])) < 50.0  # rad/s^2: 10 N m on joint 6 of 21
     turned = run.rows[-1][3] - run.branches[-1] * np.pi - (run.rows[60][3] - run.branches[60] * np.pi)
-    assert abs(turned) == pytest.approx(np.hypot(*(SPEED / RADIUS * (run.time - 61 * SERVO_PERIOD), 0)), abs=0.1)
+    assert abs(turned) == pytest.approx(SPEED / RADIUS * (run.time - 61 * SERVO_PERIOD), abs=0.1)
     assert abs(run.branches[-1]) == pytest.approx(40, abs=1)  # two half turns a lap
     assert np.all(np.array(run.flips)[np.flatnonzero(np.diff(run.branches)) + 1])
 
@@ -88,7 +88,7 @@ def test_the_arm_itself_follows_a_lap_with_the_flips_in_it(arm_model):
     state = motion.initial_state(HOME[:3] + [0.0, 0.0, HOVER], HOME[3])
     parameters = make_parameters(arm_model, SERVO_PERIOD)
     flips = 0
-    for k in range(int(2.2 * np.pi * RADIUS / SPEED / SERVO_PERIOD * 1.5)):
+    for k in range(round(1.6 * 2 * np.pi * RADIUS / SPEED / SERVO_PERIOD)):  # 1.6 laps
         seen = circle(k * SERVO_PERIOD)
         before = state.branch
         state = motion.update(state, k * SERVO_PERIOD, command(), seen, q[5])
@@ -137,7 +137,7 @@ def test_the_descent_keeps_the_path_of_the_object_and_takes_its_duration():
     run = Run()
     while run.time < 2.0:
         run.tick(command(), circle(run.time))
-    heights, beside, rate = [], [], 0.0
+    heights, beside = [], []
     while run.state.fraction < 1.0 or run.state.motion == 1:
         seen = circle(run.time)
         tool = run.tick(command(2, OBJECT, 0.0, 0.36, frozen=1), seen)
@@ -171,7 +171,7 @@ def test_a_flip_takes_its_duration_and_turns_half_a_turn():
     start = len(run.rows) - 1
     while run.flips[-1]:
         run.tick(command(), circle(run.time))
-    assert (len(run.rows) - 1 - start) * SERVO_PERIOD == pytest.approx(FLIP_DURATION, abs=SERVO_PERIOD)
+    assert (len(run.rows) - 1 - start) * SERVO_PERIOD == pytest.approx(flip_duration(SPEED / RADIUS), abs=SERVO_PERIOD)
     lapsed = (len(run.rows) - start) * SERVO_PERIOD
     turned = run.rows[-1][3] - run.rows[start - 1][3] - SPEED / RADIUS * lapsed
     assert abs(turned) == pytest.approx(np.pi, abs=1e-9)
@@ -183,7 +183,7 @@ def test_a_motion_begun_while_the_jaws_turn_over_does_not_turn_them_twice_as_fas
     while not (run.flips and run.flips[-1]):
         run.tick(command(), circle(run.time))
     start = run.time
-    while run.time < start + 0.4:
+    while run.time < start + 0.25:
         run.tick(command(), circle(run.time))
     before = len(run.rows)
     for _ in range(60):

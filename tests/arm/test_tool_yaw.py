@@ -3,7 +3,8 @@ import pytest
 
 from drake_tracker.arm.arm_model import tool_down, tool_yaw
 from drake_tracker.arm.description import PUMA560, joints_for
-from drake_tracker.arm.tool_yaw import FLIP_ANGLE, FLIP_DURATION, best_branch, joint6_at, must_flip
+from drake_tracker.arm.transform_equation import share_done
+from drake_tracker.arm.tool_yaw import FLIP_ANGLE, best_branch, flip_duration, joint6_at, must_flip
 
 
 def test_pointing_down_joint_6_turns_the_tool_against_the_world_z_axis(arm_model):
@@ -44,5 +45,12 @@ def test_a_lap_at_full_speed_leaves_margin_for_a_grasp_begun_at_the_flip_angle(a
     assert farthest < np.deg2rad(264.0) <= arm_model.position_upper[5] - np.deg2rad(1.9)
 
 
-def test_turning_over_stays_within_the_speed_of_joint_6(arm_model):
-    assert np.pi * (4.0 / 3.0) / FLIP_DURATION < 0.95 * arm_model.velocity_limit[5]
+@pytest.mark.parametrize("yaw_rate", [0.0, 0.7, -1.67, 3.0])
+def test_turning_over_keeps_joint_6_within_its_speed(arm_model, yaw_rate):
+    duration = flip_duration(yaw_rate)
+    times = np.linspace(0.0, duration, 1001)
+    # the flip unwinds what the path winds up
+    q6 = abs(yaw_rate) * times - np.pi * np.array([share_done(t / duration) for t in times])
+    fastest = np.max(np.abs(np.diff(q6))) / times[1]
+    assert fastest < 0.95 * arm_model.velocity_limit[5]
+    assert duration < 1.0

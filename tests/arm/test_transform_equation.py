@@ -18,7 +18,7 @@ STILL = Drive(np.zeros(3), 0.0)
 
 
 def obj_grasp(p_WO, yaw_O):
-    """Obj . Grasp: the grasping frame stands HEIGHT above the object, its z axis down, its x axis along the object's."""
+    """Obj . Grasp: the grasping frame stands HEIGHT above the object, z axis down, x axis along the object's."""
     X_WO = RigidTransform(RotationMatrix.MakeZRotation(yaw_O), p_WO)
     X_OG = RigidTransform(RotationMatrix.MakeXRotation(np.pi), [0.0, 0.0, HEIGHT])
     return X_WO @ X_OG

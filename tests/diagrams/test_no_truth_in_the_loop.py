@@ -1,4 +1,4 @@
-"""Nothing that only the simulator knows reaches the controller: no wire carries it, and no Python object refers to it."""
+"""What only the simulator knows does not reach the controller: no wire carries it, no Python object refers to it."""
 
 import functools
 import types
@@ -245,7 +245,7 @@ def parts(thing):
 
 
 def references(start):
-    """Yields (way, thing) for everything that can be reached from an object through attributes, containers, closures."""
+    """Yields (way, thing) for all that an object leads to through attributes, containers and closures."""
     seen, todo = {}, [("", start)]
     while todo:
         way, thing = todo.pop()

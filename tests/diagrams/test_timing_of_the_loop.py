@@ -1,4 +1,4 @@
-"""How old a prediction is when it can be read, measured on vision, host and link as they are, on a film without renderer."""
+"""How old a prediction is when it can be read, measured on vision, host and link as they are, without a renderer."""
 
 import numpy as np
 import pytest
@@ -40,8 +40,8 @@ class Clock(LeafSystem):
 class Readings:
     """What each port of interest said from which instant on: {name: [(time, vector), ...]}, changes only.
 
-    A monitor is called once before the updates of every instant at which there are any, so that what it sees changed was
-    changed at the instant of the call before.
+    A monitor is called once before the updates of every instant at which there are any, so that what it sees changed
+    was changed at the instant of the call before.
     """
 
     def __init__(self, ports):

@@ -51,7 +51,7 @@ def test_stop_and_go_goes_stops_rests_and_starts_smoothly():
     "arguments, named",
     [
         (("sprint", 0.2, 0.1), "sprint"),
-        (("constant", 0.0, 0.1), "speed"),
+        (("constant", -0.1, 0.1), "speed"),
         (("constant", float("nan"), 0.1), "speed"),
         (("constant", 1.5, 0.1), "speed"),
         (("varying", 0.2, 1.0), "variation"),

@@ -1,0 +1,96 @@
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
+from pydrake.systems.analysis import Simulator
+
+from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.arm.description import FINGERS, PUMA560, add_arm, couple_fingers, joints_for
+from drake_tracker.arm.joint_servo import actuators_of
+from drake_tracker.errors import DrakeTrackerError
+
+DOWN = tool_down([0.56, 0.0, 0.70], np.pi)
+
+
+def test_the_hand_sits_on_the_flange_and_the_tool_lies_beyond_it():
+    plant = MultibodyPlant(0.0)
+    parts = add_arm(plant, PUMA560)
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, parts.arm, PUMA560.q_start)
+    flange = plant.GetFrameByName("flange", parts.arm)
+    tool = plant.GetFrameByName("tool", parts.gripper)
+    X_FT = tool.CalcPose(context, flange)
+    assert X_FT.IsNearlyEqualTo(RigidTransform([0.0, 0.0, 0.15]), 1e-9)
+    for name, sign in zip(FINGERS, (1, -1)):  # the jaws open along y_T, one finger to each side
+        axis = plant.GetJointByName(name, parts.gripper).translation_axis()
+        np.testing.assert_allclose(np.abs(axis), [0.0, 1.0, 0.0])
+    assert plant.GetFrameByName("base", parts.arm).CalcPoseInWorld(context).IsExactlyEqualTo(RigidTransform())
+
+
+def test_the_driven_finger_takes_the_other_with_it():
+    plant = MultibodyPlant(1.0 / 300.0)
+    plant.set_discrete_contact_approximation(DiscreteContactApproximation.kLagged)
+    parts = add_arm(plant, PUMA560)
+    couple_fingers(plant, parts.gripper, PUMA560)
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    for joint in plant.GetJointIndices(parts.arm):  # the arm itself stands
+        if plant.get_joint(joint).num_velocities():
+            plant.get_joint(joint).Lock(context)
+    plant.SetPositions(context, parts.gripper, [0.04, 0.04])
+    plant.get_actuation_input_port(parts.arm).FixValue(context, np.zeros(6))
+    plant.get_desired_state_input_port(parts.gripper).FixValue(context, [0.01, 0.0])
+    simulator = Simulator(plant, context)
+    travel = []
+    for k in range(1, 31):
+        simulator.AdvanceTo(k / 60.0)
+        travel.append(plant.GetPositions(context, parts.gripper))
+    travel = np.array(travel)
+    assert np.max(np.abs(travel[:, 0] - travel[:, 1])) < 1e-3
+    np.testing.assert_allclose(travel[-1], [0.01, 0.01], atol=1e-3)
+    (actuator,) = actuators_of(plant, parts.gripper)
+    assert actuator.get_controller_gains().p == PUMA560.finger_stiffness
+
+
+def test_the_controllers_model_is_the_arm_with_its_hand_and_nothing_else(arm_model):
+    plant = arm_model.plant
+    bodies = [plant.get_body(index).name() for index in plant.GetBodyIndices(arm_model.arm_instance)]
+    assert plant.num_positions() == plant.num_actuators() == 6
+    assert plant.num_model_instances() == 4  # the world's, the default one, arm and gripper
+    assert "link6" in bodies and not plant.HasBodyNamed("train") and not plant.HasBodyNamed("table")
+
+
+def test_it_weighs_as_much_on_each_joint_as_the_robot_with_half_open_jaws(arm_model):
+    plant = MultibodyPlant(0.0)
+    parts = add_arm(plant, PUMA560)
+    plant.Finalize()
+    context, own = plant.CreateDefaultContext(), arm_model.plant.CreateDefaultContext()
+    middle = [
+        0.5 * (joint.position_lower_limits()[0] + joint.position_upper_limits()[0])
+        for joint in (plant.GetJointByName(name, parts.gripper) for name in FINGERS)
+    ]
+    for q in np.random.default_rng(1).uniform(arm_model.position_lower, arm_model.position_upper, size=(5, 6)):
+        plant.SetPositions(context, parts.arm, q)
+        plant.SetPositions(context, parts.gripper, middle)
+        arm_model.plant.SetPositions(own, arm_model.arm_instance, q)
+        whole = plant.GetVelocitiesFromArray(parts.arm, plant.CalcGravityGeneralizedForces(context))
+        np.testing.assert_allclose(arm_model.plant.CalcGravityGeneralizedForces(own), whole, atol=1e-9)
+    for name in ("jaw_left", "jaw_right"):
+        there, here = (each.GetBodyByName(name) for each in (plant, arm_model.plant))
+        X_WF, X_WF_own = there.EvalPoseInWorld(context), here.EvalPoseInWorld(own)
+        assert X_WF_own.IsNearlyEqualTo(X_WF, 1e-9)
+
+
+@pytest.mark.parametrize("p_WT", [[0.40, 0.0, 0.49], [0.72, 0.0, 0.49], [0.56, 0.22, 0.705], [0.56, -0.22, 0.49]])
+def test_joints_are_found_all_over_the_track(arm_model, p_WT):
+    X_WT = tool_down(p_WT, np.pi)
+    q = joints_for(arm_model, PUMA560.q_start, X_WT)
+    assert arm_model.tool_pose(q).IsNearlyEqualTo(X_WT, 1e-6)
+    assert np.all(q > arm_model.position_lower + np.deg2rad(2)) and np.all(q < arm_model.position_upper - np.deg2rad(2))
+    assert abs(q[3]) < 1e-3  # pointing down, joint 4 stays at zero
+
+
+def test_a_pose_out_of_reach_is_refused_by_name(arm_model):
+    with pytest.raises(DrakeTrackerError, match=r"cannot bring its tool to \[1.6, 0.0, 0.7\] m: 0\.\d+ m short"):
+        joints_for(arm_model, PUMA560.q_start, tool_down([1.6, 0.0, 0.7], np.pi))

@@ -1,0 +1,78 @@
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY, SetPointSplineSystem
+from drake_tracker.timing import SERVO_PERIOD, TIME_STEP
+
+DELAY = SPLINE_DELAY * SERVO_PERIOD
+
+
+def log_of(set_points, initial, duration=0.6):
+    """Times, q, v and a of the spline at every plant step for a trajectory of set-points."""
+    builder = DiagramBuilder()
+    source = builder.AddSystem(TrajectorySource(set_points))
+    spline = builder.AddSystem(SetPointSplineSystem(initial))
+    builder.Connect(source.get_output_port(), spline.GetInputPort("set_point"))
+    state = LogVectorOutput(spline.GetOutputPort("desired_state"), builder, publish_period=TIME_STEP)
+    acceleration = LogVectorOutput(spline.GetOutputPort("desired_acceleration"), builder, publish_period=TIME_STEP)
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(duration)
+    log = state.FindLog(simulator.get_context())
+    n = len(initial)
+    return (
+        log.sample_times(),
+        log.data()[:n].T,
+        log.data()[n:].T,
+        acceleration.FindLog(simulator.get_context()).data().T,
+    )
+
+
+def constant_speed(start, rate, duration=1.0):
+    return PiecewisePolynomial.FirstOrderHold([0.0, duration], np.column_stack([start, start + duration * rate]))
+
+
+def test_a_motion_of_constant_speed_comes_out_late_and_otherwise_unchanged():
+    start, rate = np.array([0.3, -1.0]), np.array([0.8, -0.2])
+    times, q, v, a = log_of(constant_speed(start, rate), start)
+    late = times > 3 * SERVO_PERIOD
+    np.testing.assert_allclose(q[late], start + np.outer(times[late] - DELAY, rate), atol=1e-12)
+    np.testing.assert_allclose(v[late], np.broadcast_to(rate, v[late].shape), atol=1e-9)
+    np.testing.assert_allclose(a[late], 0.0, atol=1e-8)
+
+
+def test_it_starts_at_rest_at_the_initial_set_point_and_ends_at_rest_on_the_last():
+    step = PiecewisePolynomial.ZeroOrderHold([0.0, 0.1, 1.0], np.array([[0.2, 0.5, 0.5]]))
+    times, q, v, _ = log_of(step, [0.2])
+    np.testing.assert_allclose(q[times < 0.1], 0.2, atol=1e-12)
+    np.testing.assert_allclose(v[times < 0.1], 0.0, atol=1e-12)
+    np.testing.assert_allclose(q[times > 0.22], 0.5, atol=1e-12)
+    assert np.all(np.diff(q[:, 0]) >= -1e-12) and q.max() <= 0.5 + 1e-12  # no overshoot
+
+
+def test_position_and_velocity_have_no_steps_and_velocity_is_the_derivative():
+    wave = PiecewisePolynomial.CubicShapePreserving(
+        np.linspace(0.0, 1.0, 41), np.sin(6.0 * np.linspace(0.0, 1.0, 41))[None, :], True
+    )
+    times, q, v, a = log_of(wave, [0.0])
+    going = times > 4 * SERVO_PERIOD
+    assert np.max(np.abs(np.diff(v[going, 0]))) < 45.0 * TIME_STEP  # |acceleration| is about 36 at most
+    moved = np.diff(q[:, 0])
+    np.testing.assert_allclose(moved, 0.5 * (v[1:, 0] + v[:-1, 0]) * TIME_STEP, atol=1e-3 * TIME_STEP)
+    inside = np.abs((times / SERVO_PERIOD + 0.5) % 1.0 - 0.5) > 0.15  # away from the joints of the spline
+    steps = inside[1:] & inside[:-1]
+    np.testing.assert_allclose(np.diff(v[:, 0])[steps], a[1:, 0][steps] * TIME_STEP, atol=1e-6)
+
+
+def test_outputs_are_state_and_hold_when_asked_late():
+    spline = SetPointSplineSystem([0.1, 0.2])
+    assert not spline.HasAnyDirectFeedthrough()
+    context = spline.CreateDefaultContext()
+    context.SetTime(5.0)  # no sample came: the reference does not run away
+    np.testing.assert_allclose(spline.GetOutputPort("desired_state").Eval(context), [0.1, 0.2, 0.0, 0.0], atol=1e-15)
+    assert spline.GetOutputPort("desired_state").size() == 4
+    assert DELAY == pytest.approx(0.045)

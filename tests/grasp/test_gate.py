@@ -1,0 +1,225 @@
+import numpy as np
+import pytest
+
+from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.arm.description import PUMA560, joints_for
+from drake_tracker.arm.differential_ik import make_parameters
+from drake_tracker.arm.transform_equation import share_done
+from drake_tracker.grasp.gate import (
+    FEWEST_RECORDS,
+    ONE_PASS,
+    Gate,
+    can_follow,
+    horizon,
+    is_straight,
+    judge_memory,
+    touch_delay,
+)
+from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
+from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
+from drake_tracker.scenarios.scenario import Grasp
+from drake_tracker.timing import SERVO_PERIOD
+
+PARAMETERS = Grasp()
+
+
+def straight(t, speed=0.15):
+    return np.stack(np.broadcast_arrays(0.56, -0.4 + speed * np.asarray(t), 0.485, np.pi / 2), axis=-1)
+
+
+def circle(t, speed=0.15, radius=0.12):
+    a = speed / radius * np.asarray(t)
+    pose = np.broadcast_arrays(0.56 + radius * np.cos(a), radius * np.sin(a), 0.485, a + np.pi / 2)
+    return np.stack(pose, axis=-1)
+
+
+def packet_at(stamp, path=straight):
+    times = stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
+    return pack_prediction(stamp, 1, np.column_stack([path(times), np.full(KNOT_COUNT, 0.002)]))
+
+
+def record(stamp, pose, lateral=0.0, along=0.0, turn_deg=0.0):
+    return [stamp, pose[0], pose[1], pose[3], lateral, along, np.deg2rad(turn_deg)]
+
+
+def memory_of(*rows):
+    return PredictionMemory((), np.reshape([np.array(row, dtype=float) for row in rows], (-1, 7)))
+
+
+def pass_here(now, count=5, at=10.0, **error):
+    """An earlier pass, ``at`` seconds ago, of the place where the packet of ``now`` starts."""
+    return [record(now - at + 0.03 * k, circle(now), **error) for k in range(count)]
+
+
+def judge(memory, now, path=circle, **settings):
+    return judge_memory(Grasp(**settings), memory, packet_at(now, path), now)
+
+
+def test_touch_delay_and_horizon_add_up():
+    parameters = Grasp(
+        jaw_opening=0.088, object_width=0.04, jaw_speed=0.4, descent_duration=0.36, closing_lead=0.10
+    )
+    assert touch_delay(parameters) == pytest.approx(0.12)
+    target = ServoTarget(np.zeros(14))
+    target.time, target.stamp = 10.046, 9.75
+    # age of what was seen .296, descent .36, of which the last .10 is closing time already, jaws .12
+    assert horizon(parameters, target) == pytest.approx(0.296 + 0.36 - 0.10 + 0.12)
+
+
+def test_predictions_that_came_true_here_open_the_gate():
+    assert judge(memory_of(*pass_here(30.0)), 30.0) == (Gate.OPEN, 0.0)
+
+
+@pytest.mark.parametrize(
+    "error, allowed",
+    [("lateral", PARAMETERS.lateral_tolerance), ("along", PARAMETERS.along_tolerance),
+     ("turn_deg", PARAMETERS.turn_tolerance_deg)],
+)
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_one_failed_prediction_in_either_direction_shuts_it(error, allowed, sign):
+    good = pass_here(30.0)
+    for share, expected in ((0.99, Gate.OPEN), (1.01, Gate.PREDICTIONS_FAILED)):
+        one = record(20.15, circle(30.0), **{error: sign * share * allowed})
+        verdict, worst = judge(memory_of(*good, one), 30.0)
+        assert verdict == expected
+        assert worst == pytest.approx(share * allowed if error == "lateral" else 0.0)
+
+
+def test_too_few_records_or_none_prove_nothing():
+    assert judge(PredictionMemory(), 30.0) == (Gate.NO_MEMORY, 0.0)
+    assert judge(memory_of(*pass_here(30.0, count=FEWEST_RECORDS - 1)), 30.0)[0] == Gate.NO_MEMORY
+    assert judge(memory_of(*pass_here(30.0, count=FEWEST_RECORDS)), 30.0)[0] == Gate.OPEN
+
+
+def test_the_newest_earlier_pass_counts_and_not_the_ones_before():
+    bad_long_ago = pass_here(30.0, at=20.0, lateral=0.05)
+    assert judge(memory_of(*bad_long_ago, *pass_here(30.0)), 30.0)[0] == Gate.OPEN
+    bad_lately = pass_here(30.0, at=10.0, lateral=0.05)
+    assert judge(memory_of(*pass_here(30.0, at=20.0), *bad_lately), 30.0)[0] == Gate.PREDICTIONS_FAILED
+    assert ONE_PASS < 10.0
+
+
+def test_places_farther_than_the_radius_are_not_asked():
+    elsewhere = [record(20.0 + 0.03 * k, circle(30.0) + [0.04, 0, 0, 0], lateral=0.0) for k in range(5)]
+    assert judge(memory_of(*elsewhere), 30.0, memory_radius=0.03)[0] == Gate.NO_MEMORY
+    assert judge(memory_of(*elsewhere), 30.0, memory_radius=0.05)[0] == Gate.OPEN
+
+
+def watched(until, path, start=1.0):
+    memory = PredictionMemory()
+    for stamp in np.arange(start, until, 0.03):
+        memory = remember(memory, packet_at(stamp, path), 0.7)
+    return memory
+
+
+def test_an_open_track_is_accepted_only_after_the_straight_length():
+    # .25 m at .15 m/s takes 1.67 s
+    for duration, expected in ((1.55, Gate.NO_MEMORY), (1.80, Gate.OPEN)):
+        now = 1.0 + duration
+        memory = watched(now, straight)
+        assert judge(memory, now, straight)[0] == expected
+        assert is_straight(PARAMETERS, memory, packet_at(now, straight)) == (expected == Gate.OPEN)
+
+
+def test_a_bend_is_not_straight_however_long_it_was_watched():
+    memory = watched(4.0, circle)
+    assert not is_straight(Grasp(straight_length=0.15), memory, packet_at(4.0, circle))
+    assert is_straight(Grasp(straight_length=0.15, straight_tolerance=0.1), memory, packet_at(4.0, circle))
+    assert judge(memory, 4.0, circle)[0] == Gate.NO_MEMORY
+
+
+def test_a_straight_after_a_bend_counts_from_the_bends_end():
+    def bend_then_straight(t):
+        t = np.asarray(t, dtype=float)
+        bend = circle(np.minimum(t, 4.0))
+        heading = circle(4.0)[3]
+        beyond = 0.15 * np.maximum(t - 4.0, 0.0)[..., None] * np.array([np.cos(heading), np.sin(heading), 0.0, 0.0])
+        return bend + beyond
+
+    assert not is_straight(PARAMETERS, watched(5.0, bend_then_straight), packet_at(5.0, bend_then_straight))
+    assert is_straight(PARAMETERS, watched(6.5, bend_then_straight), packet_at(6.5, bend_then_straight))
+
+
+def test_on_a_straight_the_recent_predictions_must_have_come_true():
+    memory = watched(4.0, straight)
+    assert judge(memory, 4.0, straight)[0] == Gate.OPEN
+    rows = memory.records.copy()
+    rows[-1, 4] = 0.02
+    assert judge(PredictionMemory(memory.waiting, rows), 4.0, straight) == (Gate.PREDICTIONS_FAILED, 0.02)
+
+
+def test_the_kind_of_gate_decides_what_is_asked():
+    memory = watched(4.0, straight)
+    assert judge(memory, 4.0, straight, gate="memory")[0] == Gate.NO_MEMORY
+    on_bend = watched(4.0, circle)
+    assert judge(on_bend, 4.0, circle, gate="recent")[0] == Gate.OPEN
+    assert judge(on_bend, 4.0, circle, gate="auto")[0] == Gate.NO_MEMORY
+    # a bad memory of the place is not excused by a straight path
+    bad = [record(1.0 + 0.03 * k, straight(4.0), lateral=0.05) for k in range(5)]
+    both = PredictionMemory(memory.waiting, np.vstack([np.array(bad), memory.records]))
+    assert judge(both, 4.0, straight)[0] == Gate.PREDICTIONS_FAILED
+
+
+@pytest.fixture(scope="module")
+def hovering(arm_model):
+    """Joints with the hand over the object of the packet stamped 1.0, at the instant 1.3."""
+    x, y, z, yaw = circle(1.3)
+    over = tool_down([x, y, z + PARAMETERS.hover_height], yaw + np.pi)
+    return joints_for(arm_model, PUMA560.q_start, over), 1.3
+
+
+def follow(arm_model, hovering, path=circle, **settings):
+    q, start = hovering
+    parameters = Grasp(**settings)
+    ik_parameters = make_parameters(arm_model, SERVO_PERIOD)
+    return can_follow(
+        parameters, arm_model, ik_parameters, q, packet_at(1.0, path), start, parameters.hover_height, 1
+    )
+
+
+def test_the_arm_can_follow_the_default_descent(arm_model, hovering):
+    assert follow(arm_model, hovering)
+
+
+def test_it_cannot_come_down_too_fast_nor_follow_what_runs_away_or_stands_elsewhere(arm_model, hovering):
+    assert not follow(arm_model, hovering, descent_duration=0.1)
+    _, start = hovering
+
+    def runs_away(t):
+        return circle(start) + (np.asarray(t)[..., None] - start) * np.array([3.0, 0.0, 0.0, 0.0])
+
+    assert not follow(arm_model, hovering, runs_away)
+    assert not follow(arm_model, hovering, lambda t: circle(t) + [0.05, 0.0, 0.0, 0.0])
+    assert not follow(arm_model, hovering, lambda t: circle(t) + [0.6, 0.0, 0.0, 0.0])
+
+
+def test_the_path_after_the_descent_counts_too(arm_model, hovering):
+    _, start = hovering
+    turning = start + PARAMETERS.descent_duration + 0.02  # on the way still when the jaws close
+
+    def bolts(t):
+        t = np.asarray(t, dtype=float)
+        return circle(np.minimum(t, turning)) + np.maximum(t - turning, 0.0)[..., None] * [3.0, 0.0, 0.0, 0.0]
+
+    assert not follow(arm_model, hovering, bolts)
+
+
+def test_what_is_rehearsed_is_the_descent_of_the_hand_set_point_by_set_point(arm_model, hovering, monkeypatch):
+    heard = {}
+
+    def listen(model, ik_parameters, q, poses, tolerance):
+        heard.update(q=q, poses=list(poses), tolerance=tolerance)
+        return True
+
+    monkeypatch.setattr("drake_tracker.grasp.gate.rehearse", listen)
+    assert follow(arm_model, hovering)
+    q, start = hovering
+    assert heard["q"] is q and heard["tolerance"] <= 0.005
+    blind = PARAMETERS.descent_duration + touch_delay(PARAMETERS)
+    assert len(heard["poses"]) == np.ceil(blind / SERVO_PERIOD)
+    for k, X_WT in enumerate(heard["poses"], start=1):  # the set-point of ``start`` has been given already
+        x, y, z, yaw = circle(start + k * SERVO_PERIOD)
+        left = 1.0 - share_done(k * SERVO_PERIOD / PARAMETERS.descent_duration)
+        expected = tool_down([x, y, z + left * PARAMETERS.hover_height], yaw + np.pi)
+        np.testing.assert_allclose(X_WT.translation(), expected.translation(), atol=5e-4)  # knots are .05 s apart
+        np.testing.assert_allclose(X_WT.rotation().matrix(), expected.rotation().matrix(), atol=1e-3)

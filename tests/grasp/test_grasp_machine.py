@@ -1,0 +1,332 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.arm.description import PUMA560, joints_for
+from drake_tracker.arm.tool_motion import MotionFrame
+from drake_tracker.grasp.gate import Gate
+from drake_tracker.grasp.grasp_machine import FORCE_SHARE, GRIP_CONFIRMED, SEEN_FOR, GraspMachine, Observation
+from drake_tracker.grasp.prediction_memory import PredictionMemory
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.messages import (
+    KNOT_COUNT,
+    KNOT_SPACING,
+    ArmCommand,
+    JawState,
+    ServoTarget,
+    ToolStatus,
+    message_size,
+    pack_prediction,
+)
+from drake_tracker.scenarios.scenario import Grasp
+from drake_tracker.timing import SERVO_PERIOD
+
+PARAMETERS = Grasp()
+WIDTH, OPENING, FORCE = PARAMETERS.object_width, PARAMETERS.jaw_opening, PARAMETERS.grip_force
+LAG, LEAD = 0.25, 0.045
+
+
+def path(t):
+    a = 1.25 * np.asarray(t)
+    pose = np.broadcast_arrays(0.56 + 0.12 * np.cos(a), 0.12 * np.sin(a), 0.485, a + np.pi / 2)
+    return np.stack(pose, axis=-1)
+
+
+def good_memory(stamp):
+    """Predictions made here one lap earlier that came true."""
+    x, y, _, yaw = path(stamp)
+    return PredictionMemory((), np.array([[stamp - 10.0 + 0.03 * k, x, y, yaw, 0.0, 0.0, 0.0] for k in range(6)]))
+
+
+class Bench:
+    """Ticks of a GraspMachine; the hand is always just where it was sent."""
+
+    def __init__(self, model, parameters=PARAMETERS):
+        self.machine = GraspMachine(parameters, model, SERVO_PERIOD)
+        self.model = model
+        self.state = self.machine.initial_state()
+        self.time = 20.0
+        self.commands = []
+
+    def tick(self, valid=1, stale=0, flipping=0, fraction=1.0, width=OPENING, force=0.0, packet=None):
+        stamp, due = self.time - LAG, self.time + LEAD
+        if packet is None:
+            times = stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
+            packet = pack_prediction(stamp, 1, np.column_stack([path(times), np.full(KNOT_COUNT, 0.002)]))
+        target = ServoTarget(np.array([due, *path(due), 0, 0, 0, 1.25, stamp, 1, 0.002, stale, valid]))
+        status = ToolStatus(np.array([self.state.motion, fraction, flipping, *path(due), 1.0]))
+        jaws = JawState(np.array([width, 0.0, force]))
+        self.state = self.machine.update(
+            self.state, Observation(self.time, target, packet, jaws, status, self.joints(due - SERVO_PERIOD))
+        )
+        self.commands.append(ArmCommand(self.machine.command(self.state)))
+        self.time += SERVO_PERIOD
+        return self.state.phase
+
+    def joints(self, due):
+        if self.state.phase != Phase.TRACK:
+            return np.zeros(6)
+        x, y, z, yaw = path(due)
+        over = tool_down([x, y, z + self.machine.parameters.hover_height], yaw + np.pi)
+        return joints_for(self.model, PUMA560.q_start, over)
+
+    def until(self, phase, limit=200, **seen):
+        """Ticks until a phase is entered; returns the time [s] it took."""
+        start = self.time
+        for _ in range(limit):
+            if self.tick(**seen) == phase:
+                return self.time - start
+        raise AssertionError(f"never in {phase.name}: {self.state.phase.name}, gate {self.state.gate.name}")
+
+    def put(self, phase, **changes):
+        """Puts the machine into a phase that has just been entered."""
+        self.state = replace(self.state, phase=phase, entered=self.time, gripped_since=np.inf, **changes)
+
+    def remember_well(self):
+        self.state = replace(self.state, memory=good_memory(self.time - LAG))
+
+
+@pytest.fixture
+def bench(arm_model):
+    return Bench(arm_model)
+
+
+def open_gate(bench):
+    """Tracks until settled, remembers that predictions from here came true, and lets the machine go."""
+    bench.put(Phase.TRACK)
+    bench.state = replace(bench.state, entered=bench.time - 10.0)
+    bench.remember_well()
+    return bench.tick()
+
+
+def test_it_waits_for_an_object_seen_for_a_while(bench):
+    for _ in range(5):
+        assert bench.tick(valid=0) == Phase.ACQUIRE
+    took = bench.until(Phase.TRACK)
+    assert took == pytest.approx(SEEN_FOR + SERVO_PERIOD, abs=1.1 * SERVO_PERIOD)
+    assert bench.commands[-1].frame == MotionFrame.OBJECT
+    assert bench.commands[0].frame == MotionFrame.HOME
+
+
+def test_a_stale_or_flickering_object_is_not_seen(bench):
+    for _ in range(40):
+        assert bench.tick(stale=1) == Phase.ACQUIRE
+    for k in range(40):
+        assert bench.tick(valid=float(k % 4 != 0)) == Phase.ACQUIRE
+
+
+def test_a_lost_object_sends_it_home(bench):
+    bench.put(Phase.TRACK)
+    assert bench.tick(stale=1) == Phase.TRACK  # coasting is not lost
+    assert bench.tick(valid=0, stale=1) == Phase.ACQUIRE
+
+
+def test_the_whole_success(bench):
+    bench.until(Phase.TRACK)
+    bench.state = replace(bench.state, entered=bench.time - 10.0)
+    bench.remember_well()
+    assert bench.tick() == Phase.INTERCEPT
+    assert bench.state.gate == Gate.OPEN
+    to_close = bench.until(Phase.CLOSE)
+    assert to_close == pytest.approx(PARAMETERS.descent_duration - PARAMETERS.closing_lead, abs=1.1 * SERVO_PERIOD)
+    for _ in range(4):
+        assert bench.tick(width=0.06, force=2.0) == Phase.CLOSE
+    to_lift = bench.until(Phase.LIFT, width=WIDTH + 0.001, force=FORCE)
+    assert to_lift == pytest.approx(GRIP_CONFIRMED + SERVO_PERIOD, abs=1.1 * SERVO_PERIOD)
+    to_hold = bench.until(Phase.HOLD, width=WIDTH + 0.001, force=FORCE)
+    assert to_hold == pytest.approx(PARAMETERS.lift_duration, abs=1.1 * SERVO_PERIOD)
+    for _ in range(100):
+        assert bench.tick(width=WIDTH, force=FORCE) == Phase.HOLD
+    assert bench.state.attempts == 1
+
+
+def test_the_jaws_begin_to_close_before_the_descent_ends(bench):
+    assert open_gate(bench) == Phase.INTERCEPT
+    start, first = bench.time - SERVO_PERIOD, None
+    while first is None:
+        bench.tick()
+        if bench.commands[-1].jaw_width < OPENING - 1e-9:
+            first = bench.time - SERVO_PERIOD - start
+    assert first < PARAMETERS.descent_duration - 0.5 * PARAMETERS.closing_lead
+    assert first >= PARAMETERS.descent_duration - PARAMETERS.closing_lead - 1e-9
+
+
+def test_a_miss_is_noticed_when_the_jaws_meet_and_tried_again(bench):
+    open_gate(bench)
+    bench.until(Phase.CLOSE)
+    assert bench.tick(width=WIDTH) == Phase.CLOSE  # on the way
+    assert bench.tick(width=WIDTH - 0.011) == Phase.RETREAT
+    assert bench.until(Phase.ACQUIRE) == pytest.approx(PARAMETERS.retreat_duration, abs=1.1 * SERVO_PERIOD)
+    bench.until(Phase.TRACK)
+    assert open_gate(bench) == Phase.INTERCEPT
+    assert bench.state.attempts == 2
+
+
+def test_jaws_that_stop_without_force_have_missed_after_the_timeout(bench):
+    bench.put(Phase.CLOSE)
+    took = bench.until(Phase.RETREAT, width=0.055, force=FORCE)  # too wide for the object
+    assert took == pytest.approx(PARAMETERS.close_timeout, abs=2.1 * SERVO_PERIOD)
+    bench.put(Phase.CLOSE)
+    bench.until(Phase.RETREAT, width=WIDTH, force=0.9 * FORCE_SHARE * FORCE)  # not gripped
+
+
+def test_a_touch_in_passing_is_no_grip(bench):
+    bench.put(Phase.CLOSE)
+    for k in range(12):
+        assert bench.tick(width=WIDTH, force=FORCE * (k % 2)) == Phase.CLOSE
+
+
+@pytest.mark.parametrize("phase", [Phase.LIFT, Phase.HOLD])
+def test_an_object_that_slips_out_is_missed_at_once(bench, phase):
+    bench.put(phase)
+    assert bench.tick(width=WIDTH, force=FORCE) == phase
+    assert bench.tick(width=0.01, force=FORCE) == Phase.RETREAT
+    assert bench.commands[-1].jaw_width > 0.0  # they open again
+
+
+def test_force_that_fades_while_lifting_does_not_drop_a_held_object(bench):
+    bench.put(Phase.LIFT)
+    for _ in range(10):
+        assert bench.tick(width=WIDTH, force=0.3 * FORCE) == Phase.LIFT
+
+
+@pytest.mark.parametrize("phase", [Phase.INTERCEPT, Phase.CLOSE, Phase.LIFT])
+def test_once_committed_it_asks_vision_nothing(bench, phase):
+    bench.put(phase)
+    for _ in range(5):
+        bench.tick(valid=0, stale=1, width=WIDTH, force=FORCE * (phase == Phase.LIFT))
+    assert bench.state.phase == phase
+
+
+def test_the_motion_counter_goes_up_with_every_new_motion_and_with_no_other_change(bench):
+    bench.until(Phase.TRACK)
+    assert open_gate(bench) == Phase.INTERCEPT
+    bench.until(Phase.CLOSE)
+    bench.until(Phase.LIFT, width=WIDTH, force=FORCE)
+    bench.until(Phase.HOLD, width=WIDTH, force=FORCE)
+    bench.until(Phase.RETREAT, width=0.0)
+    bench.until(Phase.ACQUIRE)
+    motion = [command.motion for command in bench.commands]
+    phases = [Phase(int(command.phase)) for command in bench.commands]
+    for k in range(1, len(motion)):
+        changed = phases[k] != phases[k - 1]
+        same = (phases[k - 1], phases[k]) in {(Phase.INTERCEPT, Phase.CLOSE), (Phase.LIFT, Phase.HOLD)}
+        assert motion[k] - motion[k - 1] == (1 if changed and not same else 0)
+    assert set(phases) == set(Phase)
+
+
+def test_the_jaws_move_at_their_speed_and_stop_at_their_ends(bench):
+    bench.put(Phase.CLOSE)
+    widths = [OPENING]
+    for _ in range(14):
+        bench.tick(width=0.05)
+        widths.append(bench.commands[-1].jaw_width)
+    bench.put(Phase.RETREAT)
+    for _ in range(14):
+        bench.tick()
+        widths.append(bench.commands[-1].jaw_width)
+    steps = np.diff(widths)
+    assert np.max(np.abs(steps)) == pytest.approx(PARAMETERS.jaw_speed * SERVO_PERIOD)
+    assert min(widths) == 0.0 and widths[-1] == pytest.approx(OPENING)
+    assert np.sum(steps < 0) == np.sum(steps > 0) == int(np.ceil(OPENING / (PARAMETERS.jaw_speed * SERVO_PERIOD)))
+
+
+def test_the_gate_says_why_it_waits_in_this_order(bench):
+    bench.tick()
+    assert bench.state.gate == Gate.NOT_TRACKING
+    bench.put(Phase.TRACK)
+    bench.tick()
+    assert bench.state.gate == Gate.SETTLING
+    bench.state = replace(bench.state, entered=bench.time - 10.0)
+    bench.tick(flipping=1, stale=1)
+    assert bench.state.gate == Gate.FLIPPING
+    bench.tick(stale=1)
+    assert bench.state.gate == Gate.STALE
+    bench.tick()
+    assert bench.state.gate == Gate.NO_MEMORY
+    memory = good_memory(bench.time - LAG)
+    failed = memory.records.copy()
+    failed[2, 4] = -0.02
+    bench.state = replace(bench.state, memory=PredictionMemory((), failed))
+    bench.tick()
+    assert bench.state.gate == Gate.PREDICTIONS_FAILED and bench.state.remembered_error == pytest.approx(0.02)
+    assert bench.state.phase == Phase.TRACK
+    bench.remember_well()
+    bench.machine.parameters = replace(PARAMETERS, descent_duration=0.1)
+    bench.tick()
+    bench.machine.parameters = PARAMETERS
+    assert bench.state.gate == Gate.OUT_OF_REACH and bench.state.phase == Phase.TRACK
+    bench.remember_well()
+    assert bench.tick() == Phase.INTERCEPT and bench.state.gate == Gate.OPEN
+
+
+def test_the_rehearsal_starts_from_the_set_point_given_last(bench, monkeypatch):
+    asked = []
+    monkeypatch.setattr("drake_tracker.grasp.grasp_machine.can_follow", lambda *question: asked.append(question))
+    assert open_gate(bench) == Phase.TRACK
+    assert bench.state.gate == Gate.OUT_OF_REACH
+    ((_, _, _, q, packet, start, from_height, half_turns),) = asked
+    last_due = bench.time - SERVO_PERIOD + LEAD - SERVO_PERIOD
+    assert start == pytest.approx(last_due)
+    expected = path(last_due)[:3] + [0.0, 0.0, PARAMETERS.hover_height]
+    np.testing.assert_allclose(bench.model.tool_pose(q).translation(), expected, atol=1e-5)
+    assert packet[0] == pytest.approx(bench.time - SERVO_PERIOD - LAG)
+    assert (from_height, half_turns) == (PARAMETERS.hover_height, 1.0)
+
+
+def test_it_settles_for_the_approach_and_a_while(bench):
+    bench.put(Phase.TRACK)
+    settling = 0
+    while bench.state.gate in (Gate.SETTLING, Gate.NOT_TRACKING):
+        bench.tick()
+        settling += 1
+    wanted = PARAMETERS.approach_duration + PARAMETERS.settle_time
+    assert settling * SERVO_PERIOD == pytest.approx(wanted, abs=2 * SERVO_PERIOD)
+
+
+def test_a_hand_still_on_its_way_waits_however_long_ago_the_phase_began(bench):
+    bench.put(Phase.TRACK)
+    bench.state = replace(bench.state, entered=bench.time - 10.0)
+    bench.remember_well()
+    assert bench.tick(fraction=0.5) == Phase.TRACK and bench.state.gate == Gate.SETTLING
+    bench.remember_well()
+    assert bench.tick() == Phase.INTERCEPT
+
+
+def test_the_memory_grows_while_tracking_and_stands_still_while_frozen(bench):
+    bench.put(Phase.TRACK)
+    for _ in range(40):
+        bench.tick()
+    waiting, records = len(bench.state.memory.waiting), len(bench.state.memory.records)
+    assert waiting > 10 and records > 5
+    for phase in (Phase.INTERCEPT, Phase.CLOSE, Phase.LIFT, Phase.HOLD, Phase.RETREAT):
+        bench.put(phase)
+        before = bench.state.memory
+        bench.tick(width=WIDTH)
+        assert bench.state.memory is before
+    bench.put(Phase.ACQUIRE)
+    bench.tick()
+    assert bench.state.memory is not before
+
+
+def test_the_command_is_the_phases_program(bench):
+    bench.put(Phase.INTERCEPT)
+    bench.tick()
+    command = bench.commands[-1]
+    assert (command.phase, command.frame, command.frozen) == (Phase.INTERCEPT, MotionFrame.OBJECT, 1.0)
+    assert (command.height, command.duration) == (PARAMETERS.grasp_height, PARAMETERS.descent_duration)
+    bench.put(Phase.LIFT)
+    bench.tick(width=WIDTH)
+    command = bench.commands[-1]
+    assert (command.frame, command.height) == (MotionFrame.HELD, PARAMETERS.lift_height)
+
+
+def test_a_tick_changes_nothing_but_what_it_returns(bench):
+    state = bench.state
+    bench.tick()
+    assert (state.jaw_width, state.seen_since, len(state.memory.waiting)) == (OPENING, np.inf, 0)
+    assert len(bench.state.memory.waiting) == 1
+    assert state.__deepcopy__({}) is state
+    assert message_size(ArmCommand) == len(bench.machine.command(state))

@@ -1,0 +1,63 @@
+import pytest
+
+from drake_tracker.arm.tool_motion import MotionFrame
+from drake_tracker.grasp.grasp_machine import GraspMachine
+from drake_tracker.grasp.schema import PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
+from drake_tracker.scenarios.scenario import Grasp
+
+
+def successors(phase):
+    return [after for _, after in TRANSITIONS[phase]]
+
+
+def test_every_phase_has_a_program_and_transitions():
+    assert set(PROGRAMS) == set(TRANSITIONS) == set(Phase)
+
+
+@pytest.mark.parametrize("phase", Phase)
+def test_every_name_in_the_tables_exists(phase):
+    program = PROGRAMS[phase]
+    assert isinstance(getattr(Grasp(), program.height), float)
+    assert getattr(Grasp(), program.duration) > 0.0
+    for condition, _ in TRANSITIONS[phase]:
+        assert callable(getattr(GraspMachine, condition))
+
+
+def test_every_phase_can_be_reached_and_left():
+    reached, queue = set(), [Phase.ACQUIRE]
+    while queue:
+        phase = queue.pop()
+        if phase not in reached:
+            reached.add(phase)
+            queue += successors(phase)
+    assert reached == set(Phase)
+    assert all(successors(phase) for phase in Phase)
+
+
+def test_a_miss_is_found_out_before_success_is_asked_for():
+    for phase in (Phase.CLOSE, Phase.LIFT, Phase.HOLD):
+        assert TRANSITIONS[phase][0] == ("jaws_empty", Phase.RETREAT)
+
+
+def test_vision_is_not_used_from_the_descent_until_the_hand_is_out_of_the_way():
+    frozen = {phase for phase in Phase if PROGRAMS[phase].frozen}
+    assert frozen == {Phase.INTERCEPT, Phase.CLOSE, Phase.LIFT, Phase.HOLD, Phase.RETREAT}
+
+
+def test_the_jaws_are_closed_from_closing_to_holding_and_open_otherwise():
+    closed = {phase for phase in Phase if PROGRAMS[phase].jaws_closed}
+    assert closed == {Phase.CLOSE, Phase.LIFT, Phase.HOLD}
+
+
+def test_the_hand_moves_with_the_object_until_it_holds_it_and_then_straight_up():
+    for phase in (Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE):
+        assert PROGRAMS[phase].frame == MotionFrame.OBJECT
+    for phase in (Phase.LIFT, Phase.HOLD, Phase.RETREAT):
+        assert PROGRAMS[phase].frame == MotionFrame.HELD
+
+
+def test_phases_that_share_a_motion_agree_on_it():
+    for before, after in SAME_MOTION:
+        assert after in successors(before)
+        one, other = PROGRAMS[before], PROGRAMS[after]
+        assert (one.frame, one.height, one.duration) == (other.frame, other.height, other.duration)
