@@ -126,7 +126,9 @@ class ToolMotion:
 
     def _flip(self, state, time, q6, yaw_rate):
         branch = best_branch(q6, state.tool[3], state.reference[3])
-        duration = flip_duration(yaw_rate) * max(abs(branch - state.branch), 1)
+        if branch == state.branch:
+            return state
+        duration = flip_duration(branch - state.branch, yaw_rate)
         return replace(
             state, branch=branch, previous_branch=state.branch, flip_start=time, flip_duration=duration
         )

@@ -26,8 +26,7 @@ STAMP, X, Y, YAW, LATERAL, ALONG, TURN = range(7)
 horizon across the path [m], along it [m], and in direction [rad]."""
 
 
-NO_RECORDS = np.zeros((0, 7))
-NO_RECORDS.setflags(write=False)
+NO_RECORDS = np.broadcast_to(0.0, (0, 7))  # read-only
 
 
 @dataclass(frozen=True, eq=False)

@@ -74,7 +74,7 @@ class NormalFlow:
     """The motion detector of section 3.1: normal flow, threshold, centroid. An empty value is the preset's own."""
 
     preset: str = setting("scaled", "set of values", choices=("scaled", "paper_literal", "paper_interlaced"))
-    centroid: str = setting("mean", "mean of the moving pixels, or of their convex hull", choices=("mean", "hull"))
+    centroid: str = setting("hull", "mean of the moving pixels, or of their convex hull", choices=("mean", "hull"))
     path: str = setting("integer", "arithmetic", choices=("integer", "float"))
     stride: Optional[int] = setting(None, "cycles between the images used", "cycles", (1, 4))
     threshold_px: Optional[float] = setting(None, "normal flow that counts as motion", "px", (0.0, 100.0))

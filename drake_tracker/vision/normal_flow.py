@@ -68,7 +68,7 @@ class NormalFlowParameters:
     smoothing_size: int = 5
     smoothing_sigma: float = 1.0
     min_pixels: int = 12
-    centroid: str = "mean"
+    centroid: str = "hull"
     join_distance: int = 24
     brightness_gate: bool = False
     path: str = "integer"
@@ -167,6 +167,7 @@ _PAPER = NormalFlowParameters(
     difference_gate=0.0,
     noise_factor=0.0,
     normalise_gain=False,
+    centroid="mean",
 )
 PRESETS = {
     "scaled": NormalFlowParameters(),
