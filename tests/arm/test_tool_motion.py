@@ -171,7 +171,8 @@ def test_a_flip_takes_its_duration_and_turns_half_a_turn():
     start = len(run.rows) - 1
     while run.flips[-1]:
         run.tick(command(), circle(run.time))
-    assert (len(run.rows) - 1 - start) * SERVO_PERIOD == pytest.approx(flip_duration(SPEED / RADIUS), abs=SERVO_PERIOD)
+    lasted = (len(run.rows) - 1 - start) * SERVO_PERIOD
+    assert lasted == pytest.approx(flip_duration(-1, SPEED / RADIUS), abs=SERVO_PERIOD)
     lapsed = (len(run.rows) - start) * SERVO_PERIOD
     turned = run.rows[-1][3] - run.rows[start - 1][3] - SPEED / RADIUS * lapsed
     assert abs(turned) == pytest.approx(np.pi, abs=1e-9)

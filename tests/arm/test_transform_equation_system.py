@@ -113,7 +113,7 @@ def test_flipping_is_said_while_the_jaws_turn_over_and_joint_6_stays_in_range(ro
     assert np.max(np.abs(q6)) < np.deg2rad(140.0) < arm_model.position_upper[5]
 
     # It ends when its time is over, between two ticks too.
-    end = turned[0] * SERVO_PERIOD + TICK + flip_duration(RATE)
+    end = turned[0] * SERVO_PERIOD + TICK + flip_duration(-np.sign(RATE), RATE)
     again = Simulator(room)
     assert status_at(room, again, end - 0.3 * TIME_STEP).flipping == 1.0
     assert status_at(room, again, end + 0.3 * TIME_STEP).flipping == 0.0

@@ -97,7 +97,7 @@ def test_interlaced_builds_on_train():
     assert interlaced.vision.detector.preset == "paper_interlaced"
     assert interlaced.track.kind == "circle"
     assert interlaced.track.speed == 0.2
-    assert interlaced.grasp == train.grasp
+    assert interlaced.servo.stale_after == train.servo.stale_after
 
 
 def test_seed_duration_and_overrides_win_over_the_file_and_the_last_one_over_the_others():

@@ -124,7 +124,7 @@ def test_follows_a_textured_body_under_noise(centroid):
 
 def test_guards_hold_against_flicker_and_noise():
     def worst(light, noise, table, **overrides):
-        flow = NormalFlow(NormalFlowParameters.preset("scaled", **overrides))
+        flow = NormalFlow(NormalFlowParameters.preset("scaled", centroid="mean", **overrides))
         distance = 0.0
         for k in range(6):
 
@@ -170,7 +170,7 @@ def test_only_the_window_is_looked_at():
         return np.maximum(box(40.0 + cycle, 50.0), box(120.0, 60.0 + cycle))
 
     for path in ("integer", "float"):
-        parameters = NormalFlowParameters.preset("scaled", path=path)
+        parameters = NormalFlowParameters.preset("scaled", path=path, centroid="mean")
         whole, _ = detect(NormalFlow(parameters), two_bodies)
         mask, region = detect(NormalFlow(parameters, window), two_bodies)
         assert whole[:, 90:].any()
