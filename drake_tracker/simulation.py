@@ -52,9 +52,11 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
         out.mkdir(parents=True, exist_ok=True)
         save_scenario(scenario, out / "scenario.yaml")
     if out is not None and record:
+        from drake_tracker.record.motion_snapshot import add_motion_snapshot
         from drake_tracker.record.video import add_camera_video
 
         recorders.append(add_camera_video(builder, hand_eye, scenario, out / "cameras.mp4"))
+        recorders.append(add_motion_snapshot(builder, hand_eye, out / "motion.png"))
     if meshcat or (out is not None and record):
         from drake_tracker.record.scene import add_scene_recording
 

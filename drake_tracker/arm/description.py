@@ -85,11 +85,17 @@ def add_arm(plant, description):
     return ArmParts(arm, gripper)
 
 
-def couple_fingers(plant, gripper, description):
-    """Makes the second finger follow the first, and gives the driven finger its servo. Call before Finalize()."""
+def couple_fingers(plant, gripper, description, grip_force=25.0):
+    """Makes the second finger follow the first, and gives the driven finger its drive. Call before Finalize().
+
+    The coupling shares the drive's force equally between the pads, so that a ``grip_force`` [N] on each takes a drive of
+    twice that.
+    """
     driven, follower = (plant.GetJointByName(name, gripper) for name in FINGERS)
     plant.AddCouplerConstraint(follower, driven, 1.0)
-    (actuator,) = actuators_of(plant, gripper)
+    (strongest,) = actuators_of(plant, gripper)
+    plant.RemoveJointActuator(strongest)
+    actuator = plant.AddJointActuator(strongest.name(), driven, min(2.0 * grip_force, strongest.effort_limit()))
     actuator.set_controller_gains(
         PdControllerGains(p=description.finger_stiffness, d=description.finger_damping)
     )

@@ -27,12 +27,12 @@ class Laboratory:
     train_body: object
 
 
-def add_laboratory(builder, description, train_body, table_height, time_step, decorate=None):
+def add_laboratory(builder, description, train_body, table_height, time_step, grip_force=25.0, decorate=None):
     """Adds the plant and its scene graph to a diagram.
 
     Args:
       description: an `ArmDescription`. train_body: which train ("plain", "striped", ...). table_height [m].
-      time_step: the plant's step [s]. decorate: called with the plant before it is finalized, to add visuals.
+      time_step: the plant's step [s]. grip_force: on each pad [N]. decorate: called with the plant before it is finalized, to add visuals.
 
     Returns Laboratory.
     """
@@ -41,7 +41,7 @@ def add_laboratory(builder, description, train_body, table_height, time_step, de
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
     parts = add_arm(plant, description)
-    couple_fingers(plant, parts.gripper, description)
+    couple_fingers(plant, parts.gripper, description, grip_force)
     set_servo_gains(plant, parts.arm, description.servo_inertia, description.servo_bandwidth)
     parser = models_parser(plant)
     (table,) = parser.AddModelsFromUrl("package://drake_tracker_models/table/table.sdf")

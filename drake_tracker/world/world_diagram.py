@@ -50,6 +50,7 @@ class WorldDiagram(Diagram):
             scenario.train.body,
             scenario.table_height,
             scenario.time_step,
+            scenario.grasp.grip_force,
             decorate=lambda plant: add_track_visual(plant, track, scenario.table_height),
         )
         plant = laboratory.plant
