@@ -27,12 +27,13 @@ class Laboratory:
     train_body: object
 
 
-def add_laboratory(builder, description, train_body, table_height, time_step, grip_force=25.0, decorate=None):
+def add_laboratory(builder, description, train_body, table_height, time_step, decorate=None, grip_force=25.0):
     """Adds the plant and its scene graph to a diagram.
 
     Args:
       description: an `ArmDescription`. train_body: which train ("plain", "striped", ...). table_height [m].
-      time_step: the plant's step [s]. grip_force: on each pad [N]. decorate: called with the plant before it is finalized, to add visuals.
+      time_step: the plant's step [s]. decorate: called with the plant before it is finalized, to add visuals.
+      grip_force: on each pad [N].
 
     Returns Laboratory.
     """

@@ -50,8 +50,8 @@ class WorldDiagram(Diagram):
             scenario.train.body,
             scenario.table_height,
             scenario.time_step,
-            scenario.grasp.grip_force,
             decorate=lambda plant: add_track_visual(plant, track, scenario.table_height),
+            grip_force=scenario.grasp.grip_force,
         )
         plant = laboratory.plant
         plant.set_name("plant")
