@@ -27,7 +27,7 @@ __all__ = sorted(_PUBLIC)
 
 
 def __getattr__(name):
-    """Loads a public name when it is first used: Drake takes a second to import, and `--help` should not wait for it."""
+    """Loads a public name at its first use: Drake takes a second to import, and `--help` should not wait for it."""
     if name not in _PUBLIC:
         raise AttributeError(f"module 'drake_tracker' has no attribute {name!r}")
     return getattr(importlib.import_module(_PUBLIC[name]), name)

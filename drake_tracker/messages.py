@@ -44,9 +44,9 @@ ArmCommand = namedview(
     "ArmCommand", ["phase", "motion", "duration", "frame", "height", "frozen", "jaw_width"]
 )
 """What the grasp machine asks of the arm: the phase's number, a counter that starts a new straight-line motion when it
-changes, that motion's duration [s], the ``frame`` to move in (0 home, 1 with the object, 2 standing where the object was
-when the motion began), height of the tool above the object's reference point [m], ``frozen`` = 1 while vision is not
-used, jaw opening [m]."""
+changes, that motion's duration [s], the ``frame`` to move in (0 home, 1 with the object, 2 standing where the object
+was when the motion began), height of the tool above the object's reference point [m], ``frozen`` = 1 while vision is
+not used, jaw opening [m]."""
 
 ToolStatus = namedview("ToolStatus", ["motion", "fraction", "flipping", "x", "y", "z", "yaw", "branch"])
 """Where the commanded tool is: the motion's counter, how much of it is done (0 to 1), ``flipping`` = 1 while the jaws

@@ -88,8 +88,8 @@ def add_arm(plant, description):
 def couple_fingers(plant, gripper, description, grip_force=25.0):
     """Makes the second finger follow the first, and gives the driven finger its drive. Call before Finalize().
 
-    The coupling shares the drive's force equally between the pads, so that a ``grip_force`` [N] on each takes a drive of
-    twice that.
+    The coupling shares the drive's force equally between the pads, so that a ``grip_force`` [N] on each takes a drive
+    of twice that.
     """
     driven, follower = (plant.GetJointByName(name, gripper) for name in FINGERS)
     plant.AddCouplerConstraint(follower, driven, 1.0)

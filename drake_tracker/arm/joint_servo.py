@@ -1,4 +1,4 @@
-"""The joint servos: the plant's own actuator PD control, Drake's inverse dynamics as feed-forward, smooth set-points."""
+"""The joint servos: the plant's own actuator PD control, Drake's inverse dynamics ahead of it, smooth set-points."""
 
 from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.controllers import InverseDynamics

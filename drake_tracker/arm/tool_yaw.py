@@ -39,7 +39,8 @@ def flip_duration(half_turns, yaw_rate):
     """Returns the time [s] in which the jaws turn over by ``half_turns`` while the path turns at ``yaw_rate`` [rad/s].
 
     Turning over mostly unwinds what the path has wound up, and joint 6 feels the difference of the two: that is not
-    counted on, for the path may straighten meanwhile. Where the path has begun to bend the other way it feels their sum.
+    counted on, for the path may straighten meanwhile. Where the path has begun to bend the other way it feels their
+    sum.
     """
     allowed = FLIP_SPEED - max(math.copysign(1.0, half_turns) * yaw_rate, 0.0)
     return PEAK_OVER_MEAN * math.pi * abs(half_turns) / max(allowed, 0.5 * FLIP_SPEED)

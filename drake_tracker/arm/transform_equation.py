@@ -5,9 +5,9 @@ Two chains of transforms lead from the world W to the grasping position G::
     Base . T6 . Tool . Drive  =  Obj . Grasp
     X_WS   X_SM  X_MT   X_TG      X_WO   X_OG
 
-Base (W to the shoulder S), Tool (joint 6's frame M to the tool T) and Grasp (the object O to G) are known, Obj comes from
-vision by way of the servo, T6 from the joints. The equation is solved for Drive when a motion begins. Drive is then
-shrunk to the identity while Obj keeps moving, and the equation is solved for Base . T6 . Tool, the pose of the tool,
+Base (W to the shoulder S), Tool (joint 6's frame M to the tool T) and Grasp (the object O to G) are known, Obj comes
+from vision by way of the servo, T6 from the joints. The equation is solved for Drive when a motion begins. Drive is
+then shrunk to the identity while Obj keeps moving, and the equation is solved for Base . T6 . Tool, the tool's pose,
 from which inverse kinematics finds the joints: the hand goes straight to G *as seen from the object*.
 """
 

@@ -62,7 +62,10 @@ class HandEyeDiagram(Diagram):
             builder.Connect(arm.GetOutputPort(port), world.GetInputPort(port))
 
         exported = {
-            world: (*CAMERA_NAMES, "arm_state", "arm_effort", "jaws", "truth_train_state", "truth_verdict", "truth_query"),
+            world: (
+                *(*CAMERA_NAMES, "arm_state", "arm_effort", "jaws"),
+                *("truth_train_state", "truth_verdict", "truth_query"),
+            ),
             vision: (
                 *("motion_left", "motion_right", "motion_images_left", "motion_images_right"),
                 *("centroid_left", "centroid_right", "point"),

@@ -31,8 +31,8 @@ SIDES = ("left", "right")
 def make_diagram(scenario):
     """Returns the `HandEyeDiagram` of a scenario.
 
-    Everything random is drawn from ``scenario.seed``. Raises DrakeTrackerError, in one line, when the scenario cannot be
-    built: a file is missing, the track is out of reach, or the vision would never see the train.
+    Everything random is drawn from ``scenario.seed``. Raises DrakeTrackerError, in one line, when the scenario cannot
+    be built: a file is missing, the track is out of reach, or the vision would never see the train.
     """
     description = ARMS[type(scenario.arm).__name__]
     model = make_arm_model(description)
@@ -43,7 +43,8 @@ def make_diagram(scenario):
     check_track(scenario, track, model, q_initial)
 
     cameras = load_cameras(scenario)
-    windows = {side: project_window(cameras[side], scenario.vision.work_volume, scenario.vision.outline) for side in SIDES}
+    volume, outline = scenario.vision.work_volume, scenario.vision.outline
+    windows = {side: project_window(cameras[side], volume, outline) for side in SIDES}
     whole = (0, 0, scenario.cameras.width, scenario.cameras.height)
     rendered = {
         side: renderable_window(windows[side].bounds, *whole[2:]) if scenario.cameras.render_window else whole

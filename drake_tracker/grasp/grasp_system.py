@@ -10,8 +10,8 @@ from drake_tracker.messages import ArmCommand, JawState, Prediction, ServoTarget
 from drake_tracker.timing import GRASP_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
 
 GraspDiagnosis = namedview("GraspDiagnosis", ["phase", "attempts", "gate", "remembered_error", "records"])
-"""For the log: phase, attempts begun, why the machine waits (`Gate`), the worst lateral error [m] remembered for this place,
-the number of predictions judged so far."""
+"""For the log: phase, attempts begun, why the machine waits (`Gate`), the worst lateral error [m] remembered for this
+place, the number of predictions judged so far."""
 
 
 class GraspSystem(LeafSystem):

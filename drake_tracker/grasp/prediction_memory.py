@@ -22,8 +22,8 @@ MAX_GAP = 0.2
 """After a gap in the packets longer than this [s] nobody saw what came of the predictions made before it."""
 
 STAMP, X, Y, YAW, LATERAL, ALONG, TURN = range(7)
-"""Columns of a record: stamp [s] and place (x, y [m], yaw [rad]) from which the prediction was made, and its error over the
-horizon across the path [m], along it [m], and in direction [rad]."""
+"""Columns of a record: stamp [s] and place (x, y [m], yaw [rad]) from which the prediction was made, and its error over
+the horizon across the path [m], along it [m], and in direction [rad]."""
 
 
 NO_RECORDS = np.broadcast_to(0.0, (0, 7))  # read-only

@@ -98,6 +98,5 @@ def load_log(path):
     """Returns {name: Signal} of a file that `save_log` wrote."""
     with np.load(path) as arrays:
         names = [key for key in arrays.files if "." not in key]
-        return {
-            name: Signal(arrays[f"{name}.time"], arrays[name], tuple(arrays[f"{name}.names"].tolist())) for name in names
-        }
+        fields = {name: tuple(arrays[f"{name}.names"].tolist()) for name in names}
+        return {name: Signal(arrays[f"{name}.time"], arrays[name], fields[name]) for name in names}

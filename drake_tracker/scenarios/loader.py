@@ -180,5 +180,9 @@ def _find_files(scenario, folder):
         file = (Path.cwd() if here else folder) / text
         if file.is_file() and file.parent != PACKAGE_FOLDER:
             setattr(getattr(scenario, part), name, str(file.resolve()))
-        elif name == "csv" and not scenario_file(text).is_file():  # A calibration may be about to be made.
+        elif scenario_file(text).is_file():
+            continue
+        elif name == "calibration":  # It may be about to be made, beside the scenario.
+            setattr(getattr(scenario, part), name, str(file.resolve()))
+        else:
             raise DrakeTrackerError(f"{scenario.where('track.csv')}: there is no file {file}")

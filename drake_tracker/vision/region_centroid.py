@@ -61,25 +61,42 @@ def hull_centroid(mask, join_distance):
     mask = mask[v0 : v0 + height, u0 : u0 + width]
     _, labels, statistics, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     sizes = statistics[:, cv2.CC_STAT_AREA]
-    smallest = max(MINIMUM_FRAGMENT_PIXELS, MINIMUM_FRAGMENT_SHARE * sizes[1:].sum())
-    keep = np.where(sizes >= smallest, 255, 0).astype(np.uint8)
+    smallest = max(MINIMUM_FRAGMENT_PIXELS, MINIMUM_FRAGMENT_SHARE * cv2.countNonZero(mask))
+    keep = (sizes >= smallest).view(np.uint8)
     keep[0] = 0
-    fragments = keep[labels]
-    side = int(join_distance) + 1
-    joined = cv2.dilate(fragments, np.ones((side, side), np.uint8))
-    _, regions = cv2.connectedComponents(joined, connectivity=8)
-    rows, columns = np.nonzero(fragments)
-    if rows.size == 0:
+    kept = np.count_nonzero(keep)
+    if kept == 0:
         return None
-    region_of_pixel = regions[rows, columns]
-    inside = region_of_pixel == np.bincount(region_of_pixel).argmax()
-    points = np.column_stack([columns[inside], rows[inside]]).astype(np.float32)
-    moments = cv2.moments(cv2.convexHull(points))
+    fragments = keep.take(labels)
+    points = cv2.findNonZero(fragments).reshape(-1, 2)
+    if kept > 1:
+        points = _largest_region(points, fragments, int(join_distance) + 1)
+    moments = cv2.moments(cv2.convexHull(_row_ends(points)))
     if moments["m00"] > 0.0:
         u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
     else:  # All pixels on one line: the hull has no area.
         u, v = points.mean(axis=0)
     return RegionCentroid(float(u) + u0, float(v) + v0, len(points))
+
+
+def _largest_region(points, fragments, side):
+    """Returns those of the points (n, 2) of ``fragments`` that hang together when each is grown to a square."""
+    joined = cv2.dilate(fragments, np.ones((side, side), np.uint8))
+    count, regions = cv2.connectedComponents(joined, connectivity=8)
+    if count == 2:  # The background and one region.
+        return points
+    region_of_point = regions[points[:, 1], points[:, 0]]
+    return points[region_of_point == np.bincount(region_of_point).argmax()]
+
+
+def _row_ends(points):
+    """Returns the first and the last of the points (n, 2) of every row: no other can be a corner of their hull.
+
+    The points come row by row, from left to right. There are several times fewer ends, and a hull's time is sorting.
+    """
+    rows = points[:, 1]
+    last = np.flatnonzero(rows[1:] != rows[:-1])
+    return points[np.concatenate(([0], last, last + 1, [rows.size - 1]))]
 
 
 def brightness_gate(mask, image, background):

@@ -26,8 +26,8 @@ class VisionDiagram(Diagram):
         - motion_images_right
 
     ``camera_*`` are ImageRgba8U; ``point`` is a `TrackPoint`, ``centroid_*`` are `Centroid` vectors as they come out of
-    the pipeline, a lag after their stamp; ``motion_*`` is the `MotionEnergy` and ``motion_images_*`` all intermediate images of the newest cycle, for
-    pictures.
+    the pipeline, a lag after their stamp; ``motion_*`` is the `MotionEnergy` and ``motion_images_*`` all
+    intermediate images of the newest cycle, for pictures.
 
     Args:
       cameras: {"left": CameraModel, "right": CameraModel}, calibrated. windows: the same keys, `Window`.

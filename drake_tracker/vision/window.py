@@ -55,8 +55,8 @@ def check_box(box):
 def footprint(work_volume, outline):
     """Returns the outline, shape (n, 2) [m], of a work volume seen from above.
 
-    ``outline`` "box": the box itself. "ellipse": the ellipse inscribed in it; an oval of track does not use a box's corners,
-    and the far ones lie where the arm's links move in the image.
+    ``outline`` "box": the box itself. "ellipse": the ellipse inscribed in it; an oval of track does not use a box's
+    corners, and the far ones lie where the arm's links move in the image.
 
     Raises DrakeTrackerError on another outline.
     """

@@ -1,7 +1,7 @@
 """The judge: decides from truth whether the train was taken. It sits outside the loop; nothing in the loop reads it.
 
-The train counts as taken when it hangs at least `LIFTED` above where it ran, touched by both fingers, for `HELD`. The judge
-also sees to it that the arm never touches the table.
+The train counts as taken when it hangs at least `LIFTED` above where it ran, touched by both fingers, for `HELD`. The
+judge also watches whether the arm touches the table.
 """
 
 import numpy as np
@@ -10,6 +10,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import LeafSystem
 
+from drake_tracker.arm.description import FINGERS
 from drake_tracker.timing import VISION_PERIOD
 
 LIFTED = 0.10
@@ -26,8 +27,8 @@ Verdict = namedview(
     ["lift", "left_contact", "right_contact", "held_since", "held", "taken", "derailed", "table_touched"],
 )
 """The judge's findings: height above the rail [m], contact of each finger with the train, since when it is held [s] (0:
-not), for how long [s], ``taken`` = 1 once it was held long enough, ``derailed`` = 1 while it lies off its track, touched by
-no finger, with no way back, ``table_touched`` = 1 once the arm touched the table."""
+not), for how long [s], ``taken`` = 1 once it was held long enough, ``derailed`` = 1 while it lies off its track,
+touched by no finger, with no way back, ``table_touched`` = 1 once the arm touched the table."""
 
 
 class JudgeSystem(LeafSystem):
@@ -51,8 +52,8 @@ class JudgeSystem(LeafSystem):
         plant = laboratory.plant
         self._rest_height = table_height + train_height
         self._train = laboratory.train_body.index()
-        fingers = [plant.GetJointByName(name, laboratory.gripper).child_body() for name in ("finger_left", "finger_right")]
-        self._fingers = [body.index() for body in fingers]
+        fingers = [plant.GetJointByName(name, laboratory.gripper) for name in FINGERS]
+        self._fingers = [finger.child_body().index() for finger in fingers]
         self._table = set(plant.GetBodyIndices(laboratory.table)) | {plant.world_body().index()}
         self._arm_bodies = set(plant.GetBodyIndices(laboratory.arm)) | set(plant.GetBodyIndices(laboratory.gripper))
         self._contacts = self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))

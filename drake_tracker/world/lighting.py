@@ -23,8 +23,8 @@ _PBR_INTENSITY = 1.8
 def _lamp(azimuth_deg, intensity, look_at, shadows):
     """Returns a lamp that shines on ``look_at`` (3,) [m, W] from the direction ``azimuth_deg`` about W's z axis.
 
-    A directional light is the cheaper one to render, but its shadow map must span all of the scene, so a lamp that casts
-    shadows is a spot light.
+    A directional light is the cheaper one to render, but its shadow map must span all of the scene, so a lamp that
+    casts shadows is a spot light.
     """
     azimuth, elevation = np.deg2rad([azimuth_deg, _ELEVATION_DEG])
     towards_lamp = np.array(
@@ -43,8 +43,8 @@ def _lamp(azimuth_deg, intensity, look_at, shadows):
 def make_lights(lighting, cameras):
     """Returns the list of `LightParameter` of the scenario's ``lighting``.
 
-    side "cameras": a lamp beside each camera, so that all faces that the cameras see are lit alike. "one_side": one lamp
-    to the left of both cameras, and beside the right one a faint one for the light that the walls of a room throw back.
+    side "cameras": a lamp beside each camera, so that all faces that the cameras see are lit alike. "one_side": one
+    lamp to the left of both cameras, and beside the right one a faint one for the light that a room's walls throw back.
 
     ``cameras`` is the scenario's ``cameras`` (azimuth_deg, look_at). Raises DrakeTrackerError on another side.
     """

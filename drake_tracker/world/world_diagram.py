@@ -30,9 +30,9 @@ class WorldDiagram(Diagram):
         - truth_verdict
         - truth_query
 
-    Inputs: joint set-points (q, v), gravity torques [N m], and (q, v) of the driven finger. ``camera_*`` are
-    ImageRgba8U at 60 Hz, ``arm_state`` is (q, v), ``arm_effort`` the drives' torques [N m], ``jaws`` a `JawState`: these may be read by the controller. The
-    ``truth_*`` ports are for judges, logs and viewers alone.
+    Inputs: joint set-points (q, v), feed-forward torques [N m], and (q, v) of the driven finger. ``camera_*`` are
+    ImageRgba8U at 60 Hz, ``arm_state`` is (q, v), ``jaws`` a `JawState`: these may be read by the controller.
+    ``arm_effort``, the drives' torques [N m], is logged. The ``truth_*`` ports are for judges, logs and viewers alone.
 
     Args:
       scenario: a Scenario. description: an `ArmDescription`. q_initial: the arm's start [rad].
