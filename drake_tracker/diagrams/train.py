@@ -16,7 +16,7 @@ from drake_tracker.link.lossy_link_system import LossyLinkSystem
 from drake_tracker.scenarios.loader import scenario_file
 from drake_tracker.timing import ESTIMATOR_SLOT, vision_slot
 from drake_tracker.vision.calibration import load_calibration
-from drake_tracker.vision.normal_flow import NormalFlowParameters
+from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.vision_diagram import VisionDiagram
 from drake_tracker.vision.window import project_window
 from drake_tracker.world.cameras import describe_rig, renderable_window

@@ -5,7 +5,6 @@ may build on another one of its file with ``base: NAME``.  ``train:interlaced`` 
 ``train.yaml`` that comes with the package, ``my/file.yaml:name`` an entry of the user's own file.
 """
 
-import dataclasses
 import difflib
 from pathlib import Path
 

@@ -51,7 +51,7 @@ def hull_centroid(mask, join_distance):
     leans elsewhere as the object turns. The area within the outermost edges does not.
 
     The hull believes its outermost pixels, so they must belong to the object. Fragments of a few pixels are dropped.
-    Fragments no farther apart than ``join_distance`` [px] (horizontally and vertically) are taken as edges of one
+    Fragments with at most ``join_distance`` pixels between them, horizontally and vertically, are taken as edges of one
     region, and of the regions the one with most moving pixels is used. ``join_distance`` should be the longest gap
     that a plain object leaves between its front and rear edges.
     """
@@ -92,11 +92,12 @@ def _largest_region(points, fragments, side):
 def _row_ends(points):
     """Returns the first and the last of the points (n, 2) of every row: no other can be a corner of their hull.
 
-    The points come row by row, from left to right. There are several times fewer ends, and a hull's time is sorting.
+    The points come row by row, from left to right. The ends are several times fewer, and a hull's time is sorting.
     """
     rows = points[:, 1]
-    last = np.flatnonzero(rows[1:] != rows[:-1])
-    return points[np.concatenate(([0], last, last + 1, [rows.size - 1]))]
+    ends = np.ones(len(points), bool)
+    ends[1:-1] = rows[2:] != rows[:-2]
+    return points.compress(ends, axis=0)
 
 
 def brightness_gate(mask, image, background):

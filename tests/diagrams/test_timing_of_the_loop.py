@@ -20,7 +20,7 @@ from drake_tracker.timing import (
     servo_slot,
     vision_slot,
 )
-from drake_tracker.vision.normal_flow import NormalFlowParameters
+from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
 ROOMS = ("film", "vision", "host", "link", "clock")

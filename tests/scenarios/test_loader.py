@@ -14,7 +14,7 @@ from drake_tracker.link.lossy_link import LossyLink
 from drake_tracker.scenarios import list_scenarios, load_scenario, save_scenario, scenario_file, validate
 from drake_tracker.scenarios.reader import setting_keys
 from drake_tracker.scenarios.scenario import AlphaBetaGamma, ArcLength, Lossy, NormalFlow, Perfect, Scenario, Servo
-from drake_tracker.vision.normal_flow import NormalFlowParameters
+from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 
 
 def errors_of(*args, **kwargs):

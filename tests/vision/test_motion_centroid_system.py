@@ -11,7 +11,8 @@ from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.messages import Centroid, message_size
 from drake_tracker.timing import ESTIMATOR_SLOT, LAG_CYCLES, TIME_STEP, VISION_PERIOD, vision_slot
 from drake_tracker.vision.motion_centroid_system import MotionCentroidSystem, add_motion_centroid
-from drake_tracker.vision.normal_flow import MotionImages, NormalFlow, NormalFlowParameters
+from drake_tracker.vision.normal_flow import MotionImages, NormalFlow
+from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 
 WIDTH, HEIGHT = 120, 96
 SPEED_U, SPEED_V = 48.0, 12.0

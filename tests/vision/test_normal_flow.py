@@ -3,7 +3,8 @@ import pytest
 from scipy import ndimage
 
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.vision.normal_flow import NormalFlow, NormalFlowParameters, erode_isolated
+from drake_tracker.vision.normal_flow import NormalFlow, erode_isolated
+from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 
 PERIOD = 1.0 / 60.0
 ROWS, COLUMNS = np.mgrid[0:120, 0:160].astype(float)

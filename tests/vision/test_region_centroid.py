@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from drake_tracker.vision.normal_flow import NormalFlow, NormalFlowParameters
+from drake_tracker.vision.normal_flow import NormalFlow
+from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.region_centroid import brightness_gate, hull_centroid, mean_centroid
 
 SIZE = 200

@@ -7,7 +7,7 @@ from pydrake.systems.primitives import LogVectorOutput
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.messages import Centroid, TrackPoint
 from drake_tracker.timing import LAG_CYCLES, VISION_PERIOD
-from drake_tracker.vision.normal_flow import NormalFlowParameters
+from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
 PORTS = [
