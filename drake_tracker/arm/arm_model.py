@@ -29,6 +29,7 @@ class ArmModel:
         self.position_upper = np.array([joint.position_upper_limits()[0] for joint in joints])
         self.velocity_limit = np.array([joint.velocity_upper_limits()[0] for joint in joints])
         self.num_joints = len(joints)
+        self.effort_limit = np.array([plant.GetJointActuatorByName(joint.name()).effort_limit() for joint in joints])
 
     def tool_pose(self, q):
         """Returns X_WT (RigidTransform) at arm positions q [rad]."""
@@ -44,6 +45,11 @@ class ArmModel:
             context, JacobianWrtVariable.kV, self.tool_frame, np.zeros(3), world, world
         )
         return X_WT, J_WT[:, self._columns]
+
+    def inertia(self, q):
+        """Returns what each joint feels of the arm's inertia at q, its rotor's included, shape (n,) [kg m^2]."""
+        M = self.plant.CalcMassMatrix(self._context_at(q))
+        return np.diag(M)[self._columns]
 
     def _context_at(self, q):
         context = self.plant.CreateDefaultContext()

@@ -10,6 +10,8 @@ from pydrake.multibody.inverse_kinematics import (
 
 SPEED_SHARE = 0.95
 """Share of each joint's rated speed that a set-point may use: the rest is the joint servo's, to correct with."""
+EFFORT_SHARE = 0.85
+"""Share of each drive's torque that a change of speed may use, gravity and friction apart."""
 LIMIT_MARGIN = np.deg2rad(2.0)
 """Distance that set-points keep from each joint limit [rad]."""
 
@@ -44,6 +46,20 @@ def step_joints(model, parameters, q, X_WT_desired):
     v = np.asarray(result.joint_velocities)
     reached = np.linalg.norm(J_WT @ v - V_WT) <= 1e-3 * max(1.0, np.linalg.norm(V_WT))
     return q + time_step * v, bool(reached)
+
+
+def limit_acceleration(model, parameters, q, v_last, q_next):
+    """Returns (q_next, v): the next set-point [rad], held back where the drives cannot change speed so fast.
+
+    ``v_last`` [rad/s] is the speed of the last step. What cannot be slowed at once overshoots by a little, and the next
+    steps bring it back.
+    """
+    time_step = parameters.get_time_step()
+    change = EFFORT_SHARE * model.effort_limit / model.inertia(q) * time_step
+    v = np.clip((q_next - q) / time_step, v_last - change, v_last + change)
+    lower, upper = parameters.get_joint_position_limits()
+    q_next = np.clip(q + time_step * v, lower, upper)
+    return q_next, (q_next - q) / time_step
 
 
 def rehearse(model, parameters, q, tool_poses, tolerance):

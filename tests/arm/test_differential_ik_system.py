@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for
-from drake_tracker.arm.differential_ik import make_parameters, step_joints
+from drake_tracker.arm.differential_ik import limit_acceleration, make_parameters, step_joints
 from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
 from drake_tracker.timing import IK_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
 
@@ -29,12 +29,28 @@ def start(arm_model, q_initial, goal=GOAL):
 def test_it_takes_one_step_each_period_in_its_slot(arm_model, q_initial):
     system, simulator = start(arm_model, q_initial)
     port, parameters, q = system.GetOutputPort("q_commanded"), make_parameters(arm_model, SERVO_PERIOD), q_initial
+    v = np.zeros_like(q)
     for k in range(8):
         simulator.AdvanceTo(k * SERVO_PERIOD + TICK - 0.02 * TIME_STEP)
         np.testing.assert_array_equal(port.Eval(simulator.get_context()), q)
         simulator.AdvanceTo(k * SERVO_PERIOD + TICK + 0.02 * TIME_STEP)
-        q, _ = step_joints(arm_model, parameters, q, GOAL)
+        wanted, _ = step_joints(arm_model, parameters, q, GOAL)
+        q, v = limit_acceleration(arm_model, parameters, q, v, wanted)
         np.testing.assert_array_equal(port.Eval(simulator.get_context()), q)
+
+
+def test_no_change_of_speed_asks_for_more_than_the_drives_have(arm_model, q_initial):
+    parameters = make_parameters(arm_model, SERVO_PERIOD)
+    q, v = q_initial, np.zeros_like(q_initial)
+    turned = RigidTransform(RotationMatrix.MakeZRotation(2.5) @ GOAL.rotation(), GOAL.translation())
+    asked = []
+    for k in range(40):  # back and forth, as a hand would that follows a bad estimate
+        wanted, _ = step_joints(arm_model, parameters, q, turned if k // 8 % 2 else GOAL)
+        before = v
+        q, v = limit_acceleration(arm_model, parameters, q, v, wanted)
+        asked.append(arm_model.inertia(q) * np.abs(v - before) / SERVO_PERIOD / arm_model.effort_limit)
+    assert 0.8 < np.max(asked) < 0.9
+    assert np.all(q > arm_model.position_lower) and np.all(q < arm_model.position_upper)
 
 
 def test_it_arrives_and_stays(arm_model, q_initial):
