@@ -42,12 +42,12 @@ def test_the_command_writes_a_file_that_loads(tmp_path, capsys):
         np.testing.assert_allclose(loaded[name].X_CW, model.X_CW, atol=1e-8)
 
 
-@pytest.mark.parametrize("name", ["train_cameras.yaml", "train_cameras_interlaced.yaml"])
+@pytest.mark.parametrize("name", ["train", "train:interlaced"])
 def test_the_packages_files_are_within_a_millimetre(name):
-    from drake_tracker.scenarios import scenario_file
+    from drake_tracker.scenarios import load_scenario, scenario_file
 
-    cameras = Cameras(fov_deg=17.0 if "interlaced" in name else 30.0)
-    models = load_calibration(scenario_file(name), rig=describe_rig(cameras))
+    cameras = load_scenario(name).cameras
+    models = load_calibration(scenario_file(cameras.calibration), rig=describe_rig(cameras))
     assert rms(calibration_error(models, true_camera_models(cameras))) < 0.001
 
 

@@ -149,7 +149,8 @@ def test_the_resolved_scenario_gives_the_same_run(episode):
 
 def test_nothing_else_is_left(episode):
     left = {path.name for path in episode.out.iterdir()}
-    assert left == {"summary.json", "log.npz", "recording.html", "cameras.mp4", "tracking.png", "scenario.yaml"}
+    pictures = {"recording.html", "cameras.mp4", "tracking.png", "motion.png"}
+    assert left == {"summary.json", "log.npz", "scenario.yaml"} | pictures
 
 
 def test_the_same_seed_gives_the_same_summary():
