@@ -59,7 +59,7 @@ class NormalFlowMethod:
         if len(self._buffer) < self._flow.buffer_length:
             return None
         images = tuple(self._buffer)[:: self._flow.stride]
-        return self._flow.centroid(self._flow.mask(*images), images[1])
+        return self._flow.centroid(self._flow.mask(*images))
 
 
 class DenseFlowMethod:

@@ -88,7 +88,7 @@ class NormalFlow:
     smoothing_sigma: Optional[float] = setting(None, "standard deviation of the Gaussian", "px", (0.01, 10.0))
     min_pixels: Optional[int] = setting(None, "moving pixels that make a valid centroid", "px", (1, 65536))
     join_distance: Optional[int] = setting(None, "gap across which the hull joins edges", "px", (0, 512))
-    brightness_gate: Optional[bool] = setting(None, "drop moving pixels no brighter than the background")
+    brightness_gate: Optional[bool] = setting(None, "drop moving pixels never brighter than the background: shadows")
 
 
 @dataclass
@@ -163,7 +163,8 @@ class Servo:
 class Grasp:
     """The motor schema: what is known of the object beforehand, heights, durations, and what opens the gate.
 
-    Heights are of the tool above the object's reference point, the centre of its body.
+    Heights are of the tool above the object's reference point, where its motion was seen. That lies a few millimetres
+    below the centre of its body, since wheels move too: jaws that close a little higher close on the middle.
     """
 
     object_width: float = setting(0.040, "width of the object between the jaws", "m", (0.005, 0.085))
@@ -171,7 +172,7 @@ class Grasp:
     jaw_speed: float = setting(0.40, "rate at which the opening changes", "m/s", (0.02, 0.40))
     grip_force: float = setting(25.0, "force on each pad that the gripper's drive gives", "N", (1.0, 25.0))
     hover_height: float = setting(0.22, "height while tracking", "m", (0.10, 0.40))
-    grasp_height: float = setting(0.0, "height at which the jaws close", "m", (-0.01, 0.03))
+    grasp_height: float = setting(0.004, "height at which the jaws close", "m", (-0.01, 0.03))
     lift_height: float = setting(0.15, "height after the lift", "m", (0.02, 0.40))
     approach_duration: float = setting(1.0, "time to get above the object", "s", (0.2, 10.0))
     descent_duration: float = setting(0.36, "time of the descent", "s", (0.2, 5.0))

@@ -104,7 +104,7 @@ class MotionCentroidSystem(LeafSystem):
             stamp = context.get_time() - self._stamp_age
             images = smoothed[:: self._detector.stride]
             mask = self._detector.mask(*images)
-            region = self._detector.centroid(mask, images[len(images) // 2])
+            region = self._detector.centroid(mask)
             u0, v0 = self._offset
             if region is None:
                 centroid = np.array([stamp, 0.0, 0.0, 0.0, 0.0])

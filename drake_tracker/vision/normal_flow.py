@@ -118,13 +118,13 @@ class NormalFlow:
         )
         exceeds = self._exceeds_integer if self._integer else self._exceeds_float
         energy[inner] = erode_isolated(candidates[inner] & exceeds(size[inner], *gradients))
+        if self.parameters.brightness_gate:
+            energy = brightness_gate(energy, (image0, image1, image2), self._median(image1))
         return energy
 
-    def centroid(self, mask, image1):
+    def centroid(self, mask):
         """Steps 9-11: returns the `RegionCentroid` of a mask, or None when too few pixels move."""
         p = self.parameters
-        if p.brightness_gate:
-            mask = brightness_gate(mask, image1, self._median(image1))
         region = mean_centroid(mask) if p.centroid == "mean" else hull_centroid(mask, p.join_distance)
         if region is None or region.pixel_count < p.min_pixels:
             return None

@@ -15,7 +15,7 @@ MINIMUM_FRAGMENT_SHARE = 0.02
 """Fragments that hold a smaller share of all moving pixels are stray pixels too."""
 BRIGHTNESS_PERCENTILE = 90
 """Moving pixels as bright as this percentile are taken to show the object itself."""
-BRIGHTNESS_FRACTION = 0.25
+BRIGHTNESS_FRACTION = 0.2
 """Share of the way from the still background to the object that a pixel must reach to pass the brightness gate."""
 
 
@@ -100,19 +100,24 @@ def _row_ends(points):
     return points.compress(ends, axis=0)
 
 
-def brightness_gate(mask, image, background):
-    """Returns the mask without the moving pixels that are not clearly brighter than the background.
+def brightness_gate(mask, images, background):
+    """Returns the mask without the moving pixels that are never clearly brighter than the background.
 
-    A cast shadow moves with the object and darkens the table: its pixels are no brighter than the background. For
-    objects that are brighter than what they move over.
+    A cast shadow moves with the object and darkens the table: its pixels show the table or the shadow, no more. A pixel
+    on the object's outline shows the object in one of the images and what lies behind it in another, so that the
+    brightest is what counts. For objects that are brighter than what they move over, on all sides: a side that no lamp
+    reaches is dropped like a shadow.
 
     Args:
         mask: the moving pixels.
-        image: shape of the mask, the image in which they move, in any unit of brightness.
+        images: the images between which they move, each of the mask's shape, in any unit of brightness.
         background: brightness of what the object moves over, such as the median of the image.
     """
-    if not mask.any():
+    moving = mask > 0
+    if not moving.any():
         return mask
-    bright = np.percentile(image[mask > 0], BRIGHTNESS_PERCENTILE)
-    passes = image > background + BRIGHTNESS_FRACTION * (bright - background)
-    return np.where(passes, mask, np.uint8(0))
+    brightest = np.max([image[moving] for image in images], axis=0)
+    object_brightness = np.percentile(brightest, BRIGHTNESS_PERCENTILE)
+    gated = np.zeros_like(mask)
+    gated[moving] = 255 * (brightest > background + BRIGHTNESS_FRACTION * (object_brightness - background))
+    return gated

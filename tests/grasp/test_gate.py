@@ -220,6 +220,7 @@ def test_what_is_rehearsed_is_the_descent_of_the_hand_set_point_by_set_point(arm
     for k, X_WT in enumerate(heard["poses"], start=1):  # the set-point of ``start`` has been given already
         x, y, z, yaw = circle(start + k * SERVO_PERIOD)
         left = 1.0 - share_done(k * SERVO_PERIOD / PARAMETERS.descent_duration)
-        expected = tool_down([x, y, z + left * PARAMETERS.hover_height], yaw + np.pi)
+        height = left * PARAMETERS.hover_height + (1.0 - left) * PARAMETERS.grasp_height
+        expected = tool_down([x, y, z + height], yaw + np.pi)
         np.testing.assert_allclose(X_WT.translation(), expected.translation(), atol=5e-4)  # knots are .05 s apart
         np.testing.assert_allclose(X_WT.rotation().matrix(), expected.rotation().matrix(), atol=1e-3)

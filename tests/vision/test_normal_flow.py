@@ -35,7 +35,7 @@ def detect(flow, pictures):
     """Returns (mask, region) of buffered pictures given as a function of the cycle, I1 being cycle 0."""
     images = [flow.smooth(pictures(cycle)) for cycle in (-flow.stride, 0, flow.stride)]
     mask = flow.mask(*images)
-    return mask, flow.centroid(mask, images[1])
+    return mask, flow.centroid(mask)
 
 
 def test_integer_path_agrees_with_the_float_path():

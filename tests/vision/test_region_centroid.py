@@ -58,7 +58,7 @@ def errors(kind, shadow=None, **overrides):
             flow.smooth(draw(kind, centre + 0.85 * cycle * direction, heading, shadow, seed=10 * k + cycle + 2))
             for cycle in (-2, 0, 2)
         ]
-        region = flow.centroid(flow.mask(*images), images[1])
+        region = flow.centroid(flow.mask(*images))
         assert region is not None
         offset = np.array([region.u, region.v]) - centre
         found.append([offset @ direction, offset @ [-direction[1], direction[0]]])
@@ -132,6 +132,14 @@ def test_brightness_gate_keeps_the_bright_side():
     mask = np.full((4, 4), 255, np.uint8)
     mask[0] = 0
     image = np.array([[200.0] * 4, [20.0] * 4, [60.0] * 4, [150.0] * 4])
-    assert (brightness_gate(mask, image, background=50.0)[:, 0] == [0, 0, 0, 255]).all()
+    images = (image, image, image)
+    assert (brightness_gate(mask, images, background=50.0)[:, 0] == [0, 0, 0, 255]).all()
     empty = np.zeros((4, 4), np.uint8)
-    assert not brightness_gate(empty, image, background=50.0).any()
+    assert not brightness_gate(empty, images, background=50.0).any()
+
+
+def test_brightness_gate_keeps_the_outline():
+    """A pixel that the object uncovers shows the table in the newest image, and belongs to the object all the same."""
+    mask = np.array([[255, 255, 0]], np.uint8)
+    before, after = np.array([[150.0, 150.0, 50.0]]), np.array([[150.0, 50.0, 50.0]])
+    assert (brightness_gate(mask, (before, after, after), background=50.0) == [[255, 255, 0]]).all()
