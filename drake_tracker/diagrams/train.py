@@ -24,7 +24,12 @@ from drake_tracker.world.plant import TRAIN_HEIGHT
 from drake_tracker.world.world_diagram import WorldDiagram
 
 ARMS = {"Puma560": PUMA560}
-ESTIMATOR_KINDS = {"ArcLength": "arc_length", "AlphaBetaGamma": "alpha_beta_gamma"}
+ESTIMATOR_KINDS = {
+    "ArcLength": "arc_length",
+    "AlphaBetaGamma": "alpha_beta_gamma",
+    "CoordinatedTurn": "coordinated_turn",
+    "ClosedPath": "closed_path",
+}
 SIDES = ("left", "right")
 
 

@@ -9,10 +9,14 @@ time [s] of the newest point in it.
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.estimation.arc_length import ArcLength
 from drake_tracker.estimation.cartesian import AlphaBetaGamma
+from drake_tracker.estimation.closed_path import ClosedPath
+from drake_tracker.estimation.coordinated_turn import CoordinatedTurn
 
 ESTIMATORS = {
     "arc_length": ArcLength,
     "alpha_beta_gamma": AlphaBetaGamma,
+    "coordinated_turn": CoordinatedTurn,
+    "closed_path": ClosedPath,
 }
 """The kinds of estimator by name."""
 

@@ -136,6 +136,25 @@ class AlphaBetaGamma:
 
 
 @dataclass
+class CoordinatedTurn:
+    """An extended Kalman filter of an object that drives and bends as it drives."""
+
+    speed_noise: float = setting(0.02, "how the speed wanders", "m/s/sqrt(s)", (1e-6, 1.0))
+    bend_noise: float = setting(8.0, "how the curvature wanders with the way", "1/m/sqrt(m)", (1e-3, 1000.0))
+    start_sigma: float = setting(0.002, "noise of a point supposed at first", "m", (0.00001, 0.1))
+    systematic_std: float = setting(0.0, "error of a point that the filter cannot see", "m", (0.0, 0.1))
+    restart_after: float = setting(1.0, "gap between points after which it starts afresh", "s", (0.02, 10.0))
+    ready_after: float = setting(0.3, "time span of points needed for a prediction", "s", (0.1, 10.0))
+
+
+@dataclass
+class ClosedPath:
+    """A filter that notices that the path comes round, learns it, and predicts along it."""
+
+    systematic_std: float = setting(0.0, "error of a point that the filter cannot see", "m", (0.0, 0.1))
+
+
+@dataclass
 class Perfect:
     """A link that delivers every packet at once."""
 
@@ -210,7 +229,7 @@ class Scenario:
     lighting: Lighting = setting(Lighting, "the light")
     cameras: Cameras = setting(Cameras, "the cameras")
     vision: Rendered = setting(Rendered, "from images to points")
-    estimator: Union[ArcLength, AlphaBetaGamma] = setting(ArcLength, "from points to predicted path")
+    estimator: Union[ArcLength, AlphaBetaGamma, CoordinatedTurn, ClosedPath] = setting(ArcLength, "from points to predicted path")
     link: Union[Perfect, Lossy] = setting(Perfect, "from the host to the arm's controller")
     servo: Servo = setting(Servo, "from packets to a pose every 30 ms")
     grasp: Grasp = setting(Grasp, "what the hand does next")

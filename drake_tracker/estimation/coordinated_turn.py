@@ -1,0 +1,270 @@
+"""The coordinated-turn filter: an extended Kalman filter of an object that drives, and turns as it drives.
+
+Its state is where the object is, where it heads, how fast it drives and how sharply it bends. A stretch of constant
+curvature driven at constant speed is predicted exactly, so that the model matches a track of straights and bends, and
+errs where one becomes the other. The turn rate is curvature times speed: kept as the state itself, as in Bar-Shalom, Li
+and Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 11.7, it would go on turning an
+object that has stopped. Speed wanders with time and curvature with the way driven. Speed may be negative: an object
+that backs up keeps its heading.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.estimation.alpha_beta_gamma import read_only
+from drake_tracker.estimation.coverage import HORIZON, Coverage
+
+X, Y, HEADING, SPEED, BEND = range(5)
+"""Elements of the state: p_WQ [m], heading [rad], speed [m/s] along it, curvature [1/m], positive to the left."""
+START_POINTS = 8
+"""Points through which the first straight line is laid."""
+SIGMA_LIMITS = (1e-4, 0.02)
+"""Smallest and largest noise of a point [m] that is believed."""
+SLOWEST = 0.02
+"""Curvature wanders with the way driven, at this speed [m/s] at least: a rest does not freeze it."""
+_SMALL_ANGLE = 1e-6
+_SIGMA_TIME = 1.0
+"""Time constant of the noise estimate [s]."""
+
+
+@dataclass(frozen=True)
+class CoordinatedTurnState:
+    """What the filter remembers (arrays are read-only).
+
+    stamp: time of the newest point [s]. mean (5,), covariance (5, 5): of `X` ... `BEND`. height (2,): z [m] and climb
+    [m/s], height_covariance (2, 2). sigma: noise of one point, per axis [m]. start: rows (stamp, x, y, z) of the first
+    points, None once the filter runs. since: stamp of the first point [s].
+    """
+
+    stamp: float
+    mean: np.ndarray
+    covariance: np.ndarray
+    height: np.ndarray
+    height_covariance: np.ndarray
+    sigma: float
+    start: tuple | None
+    since: float
+    ready: bool
+    coverage: Coverage = Coverage()
+
+    def __deepcopy__(self, memo):
+        return self
+
+
+class CoordinatedTurn:
+    """The estimator; functional, all memory is in the `CoordinatedTurnState` that `update` returns.
+
+    Args:
+        speed_noise: how the speed wanders, standard deviation of its change in a second [m/s/sqrt(s)].
+        bend_noise: how the curvature wanders, standard deviation of its change in a metre [1/m/sqrt(m)].
+        climb_noise: how the climb wanders, as the speed [m/s/sqrt(s)].
+        start_sigma: noise of a point [m, per axis] supposed at first.
+        systematic_std: error of a point [m] that the filter cannot see, for `predict_std`.
+        restart_after: a gap between points [s] after which the filter starts afresh.
+        ready_after: time span of points [s] needed for a prediction.
+    """
+
+    def __init__(
+        self,
+        *,
+        speed_noise=0.02,
+        bend_noise=8.0,
+        climb_noise=0.005,
+        start_sigma=0.002,
+        systematic_std=0.0,
+        restart_after=1.0,
+        ready_after=0.3,
+    ):
+        for name, value in (("speed_noise", speed_noise), ("bend_noise", bend_noise), ("climb_noise", climb_noise)):
+            if not 0.0 < value < math.inf:
+                raise DrakeTrackerError(f"coordinated_turn: {name} is {value}; it must be positive and finite")
+        self.speed_noise, self.bend_noise, self.climb_noise = speed_noise, bend_noise, climb_noise
+        self.start_sigma = start_sigma
+        self.systematic_std = systematic_std
+        self.restart_after = restart_after
+        self.ready_after = ready_after
+
+    def initial_state(self):
+        return CoordinatedTurnState(
+            stamp=-math.inf,
+            mean=read_only(np.zeros(5)),
+            covariance=read_only(np.eye(5)),
+            height=read_only(np.zeros(2)),
+            height_covariance=read_only(np.eye(2)),
+            sigma=self.start_sigma,
+            start=(),
+            since=math.inf,
+            ready=False,
+        )
+
+    def ready(self, state):
+        """Returns whether there is enough data for a prediction."""
+        return state.ready
+
+    def update(self, state, stamp, p_WQ):
+        """Returns the state after a point p_WQ, shape (3,) [m, W], captured at ``stamp`` [s].
+
+        A point that is None, not finite, or not newer than the newest one returns the state as it is.
+        """
+        if p_WQ is None or not math.isfinite(stamp) or stamp <= state.stamp:
+            return state
+        x, y, z = (float(value) for value in p_WQ)
+        if not math.isfinite(x + y + z):
+            return state
+        dt = stamp - state.stamp
+        if dt > self.restart_after:
+            return self._start(replace(state, coverage=state.coverage.forget()), (), (stamp, x, y, z))
+        if state.start is not None:
+            return self._start(state, state.start, (stamp, x, y, z))
+        mean, covariance = self.propagate(state.mean, state.covariance, dt)
+        variance = state.sigma**2
+        mean, covariance, residual, hph = correct(mean, covariance, np.array([x, y]), variance)
+        height, height_covariance = self._update_height(state, z, dt, variance)
+        # What a corrected state leaves of a residual, plus what the correction took up, is the noise (Mehra 1972).
+        measured = 0.5 * (residual @ residual + hph)
+        gain = 1.0 - math.exp(-dt / _SIGMA_TIME)
+        sigma = math.sqrt(variance + gain * (measured - variance))
+        ready = state.ready or stamp - state.since >= self.ready_after
+        coverage = state.coverage.judge(stamp, mean[X], mean[Y])
+        if ready and coverage.wants(stamp):
+            later, spread = self.propagate(mean, covariance, HORIZON)
+            coverage = coverage.keep(stamp, later[X], later[Y], math.sqrt(spread[X, X] + spread[Y, Y]))
+        return CoordinatedTurnState(
+            stamp=float(stamp),
+            mean=read_only(mean),
+            covariance=read_only(covariance),
+            height=height,
+            height_covariance=height_covariance,
+            sigma=min(max(sigma, SIGMA_LIMITS[0]), SIGMA_LIMITS[1]),
+            start=None,
+            since=state.since,
+            ready=ready,
+            coverage=coverage,
+        )
+
+    def propagate(self, mean, covariance, dt):
+        """Returns mean and covariance of the state ``dt`` [s] later; any dt >= 0 in one step."""
+        later, jacobian = turn_step(mean, dt)
+        covariance = jacobian @ covariance @ jacobian.T
+        speed = later[SPEED]
+        q_speed, q_bend = self.speed_noise**2, self.bend_noise**2 * max(abs(speed), SLOWEST)
+        covariance[SPEED, SPEED] += q_speed * dt
+        covariance[BEND, BEND] += q_bend * dt
+        covariance[HEADING, HEADING] += speed**2 * q_bend * dt**3 / 3.0
+        covariance[HEADING, BEND] += speed * q_bend * dt**2 / 2.0
+        covariance[BEND, HEADING] += speed * q_bend * dt**2 / 2.0
+        # Wandering speed moves the object along its path, wandering curvature across it.
+        c, s = math.cos(later[HEADING]), math.sin(later[HEADING])
+        along, across = q_speed * dt**3 / 3.0, speed**4 * q_bend * dt**5 / 20.0
+        covariance[X, X] += c * c * along + s * s * across
+        covariance[Y, Y] += s * s * along + c * c * across
+        covariance[X, Y] += c * s * (along - across)
+        covariance[Y, X] += c * s * (along - across)
+        return later, covariance
+
+    def _start(self, state, start, row):
+        """Collects the first points; lays a straight line through them once there are enough."""
+        start = (*start, row)
+        stamp, _, _, _ = row
+        rows = np.array(start)
+        sigma = state.sigma
+        since = rows[0, 0]
+        mean, covariance = np.array([*rows[-1, 1:3], state.mean[HEADING], 0.0, 0.0]), np.eye(5)
+        height, height_covariance = np.array([rows[:, 3].mean(), 0.0]), np.diag([sigma**2, 1e-4])
+        if len(rows) >= START_POINTS:
+            age = rows[:, 0] - stamp
+            slope, at_end = np.polyfit(age, rows[:, 1:3], 1)
+            spread = np.sum((age - age.mean()) ** 2)
+            speed = math.hypot(*slope)
+            rate_variance = sigma**2 / spread
+            mean = np.array([*at_end, math.atan2(slope[1], slope[0]), speed, 0.0])
+            place_variance = 4.0 * sigma**2 / len(rows)
+            heading_variance = min(rate_variance / max(speed, 1e-3) ** 2, math.pi**2)
+            covariance = np.diag([place_variance, place_variance, heading_variance, rate_variance, 25.0])
+            start = None
+        return CoordinatedTurnState(
+            stamp=float(stamp),
+            mean=read_only(mean),
+            covariance=read_only(covariance),
+            height=read_only(height),
+            height_covariance=read_only(height_covariance),
+            sigma=sigma,
+            start=start,
+            since=float(since),
+            ready=False,
+            coverage=state.coverage,
+        )
+
+    def _update_height(self, state, z, dt, variance):
+        """Returns z and climb, and their covariance, after a Kalman step."""
+        (a, b), (_, d) = state.height_covariance
+        q = self.climb_noise**2
+        a, b, d = a + dt * (2.0 * b + dt * d) + q * dt**3 / 3.0, b + dt * d + q * dt**2 / 2.0, d + q * dt
+        height, climb = state.height
+        height += dt * climb
+        gain, climb_gain = a / (a + variance), b / (a + variance)
+        residual = z - height
+        covariance = np.array([[(1.0 - gain) * a, (1.0 - gain) * b], [(1.0 - gain) * b, d - climb_gain * b]])
+        return read_only(np.array([height + gain * residual, climb + climb_gain * residual])), read_only(covariance)
+
+    def predict(self, state, times):
+        """Returns rows x, y, z [m, W], yaw [rad] at absolute ``times`` [s], shape (n, 4); yaw is the heading."""
+        tau = np.asarray(times, dtype=float) - (state.stamp if math.isfinite(state.stamp) else 0.0)
+        x, y, heading, speed, bend = state.mean
+        half = 0.5 * bend * speed * tau
+        chord = speed * tau * np.sinc(half / np.pi)
+        rows = np.empty((len(tau), 4))
+        rows[:, 0] = x + chord * np.cos(heading + half)
+        rows[:, 1] = y + chord * np.sin(heading + half)
+        rows[:, 2] = state.height[0] + tau * state.height[1]
+        rows[:, 3] = heading + 2.0 * half
+        return rows
+
+    def predict_std(self, state, times):
+        """Returns the expected horizontal error [m] at absolute ``times`` [s], shape (n,), 68 of 100 within it."""
+        tau = np.asarray(times, dtype=float) - (state.stamp if math.isfinite(state.stamp) else 0.0)
+        variances = np.empty(len(tau))
+        for k, ahead in enumerate(np.maximum(tau, 0.0)):
+            _, covariance = self.propagate(state.mean, state.covariance, ahead)
+            variances[k] = covariance[X, X] + covariance[Y, Y]
+        return np.sqrt(state.coverage.factor**2 * variances + self.systematic_std**2)
+
+
+def turn_step(mean, dt):
+    """Returns the state ``dt`` [s] later without noise, and the Jacobian of that, shape (5, 5)."""
+    x, y, heading, speed, bend = mean.tolist()
+    way = speed * dt
+    half = 0.5 * bend * way  # of the angle turned: the chord's direction is the heading plus this
+    if abs(half) > _SMALL_ANGLE:
+        shape, slope = math.sin(half) / half, (math.cos(half) - math.sin(half) / half) / half
+    else:
+        shape, slope = 1.0 - half * half / 6.0, -half / 3.0
+    c, s = math.cos(heading + half), math.sin(heading + half)
+    chord = way * shape
+    later = np.array([x + chord * c, y + chord * s, heading + 2.0 * half, speed, bend])
+    jacobian = np.eye(5)
+    jacobian[X, HEADING], jacobian[Y, HEADING] = -chord * s, chord * c
+    for element, to_way, to_half in ((SPEED, dt, 0.5 * bend * dt), (BEND, 0.0, 0.5 * way)):
+        growth, swing = shape * to_way + way * slope * to_half, chord * to_half
+        jacobian[X, element], jacobian[Y, element] = growth * c - swing * s, growth * s + swing * c
+        jacobian[HEADING, element] = 2.0 * to_half
+    return later, jacobian
+
+
+def correct(mean, covariance, point, variance):
+    """Kalman correction by a point (2,) [m] with noise ``variance`` per axis [m^2].
+
+    Returns (mean, covariance, residual left (2,) [m], the trace of the corrected covariance of the place [m^2]).
+    """
+    innovation = point - mean[:2]
+    (a, b), (_, d) = covariance[:2, :2] + variance * np.eye(2)
+    determinant = a * d - b * b
+    inverse = np.array([[d, -b], [-b, a]]) / determinant
+    gain = covariance[:, :2] @ inverse
+    mean = mean + gain @ innovation
+    covariance = covariance - gain @ covariance[:2, :]
+    covariance = 0.5 * (covariance + covariance.T)
+    return mean, covariance, point - mean[:2], covariance[X, X] + covariance[Y, Y]

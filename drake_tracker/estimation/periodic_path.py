@@ -1,0 +1,147 @@
+"""A closed path learned from points: position as a periodic function of arc length, by Bayesian linear regression.
+
+Each coordinate is a Fourier series over the lap. Where the curvature of a track jumps, as between a straight and a
+bend, the amplitudes fall with the third power of the harmonic; that is the prior, and it keeps the many harmonics that
+a sharp bend needs from following the noise where there is none.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_tracker.estimation.alpha_beta_gamma import read_only
+
+SHORTEST_WAVE = 0.05
+"""Finest detail of a path [m]."""
+MOST_HARMONICS = 40
+AMPLITUDE = 0.25
+"""Prior standard deviation of harmonic k: this share of the lap's length, over k cubed."""
+REFINEMENTS = 2
+ARC_NODES = 400
+OFFSET = 1.0
+"""Prior standard deviation of the path's mean place [m]."""
+
+
+@dataclass(frozen=True)
+class PeriodicPath:
+    """A learned path (arrays are read-only).
+
+    length: of the lap [m]. coefficients (n, 3): of x, y, z [m] for the basis 1, cos, sin, cos 2, sin 2, ...
+    covariance (n, n) [m^2]: of the coefficients of each coordinate.
+    """
+
+    length: float
+    coefficients: np.ndarray
+    covariance: np.ndarray
+
+    def __deepcopy__(self, memo):
+        return self
+
+    @property
+    def harmonics(self):
+        return len(self.coefficients) // 2
+
+    def points(self, s):
+        """Returns positions (n, 3) [m, W] at arc lengths ``s`` (n,) [m]."""
+        return basis(s, self.length, self.harmonics) @ self.coefficients
+
+    def points_and_tangents(self, s):
+        """Returns positions (n, 3) [m, W] and their derivatives by arc length (n, 3) at ``s`` (n,) [m]."""
+        rows = basis(s, self.length, self.harmonics)
+        return rows @ self.coefficients, slope(rows, self.length) @ self.coefficients
+
+    def variance(self, s):
+        """Returns the variance [m^2] of each coordinate of the path at ``s`` (n,) [m]."""
+        rows = basis(s, self.length, self.harmonics)
+        return np.einsum("ij,jk,ik->i", rows, self.covariance, rows)
+
+
+def basis(s, length, harmonics):
+    """Returns rows 1, cos w, sin w, cos 2w, sin 2w, ... at w = 2 pi s / length, shape (n, 2 harmonics + 1)."""
+    angle = np.multiply.outer((2.0 * math.pi / length) * np.asarray(s, dtype=float), np.arange(1, harmonics + 1))
+    rows = np.empty((len(angle), 2 * harmonics + 1))
+    rows[:, 0] = 1.0
+    rows[:, 1::2] = np.cos(angle)
+    rows[:, 2::2] = np.sin(angle)
+    return rows
+
+
+def slope(rows, length):
+    """Returns the derivatives by s of rows of `basis`."""
+    rates = (2.0 * math.pi / length) * np.arange(1, rows.shape[1] // 2 + 1)
+    slopes = np.zeros_like(rows)
+    slopes[:, 1::2] = -rates * rows[:, 2::2]
+    slopes[:, 2::2] = rates * rows[:, 1::2]
+    return slopes
+
+
+def learn_path(s, points, length, variance):
+    """Returns (`PeriodicPath`, arc lengths (n,) [m]) of a closed path from points (n, 3) [m], in the order driven.
+
+    ``s`` (n,) and ``length`` [m]: how far had been driven at each point, and in a lap, as far as is known. A filter's
+    speed is off by a percent here and there, and a path that is learned with it seems to be driven unevenly. But the
+    learned path knows how long it is: it is measured, and learned again by its own arc length.
+    """
+    for _ in range(REFINEMENTS):
+        nodes, arc = _arc_length(fit_path(s, points, length, variance))
+        laps, rest = np.divmod(s, length)
+        s, length = laps * arc[-1] + np.interp(rest, nodes, arc), float(arc[-1])
+    return fit_path(s, points, length, variance), s
+
+
+def straighten(path, s):
+    """Returns the same path, by its own arc length once more, and ``s`` [m] so measured.
+
+    A path that goes on learning from an object of changing speed comes to be labelled unevenly: see `learn_path`.
+    """
+    nodes, arc = _arc_length(path)
+    even = np.linspace(0.0, arc[-1], ARC_NODES)[:-1]
+    rows = basis(even, arc[-1], path.harmonics)
+    coefficients = np.linalg.lstsq(rows, path.points(np.interp(even, arc, nodes)), rcond=None)[0]
+    laps, rest = divmod(s, path.length)
+    straight = PeriodicPath(float(arc[-1]), read_only(coefficients), path.covariance)
+    return straight, float(laps * arc[-1] + np.interp(rest, nodes, arc))
+
+
+def _arc_length(path):
+    """Returns labels of the path over one lap, and the true arc length [m] at each, both (ARC_NODES,)."""
+    nodes = np.linspace(0.0, path.length, ARC_NODES)
+    _, tangents = path.points_and_tangents(nodes)
+    steps = np.hypot(tangents[:, 0], tangents[:, 1])
+    return nodes, np.append(0.0, np.cumsum(0.5 * (steps[1:] + steps[:-1]) * np.diff(nodes)))
+
+
+def fit_path(s, points, length, variance):
+    """Returns the `PeriodicPath` of a lap of ``length`` [m] through points (n, 3) [m] at arc lengths ``s`` (n,) [m].
+
+    ``variance``: of the noise of a point, per axis [m^2].
+    """
+    harmonics = min(max(math.ceil(length / SHORTEST_WAVE), 4), MOST_HARMONICS)
+    rows = basis(s, length, harmonics)
+    deviations = np.empty(2 * harmonics + 1)
+    deviations[0] = OFFSET
+    deviations[1:] = np.repeat(AMPLITUDE * length / np.arange(1, harmonics + 1) ** 3, 2)
+    information = rows.T @ rows / variance + np.diag(deviations**-2)
+    covariance = np.linalg.inv(information)
+    middle = points.mean(axis=0)
+    coefficients = covariance @ (rows.T @ (points - middle)) / variance
+    coefficients[0] += middle
+    return PeriodicPath(float(length), read_only(coefficients), read_only(0.5 * (covariance + covariance.T)))
+
+
+def improve_path(path, row, residual, variance, keep=1.0):
+    """Returns the path after one more point.
+
+    Args:
+      row: of `basis` at the point's arc length, shape (n,). residual: the point less the path there, shape (3,) [m].
+      variance: of the point's noise, per axis [m^2]. keep: share of what was known that is kept, 1 for all; less lets
+      the path follow one that changes slowly.
+    """
+    reach = path.covariance @ row
+    total = variance + row @ reach
+    covariance = path.covariance - np.multiply.outer(reach, reach / total)
+    if keep < 1.0:
+        covariance /= keep
+    coefficients = path.coefficients + np.multiply.outer(reach / total, residual)
+    return PeriodicPath(path.length, read_only(coefficients), read_only(covariance))
