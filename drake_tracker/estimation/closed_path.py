@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_tracker.estimation import closure
+from drake_tracker.estimation.alpha_beta_gamma import read_only
 from drake_tracker.estimation.closure import History
 from drake_tracker.estimation.coordinated_turn import (
     HEADING,
@@ -31,6 +32,12 @@ SURPRISE = 9.0
 """Mean square of residuals, over what is expected of it, at which the points have left the path."""
 SURPRISE_TIME = 0.15
 """Time constant of that mean [s]."""
+JUMP = 0.005
+"""A point farther than this [m], and six times the noise, from the filtered place has jumped."""
+RECENTLY = 0.5
+"""A jump so long [s] before the path is left is the reason for it."""
+NOISIER = 4.0
+"""The noise about the path is at most so many times the noise from point to point."""
 BRAKING = 0.01
 """An object that brakes hard may run behind by so much [m], and is still on its path."""
 NOISE_TIME = 4.0
@@ -72,7 +79,8 @@ class ClosedPathState:
     turn: the coordinated-turn filter's state. driven: arc length since the start [m]. history: what was driven.
     path: the learned `PeriodicPath`, None before closure. modes: state of the phase filter on it, None while the points
     are not on it. noise: of the points about the path. surprise: mean square residual over what is expected.
-    count: points so far. closed_at: arc length driven [m] at the closure. shortest: laps not longer than this [m] have
+    jumped: when a point was last far from all that the
+    coordinated turn could expect [s]. count: points so far. closed_at: arc length driven [m] at the closure. shortest: laps not longer than this [m] have
     been refuted.
     """
 
@@ -86,6 +94,7 @@ class ClosedPathState:
     count: int = 0
     closed_at: float = 0.0
     shortest: float = closure.SHORTEST_LAP
+    jumped: float = -math.inf
 
     def __deepcopy__(self, memo):
         return self
@@ -169,7 +178,10 @@ class ClosedPath:
         if turn.start is None:
             mean = turn.mean
             history = closure.remember(history, (stamp, driven, *point, mean[X], mean[Y], mean[HEADING]))
-        state = replace(state, turn=turn, driven=driven, history=history, count=state.count + 1)
+        jumped = state.jumped
+        if math.hypot(point[0] - turn.mean[X], point[1] - turn.mean[Y]) > JUMP + 6.0 * state.turn.sigma:
+            jumped = stamp
+        state = replace(state, turn=turn, driven=driven, history=history, jumped=jumped, count=state.count + 1)
         if state.modes is not None:
             state = self._follow(state, point, dt)
         if state.modes is None and state.turn.start is None and state.count % LOOK_EVERY == 0:
@@ -185,9 +197,11 @@ class ClosedPath:
         rows = history.rows[history.rows[:, closure.S] >= state.driven - history.lap - history.overlap]
         sigma = state.turn.sigma
         points = rows[:, closure.PX : closure.PZ + 1]
-        path, s = learn_path(rows[:, closure.S], points, history.lap, sigma**2)
+        path, s = learn_path(rows[:, closure.STAMP], rows[:, closure.S], points, history.lap, sigma**2)
         newest = slice(-RETRACED, None)
         noise = _noise_about(path, s[newest], points[newest])
+        # Of noise that hangs together more is left in the path than the fit supposes.
+        path = replace(path, covariance=read_only(path.covariance * (noise.effective / sigma**2)))
         modes = self._retrace(path, rows[newest, closure.STAMP], s[newest], points[newest], noise.effective)
         return replace(
             state, path=path, modes=modes, noise=noise, surprise=1.0, closed_at=state.driven,
@@ -214,7 +228,8 @@ class ClosedPath:
         place = Place(path, s)
         along, across = place.offset(point)
         path_variance = float(place.row @ path.covariance @ place.row)
-        expected = state.noise.variance + path_variance
+        # Points far from a wrong path look noisy, but not from one to the next.
+        expected = min(state.noise.variance, (NOISIER * state.turn.sigma) ** 2) + path_variance
         square = 0.5 * (along**2 / (expected + phase_variance + BRAKING**2) + across**2 / expected)
         surprise = state.surprise + (1.0 - math.exp(-dt / SURPRISE_TIME)) * (square - state.surprise)
         if surprise > SURPRISE:
@@ -232,8 +247,9 @@ class ClosedPath:
 
     def _leave(self, state):
         """The points are elsewhere: back to the coordinated turn, and a new search."""
-        refuted = state.driven - state.closed_at < state.path.length
-        if refuted:  # it was no closure: the search goes on with what is remembered, for something longer
+        moved = state.stamp - state.jumped < RECENTLY
+        if not moved and state.driven - state.closed_at < state.path.length:
+            # It was no closure: the search goes on with what is remembered, for something longer.
             return replace(state, modes=None, path=None, shortest=state.path.length + 0.05)
         # The object is elsewhere: what the filter makes of the jump would only mislead.
         return replace(
@@ -256,5 +272,4 @@ class ClosedPath:
             return self._turn.predict_std(state.turn, times)
         tau = np.maximum(np.asarray(times, dtype=float) - state.stamp, 0.0)
         s, phase_std = np.array([self._phase.ahead(state.modes, ahead) for ahead in tau.tolist()]).T
-        # The path's own error along itself is a matter of labels, and so counts in the phase already.
-        return np.sqrt(phase_std**2 + state.path.variance(s) + self.systematic_std**2)
+        return np.sqrt(phase_std**2 + 2.0 * state.path.variance(s) + self.systematic_std**2)

@@ -17,10 +17,14 @@ SHORTEST_WAVE = 0.05
 MOST_HARMONICS = 40
 AMPLITUDE = 0.25
 """Prior standard deviation of harmonic k: this share of the lap's length, over k cubed."""
-REFINEMENTS = 2
-ARC_NODES = 400
 OFFSET = 1.0
 """Prior standard deviation of the path's mean place [m]."""
+EVEN, EVEN_OVER = 0.07, 0.1
+"""Labels are even when their stretch varies by less than this share, averaged over so much of the way [m]."""
+REFINEMENTS = 2
+"""Times a path is learned again by its own arc length."""
+ARC_NODES = 400
+"""Places at which the arc length of a path is reckoned."""
 
 
 @dataclass(frozen=True)
@@ -76,13 +80,22 @@ def slope(rows, length):
     return slopes
 
 
-def learn_path(s, points, length, variance):
-    """Returns (`PeriodicPath`, arc lengths (n,) [m]) of a closed path from points (n, 3) [m], in the order driven.
+def learn_path(times, s, points, length, variance):
+    """Returns (`PeriodicPath`, labels (n,) [m]) of a closed path from points (n, 3) [m], in the order driven.
 
-    ``s`` (n,) and ``length`` [m]: how far had been driven at each point, and in a lap, as far as is known. A filter's
-    speed is off by a percent here and there, and a path that is learned with it seems to be driven unevenly. But the
-    learned path knows how long it is: it is measured, and learned again by its own arc length.
+    ``times`` (n,) [s]; ``s`` (n,) and ``length`` [m]: how far had been driven at each point, and in a lap, as far as is
+    known; ``variance``: of the noise of a point, per axis [m^2].
+
+    A path needs labels along it. Were the object driven evenly, time would be the best label there is: it is exact, and
+    a bias of the points along the path that comes again each lap is learned with the path. So time is tried first, and
+    kept if the path comes out even. Else its labels are its own arc length: a filter's way is off by a percent here and
+    there, but a learned path knows how long it is, and can be learned again by that.
     """
+    speed = length / (times[-1] - np.interp(s[-1] - length, s, times))
+    labels = s[-1] + speed * (times - times[-1])
+    path = fit_path(labels, points, length, variance)
+    if is_even(path):
+        return path, labels
     for _ in range(REFINEMENTS):
         nodes, arc = _arc_length(fit_path(s, points, length, variance))
         laps, rest = np.divmod(s, length)
@@ -90,11 +103,24 @@ def learn_path(s, points, length, variance):
     return fit_path(s, points, length, variance), s
 
 
+def is_even(path):
+    """Whether a metre of labels is about a metre of path everywhere, averaged over `EVEN_OVER`."""
+    nodes, arc = _arc_length(path)
+    reach = min(EVEN_OVER / path.length, 0.5)
+    ends = np.interp(np.arange(0.0, 1.0, 0.02) + reach, np.append(nodes, nodes[1:] + nodes[-1]) / nodes[-1],
+                     np.append(arc, arc[1:] + arc[-1]))
+    starts = np.interp(np.arange(0.0, 1.0, 0.02), nodes / nodes[-1], arc)
+    stretch = (ends - starts) / (reach * arc[-1])
+    return bool(np.std(stretch) <= EVEN)
+
+
 def straighten(path, s):
-    """Returns the same path, by its own arc length once more, and ``s`` [m] so measured.
+    """Returns the path by its own arc length once more if it has become uneven, and ``s`` [m] so measured.
 
     A path that goes on learning from an object of changing speed comes to be labelled unevenly: see `learn_path`.
     """
+    if is_even(path):
+        return path, s
     nodes, arc = _arc_length(path)
     even = np.linspace(0.0, arc[-1], ARC_NODES)[:-1]
     rows = basis(even, arc[-1], path.harmonics)
@@ -117,17 +143,24 @@ def fit_path(s, points, length, variance):
 
     ``variance``: of the noise of a point, per axis [m^2].
     """
-    harmonics = min(max(math.ceil(length / SHORTEST_WAVE), 4), MOST_HARMONICS)
+    harmonics = harmonics_of(length)
     rows = basis(s, length, harmonics)
-    deviations = np.empty(2 * harmonics + 1)
-    deviations[0] = OFFSET
-    deviations[1:] = np.repeat(AMPLITUDE * length / np.arange(1, harmonics + 1) ** 3, 2)
-    information = rows.T @ rows / variance + np.diag(deviations**-2)
+    information = rows.T @ rows / variance + np.diag(prior(length, harmonics) ** -2)
     covariance = np.linalg.inv(information)
     middle = points.mean(axis=0)
     coefficients = covariance @ (rows.T @ (points - middle)) / variance
     coefficients[0] += middle
     return PeriodicPath(float(length), read_only(coefficients), read_only(0.5 * (covariance + covariance.T)))
+
+
+def harmonics_of(length):
+    """Returns the number of harmonics for a lap of ``length`` [m]."""
+    return min(max(math.ceil(length / SHORTEST_WAVE), 4), MOST_HARMONICS)
+
+
+def prior(length, harmonics):
+    """Returns the prior standard deviations [m] of the coefficients, shape (2 harmonics + 1,)."""
+    return np.append(OFFSET, np.repeat(AMPLITUDE * length / np.arange(1, harmonics + 1) ** 3, 2))
 
 
 def improve_path(path, row, residual, variance, keep=1.0):

@@ -1,0 +1,123 @@
+import numpy as np
+import pytest
+from drives import PERIOD, Drive, errors, rms, stadium
+
+from drake_tracker.estimation import make_estimator
+from drake_tracker.world.tracks import make_track
+
+SPEED = 0.2
+
+
+def run(drive, horizon=0.75, points=None):
+    return errors(make_estimator("closed_path"), drive.times, drive.points if points is None else points, drive, horizon)
+
+
+def laps(drive, rows, first, last):
+    lap = rows[:, 0] / drive.lap_time(SPEED)
+    return rows[(lap >= first) & (lap < last)]
+
+
+@pytest.mark.parametrize("kind", ["stadium", "oval", "circle", "figure_eight"])
+def test_once_the_path_has_closed_it_is_known(kind):
+    track = stadium() if kind == "stadium" else make_track(kind)
+    drive = Drive(track, SPEED, 2.2 * track.length / SPEED)
+    state, rows = run(drive)
+    assert state.path.length == pytest.approx(track.length, rel=0.01)
+    after = laps(drive, rows, 1.2, 2.2)
+    assert rms(after[:, 1]) < 0.001
+    assert rms(after[:, 2]) < np.radians(1.0)
+
+
+def test_before_closure_it_is_the_coordinated_turn():
+    drive = Drive(stadium(), SPEED, 5.0)
+    _, rows = run(drive)
+    _, plain = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.75)
+    np.testing.assert_array_equal(rows, plain)
+
+
+def test_the_crossing_of_a_figure_eight_is_no_closure():
+    track = make_track("figure_eight")
+    drive = Drive(track, SPEED, 0.95 * track.length / SPEED)
+    state, _ = run(drive)
+    assert state.path is None
+
+
+def test_an_open_path_does_not_close():
+    drive = Drive(make_track("line", length=2.0), 0.15, 10.0)
+    state, _ = run(drive)
+    assert state.path is None
+
+
+def test_its_own_idea_of_its_error_is_honest():
+    drive = Drive(stadium(), SPEED, 30.0)
+    _, rows = run(drive)
+    after = laps(drive, rows, 1.2, 9.0)
+    assert 0.5 < np.mean(after[:, 1] < after[:, 3]) < 0.85
+
+
+def test_it_follows_a_changing_speed_and_beats_the_coordinated_turn():
+    drive = Drive(stadium(), lambda t: SPEED * (1.0 + 0.15 * np.sin(2 * np.pi * t / 4.0)), 26.0)
+    _, rows = run(drive)
+    _, plain = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.75)
+    assert rms(laps(drive, rows, 1.2, 3.0)[:, 1]) < 0.65 * rms(laps(drive, plain, 1.2, 3.0)[:, 1])
+
+
+def test_stop_and_go_and_backing_up_leave_it_on_its_path():
+    def speed(t):
+        if 10.0 < t < 12.0:
+            return 0.0
+        return -SPEED if 14.0 < t < 16.0 else SPEED
+
+    drive = Drive(stadium(), speed, 22.0)
+    state, rows = run(drive)
+    assert state.modes is not None
+    assert rms(rows[rows[:, 0] > 20.0, 1]) < 0.004
+
+
+def test_seconds_without_vision_are_survived():
+    drive = Drive(stadium(), SPEED, 18.0)
+    points = list(drive.points)
+    blind = slice(round(10.0 / PERIOD), round(13.0 / PERIOD))
+    points[blind] = [None] * len(points[blind])
+    state, rows = run(drive, points=points)
+    assert state.modes is not None
+    during = rows[(rows[:, 0] > 10.0) & (rows[:, 0] < 13.0)]
+    assert during[:, 1].max() < 0.003  # it knows where the object goes, and that it went on
+    assert during[-1, 3] > during[0, 3]  # and that it knows it less and less
+    assert rms(rows[rows[:, 0] > 13.5, 1]) < 0.001
+
+
+def test_after_a_moved_track_it_learns_again():
+    drive = Drive(stadium(), SPEED, 3.7 * stadium().length / SPEED)
+    moved = drive.times > 2.0 * drive.lap_time(SPEED)
+    points = drive.points + np.where(moved, 1.0, 0.0)[:, None] * [0.06, 0.02, 0.0]
+    state, rows = run(drive, points=points)
+    back = rows[rows[:, 0] > 3.2 * drive.lap_time(SPEED), 0]
+    for t in back[::20]:
+        assert state.path is not None
+    x, y = make_estimator("closed_path").predict(state, [drive.times[-1] + 0.75])[0, :2]
+    truth = drive.truth([drive.times[-1] + 0.75])[0, :2] + [0.06, 0.02]
+    assert np.hypot(x - truth[0], y - truth[1]) < 0.002
+
+
+def test_noise_that_hangs_together_is_not_taken_for_a_change_of_speed():
+    drive = Drive(stadium(), SPEED, 24.0, sigma=0.0)
+    white = np.random.default_rng(5).standard_normal((len(drive.times), 3))
+    noise = np.zeros_like(white)
+    for k in range(1, len(noise)):
+        noise[k] = 0.9 * noise[k - 1] + np.sqrt(1.0 - 0.81) * white[k]
+    _, rows = run(drive, points=drive.points + 0.001 * noise)
+    assert rms(laps(drive, rows, 1.3, 3.0)[:, 1]) < 0.004
+
+
+@pytest.mark.parametrize("lag_cycles", [2, 30])
+def test_the_lag_is_data(lag_cycles):
+    """Nothing is reckoned from the time of an update: points that come in bursts, late, give the same."""
+    drive = Drive(stadium(), SPEED, 10.0)
+    estimator = make_estimator("closed_path")
+    state = estimator.initial_state()
+    for k in range(0, len(drive.times), lag_cycles):
+        for t, p in zip(drive.times[k : k + lag_cycles], drive.points[k : k + lag_cycles], strict=True):
+            state = estimator.update(state, t, p)
+    plain, _ = run(drive)
+    np.testing.assert_array_equal(estimator.predict(state, [11.0]), estimator.predict(plain, [11.0]))

@@ -1,0 +1,141 @@
+import numpy as np
+import pytest
+from drives import HEIGHT, PERIOD, Drive, errors, rms, stadium
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.estimation import make_estimator
+from drake_tracker.estimation.coordinated_turn import BEND, HEADING, SPEED, correct, turn_step
+from drake_tracker.world.tracks import make_track
+
+
+@pytest.mark.parametrize("bend", [5.0, 0.0, -1e-7, -3.0])
+def test_jacobian_is_the_derivative(bend):
+    mean, dt, step = np.array([0.1, 0.2, 0.7, 0.15, bend]), 0.3, 1e-6
+    _, jacobian = turn_step(mean, dt)
+    for k in range(5):
+        e = step * np.eye(5)[k]
+        numeric = (turn_step(mean + e, dt)[0] - turn_step(mean - e, dt)[0]) / (2 * step)
+        np.testing.assert_allclose(jacobian[:, k], numeric, atol=1e-8)
+
+
+def test_one_long_step_is_many_short_ones():
+    estimator = make_estimator("coordinated_turn")
+    mean, covariance = np.array([0.5, 0.1, 1.0, 0.15, 4.0]), np.diag([1e-6, 1e-6, 1e-3, 1e-4, 0.5])
+    far, far_covariance = estimator.propagate(mean, covariance, 0.5)
+    for _ in range(500):
+        mean, covariance = estimator.propagate(mean, covariance, 0.001)
+    np.testing.assert_allclose(far, mean, atol=1e-9)
+    np.testing.assert_allclose(np.diag(far_covariance), np.diag(covariance), rtol=0.05)
+
+
+def test_correction_is_bayes_rule():
+    covariance = np.diag([4e-6, 1e-6, 0.1, 0.1, 1.0])
+    covariance[0, HEADING] = covariance[HEADING, 0] = 3e-4
+    mean, after, left, trace = correct(np.zeros(5), covariance, np.array([1e-3, 0.0]), 4e-6)
+    assert mean[0] == pytest.approx(0.5e-3)
+    assert mean[HEADING] == pytest.approx(3e-4 / 8e-6 * 1e-3)
+    assert after[0, 0] == pytest.approx(2e-6)
+    assert after[HEADING, HEADING] == pytest.approx(0.1 - 9e-8 / 8e-6)
+    np.testing.assert_allclose(left, [0.5e-3, 0.0])
+    assert trace == pytest.approx(2e-6 + 0.8e-6)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_circle_without_noise_is_predicted_exactly(direction):
+    track = make_track("circle", radius=0.15)
+    drive = Drive(track if direction > 0 else track.reversed(), 0.2, 6.0, sigma=0.0)
+    estimator = make_estimator("coordinated_turn")
+    state, rows = errors(estimator, drive.times, drive.points, drive, 0.75)
+    late = rows[:, 0] > 3.0
+    assert rows[late, 1].max() < 5e-4
+    assert abs(rows[late, 2]).max() < 0.01
+    assert state.mean[BEND] == pytest.approx(direction / 0.15, rel=0.02)
+    assert state.mean[SPEED] == pytest.approx(0.2, rel=0.005)
+
+
+@pytest.mark.parametrize("sigma", [0.0005, 0.004])
+def test_noise_is_estimated(sigma):
+    drive = Drive(stadium(), 0.15, 8.0, sigma)
+    state, _ = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.25)
+    assert state.sigma == pytest.approx(sigma, rel=0.3)
+
+
+def test_it_beats_alpha_beta_gamma_on_a_stadium():
+    """0.82 of it is what the benchmark asks for; a single run scatters."""
+    found = {}
+    for kind in ("coordinated_turn", "alpha_beta_gamma"):
+        drive = Drive(stadium(), 0.15, 20.0)
+        _, rows = errors(make_estimator(kind), drive.times, drive.points, drive, 0.75)
+        found[kind] = rms(rows[rows[:, 0] > 2.0, 1])
+    assert found["coordinated_turn"] < 0.8 * found["alpha_beta_gamma"]
+
+
+def test_its_own_idea_of_its_error_is_honest():
+    drive = Drive(stadium(), 0.15, 30.0)
+    _, rows = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.5)
+    rows = rows[rows[:, 0] > 5.0]
+    assert 0.55 < np.mean(rows[:, 1] < rows[:, 3]) < 0.8
+
+
+def test_at_rest_it_keeps_heading_and_place():
+    drive = Drive(make_track("circle", radius=0.15), lambda t: 0.15 if t < 4.0 else 0.0, 8.0)
+    state, rows = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.75)
+    at_rest = rows[:, 0] > 6.0
+    assert rows[at_rest, 1].max() < 0.01
+    assert abs(rows[at_rest, 2]).max() < 0.15
+    assert abs(state.mean[SPEED]) < 0.01
+
+
+def test_backing_up_keeps_the_heading():
+    drive = Drive(make_track("circle", radius=0.15), lambda t: np.clip(0.3 * (4.5 - t), -0.15, 0.15), 8.0)
+    state, rows = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.25)
+    assert state.mean[SPEED] == pytest.approx(-0.15, abs=0.01)
+    assert abs(rows[-60:, 2]).max() < 0.15
+
+
+def test_points_that_are_missing_late_or_broken_are_survived():
+    drive = Drive(stadium(), 0.15, 8.0)
+    estimator, rng = make_estimator("coordinated_turn"), np.random.default_rng(3)
+    state = estimator.initial_state()
+    assert np.isfinite(estimator.predict(state, [0.0, 1.0])).all()
+    assert np.isfinite(estimator.predict_std(state, [0.0, 1.0])).all()
+    for k, (t, p) in enumerate(zip(drive.times, drive.points, strict=True)):
+        if 300 <= k < 420:  # two seconds without
+            assert estimator.update(state, t, None) is state
+            continue
+        if rng.random() < 0.3:
+            assert estimator.update(state, t, None) is state
+            continue
+        assert estimator.update(state, t - 3.0, p) is state or not np.isfinite(state.stamp)
+        assert estimator.update(state, t, [np.nan, 0.0, 0.0]) is state
+        state = estimator.update(state, t, p)
+        rows = estimator.predict(state, t + np.linspace(0.0, 1.5, 31))
+        assert np.isfinite(rows).all()
+        assert np.isfinite(estimator.predict_std(state, t + np.linspace(0.0, 1.5, 31))).all()
+    assert np.hypot(*(estimator.predict(state, [drive.times[-1]])[0, :2] - drive.truth(drive.times[-1:])[0, :2])) < 0.01
+
+
+def test_height_is_averaged():
+    drive = Drive(stadium(), 0.15, 5.0, sigma=0.002)
+    state, _ = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.25)
+    assert estimator_height(state) == pytest.approx(HEIGHT, abs=0.001)
+
+
+def estimator_height(state):
+    return make_estimator("coordinated_turn").predict(state, [state.stamp])[0, 2]
+
+
+def test_noise_that_is_no_number_is_refused():
+    with pytest.raises(DrakeTrackerError, match="bend_noise is 0"):
+        make_estimator("coordinated_turn", bend_noise=0.0)
+
+
+def test_an_update_leaves_the_old_state_alone():
+    drive = Drive(stadium(), 0.15, 1.0)
+    estimator = make_estimator("coordinated_turn")
+    state, _ = errors(estimator, drive.times, drive.points, drive, 0.25)
+    mean = state.mean.copy()
+    estimator.update(state, drive.times[-1] + PERIOD, drive.points[-1])
+    np.testing.assert_array_equal(mean, state.mean)
+    with pytest.raises(ValueError):
+        state.mean[0] = 1.0

@@ -1,0 +1,69 @@
+import numpy as np
+import pytest
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.estimation.phase_filter import CRUISE, MANOEUVRE, PhaseFilter, spread
+
+PERIOD = 1.0 / 60.0
+
+
+def follow(ways, sigma=0.001, seed=0):
+    """Filters measured ways; returns (filter, final modes, probability of cruising over time)."""
+    rng = np.random.default_rng(seed)
+    phase = PhaseFilter()
+    modes = phase.start(ways[0], 0.15, 1e-6, 1e-3)
+    cruising = []
+    for way in ways[1:]:
+        modes = phase.propagate(modes, PERIOD)
+        modes = phase.correct(modes, way + sigma * rng.standard_normal(), sigma**2)
+        cruising.append(modes[CRUISE].probability)
+    return phase, modes, np.array(cruising)
+
+
+def test_at_constant_speed_it_becomes_sharp():
+    phase, modes, cruising = follow(0.15 * PERIOD * np.arange(1200))
+    assert cruising[-1] > 0.95
+    s, std = phase.ahead(modes, 0.75)
+    assert s == pytest.approx(0.15 * (1199 * PERIOD + 0.75), abs=0.0008)
+    assert std < 0.0006
+
+
+def test_it_notices_braking_and_follows():
+    t = PERIOD * np.arange(900)
+    ways = np.where(t < 10.0, 0.15 * t, 1.5 + 0.15 * 0.5 * (1.0 - np.exp(-(t - 10.0) / 0.5)))
+    phase, modes, cruising = follow(ways)
+    assert cruising[550] > 0.9
+    assert cruising[600:660].min() < 0.2
+    assert phase.ahead(modes, 0.5)[0] == pytest.approx(ways[-1], abs=0.004)
+
+
+def test_probabilities_sum_to_one_and_mixing_keeps_mean_and_spread():
+    phase = PhaseFilter()
+    modes = phase.start(1.0, 0.1, 1e-6, 1e-4)
+    modes = phase.correct(phase.propagate(modes, PERIOD), 1.003, 1e-6)
+    assert sum(mode.probability for mode in modes) == pytest.approx(1.0)
+    s, variance = spread(modes)
+    assert min(m.mean[0] for m in modes) <= s <= max(m.mean[0] for m in modes)
+    assert variance > 0.0
+    moved, same = spread(phase.shift(modes, 0.5))
+    assert moved == pytest.approx(s + 0.5) and same == pytest.approx(variance)
+
+
+def test_an_acceleration_fades_as_it_should():
+    """The matrix exponential of Van Loan against the closed form of Singer's model."""
+    phase = PhaseFilter(manoeuvre_noise=0.3, fading=0.5)
+    modes = phase.start(0.0, 0.1, 0.0, 0.0)
+    mean = modes[MANOEUVRE].mean + [0.0, 0.0, 0.2]
+    modes = (modes[CRUISE], modes[MANOEUVRE]._replace(mean=mean, covariance=np.zeros((3, 3)), probability=1.0))
+    modes = (modes[CRUISE]._replace(probability=0.0), modes[MANOEUVRE])
+    tau, f = 0.8, 0.5
+    s, std = phase.ahead(modes, tau)
+    assert s == pytest.approx(0.1 * tau + 0.2 * f * (tau - f * (1.0 - np.exp(-tau / f))))
+    u = np.linspace(0.0, tau, 4001)
+    reach = f * (tau - u - f * (1.0 - np.exp(-(tau - u) / f)))
+    assert std == pytest.approx(np.sqrt(np.trapezoid(0.09 * reach**2, u)), rel=1e-3)
+
+
+def test_noise_that_is_no_number_is_refused():
+    with pytest.raises(DrakeTrackerError, match="fading is -1"):
+        PhaseFilter(fading=-1.0)
