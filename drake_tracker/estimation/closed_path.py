@@ -23,8 +23,8 @@ from drake_tracker.estimation.coordinated_turn import (
     CoordinatedTurn,
     CoordinatedTurnState,
 )
-from drake_tracker.estimation.periodic_path import PeriodicPath, basis, improve_path, learn_path, slope, straighten
-from drake_tracker.estimation.phase_filter import PhaseFilter, spread
+from drake_tracker.estimation.periodic_path import PeriodicPath, basis, improve_path, is_even, learn_even_path, learn_path, slope, straighten
+from drake_tracker.estimation.phase_filter import CRUISE, PhaseFilter, spread
 
 LOOK_EVERY = 3
 """Points between two looks for a closure."""
@@ -46,6 +46,8 @@ MOST_CORRELATED = 0.95
 """Greatest correlation from one point to the next that is believed."""
 RETRACED = 240
 """Points from which speed and mode at the closure are taken: the newest 4 s at 60 Hz."""
+FEWEST = 60
+"""Points of a lap that are enough to learn it from."""
 LAPS_KEPT = 10.0
 """The path follows one that changes slowly: what is older than so many laps is forgotten."""
 
@@ -80,7 +82,7 @@ class ClosedPathState:
     path: the learned `PeriodicPath`, None before closure. modes: state of the phase filter on it, None while the points
     are not on it. noise: of the points about the path. surprise: mean square residual over what is expected.
     jumped: when a point was last far from all that the
-    coordinated turn could expect [s]. count: points so far. closed_at: arc length driven [m] at the closure. shortest: laps not longer than this [m] have
+    coordinated turn could expect [s]. count: points so far. closed_at: arc length driven [m] at the closure. relearned: whether two laps were taken into account. shortest: laps not longer than this [m] have
     been refuted.
     """
 
@@ -95,6 +97,7 @@ class ClosedPathState:
     closed_at: float = 0.0
     shortest: float = closure.SHORTEST_LAP
     jumped: float = -math.inf
+    relearned: bool = False
 
     def __deepcopy__(self, memo):
         return self
@@ -195,18 +198,38 @@ class ClosedPath:
         if history.overlap < closure.OVERLAP:
             return state
         rows = history.rows[history.rows[:, closure.S] >= state.driven - history.lap - history.overlap]
-        sigma = state.turn.sigma
+        variance = state.turn.sigma**2
         points = rows[:, closure.PX : closure.PZ + 1]
-        path, s = learn_path(rows[:, closure.STAMP], rows[:, closure.S], points, history.lap, sigma**2)
+        path, s = learn_path(rows[:, closure.STAMP], rows[:, closure.S], points, history.lap, variance)
+        state = replace(state, surprise=1.0, closed_at=state.driven, history=History(history.rows), relearned=False)
+        return self._take(state, path, s, rows, variance)
+
+    def _take(self, state, path, s, rows, variance):
+        """Goes on along a path just learned, with labels ``s`` (n,), from rows of the history."""
         newest = slice(-RETRACED, None)
-        noise = _noise_about(path, s[newest], points[newest])
+        stamps, points = rows[newest, closure.STAMP], rows[newest, closure.PX : closure.PZ + 1]
+        noise = _noise_about(path, s[newest], points)
         # Of noise that hangs together more is left in the path than the fit supposes.
-        path = replace(path, covariance=read_only(path.covariance * (noise.effective / sigma**2)))
-        modes = self._retrace(path, rows[newest, closure.STAMP], s[newest], points[newest], noise.effective)
-        return replace(
-            state, path=path, modes=modes, noise=noise, surprise=1.0, closed_at=state.driven,
-            history=History(history.rows),
+        path = replace(path, covariance=read_only(path.covariance * (noise.effective / variance)))
+        return replace(state, path=path, noise=noise, modes=self._retrace(path, stamps, s[newest], points, noise.effective))
+
+    def _learn_again(self, state):
+        """Learns the path from two laps, of which one alone hardly tells how long it is, if they were driven evenly."""
+        state = replace(state, relearned=True)
+        cruise = state.modes[CRUISE]
+        rows = state.history.rows[state.history.rows[:, closure.S] >= state.driven - 2.0 * state.path.length]
+        if cruise.probability < 0.9 or len(rows) < 2 * FEWEST or rows[-1, closure.STAMP] != state.stamp:
+            return state
+        s, _ = spread(state.modes)
+        path, labels = learn_even_path(
+            rows[:, closure.STAMP],
+            s,
+            rows[:, closure.PX : closure.PZ + 1],
+            state.path.length,
+            state.path.length / cruise.mean[1],
+            state.noise.variance,
         )
+        return self._take(state, path, labels, rows, state.noise.variance) if is_even(path) else state
 
     def _retrace(self, path, stamps, s, points, variance):
         """Returns the modes after the newest points (n, 3) [m] once more, on the path just learned from them."""
@@ -243,7 +266,10 @@ class ClosedPath:
         if s // path.length > before // path.length:  # a lap is done
             path, straight = straighten(path, s)
             modes = self._phase.shift(modes, straight - s)
-        return replace(state, path=path, modes=modes, noise=noise, surprise=surprise)
+        state = replace(state, path=path, modes=modes, noise=noise, surprise=surprise)
+        if not state.relearned and state.driven - state.closed_at >= path.length:
+            state = self._learn_again(state)
+        return state
 
     def _leave(self, state):
         """The points are elsewhere: back to the coordinated turn, and a new search."""

@@ -9,6 +9,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize_scalar
 
 from drake_tracker.estimation.alpha_beta_gamma import read_only
 
@@ -91,9 +93,8 @@ def learn_path(times, s, points, length, variance):
     kept if the path comes out even. Else its labels are its own arc length: a filter's way is off by a percent here and
     there, but a learned path knows how long it is, and can be learned again by that.
     """
-    speed = length / (times[-1] - np.interp(s[-1] - length, s, times))
-    labels = s[-1] + speed * (times - times[-1])
-    path = fit_path(labels, points, length, variance)
+    lap_time = times[-1] - np.interp(s[-1] - length, s, times)
+    path, labels = learn_even_path(times, s[-1], points, length, lap_time, variance)
     if is_even(path):
         return path, labels
     for _ in range(REFINEMENTS):
@@ -101,6 +102,28 @@ def learn_path(times, s, points, length, variance):
         laps, rest = np.divmod(s, length)
         s, length = laps * arc[-1] + np.interp(rest, nodes, arc), float(arc[-1])
     return fit_path(s, points, length, variance), s
+
+
+def learn_even_path(times, s, points, length, lap_time, variance):
+    """As `learn_path` of an object driven evenly: ``s`` [m] is the newest label, ``lap_time`` [s] about that of a lap.
+
+    Of lap times near the one given that is taken with which points of different laps agree best: those who passed a
+    place twice fix it, and the better, the more of them there are.
+    """
+    harmonics = harmonics_of(length)
+    weights = np.diag(prior(length, harmonics) ** -2.0)
+    offsets = (points - points.mean(axis=0)) / variance
+    labels_of = (length / lap_time) * (times - times[-1])
+
+    def misfit(stretch):
+        rows = basis(stretch * labels_of, length, harmonics)
+        moments = rows.T @ offsets
+        return -float(np.sum(moments * cho_solve(cho_factor(rows.T @ rows / variance + weights), moments)))
+
+    # Points that overlap by n are off by their noise over the root of n; a filter's guess may be off by 2 %.
+    stretch = minimize_scalar(misfit, bounds=(0.98, 1.02), method="bounded", options={"xatol": 1e-5}).x
+    labels = s + stretch * labels_of
+    return fit_path(labels, points, length, variance), labels
 
 
 def is_even(path):
@@ -161,6 +184,16 @@ def harmonics_of(length):
 def prior(length, harmonics):
     """Returns the prior standard deviations [m] of the coefficients, shape (2 harmonics + 1,)."""
     return np.append(OFFSET, np.repeat(AMPLITUDE * length / np.arange(1, harmonics + 1) ** 3, 2))
+
+
+def harmonics_of(length):
+    """Returns the number of harmonics for a lap of ``length`` [m]."""
+    return min(max(math.ceil(length / SHORTEST_WAVE), 4), MOST_HARMONICS)
+
+
+def prior(length, harmonics):
+    """Returns the prior standard deviations [m] of the coefficients, shape (2 harmonics + 1,)."""
+    return np.append(OFFSET, np.repeat(AMPLITUDE * length / np.arange(1, harmonics + 1) ** 3.0, 2))
 
 
 def improve_path(path, row, residual, variance, keep=1.0):

@@ -16,6 +16,8 @@ from drake_tracker.messages import evaluate_prediction, prediction_knots
 
 ONE_PASS = 1.0
 """Records of the newest earlier pass of a place are no more than this [s] apart."""
+TRUSTED_FOR = 1.0
+"""A filter that is sure of itself must have been right in all that it said so long [s]."""
 FEWEST_RECORDS = 3
 """Fewer judged predictions than this from one place prove nothing."""
 FOLLOWING_ERROR = 0.004
@@ -46,6 +48,24 @@ def horizon(parameters, target):
     return target.time - target.stamp + blind
 
 
+def judge_prediction(parameters, memory, packet, target):
+    """Returns the gate's verdict on a prediction, and the worst lateral error [m] of those that vouch for it.
+
+    Two things can: predictions made from the same place earlier that came true, and the filter's own idea of its error
+    at the instant of the grasp, if what it said lately came true. Only a filter that knows the path ahead can be as
+    sure as ``std_tolerance``; one that extrapolates knows that it cannot see the next bend.
+    """
+    verdict, worst = judge_memory(parameters, memory, packet, target.stamp)
+    if verdict == Gate.OPEN or parameters.gate == "memory":
+        return verdict, worst
+    std = evaluate_prediction(packet, target.stamp + horizon(parameters, target))[4]
+    if std <= parameters.std_tolerance:
+        own = came_true(parameters, recent(memory, target.stamp, TRUSTED_FOR + horizon(parameters, target)))
+        if own[0] == Gate.OPEN:
+            return own
+    return verdict, worst
+
+
 def judge_memory(parameters, memory, packet, now):
     """Returns the gate's verdict on the predictions made earlier, and the worst lateral error [m] among those asked.
 
@@ -59,15 +79,20 @@ def judge_memory(parameters, memory, packet, now):
         parameters.gate == "auto" and len(rows) == 0 and is_straight(parameters, memory, packet)
     ):
         rows = recent(memory, now, 2.5)
+    return came_true(parameters, rows)
+
+
+def came_true(parameters, rows):
+    """Returns the gate's verdict on records of predictions, and the worst lateral error [m] among them."""
     if len(rows) < FEWEST_RECORDS:
         return Gate.NO_MEMORY, 0.0
     worst = np.max(np.abs(rows), axis=0)
-    came_true = (
+    good = (
         worst[LATERAL] <= parameters.lateral_tolerance
         and worst[ALONG] <= parameters.along_tolerance
         and worst[TURN] <= np.deg2rad(parameters.turn_tolerance_deg)
     )
-    return (Gate.OPEN if came_true else Gate.PREDICTIONS_FAILED), float(worst[LATERAL])
+    return (Gate.OPEN if good else Gate.PREDICTIONS_FAILED), float(worst[LATERAL])
 
 
 def is_straight(parameters, memory, packet):

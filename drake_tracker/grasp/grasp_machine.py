@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_tracker.arm.differential_ik import make_parameters
-from drake_tracker.grasp.gate import Gate, can_follow, horizon, judge_memory
+from drake_tracker.grasp.gate import Gate, can_follow, horizon, judge_prediction
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
 from drake_tracker.grasp.schema import PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
 
@@ -138,7 +138,7 @@ class GraspMachine:
             return Gate.FLIPPING, 0.0
         if seen.target.stale:
             return Gate.STALE, 0.0
-        verdict, error = judge_memory(parameters, state.memory, seen.packet, seen.target.stamp)
+        verdict, error = judge_prediction(parameters, state.memory, seen.packet, seen.target)
         if verdict == Gate.OPEN and not can_follow(
             parameters,
             self.model,

@@ -151,7 +151,7 @@ class CoordinatedTurn:
 class ClosedPath:
     """A filter that notices that the path comes round, learns it, and predicts along it."""
 
-    systematic_std: float = setting(0.0, "error of a point that the filter cannot see", "m", (0.0, 0.1))
+    systematic_std: float = setting(0.003, "error of a point that the filter cannot see", "m", (0.0, 0.1))
 
 
 @dataclass
@@ -200,10 +200,11 @@ class Grasp:
     lift_duration: float = setting(1.0, "time of the lift", "s", (0.2, 10.0))
     retreat_duration: float = setting(1.0, "time of the retreat after a miss, and of going home", "s", (0.2, 10.0))
     settle_time: float = setting(0.5, "time above the object before an intercept", "s", (0.0, 60.0))
-    gate: str = setting("auto", "what vouches for a prediction", choices=("auto", "memory", "recent"))
+    gate: str = setting("auto", "what vouches for a prediction; auto: all", choices=("auto", "memory", "recent"))
     memory_radius: float = setting(0.03, "how near an earlier place counts as the same", "m", (0.001, 0.2))
     lateral_tolerance: float = setting(0.012, "error across the path that the gate allows", "m", (0.0, 0.1))
     along_tolerance: float = setting(0.030, "error along the path that the gate allows", "m", (0.0, 0.2))
+    std_tolerance: float = setting(0.005, "a filter this sure of the grasp's place is believed", "m", (0.0, 0.1))
     turn_tolerance_deg: float = setting(15.0, "error in direction that the gate allows", "deg", (0.0, 90.0))
     straight_length: float = setting(0.25, "a path straight for so long is taken for an open track", "m", (0.05, 2.0))
     straight_tolerance: float = setting(0.008, "distance from a line that still counts as straight", "m", (0.0, 0.1))
