@@ -19,8 +19,8 @@ LONGEST_HISTORY = 6000
 """Points kept: 100 s at 60 Hz."""
 
 STAMP, S, PX, PY, PZ, FX, FY, YAW = range(8)
-"""Columns of a history: time [s], arc length driven [m], the point measured (x, y, z) [m], the filtered place (x, y) [m]
-and heading [rad]."""
+"""Columns of a history: time [s], way driven [m], the point measured (x, y, z) [m], the filtered place (x, y) [m] and
+heading [rad]."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,11 @@ class History:
     def overlap(self):
         """Way [m] along which the path has run over itself so far."""
         return 0.0 if math.isnan(self.overlap_from) else self.rows[-1, S] - self.overlap_from
+
+    def since(self, way):
+        """Returns (stamps (n,) [s], ways (n,) [m], points (n, 3) [m]) from ``way`` [m] on."""
+        rows = self.rows[self.rows[:, S] >= way]
+        return rows[:, STAMP], rows[:, S], rows[:, PX : PZ + 1]
 
 
 EMPTY = History(read_only(np.zeros((0, 8))))

@@ -45,17 +45,19 @@ class PhaseFilter:
                 raise DrakeTrackerError(f"phase filter: {name} is {value}; it must be positive and finite")
         cruise = _white_acceleration(cruise_noise**2)
         manoeuvre = _fading_acceleration(manoeuvre_noise**2, fading)
-        self._drives = tuple(lru_cache(maxsize=256)(drive) for drive in (cruise, manoeuvre))
+        # Keyed by rounded times: sums of periods differ in their last digits.
+        self._motions = tuple(lru_cache(maxsize=1024)(motion) for motion in (cruise, manoeuvre))
 
     def start(self, s, v, s_variance, v_variance):
         """Returns the state of an object at ``s`` [m] with speed ``v`` [m/s]."""
         mean = read_only(np.array([s, v, 0.0]))
         covariance = read_only(np.diag([s_variance, v_variance, 0.01]))
-        return tuple(Mode(mean, covariance, 0.5) for _ in self._drives)
+        return Mode(mean, covariance, 0.5), Mode(mean, covariance, 0.5)
 
     def propagate(self, modes, dt):
         """Returns the modes ``dt`` [s] later, mixed by how likely a change between them was."""
-        return tuple(_drive(mode, drive(dt)) for mode, drive in zip(_mix(modes, dt), self._drives, strict=True))
+        dt = round(dt, 9)
+        return tuple(_drive(mode, motion(dt)) for mode, motion in zip(_mix(modes, dt), self._motions, strict=True))
 
     def correct(self, modes, s, variance):
         """Returns the modes after a measurement of arc length ``s`` [m] with ``variance`` [m^2]."""
@@ -78,15 +80,23 @@ class PhaseFilter:
         """Returns the modes with all arc lengths ``way`` [m] greater."""
         return tuple(mode._replace(mean=read_only(mode.mean + [way, 0.0, 0.0])) for mode in modes)
 
-    def ahead(self, modes, tau):
-        """Returns (arc length [m], its standard deviation [m]) expected ``tau`` [s] later, both modes together.
+    def ahead(self, modes, taus):
+        """Returns (arc lengths [m], their standard deviations [m]) expected after ``taus`` (n,) [s], both modes as one.
 
         The deviations are averaged, not the variances: a mode that is next to impossible does not widen what 68 of 100
         errors stay within.
         """
-        later = [_drive(mode, drive(tau)) for mode, drive in zip(modes, self._drives, strict=True)]
-        s, _ = spread(later)
-        return s, sum(m.probability * math.hypot(math.sqrt(m.covariance[0, 0]), m.mean[0] - s) for m in later)
+        ways, deviations = [], []
+        for mode, motion in zip(modes, self._motions, strict=True):
+            motions = [motion(round(tau, 9)) for tau in np.asarray(taus).tolist()]
+            rows = np.array([transition[0] for transition, _ in motions])
+            noise = np.array([covariance[0, 0] for _, covariance in motions])
+            ways.append(rows @ mode.mean)
+            deviations.append(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, mode.covariance, rows) + noise, 0.0)))
+        shares = [mode.probability for mode in modes]
+        s = sum(share * way for share, way in zip(shares, ways, strict=True))
+        spreads = [share * np.hypot(d, way - s) for share, d, way in zip(shares, deviations, ways, strict=True)]
+        return s, sum(spreads)
 
 
 def spread(modes):
@@ -125,12 +135,12 @@ def _white_acceleration(q):
     """Returns a function of dt: (transition, noise covariance) of a speed that wanders by variance ``q`` in a second;
     an acceleration left over from another mode is dropped."""
 
-    def drive(dt):
+    def motion(dt):
         transition = np.array([[1.0, dt, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
         noise = q * np.array([[dt**3 / 3.0, dt**2 / 2.0, 0.0], [dt**2 / 2.0, dt, 0.0], [0.0, 0.0, 0.0]])
         return transition, noise
 
-    return drive
+    return motion
 
 
 def _fading_acceleration(q, fading):
@@ -138,7 +148,7 @@ def _fading_acceleration(q, fading):
     wanders by variance ``q`` in a second (Singer 1970)."""
     generator = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0 / fading]])
 
-    def drive(dt):
+    def motion(dt):
         # Van Loan 1978: one matrix exponential holds both.
         block = np.zeros((6, 6))
         block[:3, :3], block[3:, 3:] = -generator, generator.T
@@ -147,4 +157,4 @@ def _fading_acceleration(q, fading):
         transition = exponential[3:, 3:].T
         return transition, transition @ exponential[:3, 3:]
 
-    return drive
+    return motion

@@ -15,8 +15,8 @@ from drake_tracker.record.style import (
     FAR_PREDICTED,
     FILTERED,
     HAND,
-    INK,
     PHASE_COLOURS,
+    PLOT_STYLE,
     PREDICTED,
     RULE,
     SEEN,
@@ -31,22 +31,6 @@ _BEFORE, _AFTER = 1.2, 2.2
 """Time [s] shown before and after the jaws begin to close."""
 _SHORTEST = 0.1
 """A time axis is at least so long [s]."""
-_STYLE = {
-    "font.family": "DejaVu Sans",
-    "font.size": 11,
-    "text.color": INK,
-    "axes.edgecolor": RULE,
-    "axes.labelcolor": SOFT_INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlesize": 13,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.titlepad": 12,
-    "xtick.color": SOFT_INK,
-    "ytick.color": SOFT_INK,
-    "lines.solid_capstyle": "round",
-}
 
 
 def draw_tracking(scenario, log, summary, path):
@@ -56,7 +40,7 @@ def draw_tracking(scenario, log, summary, path):
       log: {name: Signal}. summary: what `summarize` returned. path: PNG file to write.
     """
     spans = phase_spans(log, scenario.time_step)
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(16, 9), facecolor="white")
         FigureCanvasAgg(figure)
         grid = figure.add_gridspec(
@@ -88,7 +72,7 @@ def draw_motion_images(images, path):
     height, width = next(iter(images.values())).smoothed.shape
     panel = 5.0
     size = (panel * len(columns), panel * height / width * len(images) + 0.7)
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=size, facecolor="white", layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.subplots(len(images), len(columns), squeeze=False)

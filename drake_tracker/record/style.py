@@ -32,6 +32,24 @@ PHASE_COLOURS = {
 PHASES_THAT_PREDICT = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
 """In these a predicted path is shown; in the others the train is in the hand, or the hand on its way back."""
 
+PLOT_STYLE = {
+    "font.family": "DejaVu Sans",
+    "font.size": 11,
+    "text.color": INK,
+    "axes.edgecolor": RULE,
+    "axes.labelcolor": SOFT_INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 13,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.titlepad": 12,
+    "xtick.color": SOFT_INK,
+    "ytick.color": SOFT_INK,
+    "lines.solid_capstyle": "round",
+}
+"""Type, axes and lines of every plot, as Matplotlib's settings."""
+
 _FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 
 

@@ -70,7 +70,7 @@ def test_stop_and_go_and_backing_up_leave_it_on_its_path():
 
     drive = Drive(stadium(), speed, 22.0)
     state, rows = run(drive)
-    assert state.modes is not None
+    assert state.following is not None
     assert rms(rows[rows[:, 0] > 20.0, 1]) < 0.004
 
 
@@ -80,7 +80,7 @@ def test_seconds_without_vision_are_survived():
     blind = slice(round(10.0 / PERIOD), round(13.0 / PERIOD))
     points[blind] = [None] * len(points[blind])
     state, rows = run(drive, points=points)
-    assert state.modes is not None
+    assert state.following is not None
     during = rows[(rows[:, 0] > 10.0) & (rows[:, 0] < 13.0)]
     assert during[:, 1].max() < 0.003  # it knows where the object goes, and that it went on
     assert during[-1, 3] > during[0, 3]  # and that it knows it less and less

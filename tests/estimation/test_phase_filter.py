@@ -23,7 +23,7 @@ def follow(ways, sigma=0.001, seed=0):
 def test_at_constant_speed_it_becomes_sharp():
     phase, modes, cruising = follow(0.15 * PERIOD * np.arange(1200))
     assert cruising[-1] > 0.95
-    s, std = phase.ahead(modes, 0.75)
+    (s,), (std,) = phase.ahead(modes, [0.75])
     assert s == pytest.approx(0.15 * (1199 * PERIOD + 0.75), abs=0.0008)
     assert std < 0.0006
 
@@ -34,7 +34,7 @@ def test_it_notices_braking_and_follows():
     phase, modes, cruising = follow(ways)
     assert cruising[550] > 0.9
     assert cruising[600:660].min() < 0.2
-    assert phase.ahead(modes, 0.5)[0] == pytest.approx(ways[-1], abs=0.004)
+    assert phase.ahead(modes, [0.5])[0][0] == pytest.approx(ways[-1], abs=0.004)
 
 
 def test_probabilities_sum_to_one_and_mixing_keeps_mean_and_spread():
@@ -57,7 +57,7 @@ def test_an_acceleration_fades_as_it_should():
     modes = (modes[CRUISE], modes[MANOEUVRE]._replace(mean=mean, covariance=np.zeros((3, 3)), probability=1.0))
     modes = (modes[CRUISE]._replace(probability=0.0), modes[MANOEUVRE])
     tau, f = 0.8, 0.5
-    s, std = phase.ahead(modes, tau)
+    (s,), (std,) = phase.ahead(modes, [tau])
     assert s == pytest.approx(0.1 * tau + 0.2 * f * (tau - f * (1.0 - np.exp(-tau / f))))
     u = np.linspace(0.0, tau, 4001)
     reach = f * (tau - u - f * (1.0 - np.exp(-(tau - u) / f)))

@@ -1,0 +1,182 @@
+"""Along a learned path: where on it the object is, how the path is improved, and when the points have left it."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_tracker.estimation.alpha_beta_gamma import read_only
+from drake_tracker.estimation.coordinated_turn import SIGMA_LIMITS
+from drake_tracker.estimation.periodic_path import PeriodicPath, basis, improve_path, slope, straighten
+from drake_tracker.estimation.phase_filter import CRUISE, PhaseFilter, spread
+
+SURPRISE = 9.0
+"""Mean square of residuals, over what is expected of it, at which the points have left the path."""
+SURPRISE_TIME = 0.15
+"""Time constant of that mean [s]."""
+NOISIER = 4.0
+"""The noise about the path is at most so many times the noise from point to point."""
+BRAKING = 0.01
+"""An object that brakes hard may run behind by so much [m], and is still on its path."""
+NOISE_TIME = 4.0
+"""Time constant of the noise estimate on the path [s]."""
+MOST_CORRELATED = 0.95
+"""Greatest correlation from one point to the next that is believed."""
+RETRACED = 240
+"""Points from which speed and mode at the closure are taken: the newest 4 s at 60 Hz."""
+LAPS_KEPT = 10.0
+"""The path follows one that changes slowly: what is older than so many laps is forgotten."""
+
+
+class Noise(NamedTuple):
+    """Of the points about the path: variance per axis [m^2], and covariance from one point to the next [m^2]."""
+
+    variance: float
+    lagged: float
+    last: float
+
+    @property
+    def effective(self):
+        """Variance [m^2] of white noise that would hurt an average as much."""
+        correlation = min(max(self.lagged / self.variance, 0.0), MOST_CORRELATED)
+        return self.variance * (1.0 + correlation) / (1.0 - correlation)
+
+    def update(self, residual, weight):
+        """Returns it after another residual across the path [m], which counts with ``weight``."""
+        return Noise(
+            max(self.variance + weight * (residual * residual - self.variance), SIGMA_LIMITS[0] ** 2),
+            self.lagged + weight * (residual * self.last - self.lagged),
+            residual,
+        )
+
+
+@dataclass(frozen=True)
+class Following:
+    """The path, the modes of the phase filter on it, the noise of the points about it, and ``surprise``: the mean
+    square residual over what is expected."""
+
+    path: PeriodicPath
+    modes: tuple
+    noise: Noise
+    surprise: float = 1.0
+
+    def __deepcopy__(self, memo):
+        return self
+
+    @property
+    def cruising(self):
+        """Probability that the speed is constant."""
+        return self.modes[CRUISE].probability
+
+    @property
+    def s(self):
+        """Arc length now [m]."""
+        return spread(self.modes)[0]
+
+    @property
+    def cruise_speed(self):
+        """The constant speed, if it is one [m/s]."""
+        return float(self.modes[CRUISE].mean[1])
+
+
+class Place:
+    """A place on a path: its ``row`` of the basis, and where it is.
+
+    ``stretch``: metres of path for each of arc length, close to 1.
+    """
+
+    def __init__(self, path, s):
+        rows = basis([s], path.length, path.harmonics)
+        self.row = rows[0]
+        self._at = self.row @ path.coefficients
+        tangent = slope(rows, path.length)[0] @ path.coefficients
+        self.stretch = math.hypot(tangent[0], tangent[1])
+        self._c, self._s = tangent[0] / self.stretch, tangent[1] / self.stretch
+
+    def offset(self, point):
+        """Returns how far a point is off the place, (along, across) [m] the path."""
+        dx, dy = point[0] - self._at[0], point[1] - self._at[1]
+        return self._c * dx + self._s * dy, self._c * dy - self._s * dx
+
+
+class PathFollower:
+    """Follows an object along a `PeriodicPath`; functional, all memory is in the `Following`.
+
+    ``phase``: parameters of the `PhaseFilter`.
+    """
+
+    def __init__(self, **phase):
+        self._phase = PhaseFilter(**phase)
+
+    def start(self, path, stamps, s, points, variance):
+        """Returns the `Following` of a path just learned.
+
+        Args:
+          stamps (n,) [s], s (n,) [m], points (n, 3) [m]: what it was learned from, with its labels, oldest first.
+          variance: of the noise that was supposed, per axis [m^2].
+        """
+        stamps, s, points = stamps[-RETRACED:], s[-RETRACED:], points[-RETRACED:]
+        noise = _noise_about(path, s, points)
+        # Of noise that hangs together more is left in the path than its fit supposes.
+        path = replace(path, covariance=read_only(path.covariance * (noise.effective / variance)))
+        return Following(path, self._retrace(path, stamps, s, points, noise.effective), noise)
+
+    def _retrace(self, path, stamps, s, points, variance):
+        """Returns the modes after the newest points once more, on the path that was learned from them."""
+        speed = (s[-1] - s[0]) / (stamps[-1] - stamps[0])
+        modes = self._phase.start(s[0], speed, 4.0 * variance, 0.1 * speed**2)
+        for dt, point in zip(np.diff(stamps).tolist(), points[1:], strict=True):
+            modes = self._phase.propagate(modes, dt)
+            expected, _ = spread(modes)
+            place = Place(path, expected)
+            along, _ = place.offset(point)
+            modes = self._phase.correct(modes, expected + along / place.stretch, variance / place.stretch**2)
+        return modes
+
+    def step(self, following, point, dt, sigma):
+        """Returns the `Following` after a point (3,) [m] that came ``dt`` [s] after the last, or None when the points
+        have left the path. ``sigma``: noise from point to point [m].
+        """
+        path, noise = following.path, following.noise
+        modes = self._phase.propagate(following.modes, dt)
+        s, phase_variance = spread(modes)
+        place = Place(path, s)
+        along, across = place.offset(point)
+        path_variance = float(place.row @ path.covariance @ place.row)
+        # Points about a wrong path look noisy, but not from one to the next.
+        expected = min(noise.variance, (NOISIER * sigma) ** 2) + path_variance
+        square = 0.5 * (along**2 / (expected + phase_variance + BRAKING**2) + across**2 / expected)
+        surprise = following.surprise + (1.0 - math.exp(-dt / SURPRISE_TIME)) * (square - following.surprise)
+        if surprise > SURPRISE:
+            return None
+        variance = noise.effective
+        modes = self._phase.correct(modes, s + along / place.stretch, (variance + path_variance) / place.stretch**2)
+        before, s = following.s, spread(modes)[0]
+        row = basis([s], path.length, path.harmonics)[0]
+        keep = math.exp(-abs(s - before) / (LAPS_KEPT * path.length))
+        path = improve_path(path, row, point - row @ path.coefficients, variance, keep)
+        if s // path.length > before // path.length:  # a lap is done
+            path, straight = straighten(path, s)
+            modes = self._phase.shift(modes, straight - s)
+        return Following(path, modes, noise.update(across, 1.0 - math.exp(-dt / NOISE_TIME)), surprise)
+
+    def predict(self, following, taus):
+        """Returns rows x, y, z [m, W], yaw [rad] expected ``taus`` (n,) [s] later, shape (n, 4)."""
+        s, _ = self._phase.ahead(following.modes, taus)
+        at, tangents = following.path.points_and_tangents(s)
+        return np.column_stack([at, np.unwrap(np.arctan2(tangents[:, 1], tangents[:, 0]))])
+
+    def predict_variance(self, following, taus):
+        """Returns the variance [m^2] of the horizontal error expected ``taus`` (n,) [s] later, shape (n,)."""
+        s, deviation = self._phase.ahead(following.modes, np.maximum(taus, 0.0))
+        return deviation**2 + 2.0 * following.path.variance(s)
+
+
+def _noise_about(path, s, points):
+    """Returns the `Noise` of points (n, 3) [m] about a path, at arc lengths (n,) [m]."""
+    at, tangents = path.points_and_tangents(s)
+    away = points - at
+    across = (tangents[:, 0] * away[:, 1] - tangents[:, 1] * away[:, 0]) / np.hypot(tangents[:, 0], tangents[:, 1])
+    variance = max(float(np.mean(across**2)), SIGMA_LIMITS[0] ** 2)
+    return Noise(variance, float(np.mean(across[1:] * across[:-1])), float(across[-1]))
