@@ -1,0 +1,193 @@
+"""What no estimator can beat: bounds on the error of a predicted place, of four kinds of knowledge.
+
+`turn_world_bound`: of an object that wanders as the coordinated-turn filter supposes.
+`first_lap_bound`: of a track of straights and bends, for one who is told when the curvature changed.
+`closed_path_bound`: of a smooth closed path of unknown shape, driven evenly for a lap and more.
+`constant_curvature_floor`: what even a perfect fix of the present leaves to one who goes on along its circle.
+
+The first three are Cramer-Rao bounds of Bayesian kind (Van Trees 1968, section 2.4): the inverse of the information in
+the points and in what is known beforehand. Errors are mean squares [m^2] of the horizontal distance, x and y together.
+"""
+
+import numpy as np
+
+from drake_tracker.estimation.coordinated_turn import BEND, HEADING, SPEED, X, Y, turn_step
+from drake_tracker.estimation.periodic_path import basis, harmonics_of, prior
+
+CHANGE = 0.5
+"""Curvature that changes by more than this [1/m] within `CHANGE_OVER` [m] has jumped."""
+CHANGE_OVER = 0.01
+
+
+def information_step(information, d11, d12, d22):
+    """Returns the information (n, n) on the next state, from that on this one.
+
+    Tichavsky, Muravchik and Nehorai, IEEE Trans. Signal Processing 46 (1998), equation 21. With x' = f(x) + w,
+    w ~ N(0, Q), F the Jacobian of f, and M the information in a measurement of x': d11 = E[F^T Q^-1 F],
+    d12 = -E[F^T Q^-1], d22 = E[Q^-1] + M. In a linear world it is the information form of the Kalman filter.
+    """
+    return d22 - d12.T @ np.linalg.solve(information + d11, d12)
+
+
+def turn_world_bound(trajectories, noises, information, sigma, period, ahead):
+    """Returns the mean square [m^2] below which no prediction made at the last measurement can come, shape (steps,):
+    one value for each number of steps ``ahead`` (a sequence of whole numbers).
+
+    Args:
+      trajectories: states (runs, n, 5) drawn from the world, in the order of `coordinated_turn`. noises: a function of
+      one state after a step that returns the covariance (5, 5) of the step's noise. information: (5, 5), of the first
+      state, in the object's own frame. sigma: noise of a point, per axis [m]. period: time of a step [s].
+
+    The world is x' = turn_step(x) + w, w ~ N(0, Q(x)). Points are taken of all states but those ``ahead``: the last
+    max(ahead) steps of the trajectories are the future, in which the recursion runs on without measurements. The
+    expectations in the recursion are averages over the trajectories, by Monte Carlo.
+
+    They are taken in the object's own frame: the error's first two components are along and across the true heading.
+    The measurement's information I / sigma^2 is the same in any frame; but in W, averaged over trajectories that head
+    everywhere, the noise along the path would blur into that across, and the bound would be one that nobody reaches.
+    The frame turns with the truth, which is allowed as long as the error of the heading is small (Smith, IEEE Trans.
+    Signal Processing 53 (2005), intrinsic bounds). Q depends on the state (a faster object's curvature wanders more);
+    what that alone would tell of the state is left out.
+    """
+    measured = np.zeros((5, 5))
+    measured[X, X] = measured[Y, Y] = sigma**-2
+    runs, n, _ = trajectories.shape
+    present = n - 1 - max(ahead)
+    bounds = {}
+    for k in range(n - 1):
+        d11, d12, d22 = np.zeros((5, 5)), np.zeros((5, 5)), np.zeros((5, 5))
+        for run in range(runs):
+            here, there = trajectories[run, k], trajectories[run, k + 1]
+            after, jacobian = turn_step(here, period)
+            jacobian = own_frame(there[HEADING]).T @ jacobian @ own_frame(here[HEADING])
+            turn = own_frame(there[HEADING])
+            weight = np.linalg.inv(turn.T @ noises(after) @ turn)
+            d11 += jacobian.T @ weight @ jacobian
+            d12 -= jacobian.T @ weight
+            d22 += weight
+        seen = measured if k + 1 <= present else 0.0
+        information = information_step(information, d11 / runs, d12 / runs, d22 / runs + seen)
+        bounds[k + 1 - present] = np.trace(np.linalg.inv(information)[:2, :2])
+    return np.array([bounds[step] for step in ahead])
+
+
+def own_frame(heading):
+    """Returns the rotation (5, 5) from the object's own frame to W in the space of states."""
+    turn = np.eye(5)
+    turn[X, X] = turn[Y, Y] = np.cos(heading)
+    turn[X, Y], turn[Y, X] = -np.sin(heading), np.sin(heading)
+    return turn
+
+
+def curvature_changes(track):
+    """Returns the arc lengths (m,) [m] at which the curvature of a closed track jumps."""
+    step = 0.5e-3
+    s = np.arange(0.0, track.length, step)
+    jump = np.abs(track.curvature(s + 0.5 * CHANGE_OVER) - track.curvature(s - 0.5 * CHANGE_OVER))
+    first = int(np.argmin(jump))  # begin between two jumps
+    s, jump = np.roll(s, -first), np.roll(jump, -first)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (jump > CHANGE).astype(int), [0]])))
+    return np.sort([s[start + int(np.argmax(jump[start:stop]))] for start, stop in zip(edges[::2], edges[1::2])])
+
+
+def first_lap_bound(times, start, speed, changes, curvatures, sigma, curvature_std, present, ahead):
+    """Returns mean squares [m^2], shape (len(present), len(ahead)): row i of predictions made at ``present[i]`` [s].
+
+    Args:
+      times: of the points (n,) [s], the first of them at 0. start: heading there [rad]. speed: [m/s].
+      changes: times (m,) [s] at which the curvature changes. curvatures: (m + 1,) [1/m] between them. sigma: noise of
+      a point, per axis [m]. curvature_std: what is known of each curvature beforehand [1/m]; infinity for nothing.
+      present: times (k,) [s], of ``times``. ahead: horizons (h,) [s].
+
+    The path is laid from one circular arc to the next at constant speed: parameters are the first place and heading,
+    the speed, and one curvature for each piece begun. One who is told the times of change, and nothing else, has the
+    information J = sum S^T S / sigma^2, S the derivative of a point by the parameters, carried along the path by the
+    chain rule through `coordinated_turn.turn_step` (exact for an arc); a change makes the curvature a new parameter.
+    The pieces before the present one tell of it the place, the heading and the speed; points within a new piece tell
+    its curvature, and until there are enough of them, what is known beforehand bounds it.
+
+    The next change, its time and its size, is *not* known: predictions go on with the present curvature. To one who
+    knows nothing of it that part of the error comes on top, and `constant_curvature_floor` gives it: changes to the
+    left and to the right being as likely, it is uncorrelated with the noise, and mean squares add.
+    """
+    pieces = len(curvatures)
+    state = np.array([0.0, 0.0, start, speed, curvatures[0]])
+    known = np.zeros(4 + pieces)
+    known[4:] = curvature_std**-2.0
+    derivative = np.zeros((5, 4 + pieces))
+    derivative[[X, Y, HEADING, SPEED, BEND], [0, 1, 2, 3, 4]] = 1.0
+    information = np.diag(known)
+    piece, now, rows = 0, times[0], []
+    wanted = np.round(np.asarray(present), 9)
+    for time in times:
+        while piece < len(changes) and changes[piece] <= time:
+            state, derivative = _carry(state, derivative, changes[piece] - now)
+            now = changes[piece]
+            piece += 1
+            state[BEND] = curvatures[piece]
+            derivative[BEND] = 0.0
+            derivative[BEND, 4 + piece] = 1.0
+        state, derivative = _carry(state, derivative, time - now)
+        now = time
+        information += derivative[:2].T @ derivative[:2] / sigma**2
+        if np.round(time, 9) in wanted:
+            used = 5 + piece  # a piece not begun is no parameter yet
+            covariance = np.linalg.inv(information[:used, :used])
+            later = [_carry(state, derivative, step)[1][:2, :used] for step in ahead]
+            rows.append([np.trace(reach @ covariance @ reach.T) for reach in later])
+    return np.array(rows)
+
+
+def _carry(state, derivative, step):
+    later, jacobian = turn_step(state, step)
+    return later, jacobian @ derivative
+
+
+def closed_path_bound(times, tangents, query, query_tangents, length, speed, sigma, prior_std=None):
+    """Returns mean squares [m^2], shape (q,), of places at times ``query`` (q,) [s] predicted from points at ``times``.
+
+    Args:
+      times: of the points (n,) [s]. tangents, query_tangents: unit vectors (n, 2), (q, 2) of the path there.
+      length: of the lap [m]. speed: [m/s]. sigma: noise of a point, per axis [m]. prior_std: of the coefficients
+      (2 harmonics + 1,) [m]; by default what `periodic_path.prior` supposes.
+
+    The path is p = B(w t) c, a Fourier series of unknown coefficients c with a Gaussian prior, the same in x and y;
+    unknown is also w, the lap's angular rate: how fast it is driven. The start phase is unknown too, but costs
+    nothing: a shift of the phase turns each pair of coefficients of a harmonic, the prior is the same after that turn,
+    and what is predicted is a place, so the phase may be counted from the first point. With the rows b of B and
+    dp/dw = (v / w) t u, u the tangent, linearised at the truth, the information on (c_x, c_y, w) is
+
+        A (x) I over c,  A = B^T B / sigma^2 + prior^-2;   G = B^T (v t u / w) / sigma^2;   g = sum (v t / w)^2 / sigma^2
+
+    and w is found from what the path does not explain, r = g - tr(G^T A^-1 G). A predicted place has variance
+    2 b^T A^-1 b from the path, and |(v / w) t u - G^T A^-1 b|^2 / r from w. That the path is driven evenly ties its
+    label to its arc length; an estimator that used this would know a little more than is supposed here.
+    """
+    harmonics = harmonics_of(length) if prior_std is None else len(prior_std) // 2
+    prior_std = prior(length, harmonics) if prior_std is None else prior_std
+    rows, query_rows = (basis(speed * np.asarray(t), length, harmonics) for t in (times, query))
+    rate = 2.0 * np.pi * speed / length
+    swing = (speed / rate * np.asarray(times))[:, None] * tangents
+    query_swing = (speed / rate * np.asarray(query))[:, None] * query_tangents
+    inverse = np.linalg.inv(rows.T @ rows / sigma**2 + np.diag(np.asarray(prior_std) ** -2.0))
+    mixed = rows.T @ swing / sigma**2
+    rest = np.sum(swing**2) / sigma**2 - np.trace(mixed.T @ inverse @ mixed)
+    from_path = 2.0 * np.einsum("ij,jk,ik->i", query_rows, inverse, query_rows)
+    from_rate = np.sum((query_swing - query_rows @ inverse @ mixed) ** 2, axis=1) / rest
+    return from_path + from_rate
+
+
+def constant_curvature_floor(track, speed, horizons, samples=2000):
+    """Returns mean squares [m^2] without any noise, shape of ``horizons`` [s], of a prediction along the present circle.
+
+    Place, heading, speed [m/s] and curvature are known exactly, and the object goes on along that circle, while the
+    `Track` does what it does. The mean is over ``samples`` places all along a closed track.
+    """
+    s = track.length * np.arange(samples) / samples
+    states = np.column_stack([*track.pose(s), np.full(samples, speed), track.curvature(s)])
+    squares = []
+    for horizon in np.asarray(horizons, dtype=float):
+        later = np.array([turn_step(state, horizon)[0][:2] for state in states])
+        truth = np.column_stack(track.pose(s + speed * horizon)[:2])
+        squares.append(np.mean(np.sum((later - truth) ** 2, axis=1)))
+    return np.array(squares)
