@@ -143,7 +143,7 @@ def test_list_shows_the_scenarios_and_the_settings_of_one(capsys):
     assert cli.main(["list", "train:interlaced"]) == 0
     rows = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
     assert "track.speed 0.2 a number from 0 to 1 m/s mean speed of the train" in rows
-    assert any(row.startswith("estimator !ArcLength one of !ArcLength, !AlphaBetaGamma") for row in rows)
+    assert any(row.startswith("estimator !ArcLength one of !ClosedPath, !CoordinatedTurn, !ArcLength") for row in rows)
 
 
 def test_calibrate_hands_over_to_the_calibration(monkeypatch, tmp_path):

@@ -230,7 +230,9 @@ class Scenario:
     lighting: Lighting = setting(Lighting, "the light")
     cameras: Cameras = setting(Cameras, "the cameras")
     vision: Rendered = setting(Rendered, "from images to points")
-    estimator: Union[ArcLength, AlphaBetaGamma, CoordinatedTurn, ClosedPath] = setting(ArcLength, "from points to predicted path")
+    estimator: Union[ClosedPath, CoordinatedTurn, ArcLength, AlphaBetaGamma] = setting(
+        ClosedPath, "from points to predicted path"
+    )
     link: Union[Perfect, Lossy] = setting(Perfect, "from the host to the arm's controller")
     servo: Servo = setting(Servo, "from packets to a pose every 30 ms")
     grasp: Grasp = setting(Grasp, "what the hand does next")

@@ -13,7 +13,17 @@ from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.link.lossy_link import LossyLink
 from drake_tracker.scenarios import list_scenarios, load_scenario, save_scenario, scenario_file, validate
 from drake_tracker.scenarios.reader import setting_keys
-from drake_tracker.scenarios.scenario import AlphaBetaGamma, ArcLength, Lossy, NormalFlow, Perfect, Scenario, Servo
+from drake_tracker.scenarios.scenario import (
+    AlphaBetaGamma,
+    ArcLength,
+    ClosedPath,
+    CoordinatedTurn,
+    Lossy,
+    NormalFlow,
+    Perfect,
+    Scenario,
+    Servo,
+)
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 
 
@@ -40,7 +50,7 @@ def all_parts(schema):
 def test_every_scenario_of_the_package_loads_and_is_described():
     listed = list_scenarios()
     assert [name for name, _ in listed][:1] == ["train"]
-    assert {"train:interlaced", "train:paper"} <= {name for name, _ in listed}
+    assert {"train:interlaced", "train:paper", "train:literal"} <= {name for name, _ in listed}
     for name, description in listed:
         assert load_scenario(name).name == name
         assert description
@@ -61,7 +71,7 @@ def test_every_setting_says_what_it_is_and_its_default_is_allowed():
     for part in all_parts(Scenario):
         for field in dataclasses.fields(part):
             assert field.metadata["help"], f"{part.__name__}.{field.name}"
-    for estimator in (ArcLength, AlphaBetaGamma):
+    for estimator in (ArcLength, AlphaBetaGamma, CoordinatedTurn, ClosedPath):
         for link in (Perfect, Lossy):
             validate(Scenario(estimator=estimator(), link=link()))
 
@@ -71,6 +81,7 @@ def test_every_setting_says_what_it_is_and_its_default_is_allowed():
     [
         (ArcLength, estimation.ArcLength),
         (AlphaBetaGamma, estimation.AlphaBetaGamma),
+        (CoordinatedTurn, estimation.CoordinatedTurn),
         (Lossy, LossyLink),
         (Servo, ServoFilter),
         (NormalFlow, NormalFlowParameters),
@@ -154,7 +165,7 @@ def test_all_errors_are_told_at_once_each_with_its_line_key_value_and_what_is_al
         f"{path} line 4: track.semi_axes must be a list of 2 numbers from 0.03 to 1 m, not [0.1]",
         f"{path} line 5: there is no setting track.knid; did you mean track.kind?",
         f"{path} line 7: cameras.noise must be a number from 0 to 64 grey levels, not nan",
-        f"{path} line 8: estimator must be one of !ArcLength, !AlphaBetaGamma, !CoordinatedTurn, !ClosedPath, not "
+        f"{path} line 8: estimator must be one of !ClosedPath, !CoordinatedTurn, !ArcLength, !AlphaBetaGamma, not "
         "!ArcLenght; did you mean !ArcLength?",
         "--set grasp.gate=sometimes: grasp.gate must be one of auto, memory, recent, not 'sometimes'",
     ]
