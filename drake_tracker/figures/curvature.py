@@ -4,10 +4,11 @@ import numpy as np
 
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.record.style import FAR_PREDICTED, HAND, INK, PREDICTED, RULE, SOFT_INK
+from drake_tracker.timing import VISION_PERIOD
 
 SPEED = 0.15
 """Of the train on the oval [m/s]."""
-INTERVALS = np.geomspace(0.02, 1.0, 18)
+INTERVALS = VISION_PERIOD * np.geomspace(1.0, 60.0, 18)
 """Sampling intervals T [s]."""
 PLACE = 0.13
 """Where on the oval the curvature is looked at [share of a lap]: off its axes, where it changes."""
@@ -43,14 +44,19 @@ def draw_curvature(numbers):
         left, right = figure.subplots(1, 2)
         _draw_construction(left)
         head(left, "Figure 15 · Bending and curvature", "Three consecutive points, their tangents and chords.")
-        percent = 100.0 * numbers["relative_error"]
-        right.axvline(1000.0 / 60.0, color=RULE, lw=1.0)
-        right.plot(1000.0 * numbers["interval_s"], percent, "o-", color=PREDICTED, lw=1.8, ms=5)
-        right.axhline(0.0, color=SOFT_INK, lw=1.0)
-        right.set(xscale="log", xlabel="sampling interval $T$  [ms]", ylabel="$\\tan\\phi_0/s_0$ against $\\kappa$  [%]")
+        interval = 1000.0 * numbers["interval_s"]
+        right.loglog(interval, 100.0 * np.abs(numbers["relative_error"]), "o-", color=PREDICTED, lw=1.8, ms=5)
+        right.axvline(interval[0], color=SOFT_INK, lw=1.0, ls=(0, (4, 3)), zorder=0)
+        right.annotate("60 Hz", (interval[0], 1.0), xycoords=("data", "axes fraction"), xytext=(5, -4), va="top",
+                       textcoords="offset points", color=SOFT_INK)
+        right.set(xticks=[20, 50, 100, 200, 500, 1000], xlabel="sampling interval $T$  [ms]",
+                  ylabel="$\\tan\\phi_0/s_0$ off the curvature by  [%]")
+        right.xaxis.set_major_formatter("{x:g}")
+        right.xaxis.set_minor_formatter("")
+        right.yaxis.set_major_formatter("{x:g}")
         quiet_grid(right)
         head(right, "Equation (5) in numbers",
-             f"On the oval at {numbers['speed_m_s']:g} m/s where $\\kappa$ = {numbers['curvature_1_m']:.2f} 1/m, without noise.")
+             f"On the oval at {numbers['speed_m_s']:g} m/s, where $\\kappa$ = {numbers['curvature_1_m']:.2f} 1/m; no noise.")
     return figure
 
 
@@ -66,14 +72,14 @@ def _draw_construction(axes):
         ends = np.array([point - 0.10 * along, point + 0.46 * along])
         axes.annotate("", ends[1], ends[0], arrowprops=dict(arrowstyle="-|>", color=HAND, lw=1.5, shrinkA=0, shrinkB=0))
         axes.annotate(f"$t_{{{name}}}$", ends[1], xytext=(5, 0), textcoords="offset points", color=HAND, va="center")
-        outward = point * 1.11 + (np.array([-0.07, 0.0]) if name == "k-1" else 0.0)
+        outward = point * {"k-1": 0.87, "k": 1.1, "k+1": 1.13}[name] + (0.06 if name == "k+1" else 0.0)
         axes.text(*outward, f"$P_{{{name}}}$", ha="center", va="center", weight="bold")
     before, now, after = points
     axes.plot(*points.T, color=PREDICTED, lw=2.0, zorder=3)
     beyond = now + 0.62 * (now - before)
     axes.plot(*np.array([now, beyond]).T, color=PREDICTED, lw=1.2, ls=(0, (4, 3)), zorder=1)
     axes.plot(*points.T, "o", color=INK, ms=7, zorder=4)
-    _mark_angle(axes, now, after - now, now - before, 0.36, "$\\phi_0$", FAR_PREDICTED)
+    _mark_angle(axes, now, after - now, now - before, 0.25, "$\\phi_0$", FAR_PREDICTED)
     _mark_angle(axes, (0, 0), now, before, 0.26, "$\\varphi_k$", SOFT_INK)
     _mark_angle(axes, (0, 0), after, now, 0.32, "$\\varphi_{k+1}$", SOFT_INK)
     middle = 0.5 * (now + after)
@@ -81,8 +87,8 @@ def _draw_construction(axes):
     axes.plot(0, 0, "o", color=SOFT_INK, ms=5)
     axes.text(-0.05, -0.07, "$O$", color=SOFT_INK)
     axes.text(0.0, -0.16, "$\\phi_0 = (\\varphi_k + \\varphi_{k+1})/2$", color=FAR_PREDICTED, ha="center", va="top")
-    axes.set_aspect("equal")
-    axes.set(xlim=(-1.05, 1.25), ylim=(-0.28, 1.32), xticks=[], yticks=[])
+    axes.set_aspect("equal", anchor="N")
+    axes.set(xlim=(-1.05, 1.25), ylim=(-0.26, 1.2), xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
 
 
@@ -91,6 +97,6 @@ def _mark_angle(axes, corner, low, high, radius, name, colour):
     start, end = (np.arctan2(direction[1], direction[0]) for direction in (low, high))
     turn = np.linspace(start, end, 40)
     axes.plot(corner[0] + radius * np.cos(turn), corner[1] + radius * np.sin(turn), color=colour, lw=1.5, zorder=3)
-    middle = 0.5 * (start + end)
+    middle = start + 0.7 * (end - start)
     axes.text(corner[0] + 1.28 * radius * np.cos(middle), corner[1] + 1.28 * radius * np.sin(middle), name,
               color=colour, ha="center", va="center")

@@ -109,10 +109,17 @@ def draw_bending_densities(numbers):
     degrees = np.rad2deg(numbers["phi"])
     with sheet(12.0, 5.2) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
-        for row, colour in zip(numbers["curves"], shades(len(numbers["curves"]))):
-            left.plot(degrees, row["paper"], color=colour, lw=1.8, label=f"{row['k']:.1f}")
-            right.plot(degrees, row["exact"], color=colour, lw=1.8)
-        for axes in (left, right):
+        ahead = np.where(np.abs(degrees) <= 90.0, 1.0, np.nan)
+        for axes, which in ((left, "paper"), (right, "exact")):
+            tail = axes.inset_axes([0.09, 0.42, 0.33, 0.5])
+            for row, colour in zip(numbers["curves"], shades(len(numbers["curves"]))):
+                curve = row[which] * (ahead if which == "paper" else 1.0)
+                axes.plot(degrees, curve, color=colour, lw=1.8, label=f"{row['k']:.1f}")
+                tail.plot(degrees, curve, color=colour, lw=1.5)
+            tail.set(xlim=(60, 180), xticks=(60, 90, 120, 180), ylim=(0, 0.25), yticks=(0, 0.1, 0.2))
+            tail.tick_params(labelsize=9)
+            tail.text(176, 0.235, "the tail", ha="right", va="top", color=SOFT_INK, fontsize=9.5)
+            quiet_grid(tail)
             axes.set(xlim=(-180, 180), xticks=range(-180, 181, 60), ylim=(0, 4.2),
                      xlabel="bending $\\phi - \\phi_0$  [deg]")
             quiet_grid(axes)

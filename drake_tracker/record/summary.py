@@ -132,17 +132,25 @@ def jitter(times, error):
     """Returns the standard deviation [m] of an error (n, 2) after a moving mean over `JITTER_WINDOW` samples is taken
     away.
 
-    Of the vector: the root of the sum of both variances. Only stretches of consecutive cycles count, ``times`` [s]
-    tells them; NaN when there is none that is long enough.
+    Of the vector: the root of the sum of both variances. NaN when there is no stretch that is long enough.
+    """
+    rest = without_mean(times, error)
+    return float(np.sqrt(np.mean(np.sum(rest**2, axis=1)))) if len(rest) else math.nan
+
+
+def without_mean(times, error):
+    """Returns what is left (k, m) of an error (n, m) after a moving mean over `JITTER_WINDOW` samples is taken away.
+
+    Only stretches of consecutive cycles count, ``times`` [s] tells them.
     """
     kernel = np.full(JITTER_WINDOW, 1.0 / JITTER_WINDOW)
     half = JITTER_WINDOW // 2
-    rest = []
+    rest = [np.zeros((0, error.shape[1]))]
     for stretch in np.split(error, np.nonzero(np.diff(times) > 1.5 * VISION_PERIOD)[0] + 1):
         if len(stretch) >= JITTER_WINDOW:
             mean = np.column_stack([np.convolve(axis, kernel, "valid") for axis in stretch.T])
             rest.append(stretch[half : len(stretch) - half] - mean)
-    return float(np.sqrt(np.mean(np.sum(np.concatenate(rest) ** 2, axis=1)))) if rest else math.nan
+    return np.concatenate(rest)
 
 
 def _verdict(verdict):

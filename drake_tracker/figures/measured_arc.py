@@ -1,0 +1,152 @@
+"""Figures 7 and 12 of Allen et al. 1991: the arc length as the camera loop measures it, and filtered."""
+
+import numpy as np
+
+from drake_tracker.estimation.kaiser import moving_average_weights
+from drake_tracker.estimation.rice import arc_length_density, recover_arc_length
+from drake_tracker.figures.kaiser_response import ATTENUATION
+from drake_tracker.figures.paper_style import head, quiet_grid, sheet
+from drake_tracker.figures.statistics import correlation, kolmogorov_smirnov, rice_distribution
+from drake_tracker.record.episode import errors, train_pose
+from drake_tracker.record.style import FAR_PREDICTED, INK, PREDICTED, SEEN
+from drake_tracker.record.summary import JITTER_WINDOW, without_mean
+from drake_tracker.timing import VISION_PERIOD
+
+START_UP = 1.0
+"""Time [s] from the first point until the train has gathered speed."""
+ORDER = 30
+"""Order M of the moving averages of s and s^2."""
+BINS = 40
+
+
+def seen_points(log):
+    """Returns (stamps (n,) [s], xy (n, 2) [m]) of the valid triangulated points once the train has its speed."""
+    point = log["point"]
+    valid = point["valid"] > 0
+    stamps = point["stamp"][valid]
+    kept = stamps >= stamps[:1].sum() + START_UP
+    return stamps[kept], point.view("x", "y")[valid][kept]
+
+
+def arc_lengths(stamps, xy):
+    """Returns (stamps (k,) [s], s (k,) [m]): lengths of the chords of one frame, by their newer point."""
+    follows = np.diff(stamps) < 1.5 * VISION_PERIOD
+    return stamps[1:][follows], np.hypot(*np.diff(xy, axis=0).T)[follows]
+
+
+def filter_arc_lengths(s, order=ORDER, attenuation=ATTENUATION):
+    """Returns (s_1, s_0, sigma), each (n,) [m], as section 4.3 has it: NaN for the first ``order`` samples.
+
+    s_1 and s_2^2 are Kaiser averages of s and s^2 up to each sample; where their ratio has no root s_0 is held.
+    """
+    s = np.asarray(s, dtype=float)
+    weights = moving_average_weights(order, attenuation)
+    out = np.full((3, len(s)), np.nan)
+    s_0 = sigma = np.nan
+    for k in range(order, len(s)):
+        window = s[k - order : k + 1]
+        s_1 = weights @ window
+        found = recover_arc_length(s_1, weights @ (window * window))
+        if found.has_root:
+            s_0, sigma = found.s_0, found.sigma
+        out[:, k] = s_1, s_0, sigma
+    return out
+
+
+def measured_density(log):
+    """Returns the numbers of figure 7: histogram of s, its Rice fit by two moments, the distance between the two; and
+    the correlation of the tangential and the normal part of the jitter (section 4.1).
+    """
+    stamps, xy = seen_points(log)
+    times, s = arc_lengths(stamps, xy)
+    fit = recover_arc_length(s.mean(), np.mean(s * s))
+    truth = train_pose(log, np.concatenate([times, times - VISION_PERIOD]))[:, :2]
+    true = np.hypot(*(truth[: len(times)] - truth[len(times) :]).T)
+    counts, edges = np.histogram(s, bins=BINS, range=(0.0, 1.02 * s.max()), density=True)
+    jitter = without_mean(stamps, errors(log, stamps, xy))
+    tangential, normal = jitter.T
+    return {
+        "samples": len(s), "interval_s": VISION_PERIOD, "s_1_m": s.mean(), "s_2_m": np.sqrt(np.mean(s * s)),
+        "true_s_0_m": np.nanmean(true), "fit_s_0_m": fit.s_0, "fit_sigma_m": fit.sigma, "fit_has_root": fit.has_root,
+        "kolmogorov_smirnov": kolmogorov_smirnov(s, lambda x: rice_distribution(x, fit.s_0, max(fit.sigma, 1e-9))),
+        "jitter_window_frames": JITTER_WINDOW, "jitter_tangential_m": tangential.std(), "jitter_normal_m": normal.std(),
+        "jitter_correlation": correlation(tangential, normal)._asdict(),
+        "edges_m": edges, "density_1_m": counts,
+    }
+
+
+def draw_measured_density(numbers):
+    """Returns figure 7."""
+    edges = 1e3 * numbers["edges_m"]
+    s = np.linspace(1e-6, edges[-1], 400)
+    s_0, sigma = 1e3 * numbers["fit_s_0_m"], 1e3 * max(numbers["fit_sigma_m"], 1e-6)
+    with sheet(8.0, 5.2) as figure:
+        axes = figure.subplots()
+        axes.stairs(1e-3 * numbers["density_1_m"], edges, fill=True, color="#d6dadf", label="measured")
+        axes.plot(s, arc_length_density(s, s_0, sigma), color=PREDICTED, lw=2.4,
+                  label=f"Rice, $s_0$ = {s_0:.2f} mm, $\\sigma$ = {sigma:.2f} mm")
+        for value, colour, look, name in (
+            (numbers["true_s_0_m"], INK, "-", "true arc length"),
+            (numbers["fit_s_0_m"], PREDICTED, (0, (4, 2)), "recovered $s_0$"),
+            (numbers["s_1_m"], FAR_PREDICTED, (0, (1, 1)), "plain mean $s_1$"),
+        ):
+            axes.axvline(1e3 * value, color=colour, ls=look, lw=1.8, label=f"{name}: {1e3 * value:.2f} mm")
+        axes.set(xlim=(0, edges[-1]), xlabel="arc length $s$ between images 1/60 s apart  [mm]",
+                 ylabel="density  [1/mm]")
+        axes.set_ylim(0, 1.12 * max(1e-3 * numbers["density_1_m"].max(), arc_length_density(s, s_0, sigma).max()))
+        quiet_grid(axes)
+        axes.legend(loc="upper right")
+        head(axes, "Figure 7 · Arc length as the cameras measure it",
+             f"{numbers['samples']} chords of one frame; greatest distance from the Rice law "
+             f"{numbers['kolmogorov_smirnov']:.3f}.")
+    return figure
+
+
+def filtered_arc(log):
+    """Returns the numbers of figure 12: s, s_1, s_0 and the true chord [m] over time [s]."""
+    times, s = arc_lengths(*seen_points(log))
+    s_1, s_0, sigma = filter_arc_lengths(s)
+    truth = train_pose(log, np.concatenate([times, times - VISION_PERIOD]))[:, :2]
+    true = np.hypot(*(truth[: len(times)] - truth[len(times) :]).T)
+    full = np.isfinite(s_0)
+    return {
+        "order": ORDER, "attenuation_db": ATTENUATION, "mean_s_1_m": _mean(s_1), "mean_s_0_m": _mean(s_0),
+        "mean_sigma_m": _mean(sigma), "mean_true_m": _mean(true), "bias_s_1": _mean(s_1[full] / true[full]) - 1.0,
+        "bias_s_0": _mean(s_0[full] / true[full]) - 1.0, "scatter_s_m": np.std(s), "scatter_s_0_m": np.std(s_0[full]),
+        "time_s": times, "s_m": s, "s_1_m": s_1, "s_0_m": s_0, "true_m": true,
+    }
+
+
+def _mean(row):
+    row = row[np.isfinite(row)]
+    return float(row.mean()) if len(row) else float("nan")
+
+
+def draw_filtered_arc(numbers, longest=8.0):
+    """Returns figure 12: input and output of the filter, and below the output enlarged; ``longest`` [s] shown."""
+    start = max(numbers["time_s"][-1] - longest, numbers["time_s"][0])
+    shown = numbers["time_s"] >= start
+    times = numbers["time_s"][shown]
+    s, s_1, s_0, true = (1e3 * numbers[key][shown] for key in ("s_m", "s_1_m", "s_0_m", "true_m"))
+    with sheet(12.0, 6.4) as figure:
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.35, 1.0))
+        above.plot(times, s, color=SEEN, lw=0.9, label="measured $s$")
+        for axes in (above, below):
+            axes.plot(times, true, color=INK, lw=1.3, label="true")
+        below.plot(times, s_1, color=FAR_PREDICTED, lw=1.8, label="averaged: $s_1$")
+        for axes in (above, below):
+            axes.plot(times, s_0, color=PREDICTED, lw=2.2, label="filtered: $s_0$")
+            axes.set_ylabel("arc length  [mm]")
+            quiet_grid(axes)
+        above.set_ylim(bottom=0)
+        above.legend(ncols=3, loc="lower left")
+        below.legend(ncols=3, loc="lower left")
+        values = np.concatenate([s_1, s_0, true])
+        values = values[np.isfinite(values)]
+        room = 0.35 * np.ptp(values)
+        below.set(xlim=(times[0], times[-1]), xlabel="time  [s]",
+                  ylim=(values.min() - room - 0.05, values.max() + 0.05))
+        head(above, "Figure 12 · The arc length before and after the filter",
+             f"Chords of one frame, 1/60 s. On average $s_1$ is {100 * numbers['bias_s_1']:+.1f} % off the true length, "
+             f"$s_0$ {100 * numbers['bias_s_0']:+.1f} %.")
+    return figure
