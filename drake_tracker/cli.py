@@ -78,6 +78,13 @@ def _parser():
     _add_scenario(calibrate)
     calibrate.add_argument("-o", "--out", type=Path, metavar="FILE", help="calibration file to write")
     calibrate.set_defaults(action=_calibrate)
+
+    figures = commands.add_parser("figures", help="draw the paper's figures from runs of this system")
+    figures.add_argument("--out", type=Path, required=True, metavar="DIR", help="directory for them, new or empty")
+    figures.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random draw (default: 0)")
+    figures.add_argument("--quick", action="store_true", help="a preview from a few seconds of the camera loop")
+    figures.add_argument("--bounds", type=Path, metavar="FILE", help="bounds to draw in, a JSON file of curves")
+    figures.set_defaults(action=_figures)
     return parser
 
 
@@ -120,8 +127,11 @@ def _run(options):
     return SUCCESS if summary["success"] else NOT_TAKEN
 
 
-def _run_directory(out, name):
-    """Returns the new directory of a run; raises DrakeTrackerError rather than touch one that has something in it."""
+def _run_directory(out, name, what="run"):
+    """Returns the new directory of a run; raises DrakeTrackerError rather than touch one that has something in it.
+
+    ``what`` it is for stands in the message.
+    """
     chosen = out is not None
     if not chosen:
         stem = Path("runs") / f"{name.replace(':', '-')}-{time.strftime('%Y%m%d-%H%M%S')}"
@@ -133,9 +143,9 @@ def _run_directory(out, name):
         out.mkdir(parents=True, exist_ok=chosen)
         occupied = any(out.iterdir())
     except OSError as error:
-        raise DrakeTrackerError(f"the run directory {out} cannot be made: {error.strerror}") from None
+        raise DrakeTrackerError(f"the {what} directory {out} cannot be made: {error.strerror}") from None
     if occupied:
-        raise DrakeTrackerError(f"the run directory {out} is not empty; name a new one, a run is never overwritten")
+        raise DrakeTrackerError(f"the {what} directory {out} is not empty; name a new one, nothing is ever overwritten")
     return out
 
 
@@ -164,4 +174,23 @@ def _calibrate(options):
     from drake_tracker.scenarios import load_scenario
 
     calibrate(load_scenario(options.scenario, overrides=options.overrides), options.out)
+    return SUCCESS
+
+
+def _figures(options):
+    from drake_tracker.figures.bound_curves import read_bounds
+    from drake_tracker.scenarios import load_scenario
+
+    load_scenario("train", seed=options.seed)  # a bad seed is answered before anything is made
+    bounds = read_bounds(options.bounds) if options.bounds else None
+    out = _run_directory(options.out, "figures", "figures")
+
+    from drake_tracker.figures.command import make_figures
+
+    try:
+        make_figures(out, options.seed, options.quick, bounds)
+    except DrakeTrackerError:
+        if not any(out.iterdir()):
+            out.rmdir()
+        raise
     return SUCCESS

@@ -72,14 +72,14 @@ def _draw_construction(axes):
         ends = np.array([point - 0.10 * along, point + 0.46 * along])
         axes.annotate("", ends[1], ends[0], arrowprops=dict(arrowstyle="-|>", color=HAND, lw=1.5, shrinkA=0, shrinkB=0))
         axes.annotate(f"$t_{{{name}}}$", ends[1], xytext=(5, 0), textcoords="offset points", color=HAND, va="center")
-        outward = point * {"k-1": 0.87, "k": 1.1, "k+1": 1.13}[name] + (0.06 if name == "k+1" else 0.0)
+        outward = point * {"k-1": 0.87, "k": 1.1, "k+1": 0.87}[name]
         axes.text(*outward, f"$P_{{{name}}}$", ha="center", va="center", weight="bold")
     before, now, after = points
     axes.plot(*points.T, color=PREDICTED, lw=2.0, zorder=3)
     beyond = now + 0.62 * (now - before)
     axes.plot(*np.array([now, beyond]).T, color=PREDICTED, lw=1.2, ls=(0, (4, 3)), zorder=1)
     axes.plot(*points.T, "o", color=INK, ms=7, zorder=4)
-    _mark_angle(axes, now, after - now, now - before, 0.25, "$\\phi_0$", FAR_PREDICTED)
+    _mark_angle(axes, now, after - now, now - before, 0.25, "$\\phi_0$", FAR_PREDICTED, at=0.7)
     _mark_angle(axes, (0, 0), now, before, 0.26, "$\\varphi_k$", SOFT_INK)
     _mark_angle(axes, (0, 0), after, now, 0.32, "$\\varphi_{k+1}$", SOFT_INK)
     middle = 0.5 * (now + after)
@@ -92,11 +92,11 @@ def _draw_construction(axes):
     axes.spines[:].set_visible(False)
 
 
-def _mark_angle(axes, corner, low, high, radius, name, colour):
-    """Draws an arc from direction ``low`` to ``high``, both (2,), about ``corner`` and names it."""
+def _mark_angle(axes, corner, low, high, radius, name, colour, at=0.5):
+    """Draws an arc from direction ``low`` to ``high``, both (2,), about ``corner``; its name stands ``at`` a share."""
     start, end = (np.arctan2(direction[1], direction[0]) for direction in (low, high))
     turn = np.linspace(start, end, 40)
     axes.plot(corner[0] + radius * np.cos(turn), corner[1] + radius * np.sin(turn), color=colour, lw=1.5, zorder=3)
-    middle = start + 0.7 * (end - start)
+    middle = start + at * (end - start)
     axes.text(corner[0] + 1.28 * radius * np.cos(middle), corner[1] + 1.28 * radius * np.sin(middle), name,
               color=colour, ha="center", va="center")

@@ -12,7 +12,7 @@ from drake_tracker.record.studio import sample
 SHOWN = ("intercept", "grasp", "lift")
 WIDTH = 640
 """Width and height of a frame [px]."""
-_CAPTIONS = {"intercept": "Intercepting", "grasp": "Grasping", "lift": "Picking up"}
+_CAPTIONS = {"track": "Tracking", "intercept": "Intercepting", "grasp": "Grasping", "lift": "Picking up"}
 
 
 class Moment(NamedTuple):
@@ -70,11 +70,12 @@ def shown_moments(log, scenario):
 
 def draw_grasp_frames(frames, shown):
     """Returns figure 14: BGR ``frames`` of the `Moment` in ``shown``, from left to right."""
-    with sheet(13.2, 5.0) as figure:
+    with sheet(13.2, 4.75) as figure:
         for axes, frame, moment in zip(figure.subplots(1, len(frames)), frames, shown, strict=True):
             axes.imshow(cv2.cvtColor(frame, cv2.COLOR_BGR2RGB), interpolation="lanczos")
             axes.set(xticks=[], yticks=[])
             axes.spines[:].set_visible(False)
             caption = _CAPTIONS.get(moment.name, moment.name.capitalize())
-            axes.set_title(f"{caption}, {moment.time - shown[0].time:+.2f} s" if moment is not shown[0] else caption)
+            after = moment.time - shown[0].time
+            axes.set_title(f"{caption}, {after:.2f} s later" if after > 0.0 else f"Figure 14 · {caption}")
     return figure

@@ -16,7 +16,7 @@ START_UP = 1.0
 """Time [s] from the first point until the train has gathered speed."""
 ORDER = 30
 """Order M of the moving averages of s and s^2."""
-BINS = 40
+BINS = 32
 
 
 def seen_points(log):
@@ -71,7 +71,7 @@ def measured_density(log):
         "kolmogorov_smirnov": kolmogorov_smirnov(s, lambda x: rice_distribution(x, fit.s_0, max(fit.sigma, 1e-9))),
         "jitter_window_frames": JITTER_WINDOW, "jitter_tangential_m": tangential.std(), "jitter_normal_m": normal.std(),
         "jitter_correlation": correlation(tangential, normal)._asdict(),
-        "edges_m": edges, "density_1_m": counts,
+        "edges_m": edges, "density_1_m": counts, "jitter_tangential_normal_m": jitter,
     }
 
 
@@ -80,8 +80,9 @@ def draw_measured_density(numbers):
     edges = 1e3 * numbers["edges_m"]
     s = np.linspace(1e-6, edges[-1], 400)
     s_0, sigma = 1e3 * numbers["fit_s_0_m"], 1e3 * max(numbers["fit_sigma_m"], 1e-6)
-    with sheet(8.0, 5.2) as figure:
-        axes = figure.subplots()
+    with sheet(13.0, 5.2) as figure:
+        axes, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+        _draw_jitter(right, numbers)
         axes.stairs(1e-3 * numbers["density_1_m"], edges, fill=True, color="#d6dadf", label="measured")
         axes.plot(s, arc_length_density(s, s_0, sigma), color=PREDICTED, lw=2.4,
                   label=f"Rice, $s_0$ = {s_0:.2f} mm, $\\sigma$ = {sigma:.2f} mm")
@@ -93,13 +94,28 @@ def draw_measured_density(numbers):
             axes.axvline(1e3 * value, color=colour, ls=look, lw=1.8, label=f"{name}: {1e3 * value:.2f} mm")
         axes.set(xlim=(0, edges[-1]), xlabel="arc length $s$ between images 1/60 s apart  [mm]",
                  ylabel="density  [1/mm]")
-        axes.set_ylim(0, 1.12 * max(1e-3 * numbers["density_1_m"].max(), arc_length_density(s, s_0, sigma).max()))
+        axes.set_ylim(0, 1.5 * max(1e-3 * numbers["density_1_m"].max(), arc_length_density(s, s_0, sigma).max()))
         quiet_grid(axes)
         axes.legend(loc="upper right")
         head(axes, "Figure 7 · Arc length as the cameras measure it",
              f"{numbers['samples']} chords of one frame; greatest distance from the Rice law "
              f"{numbers['kolmogorov_smirnov']:.3f}.")
     return figure
+
+
+def _draw_jitter(axes, numbers):
+    """The noise of section 4.1, each point along and across the track."""
+    tangential, normal = 1e3 * numbers["jitter_tangential_normal_m"].T
+    found = numbers["jitter_correlation"]
+    limit = 1.1 * max(np.abs(tangential).max(initial=0.5), np.abs(normal).max(initial=0.5))
+    axes.plot(tangential, normal, ".", color=PREDICTED, ms=5, alpha=0.4, mew=0)
+    axes.set(xlim=(-limit, limit), ylim=(-limit, limit), xlabel="tangential noise $n_t$  [mm]",
+             ylabel="normal noise $n_n$  [mm]")
+    axes.set_aspect("equal", anchor="NW")
+    quiet_grid(axes)
+    head(axes, "Its noise",
+         f"Correlation {found['coefficient']:+.2f}, 95 % interval {found['low']:+.2f} to {found['high']:+.2f}."
+         .replace("-", "−"))
 
 
 def filtered_arc(log):

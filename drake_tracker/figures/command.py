@@ -1,0 +1,115 @@
+"""Draws every figure, and writes the numbers behind them: the command `drake-tracker figures`."""
+
+import json
+import math
+import tempfile
+
+import numpy as np
+
+from drake_tracker.figures import loop_runs
+from drake_tracker.figures.curvature import curvature_limit, draw_curvature
+from drake_tracker.figures.densities import (
+    arc_length_densities,
+    bending_densities,
+    draw_arc_length_densities,
+    draw_bending_densities,
+    draw_moment_ratios,
+    moment_ratios,
+)
+from drake_tracker.figures.grasp_frames import draw_grasp_frames, render_frames, shown_moments
+from drake_tracker.figures.horizon import draw_error_against_horizon, error_against_horizon
+from drake_tracker.figures.kaiser_response import draw_kaiser_response, kaiser_response
+from drake_tracker.figures.measured_arc import (
+    draw_filtered_arc,
+    draw_measured_density,
+    filtered_arc,
+    measured_density,
+)
+from drake_tracker.figures.paper_style import save
+from drake_tracker.figures.trajectory import draw_trajectory, trajectory
+from drake_tracker.record.studio import Studio
+from drake_tracker.record.summary import git_commit, package_versions
+
+RUNS, QUICK_RUNS = 12, 1
+"""Synthetic runs for the error against the horizon."""
+_DIGITS = 6
+
+
+def make_figures(out, seed=0, quick=False, bounds=None, say=print):
+    """Draws every figure into the directory ``out``, a `Path` that exists; returns the numbers, also in figures.json.
+
+    Args:
+      seed: of the two runs of the camera loop, which are left in ``out``/runs, and of the synthetic ones.
+      quick: a preview: a few seconds of the camera loop, no grasp, one synthetic run.
+      bounds: curves from `read_bounds`. say: called with a line of text whenever a figure is done.
+    """
+    numbers = {"seed": seed, "quick": quick, "git_commit": git_commit(), "package_versions": package_versions()}
+
+    def keep(name, found, figure):
+        save(figure, out / f"{name}.png")
+        numbers[name] = found
+        say(f"{out / name}.png")
+
+    for name, measure, draw in (
+        ("figure_08", arc_length_densities, draw_arc_length_densities),
+        ("figure_09", moment_ratios, draw_moment_ratios),
+        ("figure_10", bending_densities, draw_bending_densities),
+        ("figure_15", curvature_limit, draw_curvature),
+        ("kaiser_response", kaiser_response, draw_kaiser_response),
+    ):
+        found = measure()
+        keep(name, found, draw(found))
+
+    runs = QUICK_RUNS if quick else RUNS
+    found = error_against_horizon(seed, runs, bounds, lambda run, of: say(f"synthetic run {run + 1} of {of}"))
+    keep("error_against_horizon", found, draw_error_against_horizon(found))
+
+    (out / "runs").mkdir()
+    scenario, length = loop_runs.tracking_scenario(seed, quick)
+    say(f"camera loop, {scenario.name}: {scenario.duration:.1f} s of tracking")
+    log, summary = loop_runs.record(scenario, out / "runs" / "tracking", stop=False)
+    numbers["tracking_run"] = _told(scenario, summary)
+    for name, found, draw in (
+        ("figure_07", measured_density(log), draw_measured_density),
+        ("figure_12", filtered_arc(log), draw_filtered_arc),
+        ("figure_13", trajectory(log, scenario, length), draw_trajectory),
+    ):
+        keep(name, found, draw(found))
+
+    numbers["grasp_run"] = None
+    if not quick:
+        scenario = loop_runs.grasping_scenario(seed)
+        say(f"camera loop, {scenario.name}: a grasp, of {scenario.duration:g} s at most")
+        log, summary = loop_runs.record(scenario, out / "runs" / "grasp", stop=True)
+        if not summary["success"]:
+            say(f"the train was not lifted ({summary['failure_reason']}): figure 14 shows what came instead")
+        numbers["grasp_run"] = _told(scenario, summary)
+    shown = shown_moments(log, scenario)
+    with tempfile.TemporaryDirectory() as folder:
+        frames = render_frames(Studio(scenario, folder), log, [moment.time for moment in shown])
+    keep("figure_14", [moment._asdict() for moment in shown], draw_grasp_frames(frames, shown))
+
+    text = json.dumps(rounded(numbers), indent=1) + "\n"
+    (out / "figures.json").write_text(text, encoding="utf-8")
+    return numbers
+
+
+def _told(scenario, summary):
+    """Returns what a reader must know of a run."""
+    keys = ("success", "failure_reason", "time_to_grasp_s", "simulated_s", "vision_valid_fraction",
+            "triangulation_rms_m", "triangulation_jitter_m", "prediction_rms_m", "lag_s")
+    return {"scenario": scenario.name, "seed": scenario.seed, "speed_m_s": scenario.track.speed,
+            "estimator": type(scenario.estimator).__name__, **{key: summary[key] for key in keys}}
+
+
+def rounded(value):
+    """Returns a value fit for JSON: plain numbers of six significant digits, None for what is not finite."""
+    if isinstance(value, dict):
+        return {key: rounded(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [rounded(item) for item in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (float, np.floating)):
+        return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
+    return int(value) if isinstance(value, np.integer) else value
