@@ -35,48 +35,35 @@ def turn_world_bound(trajectories, noises, information, sigma, period, ahead):
 
     Args:
       trajectories: states (runs, n, 5) drawn from the world, in the order of `coordinated_turn`. noises: a function of
-      one state after a step that returns the covariance (5, 5) of the step's noise. information: (5, 5), of the first
-      state, in the object's own frame. sigma: noise of a point, per axis [m]. period: time of a step [s].
+      a state after a step that returns the covariance (5, 5) of the step's noise. information: (5, 5), of the first
+      state. sigma: noise of a point, per axis [m]. period: time of a step [s].
 
-    The world is x' = turn_step(x) + w, w ~ N(0, Q(x)). Points are taken of all states but those ``ahead``: the last
-    max(ahead) steps of the trajectories are the future, in which the recursion runs on without measurements. The
-    expectations in the recursion are averages over the trajectories, by Monte Carlo.
+    The world is x' = turn_step(x) + w, w ~ N(0, Q(x)). Points are taken of all states but the last max(ahead): those
+    are the future, in which the recursion runs on without measurements.
 
-    They are taken in the object's own frame: the error's first two components are along and across the true heading.
-    The measurement's information I / sigma^2 is the same in any frame; but in W, averaged over trajectories that head
-    everywhere, the noise along the path would blur into that across, and the bound would be one that nobody reaches.
-    The frame turns with the truth, which is allowed as long as the error of the heading is small (Smith, IEEE Trans.
-    Signal Processing 53 (2005), intrinsic bounds). Q depends on the state (a faster object's curvature wanders more);
-    what that alone would tell of the state is left out.
+    The recursion runs along each trajectory, with F and Q where the truth is, and the bounds are averaged over the
+    trajectories: to one who is told F and Q the world is linear and Gaussian, and to him the bound is exact. Averaging
+    F^T Q^-1 F over trajectories first, as one may, gives a bound that holds as well and says nothing here: a step's
+    noise across the path is below a micrometre, so that the mere difference between the F of two trajectories would
+    count as a huge information. What Q, which depends on the state, would itself tell of the state is left out.
     """
     measured = np.zeros((5, 5))
     measured[X, X] = measured[Y, Y] = sigma**-2
-    runs, n, _ = trajectories.shape
-    present = n - 1 - max(ahead)
-    bounds = {}
-    for k in range(n - 1):
-        d11, d12, d22 = np.zeros((5, 5)), np.zeros((5, 5)), np.zeros((5, 5))
-        for run in range(runs):
-            here, there = trajectories[run, k], trajectories[run, k + 1]
-            after, jacobian = turn_step(here, period)
-            jacobian = own_frame(there[HEADING]).T @ jacobian @ own_frame(here[HEADING])
-            turn = own_frame(there[HEADING])
-            weight = np.linalg.inv(turn.T @ noises(after) @ turn)
-            d11 += jacobian.T @ weight @ jacobian
-            d12 -= jacobian.T @ weight
-            d22 += weight
-        seen = measured if k + 1 <= present else 0.0
-        information = information_step(information, d11 / runs, d12 / runs, d22 / runs + seen)
-        bounds[k + 1 - present] = np.trace(np.linalg.inv(information)[:2, :2])
-    return np.array([bounds[step] for step in ahead])
-
-
-def own_frame(heading):
-    """Returns the rotation (5, 5) from the object's own frame to W in the space of states."""
-    turn = np.eye(5)
-    turn[X, X] = turn[Y, Y] = np.cos(heading)
-    turn[X, Y], turn[Y, X] = -np.sin(heading), np.sin(heading)
-    return turn
+    present = trajectories.shape[1] - 1 - max(ahead)
+    squares = np.zeros(len(ahead))
+    for states in trajectories:
+        known, bounds = information, {}
+        for k, state in enumerate(states[:-1]):
+            after, jacobian = turn_step(state, period)
+            weight = np.linalg.inv(noises(after))
+            seen = measured if k + 1 <= present else 0.0
+            d12 = -jacobian.T @ weight
+            known = information_step(known, -d12 @ jacobian, d12, weight + seen)
+            known = 0.5 * (known + known.T)
+            if k + 1 - present in ahead:
+                bounds[k + 1 - present] = np.trace(np.linalg.inv(known)[:2, :2])
+        squares += [bounds[step] for step in ahead]
+    return squares / len(trajectories)
 
 
 def curvature_changes(track):
