@@ -79,6 +79,17 @@ def _parser():
     calibrate.add_argument("-o", "--out", type=Path, metavar="FILE", help="calibration file to write")
     calibrate.set_defaults(action=_calibrate)
 
+    measure = commands.add_parser(
+        "measure", help="measure the error of a scenario's cameras, for runs without rendering",
+        description="Runs the camera loop without a grasp and writes the error of its points, for vision: !Measured.",
+    )
+    _add_scenario(measure)
+    measure.add_argument("-o", "--out", type=Path, required=True, metavar="FILE", help="file to write")
+    measure.add_argument("--seeds", type=int, default=2, metavar="N", help="runs at each speed, seeds from 0 (default 2)")
+    measure.add_argument("--laps", type=int, default=2, metavar="N", help="laps of each run (default 2)")
+    measure.add_argument("--speeds", metavar="V,V,...", help="speeds of the train [m/s] (default: 0.05 to 0.6, seven)")
+    measure.set_defaults(action=_measure)
+
     figures = commands.add_parser("figures", help="draw the paper's figures from runs of this system")
     figures.add_argument("--out", type=Path, required=True, metavar="DIR", help="directory for them, new or empty")
     figures.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random draw (default: 0)")
@@ -193,4 +204,21 @@ def _figures(options):
         if not any(out.iterdir()):
             out.rmdir()
         raise
+    return SUCCESS
+
+
+def _measure(options):
+    from drake_tracker.scenarios import load_scenario
+
+    scenario = load_scenario(options.scenario, overrides=options.overrides)
+    speeds = {}
+    if options.speeds is not None:
+        try:
+            speeds = {"speeds": [float(text) for text in options.speeds.split(",")]}
+        except ValueError:
+            raise DrakeTrackerError(f"--speeds {options.speeds}: must be numbers separated by commas") from None
+
+    from drake_tracker.measure import measure  # Only now: bad input is answered without waiting for Drake.
+
+    measure(scenario, options.out, seeds=options.seeds, laps=options.laps, **speeds)
     return SUCCESS

@@ -16,6 +16,7 @@ from drake_tracker.messages import ArmCommand
 from drake_tracker.record.log import add_loggers, read_log, save_log, tool_signal
 from drake_tracker.record.summary import summarize
 from drake_tracker.scenarios import save_scenario
+from drake_tracker.scenarios.scenario import Measured
 from drake_tracker.world.judge_system import Verdict
 
 AFTERGLOW = 0.5
@@ -32,16 +33,18 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
     Args:
       scenario: a Scenario, from `load_scenario`.
       out: directory for summary, log, recording, video and picture; None leaves nothing behind.
-      record: whether to make the Meshcat recording and the camera video.
+      record: whether to make the Meshcat recording and the camera video; with measured vision there is no video.
       meshcat: whether to show the scene live; the address is printed.
       progress: called with (simulated time [s], name of the phase).
       graphviz: file for the picture of the diagram in Graphviz's language.
       stop: False runs for the whole duration whatever happens.
 
-    Raises DrakeTrackerError on a scenario that cannot be built and on a machine that cannot render.
+    Raises DrakeTrackerError on a scenario that cannot be built and, when cameras are needed, on a machine that
+    cannot render.
     """
     clock = {"start": time.monotonic()}
-    require_renderer()
+    if not isinstance(scenario.vision, Measured):
+        require_renderer()
     hand_eye = make_diagram(scenario)
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
@@ -51,7 +54,7 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
         out = Path(out)
         out.mkdir(parents=True, exist_ok=True)
         save_scenario(scenario, out / "scenario.yaml")
-    if out is not None and record:
+    if out is not None and record and hand_eye.world.cameras:
         from drake_tracker.record.motion_snapshot import add_motion_snapshot
         from drake_tracker.record.video import add_camera_video
 

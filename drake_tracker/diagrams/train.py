@@ -14,8 +14,11 @@ from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.link.lossy_link_system import LossyLinkSystem
 from drake_tracker.scenarios.loader import scenario_file
+from drake_tracker.scenarios.scenario import Measured
 from drake_tracker.timing import ESTIMATOR_SLOT, vision_slot
 from drake_tracker.vision.calibration import load_calibration
+from drake_tracker.vision.measured_error_file import load_error
+from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.vision_diagram import VisionDiagram
 from drake_tracker.vision.window import project_window
@@ -47,6 +50,20 @@ def make_diagram(scenario):
     track, start = draw_track(scenario)
     check_track(scenario, track, model, q_initial)
 
+    if isinstance(scenario.vision, Measured):
+        vision, windows = measured_vision(scenario), {}
+    else:
+        vision, windows = rendered_vision(scenario)
+    world = WorldDiagram(scenario, description, q_initial, track, start, windows)
+    host = EstimatorSystem(scenario_estimator(scenario), offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
+    host.set_name("host")
+    link = scenario_link(scenario)
+    arm = ArmDiagram(scenario.servo, scenario.grasp, model, q_initial, home, scenario.time_step)
+    return HandEyeDiagram(world, vision, host, link, arm)
+
+
+def rendered_vision(scenario):
+    """Returns (VisionDiagram, {camera name: window to render [px]}) of a scenario with ``vision: !Rendered``."""
     cameras = load_cameras(scenario)
     volume, outline = scenario.vision.work_volume, scenario.vision.outline
     windows = {side: project_window(cameras[side], volume, outline) for side in SIDES}
@@ -57,18 +74,23 @@ def make_diagram(scenario):
     }
     flow = flow_parameters(scenario)
     check_visible(scenario, cameras, flow)
+    vision = VisionDiagram(cameras, windows, rendered, flow, scenario.vision.lag_cycles, volume)
+    return vision, {f"camera_{side}": rendered[side] for side in SIDES}
 
-    world = WorldDiagram(
-        scenario, description, q_initial, track, start, {f"camera_{side}": rendered[side] for side in SIDES}
-    )
-    vision = VisionDiagram(
-        cameras, windows, rendered, flow, scenario.vision.lag_cycles, scenario.vision.work_volume
-    )
-    host = EstimatorSystem(scenario_estimator(scenario), offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
-    host.set_name("host")
-    link = scenario_link(scenario)
-    arm = ArmDiagram(scenario.servo, scenario.grasp, model, q_initial, home, scenario.time_step)
-    return HandEyeDiagram(world, vision, host, link, arm)
+
+def measured_vision(scenario):
+    """Returns the `MeasuredVisionDiagram` of a scenario with ``vision: !Measured``, which stands in for the cameras.
+
+    Raises DrakeTrackerError when its file cannot be used, or when it would never see the train.
+    """
+    config = scenario.vision
+    error = load_error(scenario_file(config.file), rig=describe_rig(scenario.cameras))
+    if 0.0 < scenario.track.speed < error.seen_from:
+        raise DrakeTrackerError(
+            f"{scenario.where('track.speed')} = {scenario.track.speed:g} m/s: the measured vision sees nothing below "
+            f"{error.seen_from:.3f} m/s"
+        )
+    return MeasuredVisionDiagram(error, config.lag_cycles, config.work_volume, scenario.seed)
 
 
 def home_reference(scenario):
@@ -106,23 +128,33 @@ def flow_parameters(scenario):
 
 
 def check_visible(scenario, cameras, parameters):
-    """Raises DrakeTrackerError when the train, at its speed, moves too slowly in both images for the threshold."""
+    """Raises DrakeTrackerError when the train, at its speed, moves too slowly in an image for the threshold."""
     if scenario.track.speed == 0.0:
         return
-    centre = np.array([*scenario.track.centre, scenario.table_height + TRAIN_HEIGHT])
     needed = parameters.smallest_visible_speed()
     for side, camera in cameras.items():
-        headings = np.linspace(0.0, np.pi, 36)
-        step = 0.01
-        ends = centre + step * np.column_stack([np.cos(headings), np.sin(headings), np.zeros_like(headings)])
-        pixels = np.linalg.norm(camera.project(ends) - camera.project(centre[None]), axis=1)
-        fastest = scenario.track.speed * np.max(pixels) / step
+        fastest = scenario.track.speed * largest_scale(scenario, camera)
         if fastest < needed:
             raise DrakeTrackerError(
                 f"{scenario.where('vision.detector')}: at track.speed {scenario.track.speed:g} m/s the train moves at "
                 f"most {fastest:.1f} px/s in the {side} image, and the threshold sees nothing below {needed:.1f} px/s; "
                 "lower the threshold, narrow the cameras' field or speed up the train"
             )
+
+
+def slowest_seen(scenario, cameras, parameters):
+    """Returns the speed [m/s] below which the threshold sees nothing in one of the images, whatever the heading."""
+    needed = parameters.smallest_visible_speed()
+    return max(needed / largest_scale(scenario, camera) for camera in cameras.values())
+
+
+def largest_scale(scenario, camera):
+    """Returns how many px a step of 1 m at the centre of the track takes in an image in the best direction."""
+    centre = np.array([*scenario.track.centre, scenario.table_height + TRAIN_HEIGHT])
+    headings = np.linspace(0.0, np.pi, 36)
+    step = 0.01
+    ends = centre + step * np.column_stack([np.cos(headings), np.sin(headings), np.zeros_like(headings)])
+    return np.max(np.linalg.norm(camera.project(ends) - camera.project(centre[None]), axis=1)) / step
 
 
 def scenario_estimator(scenario):

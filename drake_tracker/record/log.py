@@ -35,7 +35,7 @@ SIGNALS = {
 """Output ports of `HandEyeDiagram` that are logged: sampling period [s] and names of the fields.
 
 A sample at time t is what the port showed before the updates of that instant. Signals named truth_* come from the
-simulator and were not seen by the loop."""
+simulator and were not seen by the loop. Measured vision has no centroids."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,11 @@ class Signal:
 
 
 def add_loggers(builder, hand_eye):
-    """Logs every port in `SIGNALS`; returns {name: VectorLogSink}."""
+    """Logs every port in `SIGNALS` that the diagram has; returns {name: VectorLogSink}."""
     loggers = {}
     for name, (period, _) in SIGNALS.items():
+        if not hand_eye.HasOutputPort(name):
+            continue
         loggers[name] = LogVectorOutput(hand_eye.GetOutputPort(name), builder, publish_period=period)
         loggers[name].set_name(f"log_{name}")
     return loggers

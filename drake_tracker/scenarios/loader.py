@@ -14,7 +14,7 @@ from drake_tracker.scenarios.scenario import Scenario
 from drake_tracker.scenarios.tree import Value, merge, nest, parse
 
 PACKAGE_FOLDER = Path(__file__).parent
-_FILE_SETTINGS = (("track", "csv"), ("cameras", "calibration"))
+_FILE_SETTINGS = (("track", "csv"), ("cameras", "calibration"), ("vision", "file"))
 
 
 def load_scenario(spec, seed=None, duration=None, overrides=()):
@@ -71,7 +71,7 @@ def save_scenario(scenario, path):
 
 
 def scenario_file(name):
-    """Returns the path of a file that a scenario names (`Track.csv`, `Cameras.calibration`).
+    """Returns the path of a file that a scenario names (`Track.csv`, `Cameras.calibration`, `Measured.file`).
 
     `load_scenario` has made the user's own files absolute; a bare name is a file of the package.
     """
@@ -172,7 +172,7 @@ def _check(tree, errors):
 def _find_files(scenario, folder):
     """Makes the files that a scenario names absolute: beside the scenario file, or where the command was given."""
     for part, name in _FILE_SETTINGS:
-        text = getattr(getattr(scenario, part), name)
+        text = getattr(getattr(scenario, part), name, "")  # rendered vision has no file
         if not text:
             continue
         here = scenario.origins.get(f"{part}.{name}", "").startswith("--set")
@@ -184,4 +184,4 @@ def _find_files(scenario, folder):
         elif name == "calibration":  # It may be about to be made, beside the scenario.
             setattr(getattr(scenario, part), name, str(file.resolve()))
         else:
-            raise DrakeTrackerError(f"{scenario.where('track.csv')}: there is no file {file}")
+            raise DrakeTrackerError(f"{scenario.where(f'{part}.{name}')}: there is no file {file}")

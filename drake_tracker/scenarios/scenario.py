@@ -12,6 +12,7 @@ from typing import Optional, Union
 from drake_tracker.scenarios.setting import setting
 from drake_tracker.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
 
+WORK_VOLUME = [[0.33, -0.30, 0.45], [0.79, 0.30, 0.505]]
 TRACK_KINDS = ("oval", "stadium", "circle", "figure_eight", "line", "csv")
 
 
@@ -98,8 +99,20 @@ class Rendered:
     detector: NormalFlow = setting(NormalFlow, "the motion detector")
     lag_cycles: int = setting(15, "cycles from the middle image's capture to its centroid", "cycles", (1, 120))
     work_volume: list[list[float]] = setting(
-        [[0.33, -0.30, 0.45], [0.79, 0.30, 0.505]],
+        WORK_VOLUME,
         "lowest and highest corner of the box in which motion is looked for", "m", (-5.0, 5.0), shape=(2, 3),
+    )
+    outline: str = setting("ellipse", "of that box seen from above: whole, or its ellipse", choices=("box", "ellipse"))
+
+
+@dataclass
+class Measured:
+    """The train's true place with the error that was measured in the camera loop: no image is rendered."""
+
+    file: str = setting("train_vision.yaml", "file of the measured error, made by drake-tracker measure")
+    lag_cycles: int = setting(15, "cycles from capture to point; below 2 no camera could", "cycles", (0, 120))
+    work_volume: list[list[float]] = setting(
+        WORK_VOLUME, "lowest and highest corner of the box in which the train is seen", "m", (-5.0, 5.0), shape=(2, 3)
     )
     outline: str = setting("ellipse", "of that box seen from above: whole, or its ellipse", choices=("box", "ellipse"))
 
@@ -229,7 +242,7 @@ class Scenario:
     train: Train = setting(Train, "the train")
     lighting: Lighting = setting(Lighting, "the light")
     cameras: Cameras = setting(Cameras, "the cameras")
-    vision: Rendered = setting(Rendered, "from images to points")
+    vision: Union[Rendered, Measured] = setting(Rendered, "from images to points")
     estimator: Union[ClosedPath, CoordinatedTurn, ArcLength, AlphaBetaGamma] = setting(
         ClosedPath, "from points to predicted path"
     )
@@ -261,7 +274,7 @@ class Scenario:
         low, high = self.vision.work_volume
         if not all(a < b for a, b in zip(low, high)):
             found.append(("vision.work_volume", "must have its lowest corner first, then its highest"))
-        if (self.vision.detector.smoothing_size or 1) % 2 == 0:
+        if isinstance(self.vision, Rendered) and (self.vision.detector.smoothing_size or 1) % 2 == 0:
             found.append(("vision.detector.smoothing_size", "must be odd"))
         left, right = self.cameras.azimuth_deg
         if math.isclose(left, right, abs_tol=1.0):

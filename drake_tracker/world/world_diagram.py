@@ -2,7 +2,7 @@
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_tracker.world.cameras import CAMERA_NAMES, add_cameras
+from drake_tracker.world.cameras import add_cameras
 from drake_tracker.world.jaw_sensor_system import JawSensorSystem
 from drake_tracker.world.judge_system import JudgeSystem
 from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory, place_train
@@ -37,7 +37,8 @@ class WorldDiagram(Diagram):
     Args:
       scenario: a Scenario. description: an `ArmDescription`. q_initial: the arm's start [rad].
       track: a `Track`. start: arc length [m] at which the train starts.
-      windows: {camera name: (u0, v0, width, height)} to render, or None for whole images.
+      windows: {camera name: (u0, v0, width, height)} to render, None for whole images; empty for no cameras at all, and
+      then without the ports ``camera_*`` and without a renderer.
     """
 
     def __init__(self, scenario, description, q_initial, track, start, windows=None):
@@ -69,14 +70,16 @@ class WorldDiagram(Diagram):
             speed_law=scenario.track.speed_law,
             variation=scenario.track.variation,
         )
-        self.cameras = add_cameras(
-            builder,
-            laboratory.scene_graph,
-            scenario.cameras,
-            scenario.lighting,
-            windows=windows,
-            seed=scenario.seed,
-        )
+        self.cameras = {}
+        if windows is None or windows:
+            self.cameras = add_cameras(
+                builder,
+                laboratory.scene_graph,
+                scenario.cameras,
+                scenario.lighting,
+                windows=windows,
+                seed=scenario.seed,
+            )
         jaws = builder.AddNamedSystem("jaw_sensor", JawSensorSystem())
         builder.Connect(plant.get_state_output_port(laboratory.gripper), jaws.GetInputPort("gripper_state"))
         builder.Connect(plant.get_net_actuation_output_port(laboratory.gripper), jaws.GetInputPort("drive_effort"))
@@ -87,8 +90,8 @@ class WorldDiagram(Diagram):
         builder.ExportInput(plant.get_desired_state_input_port(laboratory.arm), "arm_desired_state")
         builder.ExportInput(plant.get_actuation_input_port(laboratory.arm), "arm_feedforward")
         builder.ExportInput(plant.get_desired_state_input_port(laboratory.gripper), "gripper_desired_state")
-        for name in CAMERA_NAMES:
-            builder.ExportOutput(self.cameras[name].image_port, name)
+        for name, camera in self.cameras.items():
+            builder.ExportOutput(camera.image_port, name)
         builder.ExportOutput(plant.get_state_output_port(laboratory.arm), "arm_state")
         builder.ExportOutput(plant.get_net_actuation_output_port(laboratory.arm), "arm_effort")
         builder.ExportOutput(jaws.GetOutputPort("jaws"), "jaws")

@@ -1,0 +1,154 @@
+"""The error of the triangulated point as it was measured in the camera loop, to be put on a true pose.
+
+Errors are those of the point against the centre of the object's body, along and across its heading (left positive) and
+vertical [m]. They have four parts:
+
+- *bias*, a function of the heading, and with it of the curvature of the path (in proportion) and of the speed;
+- the *pattern* of the pixels, which comes back whenever the object passes the same place: smooth over one pixel's
+  footprint, otherwise random;
+- *jitter*, which does not come back and hangs together from cycle to cycle, as the images of a centroid overlap;
+- *drop-outs*: cycles without a point, in rows, and an object too slow to be seen.
+
+Nothing here has a memory: every random number is a function of the seed and of a counter (the cycle's number, the
+pixel's), so that the same run has the same errors and any copy of a Context goes on alike.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+STREAM, PATTERN_STREAM = 50, 51
+"""Streams of random numbers: default_rng([seed, STREAM, block]) and default_rng([seed, PATTERN_STREAM, column, row])"""
+AXES = ("along", "across", "vertical")
+SHARPEST = 12.0
+"""Curvature of a path [1/m] beyond which the bias is held."""
+LONGEST_GAP = 60
+"""Cycles that a drop-out lasts at most."""
+CRAWL = 0.02
+"""Speed [m/s] below which the curvature of a path cannot be told from the turning of the body."""
+_BLOCK = 256
+_ORIGIN = 2**20
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredError:
+    """What `measure` found, at one or more speeds; between them everything is interpolated, outside it is held.
+
+    Attributes:
+        speeds: (s,) [m/s], rising.
+        bias: (s, 2, h, 3) at h headings in W, evenly spaced from 0: on a straight path [m], and what each 1/m of
+            curvature to the left adds [m^2].
+        pattern: (s, 3) [m] standard deviation of the part that comes back at the same place.
+        jitter: (s, 3, 2 q + 1) [m] weights of a moving average of unit white noise.
+        missing: (s, 2) share of the cycles without a point, and mean length of such a gap [cycles].
+        pixel: footprint of a pixel at the object [m].
+        seen_from: speed [m/s] below which nothing is seen.
+    """
+
+    speeds: np.ndarray
+    bias: np.ndarray
+    pattern: np.ndarray
+    jitter: np.ndarray
+    missing: np.ndarray
+    pixel: float
+    seen_from: float
+
+    def __deepcopy__(self, memo):
+        return self
+
+    def at(self, seed, cycle, xy, yaw, speed, yaw_rate):
+        """Returns the error (3,) [m] along W's axes of the point seen in a cycle, or None when none was found.
+
+        Args: seed, cycle: whole numbers from 0. xy: (x, y) [m] in W. yaw: heading in W [rad]. speed [m/s].
+        yaw_rate [rad/s].
+        """
+        if speed < self.seen_from or self.drops(seed, cycle, speed):
+            return None
+        along, across, vertical = self.mean(yaw, speed, yaw_rate) + self.noise(seed, cycle, xy, speed)
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        return np.array([cos * along - sin * across, sin * along + cos * across, vertical])
+
+    def mean(self, yaw, speed, yaw_rate):
+        """Returns the bias (3,) [m] along, across, vertical."""
+        table = self._between(self.bias, speed)
+        first, second, weight = heading_bin(yaw, table.shape[1])
+        rows = table[0] + curvature(speed, yaw_rate) * table[1]
+        return (1.0 - weight) * rows[first] + weight * rows[second]
+
+    def noise(self, seed, cycle, xy, speed):
+        """Returns pattern and jitter (3,) [m] along, across, vertical."""
+        kernel = self._between(self.jitter, speed)
+        reach = kernel.shape[1] // 2
+        white = _rows(seed, cycle - reach, cycle + reach)[:, :3]
+        jitter = np.einsum("ak,ka->a", kernel, white)
+        return jitter + self._between(self.pattern, speed) * pattern_at(seed, xy, self.pixel)
+
+    def drops(self, seed, cycle, speed):
+        """Whether a cycle falls into a drop-out."""
+        share, length = self._between(self.missing, speed)
+        if share <= 0.0:
+            return False
+        # A gap begins with a small probability in every cycle, and its length is geometric.
+        begin = -math.log1p(-min(share, 0.999)) / length
+        draws = _rows(seed, cycle - LONGEST_GAP + 1, cycle)[::-1, 3:]
+        begins = draws[:, 0] < begin
+        lasts = draws[:, 1] < (1.0 - 1.0 / max(length, 1.0)) ** np.arange(LONGEST_GAP)
+        return bool(np.any(begins & lasts))
+
+    def _between(self, table, speed):
+        k = min(max(int(np.searchsorted(self.speeds, speed)) - 1, 0), max(len(self.speeds) - 2, 0))
+        if len(self.speeds) == 1:
+            return table[0]
+        weight = (speed - self.speeds[k]) / (self.speeds[k + 1] - self.speeds[k])
+        weight = min(max(weight, 0.0), 1.0)
+        return (1.0 - weight) * table[k] + weight * table[k + 1]
+
+
+def curvature(speed, yaw_rate):
+    """Returns the curvature [1/m] of the path of an object, positive to the left; arrays or numbers."""
+    return np.clip(yaw_rate / np.maximum(speed, CRAWL), -SHARPEST, SHARPEST)
+
+
+def heading_bin(yaw, count):
+    """Returns (first, second, weight of the second) of the ``count`` table headings on both sides of ``yaw`` [rad]."""
+    position = np.mod(yaw, 2.0 * np.pi) / (2.0 * np.pi) * count
+    first = np.floor(position)
+    weight = position - first
+    first = np.asarray(first, dtype=int) % count
+    return first, (first + 1) % count, weight
+
+
+def pattern_at(seed, xy, pixel):
+    """Returns the pattern (3,) of unit variance at ``xy`` [m]: random numbers on a grid of ``pixel`` [m], between them
+    smooth.
+    """
+    column, row = xy[0] / pixel, xy[1] / pixel
+    i, j = math.floor(column), math.floor(row)
+    a, b = column - i, row - j
+    weights = np.array([(1.0 - a) * (1.0 - b), (1.0 - a) * b, a * (1.0 - b), a * b])
+    corners = np.array([_corner(seed, i, j), _corner(seed, i, j + 1), _corner(seed, i + 1, j), _corner(seed, i + 1, j + 1)])
+    return weights @ corners / math.sqrt(weights @ weights)
+
+
+@lru_cache(maxsize=4096)
+def _corner(seed, i, j):
+    return np.random.default_rng([seed, PATTERN_STREAM, i + _ORIGIN, j + _ORIGIN]).standard_normal(3)
+
+
+def _rows(seed, first, last):
+    """Returns rows of five random numbers, three normal and two uniform, of the cycles ``first`` to ``last``."""
+    first, last = first + _BLOCK, last + _BLOCK  # so that cycles before the first one have numbers too
+    blocks = range(first // _BLOCK, last // _BLOCK + 1)
+    rows = np.concatenate([_block(seed, number) for number in blocks]) if len(blocks) > 1 else _block(seed, blocks[0])
+    start = first - blocks[0] * _BLOCK
+    return rows[start : start + last - first + 1]
+
+
+@lru_cache(maxsize=64)
+def _block(seed, number):
+    rng = np.random.default_rng([seed, STREAM, number])
+    block = np.column_stack([rng.standard_normal((_BLOCK, 3)), rng.random((_BLOCK, 2))])
+    block.setflags(write=False)
+    return block

@@ -1,0 +1,127 @@
+"""The file that keeps a `MeasuredError`: YAML, lengths in m, for people to read as well."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.vision.measured_error import AXES, MeasuredError
+
+_DIGITS = 7
+_HEADER = "# Error of the triangulated point in the camera loop, found by drake-tracker measure. Lengths in m.\n"
+
+
+def save_error(path, error, *, rig, notes):
+    """Writes a `MeasuredError` to a YAML file.
+
+    ``rig`` {name: value} says for which cameras it holds, ``notes`` {name: value} how it was found: plain numbers,
+    texts and lists. Raises DrakeTrackerError when the file cannot be written.
+    """
+    data = {"rig": rig, "notes": notes, "pixel": _plain(error.pixel), "seen_from": _plain(error.seen_from), "speeds": []}
+    for k, speed in enumerate(error.speeds):
+        data["speeds"].append(
+            {
+                "speed": _plain(speed),
+                "missing_share": _plain(error.missing[k, 0]),
+                "missing_length": _plain(error.missing[k, 1]),
+                "pattern": _plain(error.pattern[k]),
+                "bias_straight": {axis: _plain(error.bias[k, 0, :, a]) for a, axis in enumerate(AXES)},
+                "bias_per_curvature": {axis: _plain(error.bias[k, 1, :, a]) for a, axis in enumerate(AXES)},
+                "jitter_weights": {axis: _plain(error.jitter[k, a]) for a, axis in enumerate(AXES)},
+            }
+        )
+    text = _HEADER + yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=118)
+    try:
+        Path(path).write_text(text, encoding="utf-8")
+    except OSError as trouble:
+        raise DrakeTrackerError(f"{path}: cannot be written: {trouble.strerror}") from None
+
+
+def load_error(path, rig=None):
+    """Returns the `MeasuredError` of a file that `save_error` wrote.
+
+    Raises DrakeTrackerError, one line naming the file and the key, when it is missing or not YAML, when a value is
+    missing, of another shape, not finite or out of range, and when ``rig`` is given and differs.
+    """
+    try:
+        data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError):
+        raise DrakeTrackerError(f"{path}: cannot be read; drake-tracker measure makes such a file") from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        raise DrakeTrackerError(f"{path}{f' line {mark.line + 1}' if mark else ''}: this is not YAML") from None
+    data = data if isinstance(data, dict) else {}
+    if rig is not None:
+        _check_rig(path, data.get("rig"), rig)
+    entries = data.get("speeds")
+    if not isinstance(entries, list) or not entries or not all(isinstance(entry, dict) for entry in entries):
+        raise DrakeTrackerError(f"{path}: speeds must be a list of at least one mapping")
+    read = [_read_speed(path, f"speeds[{k}]", entry) for k, entry in enumerate(entries)]
+    for name in ("bias", "jitter"):
+        if len({part[name].shape for part in read}) > 1:
+            raise DrakeTrackerError(f"{path}: the {name} must have the same length at every speed")
+    speeds = np.array([part["speed"] for part in read])
+    if np.any(np.diff(speeds) <= 0.0):
+        raise DrakeTrackerError(f"{path}: speeds must rise from entry to entry")
+    arrays = {name: np.array([part[name] for part in read]) for name in ("bias", "pattern", "jitter", "missing")}
+    for array in arrays.values():
+        array.setflags(write=False)
+    pixel = _numbers(path, "", data, "pixel", None, low=1e-5)
+    return MeasuredError(speeds, **arrays, pixel=float(pixel), seen_from=float(_numbers(path, "", data, "seen_from", None)))
+
+
+def _read_speed(path, where, entry):
+    part = {name: _numbers(path, where, entry, name, None) for name in ("speed", "missing_share", "missing_length")}
+    share, length = part.pop("missing_share"), part.pop("missing_length")
+    if share > 1.0 or length < 1.0:
+        raise DrakeTrackerError(f"{path}: {where}: missing_share must be at most 1, missing_length at least 1")
+    part["missing"] = np.array([share, length])
+    part["pattern"] = _numbers(path, where, entry, "pattern", 3)
+    tables = [_axes(path, where, entry, name) for name in ("bias_straight", "bias_per_curvature")]
+    if tables[0].shape != tables[1].shape:
+        raise DrakeTrackerError(f"{path}: {where}: both tables of the bias must have the same length")
+    part["bias"] = np.stack([table.T for table in tables])
+    part["jitter"] = _axes(path, where, entry, "jitter_weights")
+    if part["jitter"].shape[1] % 2 == 0:
+        raise DrakeTrackerError(f"{path}: {where}.jitter_weights must have an odd number of weights")
+    return part
+
+
+def _axes(path, where, entry, name):
+    table = entry.get(name)
+    if not isinstance(table, dict):
+        raise DrakeTrackerError(f"{path}: {where}.{name} must be a mapping with {', '.join(AXES)}")
+    rows = [_numbers(path, f"{where}.{name}", table, axis, 0, low=-math.inf) for axis in AXES]
+    if len({len(row) for row in rows}) > 1:
+        raise DrakeTrackerError(f"{path}: {where}.{name} must have lists of one length")
+    return np.array(rows)
+
+
+def _numbers(path, where, entry, name, count, low=0.0):
+    """Returns a number (``count`` None), a list of so many, or a list of at least one (0)."""
+    key = f"{where}.{name}" if where else name
+    try:
+        value = np.array(entry.get(name), dtype=float)
+    except (TypeError, ValueError):
+        value = np.empty(0)
+    shaped = value.ndim == (0 if count is None else 1) and value.size and (not count or value.size == count)
+    if not shaped or not np.isfinite(value).all() or np.any(value < low):
+        what = {None: "a finite number", 0: "a list of finite numbers"}.get(count, f"{count} finite numbers")
+        raise DrakeTrackerError(f"{path}: {key} must be {what}{'' if low == -math.inf else f' from {low:g}'}")
+    return value
+
+
+def _check_rig(path, found, wanted):
+    for key, value in wanted.items():
+        own = found.get(key) if isinstance(found, dict) else None
+        if own is None or np.shape(own) != np.shape(value) or not np.allclose(own, value):
+            raise DrakeTrackerError(
+                f"{path}: measured with rig.{key} = {own}, but the scenario's cameras have {value}; "
+                "measure anew with drake-tracker measure"
+            )
+
+
+def _plain(value):
+    return np.round(value, _DIGITS).tolist()

@@ -1,0 +1,197 @@
+"""Fits a `MeasuredError` to points that the camera loop found while the truth was known."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.vision.measured_error import MeasuredError, curvature, heading_bin, pattern_at
+
+HEADINGS = 24
+"""Of the table of the bias: one each 15 deg."""
+REACH = 30
+"""Cycles over which jitter is taken to hang together."""
+FEWEST = 300
+"""Points at one speed, fewer of which make no table."""
+_PATTERN_SEEDS = range(8)
+_BACK = 0.1
+"""Angle [rad] by which a heading may swing back on a path that turns one way."""
+_SMOOTH, _TIE = 1e-3, 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """One stretch of consecutive cycles of a run, at one speed.
+
+    Attributes:
+        xy: true place (n, 2) [m, W]. yaw: true heading (n,) [rad], continuous. speed: (n,) [m/s].
+        yaw_rate: (n,) [rad/s]. error: (n, 3) [m] of the points along, across and vertical, NaN in cycles without one.
+    """
+
+    xy: np.ndarray
+    yaw: np.ndarray
+    speed: np.ndarray
+    yaw_rate: np.ndarray
+    error: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedFit:
+    """What was found at one speed; see `MeasuredError` for the arrays, here without their first axis.
+
+    ``std``: (3,) [m] of all that the bias leaves. ``returns``: (3,) share of its variance that comes back a lap later.
+    ``correlation``: (k, 3) of what the bias leaves, with itself 0 to k - 1 cycles later. ``cross``: correlation of its
+    parts along and across. ``points``: how many.
+    """
+
+    bias: np.ndarray
+    pattern: np.ndarray
+    jitter: np.ndarray
+    missing: np.ndarray
+    std: np.ndarray
+    returns: np.ndarray
+    correlation: np.ndarray
+    cross: float
+    points: int
+
+
+def fit_speed(sightings, pixel):
+    """Returns the `SpeedFit` of a list of `Sighting` at one speed; ``pixel`` [m] is a pixel's footprint.
+
+    Raises DrakeTrackerError when there are too few points.
+    """
+    seen = [np.isfinite(each.error).all(axis=1) for each in sightings]
+    count = int(sum(np.count_nonzero(one) for one in seen))
+    if count < FEWEST:
+        raise DrakeTrackerError(f"only {count} points were found, {FEWEST} are needed; take more seeds or laps")
+    bias = fit_bias(sightings, seen)
+    rests = [np.where(one[:, None], each.error - evaluate_bias(bias, each), np.nan) for each, one in zip(sightings, seen)]
+    covariance = autocovariance(rests, REACH)
+    returns = np.clip(share_that_returns(sightings, rests), 0.0, 0.95)
+    # The pattern's own correlation along the paths driven is taken out, so that the sum has the one measured.
+    patterns = [
+        np.array([pattern_at(seed, xy, pixel) for xy in each.xy]) for seed in _PATTERN_SEEDS for each in sightings
+    ]
+    of_pattern = autocovariance(patterns, REACH).mean(axis=1, keepdims=True)
+    left = covariance - returns * covariance[0] * of_pattern / of_pattern[0]
+    everything = np.concatenate(rests)
+    everything = everything[np.isfinite(everything).all(axis=1)]
+    return SpeedFit(
+        bias=bias,
+        pattern=np.sqrt(returns * covariance[0]),
+        jitter=moving_average(left),
+        missing=drop_outs(seen),
+        std=np.sqrt(covariance[0]),
+        returns=returns,
+        correlation=covariance / covariance[0],
+        cross=float(np.corrcoef(everything[:, 0], everything[:, 1])[0, 1]),
+        points=count,
+    )
+
+
+def combine(fits, pixel, seen_from):
+    """Returns the `MeasuredError` of {speed [m/s]: SpeedFit}."""
+    speeds = sorted(fits)
+
+    def stack(name):
+        return np.array([getattr(fits[speed], name) for speed in speeds])
+
+    return MeasuredError(
+        np.array(speeds), stack("bias"), stack("pattern"), stack("jitter"), stack("missing"), pixel, seen_from
+    )
+
+
+def fit_bias(sightings, seen):
+    """Returns the table (2, HEADINGS, 3) of least squares: see `MeasuredError.bias`.
+
+    Where a heading was never seen, its neighbours decide; where the curvature never changed, nothing depends on it.
+    """
+    design = np.concatenate([_design(each)[one] for each, one in zip(sightings, seen)])
+    error = np.concatenate([each.error[one] for each, one in zip(sightings, seen)])
+    second_difference = np.roll(np.eye(HEADINGS), 1, axis=1) - 2.0 * np.eye(HEADINGS) + np.roll(np.eye(HEADINGS), -1, axis=1)
+    roughness = second_difference.T @ second_difference
+    bend = np.mean(design[:, HEADINGS:] ** 2) / max(np.mean(design[:, :HEADINGS] ** 2), 1e-12)
+    scale = len(design) / HEADINGS
+    penalty = np.zeros((2 * HEADINGS, 2 * HEADINGS))
+    penalty[:HEADINGS, :HEADINGS] = _SMOOTH * scale * roughness
+    penalty[HEADINGS:, HEADINGS:] = scale * (bend + 1e-3) * (_SMOOTH * roughness + 1e3 * _TIE * np.eye(HEADINGS))
+    penalty[:HEADINGS, :HEADINGS] += _TIE * scale * np.eye(HEADINGS)
+    return np.linalg.solve(design.T @ design + penalty, design.T @ error).reshape(2, HEADINGS, 3)
+
+
+def evaluate_bias(table, sighting):
+    """Returns the bias (n, 3) [m] over a `Sighting`."""
+    return _design(sighting) @ table.reshape(2 * HEADINGS, 3)
+
+
+def _design(sighting):
+    count = len(sighting.yaw)
+    first, second, weight = heading_bin(sighting.yaw, HEADINGS)
+    design = np.zeros((count, HEADINGS))
+    design[np.arange(count), first] = 1.0 - weight
+    design[np.arange(count), second] += weight
+    bend = curvature(sighting.speed, sighting.yaw_rate)
+    return np.hstack([design, bend[:, None] * design])
+
+
+def autocovariance(stretches, reach):
+    """Returns the covariance (reach + 1, m) of stretches (n, m) with themselves 0 to ``reach`` cycles later.
+
+    NaN is left out; about zero, not about the mean of each stretch.
+    """
+    sums = np.zeros((reach + 1, stretches[0].shape[1]))
+    counts = np.zeros_like(sums)
+    for rows in stretches:
+        for lag in range(min(reach + 1, len(rows))):
+            product = rows[: len(rows) - lag] * rows[lag:]
+            sums[lag] += np.nansum(product, axis=0)
+            counts[lag] += np.count_nonzero(np.isfinite(product), axis=0)
+    return sums / np.maximum(counts, 1)
+
+
+def moving_average(covariance):
+    """Returns the weights (m, 2 q + 1) of the symmetric moving average of white noise with an autocovariance (q + 1,
+    m).
+
+    The root of the spectrum, back in time. What cannot be a covariance (a negative power) is left out; the variance
+    is kept.
+    """
+    reach = len(covariance) - 1
+    taper = 1.0 - np.arange(reach + 1)[:, None] / (reach + 1)  # a covariance from few data is a guess at its far end
+    size = 8 * (reach + 1)
+    whole = np.zeros((size, covariance.shape[1]))
+    whole[: reach + 1] = covariance * taper
+    whole[size - reach :] = whole[1 : reach + 1][::-1]
+    power = np.maximum(np.fft.rfft(whole, axis=0).real, 0.0)
+    kernel = np.fft.irfft(np.sqrt(power), n=size, axis=0)
+    kernel = np.concatenate([kernel[-reach:], kernel[: reach + 1]]).T
+    energy = np.sum(kernel**2, axis=1)
+    wanted = np.maximum(covariance[0], 0.0)
+    return kernel * np.sqrt(wanted / np.maximum(energy, 1e-30))[:, None]
+
+
+def share_that_returns(sightings, rests):
+    """Returns the share (3,) of the variance that comes back when the same heading is passed a turn later; zeros when
+    nothing was passed twice.
+    """
+    product, square = np.zeros(3), np.zeros(3)
+    for each, rest in zip(sightings, rests):
+        turned = (each.yaw - each.yaw[0]) * np.sign(each.yaw[-1] - each.yaw[0])
+        forward = np.maximum.accumulate(turned)
+        if turned[-1] <= 2.0 * np.pi or np.max(forward - turned) > _BACK:
+            continue  # no whole turn, or not all one way round
+        turned = forward + 1e-9 * np.arange(len(forward))
+        again = np.nonzero(turned >= 2.0 * np.pi)[0]
+        now = rest[again]
+        before = np.column_stack([np.interp(turned[again] - 2.0 * np.pi, turned, column) for column in rest.T])
+        good = np.isfinite(now).all(axis=1) & np.isfinite(before).all(axis=1)
+        product += np.sum(now[good] * before[good], axis=0)
+        square += 0.5 * np.sum(now[good] ** 2 + before[good] ** 2, axis=0)
+    return product / np.maximum(square, 1e-30)
+
+
+def drop_outs(seen):
+    """Returns (share of the cycles without a point, mean length of such a gap [cycles], 1 when there is none)."""
+    missing = np.concatenate([~one for one in seen])
+    begins = sum(np.count_nonzero(np.diff((~one).astype(int), prepend=0) > 0) for one in seen)
+    return np.array([missing.mean(), missing.sum() / begins if begins else 1.0])
