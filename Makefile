@@ -1,15 +1,17 @@
 # make setup  everything that is needed, in .venv        make test  the same, then the tests
 # make demo   the same, then the main job                make clean forgets .venv and what tests and builds leave
 # make pins   chooses the versions in constraints.txt anew (UPGRADE=--upgrade for the newest)
+# make bench-estimation   estimators beside bounds and other libraries' filters (BENCH_ARGS=--quick for a look)
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .ONESHELL:
-.PHONY: setup libraries test demo pins clean
+.PHONY: setup libraries test demo bench-estimation pins clean
 
 PYTHONS := python3.11 python3.12 python3.13 python3
 VERSION_OK := import sys, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 PYTEST_ARGS ?=
+BENCH_ARGS ?=
 UPGRADE ?=
 
 setup: libraries
@@ -61,6 +63,12 @@ test: setup
 
 demo: setup
 	@.venv/bin/drake-tracker run train
+
+# The filters of other libraries are for this benchmark alone, and no part of the set-up.
+bench-estimation: setup
+	@.venv/bin/python -m uv pip install --quiet --python .venv/bin/python --constraint constraints.txt \
+	    --build-constraint constraints.txt --editable '.[bench]'
+	.venv/bin/python benchmarks/estimation/run.py $(BENCH_ARGS)
 
 pins:
 	@.venv/bin/python -m uv pip compile --quiet --universal --python-version 3.11 --all-extras --no-header \

@@ -190,7 +190,8 @@ def turn(mean, step):
     angle = rate * step
     sine, versine = (math.sin(angle) / rate, (1.0 - math.cos(angle)) / rate) if abs(angle) > 1e-9 else (step, 0.0)
     c, s = math.cos(angle), math.sin(angle)
-    return np.array([x + sine * vx - versine * vy, c * vx - s * vy, y + versine * vx + sine * vy, s * vx + c * vy, rate])
+    place = x + sine * vx - versine * vy, y + versine * vx + sine * vy
+    return np.array([place[0], c * vx - s * vy, place[1], s * vx + c * vy, rate])
 
 
 def turn_jacobian(mean, step):

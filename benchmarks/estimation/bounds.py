@@ -144,7 +144,8 @@ def closed_path_bound(times, tangents, query, query_tangents, length, speed, sig
     and what is predicted is a place, so the phase may be counted from the first point. With the rows b of B and
     dp/dw = (v / w) t u, u the tangent, linearised at the truth, the information on (c_x, c_y, w) is
 
-        A (x) I over c,  A = B^T B / sigma^2 + prior^-2;   G = B^T (v t u / w) / sigma^2;   g = sum (v t / w)^2 / sigma^2
+        A = B^T B / sigma^2 + prior^-2 for c_x and c_y each, G = B^T (v t u / w) / sigma^2 between them and w, and
+        g = sum (v t / w)^2 / sigma^2 for w,
 
     and w is found from what the path does not explain, r = g - tr(G^T A^-1 G). A predicted place has variance
     2 b^T A^-1 b from the path, and |(v / w) t u - G^T A^-1 b|^2 / r from w. That the path is driven evenly ties its
@@ -165,7 +166,7 @@ def closed_path_bound(times, tangents, query, query_tangents, length, speed, sig
 
 
 def constant_curvature_floor(track, speed, horizons, samples=2000):
-    """Returns mean squares [m^2] without any noise, shape of ``horizons`` [s], of a prediction along the present circle.
+    """Returns mean squares [m^2] without noise, shape of ``horizons`` [s], of a prediction along the present circle.
 
     Place, heading, speed [m/s] and curvature are known exactly, and the object goes on along that circle, while the
     `Track` does what it does. The mean is over ``samples`` places all along a closed track.

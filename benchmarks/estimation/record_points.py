@@ -53,7 +53,7 @@ def main():
         rows = record(seed, direction, speed, options.laps)
         recorded[f"run_{number}"] = rows.astype(np.float32)
         rms = 1e3 * np.sqrt(np.mean(rows[:, 2:] ** 2, axis=0))
-        print(f"seed {seed} {direction} {speed} m/s: {len(rows)} points, rms x, y, z [mm] {np.round(rms, 2)}", flush=True)
+        print(f"seed {seed} {direction} {speed} m/s: {len(rows)} points, rms x, y, z {np.round(rms, 2)} mm", flush=True)
         np.savez_compressed(options.out, **recorded)
 
 

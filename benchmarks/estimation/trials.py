@@ -124,8 +124,9 @@ def _shift(xy, middle):
 
 
 def rice(seed, parameters):
-    """Returns for each of `RATIOS` the mean of the recovered s_0, of the plain mean of chords, and what Rice's law says
-    of the latter, each over the true s_0."""
+    """Returns for each of `RATIOS` the mean of the recovered s_0, the plain mean of chords, and what Rice's law says of
+    the latter, each over the true s_0.
+    """
     found = {}
     for ratio in RATIOS:
         s_0 = ratio * math.sqrt(2.0) * SIGMA
@@ -147,8 +148,9 @@ def rice(seed, parameters):
 
 
 def link(seed, parameters):
-    """Returns for each of `LINKS` [mean square [mm^2] of the servo's target, greatest error [mm]], with coordinated_turn
-    as the source of packets."""
+    """Returns for each of `LINKS` the mean square [mm^2] and the greatest error [mm] of the servo's target, with
+    coordinated_turn as the source of packets.
+    """
     world = make_world("stadium", "white", SIGMA, "constant", seed, 40.0)
     estimator = make_estimator("coordinated_turn")
     state, packets = estimator.initial_state(), []

@@ -29,7 +29,7 @@ CANDIDATES = 12
 
 def candidates():
     """Returns for each name its `CANDIDATES` settings."""
-    factors, bendings = (0.5, 0.8, 1.2, 1.8), (24, 40, 60)
+    factors, bendings = (0.4, 0.7, 1.2), (12, 18, 26, 40)
     grids = {
         "alpha_beta_gamma": [{"tracking_index": float(f"{x:.2g}")} for x in np.geomspace(1e-4, 2e-2, CANDIDATES)],
         "arc_length": [
@@ -40,7 +40,7 @@ def candidates():
         "acceleration": [{"noise": float(f"{x:.2g}")} for x in np.geomspace(1e-3, 3.0, CANDIDATES)],
         "turn": [
             {"noise": noise, "turn_noise": turn}
-            for noise, turn in itertools.product((1e-5, 1e-4, 1e-3), (0.1, 0.3, 1.0, 3.0))
+            for noise, turn in itertools.product((1e-7, 1e-6, 1e-5), (0.06, 0.12, 0.25, 0.5))
         ],
     }
     assert all(len(grid) == CANDIDATES for grid in grids.values())
@@ -68,6 +68,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     options = parser.parse_args()
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # matrices are small: more threads only get in the way
     jobs = []
     for name, grid in candidates().items():
         places = [("stadium", s) for s in SIGMAS_MM] if name in ("alpha_beta_gamma", "arc_length") else [("oval", 1.0)]
@@ -76,7 +77,8 @@ def main():
         found = []
         for job, squares in zip(jobs, pool.imap(try_out, jobs)):
             found.append((job, squares))
-            print(f"[{len(found)}/{len(jobs)}] {job}: {np.round(1e3 * np.sqrt(squares), 2)} mm", file=sys.stderr, flush=True)
+            rms = np.round(1e3 * np.sqrt(squares), 2)
+            print(f"[{len(found)}/{len(jobs)}] {job}: {rms} mm", file=sys.stderr, flush=True)
     chosen = {"tuned": {"seeds": [SEEDS[0], SEEDS[-1]], "duration_s": DURATION, "candidates": CANDIDATES, "rms_mm": {}}}
     for name, path, sigma_mm in dict.fromkeys(job[:3] for job, _ in found):
         of_it = [(job[3], squares) for job, squares in found if job[:3] == (name, path, sigma_mm)]

@@ -1,0 +1,139 @@
+"""Estimators beside each other, beside bounds, and beside filters of other libraries, in synthetic worlds.
+
+    python benchmarks/estimation/run.py [--quick] [--cells NAMES] [--workers N] [--seeds N] [--results FILE]
+
+A cell is a path, a noise, its standard deviation and a speed law, as `stadium-white-1-constant`; `--cells` takes parts
+of names, separated by commas. Trials (`own_world`, `moved`, `rice`, `link`) are cells as well. Every run of a cell is a
+line of the results as soon as it ends; a run that is there is not run again. At the end the table and the verdicts are
+printed, and written as JSON beside the results. Published are the seeds from 5000 on; parameters were frozen before, in
+`parameters.json`, on seeds 1000 to 1999.
+
+Of each stage ("first": the first lap, from 1 s on; "after": from 1.2 laps on) and each horizon ("present": 0.25 s after
+the newest point, "grasp": 0.75 s): root mean square of the horizontal error, its 95th percentile (the mean over runs of
+each run's), the heading's error, and the share of errors within the estimator's own `predict_std`. Intervals are
+bootstrap 95 % over runs.
+"""
+
+import argparse
+import importlib.metadata
+import json
+import multiprocessing
+import os
+import platform
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from contestants import BASELINES, OURS, read_parameters
+from measure import run_cell
+from speed import update_times
+from tables import cells_of, print_rows, table_rows
+from trials import TRIALS
+from verdicts import print_verdicts, verdicts
+from worlds import NOISES, PATHS, SPEED_LAWS
+
+HERE = Path(__file__).resolve().parent
+RESULTS = HERE.parent / "results" / "estimation.jsonl"
+QUICK_RESULTS = HERE.parents[1] / "runs" / "estimation_quick.jsonl"
+FIRST_SEED, SEEDS, DURATION = 5000, 20, 40.0
+ROOMS = ("arm", "estimation", "link", "world")
+"""Of the package, those whose code takes part."""
+SIGMAS_MM = (0.5, 1, 2, 4)
+QUICK_SEEDS = 2
+QUICK = (
+    "stadium-white-0.5-constant", "stadium-white-1-constant", "stadium-white-1-varying", "stadium-replayed-1-constant",
+    "oval-white-1-constant", *TRIALS,
+)  # fmt: skip
+
+
+def all_cells():
+    """Returns a dict from a cell's name to (path, noise, sigma [mm], law), None for a trial."""
+    cells = {}
+    for path in PATHS:
+        for sigma_mm in SIGMAS_MM if path == "stadium" else (1,):
+            for noise in NOISES:
+                for law in SPEED_LAWS:
+                    cells[f"{path}-{noise}-{sigma_mm:g}-{law}"] = (path, noise, sigma_mm, law)
+    return cells | dict.fromkeys(TRIALS)
+
+
+def run_one(job):
+    """Runs one seed of one cell in a worker; returns its line."""
+    name, cell, seed = job
+    parameters = read_parameters()
+    if cell is None:
+        return {"cell": name, "seed": seed, "trial": TRIALS[name](seed, parameters)}
+    path, noise, sigma_mm, law = cell
+    names = OURS + (BASELINES if (path, noise) == ("oval", "white") else ())
+    return {"cell": name, "seed": seed, **run_cell(path, noise, sigma_mm, law, seed, DURATION, names, parameters)}
+
+
+def circumstances():
+    """Returns the commit and the versions that a line of the results names."""
+    def git(*words):
+        return subprocess.run(["git", *words], cwd=HERE, capture_output=True, text=True).stdout.strip()
+
+    rooms = (f"../../drake_tracker/{room}" for room in ROOMS)
+    changed = git("status", "--porcelain", "--untracked-files=no", ".", *rooms)
+    commit = (git("rev-parse", "--short=12", "HEAD") or "unknown") + ("+changes" if changed else "")
+    versions = {name: importlib.metadata.version(name) for name in ("numpy", "scipy", "stonesoup", "filterpy")}
+    return {"commit": commit, "python": platform.python_version(), **versions}
+
+
+def read_lines(path):
+    if not path.exists():
+        return []
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+
+
+def work(jobs, path, workers):
+    """Runs all jobs, and appends each line to ``path`` as soon as it is there."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    made_by, start = circumstances(), time.monotonic()
+    with multiprocessing.get_context("spawn").Pool(workers) as pool:
+        for count, line in enumerate(pool.imap_unordered(run_one, jobs), 1):
+            with path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({**line, **made_by}, separators=(",", ":")) + "\n")
+            left = (time.monotonic() - start) / count * (len(jobs) - count)
+            print(f"[{count}/{len(jobs)}, {left / 60:.0f} min left] {line['cell']} seed {line['seed']}",
+                  file=sys.stderr, flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="a few cells and seeds, for a look; nothing is kept")
+    parser.add_argument("--cells", default="", help="parts of names separated by commas (default: all)")
+    parser.add_argument("--seeds", type=int, help=f"runs a cell (default {SEEDS}, {QUICK_SEEDS} with --quick)")
+    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--results", type=Path, help=f"default {RESULTS.relative_to(HERE.parents[1])}")
+    options = parser.parse_args()
+    path = options.results or (QUICK_RESULTS if options.quick else RESULTS)
+    if options.quick:
+        path.unlink(missing_ok=True)
+    cells = {name: cell for name, cell in all_cells().items() if not options.quick or name in QUICK}
+    wanted = [part for part in options.cells.split(",") if part]
+    cells = {name: cell for name, cell in cells.items() if not wanted or any(part in name for part in wanted)}
+    if not cells:
+        parser.error(f"no cell has {options.cells} in its name; there are {', '.join(all_cells())}")
+
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # matrices are small: more threads only get in the way
+    done = {(line["cell"], line["seed"]) for line in read_lines(path)}
+    seeds = range(FIRST_SEED, FIRST_SEED + (options.seeds or (QUICK_SEEDS if options.quick else SEEDS)))
+    jobs = [(name, cells[name], seed) for seed in seeds for name in cells if (name, seed) not in done]
+    work(jobs, path, options.workers)
+
+    lines = [line for line in read_lines(path) if line["cell"] in cells]
+    lines.sort(key=lambda line: (list(cells).index(line["cell"]), line["seed"]))
+    rows, times = table_rows(cells_of(lines)), update_times(read_parameters())
+    judged = verdicts(lines, times)
+    print_rows(rows)
+    print_verdicts(judged)
+    keys = ("commit", "python", "numpy", "scipy", "stonesoup", "filterpy")
+    made_by = [dict(zip(keys, made)) for made in sorted({tuple(line[key] for key in keys) for line in lines})]
+    found = {"made_by": made_by, "seeds": [seeds[0], seeds[-1]], "update_us": times, "verdicts": judged, "table": rows}
+    path.with_suffix(".json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
