@@ -95,7 +95,7 @@ def error_against_horizon(seed, runs, bounds=None, progress=None):
     """
     squares = {name: {stage: [] for stage in STAGES} for name in estimators()}
     for run in range(runs):
-        drive = make_drive([seed, 3, run])
+        drive = make_drive([seed, 3, run], laps=LAPS)
         lap = drive.track.length / drive.speed
         if progress is not None:
             progress(run, runs)
