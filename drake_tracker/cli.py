@@ -85,7 +85,7 @@ def _parser():
     )
     _add_scenario(measure)
     measure.add_argument("-o", "--out", type=Path, required=True, metavar="FILE", help="file to write")
-    measure.add_argument("--seeds", type=int, default=2, metavar="N", help="runs at each speed, seeds from 0 (default 2)")
+    measure.add_argument("--seeds", type=int, default=2, metavar="N", help="runs at each speed (default 2)")
     measure.add_argument("--laps", type=int, default=2, metavar="N", help="laps of each run (default 2)")
     measure.add_argument("--speeds", metavar="V,V,...", help="speeds of the train [m/s] (default: 0.05 to 0.6, seven)")
     measure.set_defaults(action=_measure)

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
@@ -96,8 +97,6 @@ def pixel_footprint(cameras):
 
 def watch(scenario, seed, laps, speed, progress=False):
     """Runs the loop without a grasp; returns the list of `Sighting` of the run."""
-    from copy import deepcopy
-
     scenario = deepcopy(scenario)
     scenario.seed, scenario.track.speed = seed, speed
     if scenario.track.direction == "random":
@@ -128,8 +127,8 @@ def sightings_of(log, speed):
     stamps = point["stamp"][fresh]
     pose = train_pose(log, stamps)
     state = {name: np.interp(stamps, truth.times, truth[name]) for name in ("vx", "vy", "wz")}
-    away = point.view("x", "y")[fresh]
-    error = np.column_stack([errors(log, stamps, away), point["z"][fresh] - pose[:, 2]])
+    horizontal = errors(log, stamps, point.view("x", "y")[fresh])
+    error = np.column_stack([horizontal, point["z"][fresh] - pose[:, 2]])
     error[point["valid"][fresh] == 0] = np.nan
     running = np.hypot(state["vx"], state["vy"]) > 0.5 * speed
     cuts = np.nonzero(np.diff(running.astype(int)))[0] + 1
@@ -151,8 +150,8 @@ def print_fits(fits):
         print(f"{speed:5.2f} m/s  {std} mm  {later}  {again}  missing {fit.missing[0]:.1%}  {fit.points} points")
     middle = sorted(fits)[len(fits) // 2]
     table = 1e3 * fits[middle].bias[:, :: HEADINGS // _SHOWN]
-    print(f"bias at {middle:g} m/s over the heading [mm], on a straight path; and at 6 1/m of curvature to the left, right")
+    print(f"bias at {middle:g} m/s over the heading, {', '.join(AXES)} [mm]: straight on; bending left, right at 6 1/m")
     for k in range(_SHOWN):
         parts = [table[0, k] + bend * table[1, k] for bend in (0.0, 6.0, -6.0)]
         shown = "   ".join(", ".join(f"{x:+5.1f}" for x in part) for part in parts)
-        print(f"{k * 360 // _SHOWN:4d} deg  {shown}   ({', '.join(AXES)})" if k == 0 else f"{k * 360 // _SHOWN:4d} deg  {shown}")
+        print(f"{k * 360 // _SHOWN:4d} deg  {shown}")

@@ -44,7 +44,8 @@ class HandEyeDiagram(Diagram):
     exist, and in the place of the images one wire carries the train's true state to this stand-in, and to nothing else.
 
     Args:
-      world: `WorldDiagram`. vision: `VisionDiagram` or `MeasuredVisionDiagram`. host: `EstimatorSystem`. link: a link System. arm: `ArmDiagram`.
+      world: `WorldDiagram`. vision: `VisionDiagram` or `MeasuredVisionDiagram`. host: `EstimatorSystem`. link: a link
+      System. arm: `ArmDiagram`.
     """
 
     def __init__(self, world, vision, host, link, arm):

@@ -20,7 +20,7 @@ from functools import lru_cache
 import numpy as np
 
 STREAM, PATTERN_STREAM = 50, 51
-"""Streams of random numbers: default_rng([seed, STREAM, block]) and default_rng([seed, PATTERN_STREAM, column, row])"""
+"""Streams of random numbers: default_rng([seed, STREAM, block]) and default_rng([seed, PATTERN_STREAM, column, row])."""
 AXES = ("along", "across", "vertical")
 SHARPEST = 12.0
 """Curvature of a path [1/m] beyond which the bias is held."""
@@ -128,8 +128,8 @@ def pattern_at(seed, xy, pixel):
     i, j = math.floor(column), math.floor(row)
     a, b = column - i, row - j
     weights = np.array([(1.0 - a) * (1.0 - b), (1.0 - a) * b, a * (1.0 - b), a * b])
-    corners = np.array([_corner(seed, i, j), _corner(seed, i, j + 1), _corner(seed, i + 1, j), _corner(seed, i + 1, j + 1)])
-    return weights @ corners / math.sqrt(weights @ weights)
+    corners = [_corner(seed, i + k, j + m) for k in (0, 1) for m in (0, 1)]
+    return weights @ np.array(corners) / math.sqrt(weights @ weights)
 
 
 @lru_cache(maxsize=4096)

@@ -19,7 +19,8 @@ def save_error(path, error, *, rig, notes):
     ``rig`` {name: value} says for which cameras it holds, ``notes`` {name: value} how it was found: plain numbers,
     texts and lists. Raises DrakeTrackerError when the file cannot be written.
     """
-    data = {"rig": rig, "notes": notes, "pixel": _plain(error.pixel), "seen_from": _plain(error.seen_from), "speeds": []}
+    data = {"rig": rig, "notes": notes, "pixel": _plain(error.pixel), "seen_from": _plain(error.seen_from)}
+    data["speeds"] = []
     for k, speed in enumerate(error.speeds):
         data["speeds"].append(
             {
@@ -68,8 +69,8 @@ def load_error(path, rig=None):
     arrays = {name: np.array([part[name] for part in read]) for name in ("bias", "pattern", "jitter", "missing")}
     for array in arrays.values():
         array.setflags(write=False)
-    pixel = _numbers(path, "", data, "pixel", None, low=1e-5)
-    return MeasuredError(speeds, **arrays, pixel=float(pixel), seen_from=float(_numbers(path, "", data, "seen_from", None)))
+    pixel, seen_from = _numbers(path, "", data, "pixel", None, low=1e-5), _numbers(path, "", data, "seen_from", None)
+    return MeasuredError(speeds, **arrays, pixel=float(pixel), seen_from=float(seen_from))
 
 
 def _read_speed(path, where, entry):

@@ -16,7 +16,8 @@ FEWEST = 300
 _PATTERN_SEEDS = range(8)
 _BACK = 0.1
 """Angle [rad] by which a heading may swing back on a path that turns one way."""
-_SMOOTH, _TIE = 1e-3, 1e-6
+_SMOOTH, _TIE, _LEVEL = 1e-3, 1e-6, 1e-2
+"""Weights of a table's roughness, of its size, and of its dependence on the curvature [1/m^2]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,7 @@ def fit_speed(sightings, pixel):
     if count < FEWEST:
         raise DrakeTrackerError(f"only {count} points were found, {FEWEST} are needed; take more seeds or laps")
     bias = fit_bias(sightings, seen)
-    rests = [np.where(one[:, None], each.error - evaluate_bias(bias, each), np.nan) for each, one in zip(sightings, seen)]
+    rests = [each.error - evaluate_bias(bias, each) for each in sightings]  # NaN stays NaN
     covariance = autocovariance(rests, REACH)
     returns = np.clip(share_that_returns(sightings, rests), 0.0, 0.95)
     # The pattern's own correlation along the paths driven is taken out, so that the sum has the one measured.
@@ -108,15 +109,19 @@ def fit_bias(sightings, seen):
     """
     design = np.concatenate([_design(each)[one] for each, one in zip(sightings, seen)])
     error = np.concatenate([each.error[one] for each, one in zip(sightings, seen)])
-    second_difference = np.roll(np.eye(HEADINGS), 1, axis=1) - 2.0 * np.eye(HEADINGS) + np.roll(np.eye(HEADINGS), -1, axis=1)
-    roughness = second_difference.T @ second_difference
-    bend = np.mean(design[:, HEADINGS:] ** 2) / max(np.mean(design[:, :HEADINGS] ** 2), 1e-12)
-    scale = len(design) / HEADINGS
-    penalty = np.zeros((2 * HEADINGS, 2 * HEADINGS))
-    penalty[:HEADINGS, :HEADINGS] = _SMOOTH * scale * roughness
-    penalty[HEADINGS:, HEADINGS:] = scale * (bend + 1e-3) * (_SMOOTH * roughness + 1e3 * _TIE * np.eye(HEADINGS))
-    penalty[:HEADINGS, :HEADINGS] += _TIE * scale * np.eye(HEADINGS)
+    one = np.eye(HEADINGS)
+    bow = np.roll(one, 1, axis=1) - 2.0 * one + np.roll(one, -1, axis=1)
+    rough = _SMOOTH * bow.T @ bow + _TIE * one
+    # Small beside what one heading's own points say: its share of them, and their mean square curvature.
+    share, bend = len(design) / HEADINGS, np.mean(curvature_of(sightings) ** 2)
+    nothing = np.zeros_like(one)
+    penalty = share * np.block([[rough, nothing], [nothing, bend * rough + _LEVEL * one]])
     return np.linalg.solve(design.T @ design + penalty, design.T @ error).reshape(2, HEADINGS, 3)
+
+
+def curvature_of(sightings):
+    """Returns the curvatures (n,) [1/m] of all sightings."""
+    return np.concatenate([curvature(each.speed, each.yaw_rate) for each in sightings])
 
 
 def evaluate_bias(table, sighting):

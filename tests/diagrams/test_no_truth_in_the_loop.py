@@ -13,8 +13,10 @@ from drake_tracker import load_scenario, make_diagram
 from drake_tracker.diagrams import hand_eye as hand_eye_module
 from drake_tracker.scenarios.scenario import Scenario
 from drake_tracker.scenarios.scenario import Track as TrackSettings
+from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.world import world_diagram as world_module
 
+MEASURED = "vision=!Measured {}"
 BEHIND_THE_SENSORS = {"camera_left_noise", "camera_right_noise", "jaw_sensor"}
 """Systems of the world between what a sensor measures and the port through which the controller reads it."""
 
@@ -23,14 +25,22 @@ def controller_rooms(hand_eye):
     return {"vision": hand_eye.vision, "host": hand_eye.host, "link": hand_eye.link, "arm": hand_eye.arm}
 
 
-def measured(world):
-    """The allow list: output ports of leaf Systems that a controller may read, {port: what it is}."""
+def measured(hand_eye, stand_in):
+    """The allow list: output ports of leaf Systems that a controller may read, {port: what it is}.
+
+    ``stand_in``: whether the scenario says ``vision: !Measured``. Then, and only then, there is the System that knows
+    the truth in place of the cameras, and what it puts out counts as a sensor.
+    """
+    world = hand_eye.world
     laboratory = world.laboratory
     plant = laboratory.plant
     ports = {name: camera.sensor.color_image_output_port() for name, camera in world.cameras.items()}
     ports["joints of the arm"] = plant.get_state_output_port(laboratory.arm)
     ports["joints of the gripper"] = plant.get_state_output_port(laboratory.gripper)
     ports["drive of the gripper"] = plant.get_net_actuation_output_port(laboratory.gripper)
+    if stand_in:
+        assert type(hand_eye.vision) is MeasuredVisionDiagram and not world.cameras
+        ports["stand-in for cameras"] = hand_eye.vision.GetSubsystemByName("measured_error").GetOutputPort("point")
     return {(port.get_system(), int(port.get_index())): name for name, port in ports.items()}
 
 
@@ -93,11 +103,14 @@ class Wires:
         return False
 
 
-def leaks(hand_eye):
+def leaks(hand_eye, stand_in=False):
     """The ways by which truth comes to a controller room, and the sensors that come to one."""
-    allowed = measured(hand_eye.world)
+    allowed = measured(hand_eye, stand_in)
     wires = Wires(hand_eye)
-    upstream = wires.upstream(controller_rooms(hand_eye).values(), allowed)
+    rooms = controller_rooms(hand_eye)
+    if stand_in:  # all of the room but the System that stands in for the cameras
+        rooms["vision"] = hand_eye.vision.GetSubsystemByName("lag")
+    upstream = wires.upstream(rooms.values(), allowed)
     leaking = [
         path
         for (leaf, port), path in upstream.items()
@@ -117,7 +130,36 @@ def test_the_controller_reads_the_sensors_and_no_truth(hand_eye):
     leaking, sensors = leaks(hand_eye)
     assert leaking == []
     # The walk did walk: it came to every sensor.
-    assert sensors == set(measured(hand_eye.world).values())
+    assert sensors == set(measured(hand_eye, False).values())
+
+
+@pytest.fixture(scope="module")
+def blind():
+    """A diagram with measured vision: without cameras."""
+    return make_diagram(load_scenario("train", overrides=[MEASURED]))
+
+
+def test_measured_vision_is_the_one_system_that_reads_truth_and_in_place_of_cameras(blind):
+    leaking, sensors = leaks(blind, stand_in=True)
+    assert leaking == []
+    assert sensors == set(measured(blind, True).values())
+    # What it reads is the train's state and nothing else of the world, and it is all that is in its room.
+    system = blind.vision.GetSubsystemByName("measured_error")
+    assert system.num_input_ports() == 1
+    source, port = Wires(blind).source(system, 0)
+    assert source is blind.world.laboratory.plant and source.get_output_port(port).get_name() == "train_state"
+    assert {part.get_name() for part in blind.vision.GetSystems()} == {"measured_error", "lag"}
+
+
+def test_measured_vision_is_a_leak_where_the_scenario_does_not_ask_for_it(blind):
+    leaking, _ = leaks(blind)
+    assert any("measured_error" in path and "plant.train_state" in path for path in leaking)
+
+
+def test_a_leak_beside_measured_vision_is_found(monkeypatch):
+    monkeypatch.setattr(hand_eye_module, "DiagramBuilder", WorldLeaksToHost)
+    leaking, _ = leaks(make_diagram(load_scenario("train", overrides=[MEASURED])), stand_in=True)
+    assert any("plant.train_state" in path for path in leaking), leaking
 
 
 def test_nothing_comes_in_from_outside(hand_eye):
@@ -275,6 +317,11 @@ def test_no_object_of_the_controller_refers_to_the_world(hand_eye, room):
     for system in leaves(controller_rooms(hand_eye)[room]):
         truths = [(way, type(thing).__name__) for way, thing in references(system) if is_truth(thing)]
         assert truths == [], system.get_name()
+
+
+def test_the_stand_in_reads_its_port_and_refers_to_nothing_of_the_world(blind):
+    for system in leaves(blind.vision):
+        assert not [way for way, thing in references(system) if is_truth(thing)], system.get_name()
 
 
 def test_the_controllers_plant_is_not_the_simulators(hand_eye):
