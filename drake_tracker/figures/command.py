@@ -89,8 +89,8 @@ def make_figures(out, seed=0, quick=False, bounds=None, say=print):
         frames = render_frames(Studio(scenario, folder), log, [moment.time for moment in shown])
     keep("figure_14", [moment._asdict() for moment in shown], draw_grasp_frames(frames, shown))
 
-    text = json.dumps(rounded(numbers), indent=1) + "\n"
-    (out / "figures.json").write_text(text, encoding="utf-8")
+    rows = (f"{json.dumps(name)}: {json.dumps(found)}" for name, found in rounded(numbers).items())
+    (out / "figures.json").write_text("{\n" + ",\n".join(rows) + "\n}\n", encoding="utf-8")
     return numbers
 
 

@@ -38,8 +38,8 @@ def moments(log, scenario):
     reach = [span for span in spans if span.phase == Phase.INTERCEPT and span.start < lift.start][-1]
     times = {
         "track": reach.start - 0.1,
-        # Two thirds of the way down, the jaws still open.
-        "intercept": reach.start + 0.67 * (reach.end - reach.start),
+        # Most of the way down, the jaws still open.
+        "intercept": reach.start + 0.8 * (reach.end - reach.start),
         "grasp": lift.start,
         "lift": lift.end,
     }

@@ -131,7 +131,7 @@ def draw_error_against_horizon(numbers):
                 curve = {key: 1e3 * np.asarray(row) for key, row in stages[stage].items()}
                 axes.fill_between(horizons, curve["low_m"], curve["high_m"], color=colour, alpha=0.18, lw=0)
                 # Broad and behind: before the path has closed the closed path is the coordinated turn.
-                width = 5.0 if name == "closed_path" else 2.0
+                width = 4.5 if name == "closed_path" else 2.0
                 (seen[label],) = axes.plot(horizons, curve["rms_m"], color=colour, ls=look, lw=width, zorder=2 - width / 9)
             for k, bound in enumerate(b for b in numbers["bounds"] if b["stage"] in (stage, "both")):
                 look = (0, (1, 1.4)) if k % 2 == 0 else (0, (5, 1.5, 1, 1.5))

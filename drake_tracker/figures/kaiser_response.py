@@ -24,7 +24,7 @@ def kaiser_response():
     window = kaiser_window(order, beta)
     n = np.arange(order + 1)
     sinc = window * np.sinc(2.0 * TRANSITION * (n - 0.5 * order))
-    frequency = np.linspace(0.0, 0.5 * rate, 4001)
+    frequency = np.linspace(0.0, 0.5 * rate, 1201)
     responses = {
         name: _decibels(taps / taps.sum(), frequency / rate)
         for name, taps in (("kaiser", window), ("rectangular", np.ones(order + 1)), ("windowed_sinc", sinc))

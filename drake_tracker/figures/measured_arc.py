@@ -94,7 +94,7 @@ def draw_measured_density(numbers):
             axes.axvline(1e3 * value, color=colour, ls=look, lw=1.8, label=f"{name}: {1e3 * value:.2f} mm")
         axes.set(xlim=(0, edges[-1]), xlabel="arc length $s$ between images 1/60 s apart  [mm]",
                  ylabel="density  [1/mm]")
-        axes.set_ylim(0, 1.5 * max(1e-3 * numbers["density_1_m"].max(), arc_length_density(s, s_0, sigma).max()))
+        axes.set_ylim(0, 1.4 * max(1e-3 * numbers["density_1_m"].max(), arc_length_density(s, s_0, sigma).max()))
         quiet_grid(axes)
         axes.legend(loc="upper right")
         head(axes, "Figure 7 · Arc length as the cameras measure it",

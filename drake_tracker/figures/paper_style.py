@@ -19,14 +19,14 @@ _LEGEND = {"legend.frameon": False, "legend.fontsize": 10, "legend.handlelength"
 def sheet(width, height):
     """Yields an empty Matplotlib `Figure` of width x height [in] in the style of the package.
 
-    It is drawn once at the end: ticks are made when they are first drawn, and would else take the style of that time.
+    It is laid out at the end: ticks are made when they are first needed, and would else take the style of that time.
     """
     with matplotlib.rc_context({**PLOT_STYLE, **_LEGEND}):
         figure = Figure(figsize=(width, height), facecolor="white", layout="constrained", dpi=DPI)
         FigureCanvasAgg(figure)
         figure.get_layout_engine().set(w_pad=0.08, h_pad=0.08, wspace=0.03, hspace=0.03)
         yield figure
-        figure.canvas.draw()
+        figure.draw_without_rendering()
 
 
 def save(figure, path):
