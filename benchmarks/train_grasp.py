@@ -12,6 +12,7 @@ import argparse
 import json
 import multiprocessing
 import os
+import statistics
 import sys
 import time
 from pathlib import Path
@@ -72,11 +73,6 @@ def read_results(path):
     return [json.loads(line) for line in path.read_text().splitlines() if line.strip()]
 
 
-def median(values):
-    values = sorted(value for value in values if value is not None)
-    return values[len(values) // 2] if values else float("nan")
-
-
 def print_table(rows):
     header = "| cell | runs | lifted | Wilson 95 % | first attempt | Wilson 95 % | median time to grasp |"
     print(header, "|---|---|---|---|---|---|---|", sep="\n")
@@ -85,10 +81,11 @@ def print_table(rows):
         lifted = sum(bool(row["success"]) for row in runs)
         first = sum(bool(row.get("first_attempt_success")) for row in runs)
         (a, b), (c, d) = wilson(lifted, len(runs)), wilson(first, len(runs))
-        seconds = median([row.get("time_to_grasp_s") for row in runs])
+        times = [row["time_to_grasp_s"] for row in runs if row.get("time_to_grasp_s") is not None]
+        seconds = f"{statistics.median(times):.1f} s" if times else ""
         print(
             f"| {cell} | {len(runs)} | {lifted} ({100 * lifted / len(runs):.0f} %) | {100 * a:.0f}-{100 * b:.0f} % "
-            f"| {first} ({100 * first / len(runs):.0f} %) | {100 * c:.0f}-{100 * d:.0f} % | {seconds:.1f} s |"
+            f"| {first} ({100 * first / len(runs):.0f} %) | {100 * c:.0f}-{100 * d:.0f} % | {seconds} |"
         )
     failures = [row for row in rows if not row["success"]]
     for row in failures:
@@ -114,8 +111,8 @@ def main():
     done = {(row["estimator"], row["cell"], row["seed"]) for row in read_results(options.results)}
     jobs = [
         (estimator, name, seed, [f"estimator={ESTIMATORS[estimator]}", *CELLS[name], *options.overrides])
-        for name in names
         for seed in range(options.first_seed, options.first_seed + options.seeds)
+        for name in names
         if (estimator, name, seed) not in done
     ]
     options.results.parent.mkdir(parents=True, exist_ok=True)
