@@ -21,6 +21,7 @@ from drake_tracker.record.log import load_log
 from drake_tracker.record.studio import Studio
 
 IMAGES = Path(__file__).parent / "images"
+SHOWN = ("track", "grasp", "lift")
 ENERGY_COLOUR = (0, 176, 255)  # blue, green, red
 FIRST_SIGHT = 2.0
 """Simulated time [s] of the images of the two cameras."""
@@ -70,7 +71,7 @@ def main():
         studio = Studio(scenario, folder)
         pictures = {
             "laboratory": draw_laboratory(studio, log, times),
-            "grasp": side_by_side(render_frames(studio, log, [times[name] for name in ("track", "grasp", "lift")], 424)),
+            "grasp": side_by_side(render_frames(studio, log, [times[name] for name in SHOWN], 424)),
             "cameras": draw_cameras(scenario),
             "tracking": cv2.resize(cv2.imread(str(run / "tracking.png")), (1600, 900), interpolation=cv2.INTER_AREA),
         }

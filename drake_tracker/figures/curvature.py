@@ -56,7 +56,8 @@ def draw_curvature(numbers):
         right.yaxis.set_major_formatter("{x:g}")
         quiet_grid(right)
         head(right, "Equation (5) in numbers",
-             f"On the oval at {numbers['speed_m_s']:g} m/s, where $\\kappa$ = {numbers['curvature_1_m']:.2f} 1/m; no noise.")
+             f"On the oval at {numbers['speed_m_s']:g} m/s, "
+             f"where $\\kappa$ = {numbers['curvature_1_m']:.2f} 1/m; no noise.")
     return figure
 
 

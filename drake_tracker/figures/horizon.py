@@ -36,6 +36,7 @@ _LOOKS = {
     "coordinated_turn": (FAR_PREDICTED, "-", "coordinated turn"),
     "closed_path": (HAND, "-", "closed path"),
 }
+_BOUND_LOOKS = ((0, (1, 1.4)), (0, (5, 1.5, 1, 1.5)), (0, (6, 1.5)), (0, (3, 1, 1, 1, 1, 1)))
 
 
 class Drive(NamedTuple):
@@ -53,7 +54,10 @@ class Drive(NamedTuple):
 
 
 def make_drive(seed, laps=LAPS, speed=SPEED, sigma=SIGMA):
-    """Returns a `Drive` of some laps round the stadium at ``speed`` [m/s]; the seed draws direction, start and noise."""
+    """Returns a `Drive` of some laps round the stadium at ``speed`` [m/s].
+
+    The seed draws direction, start and noise.
+    """
     rng = np.random.default_rng(seed)
     track = make_track("stadium", radius=0.175, straight=0.25)
     if rng.random() < 0.5:
@@ -84,7 +88,8 @@ def horizon_errors(estimator, drive, horizons=HORIZONS, every=EVERY):
 
 def estimators():
     """Returns {name: estimator} of every kind at its defaults, and of the arc length read literally."""
-    return {**{kind: make_estimator(kind) for kind in ESTIMATORS}, LITERAL: make_estimator("arc_length", mode="literal")}
+    kinds = {kind: make_estimator(kind) for kind in ESTIMATORS}
+    return {**kinds, LITERAL: make_estimator("arc_length", mode="literal")}
 
 
 def error_against_horizon(seed, runs, bounds=None, progress=None):
@@ -132,9 +137,12 @@ def draw_error_against_horizon(numbers):
                 axes.fill_between(horizons, curve["low_m"], curve["high_m"], color=colour, alpha=0.18, lw=0)
                 # Broad and behind: before the path has closed the closed path is the coordinated turn.
                 width = 4.5 if name == "closed_path" else 2.0
-                (seen[label],) = axes.plot(horizons, curve["rms_m"], color=colour, ls=look, lw=width, zorder=2 - width / 9)
-            for k, bound in enumerate(b for b in numbers["bounds"] if b["stage"] in (stage, "both")):
-                look = (0, (1, 1.4)) if k % 2 == 0 else (0, (5, 1.5, 1, 1.5))
+                look = dict(color=colour, ls=look, lw=width, zorder=2.0 - 0.1 * width)
+                (seen[label],) = axes.plot(horizons, curve["rms_m"], **look)
+            for k, bound in enumerate(numbers["bounds"]):
+                if bound["stage"] not in (stage, "both"):
+                    continue
+                look = _BOUND_LOOKS[k % len(_BOUND_LOOKS)]
                 (seen[bound["name"]],) = axes.plot(
                     bound["horizon_s"], 1e3 * np.asarray(bound["rms_m"]), color=INK, ls=look, lw=1.6
                 )

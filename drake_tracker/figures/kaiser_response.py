@@ -68,7 +68,8 @@ def draw_kaiser_response(numbers):
             ("windowed_sinc", "sinc in a Kaiser window", dict(color=FAR_PREDICTED, lw=1.5, ls=(0, (4, 2)))),
             ("kaiser", "Kaiser, bare, as in the paper", dict(color=PREDICTED, lw=2.2)),
         ):
-            right.plot(numbers["frequency_hz"], np.maximum(numbers["response_db"][name], FLOOR - 20), label=label, **look)
+            response = np.maximum(numbers["response_db"][name], FLOOR - 20.0)
+            right.plot(numbers["frequency_hz"], response, label=label, **look)
         reached = f"−{-numbers['highest_side_lobe_db']:.1f} dB"
         wanted = f"−A = −{numbers['attenuation_db']:.0f} dB"
         for level, text in ((numbers["highest_side_lobe_db"], reached), (-numbers["attenuation_db"], wanted)):

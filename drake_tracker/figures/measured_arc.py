@@ -55,7 +55,8 @@ def filter_arc_lengths(s, order=ORDER, attenuation=ATTENUATION):
 
 def measured_density(log):
     """Returns the numbers of figure 7: histogram of s, its Rice fit by two moments, the distance between the two; and
-    the correlation of the tangential and the normal part of the jitter (section 4.1).
+    the correlation of the tangential and the normal part of the jitter (section 4.1), normal to the left of travel. Its
+    sign turns with the direction of travel; the paper, which gives 0.1 to 0.2, does not say which way its normal points.
     """
     stamps, xy = seen_points(log)
     times, s = arc_lengths(stamps, xy)
@@ -163,6 +164,7 @@ def draw_filtered_arc(numbers, longest=8.0):
         below.set(xlim=(times[0], times[-1]), xlabel="time  [s]",
                   ylim=(values.min() - room - 0.05, values.max() + 0.05))
         head(above, "Figure 12 · The arc length before and after the filter",
-             f"Chords of one frame, 1/60 s. On average $s_1$ is {100 * numbers['bias_s_1']:+.1f} % off the true length, "
+             "Chords of one frame, 1/60 s. On average "
+             f"$s_1$ is {100 * numbers['bias_s_1']:+.1f} % off the true length, "
              f"$s_0$ {100 * numbers['bias_s_0']:+.1f} %.")
     return figure

@@ -58,6 +58,6 @@ def draw_trajectory(numbers):
         axes.legend(loc="center")
         along, across = 1e3 * numbers["commanded_rms_along_m"], 1e3 * numbers["commanded_rms_across_m"]
         head(axes, "Figure 13 · Seen and commanded",
-             f"The last {numbers['lap_s']:.1f} s. The command, predicted over the lag, is off by {along:.1f} mm rms along "
-             f"the track, {across:.1f} mm across.")
+             f"The last {numbers['lap_s']:.1f} s. The command, predicted over the lag, "
+             f"is off by {along:.1f} mm rms along the track, {across:.1f} mm across.")
     return figure

@@ -59,7 +59,8 @@ class Studio:
                 add_camera_stand(plant, X_WC)
 
         self._laboratory = add_laboratory(
-            builder, ARMS[type(scenario.arm).__name__], scenario.train.body, scenario.table_height, scenario.time_step, decorate
+            builder, ARMS[type(scenario.arm).__name__], scenario.train.body, scenario.table_height, scenario.time_step,
+            decorate,
         )
         self._scene_graph = self._laboratory.scene_graph
         self._scene_graph.AddRenderer(RENDERER, MakeRenderEngineVtk(studio_light(folder)))
