@@ -1,6 +1,6 @@
 """How well the hand follows the train lap after lap, with rendered images in the loop and no grasp.
 
-    python benchmarks/tracking.py [--quick] [--laps N] [--directions forward,backward] [--seed N] [--json FILE]
+    python benchmarks/tracking.py [--quick] [--laps N] [--directions forward,backward] [--seed N] [--set KEY=VALUE]
 
 For each direction: whether the train was ever lost; the hand's error and jerk in the last lap beside the second;
 errors of the servo's target at the time for which it holds; errors of the triangulated points, their jitter and their
@@ -73,9 +73,9 @@ def run(scenario):
     return log, np.array(meter.lags), hand_eye.arm.model, scenario.duration / wall
 
 
-def measure(direction, laps, seed, speed):
+def measure(direction, laps, seed, speed, changes):
     """Returns the results of ``laps`` laps as a dict; lengths in mm."""
-    overrides = [f"track.speed={speed}", f"track.direction={direction}"]
+    overrides = [f"track.speed={speed}", f"track.direction={direction}", *changes]
     scenario = load_scenario("train", seed=seed, overrides=overrides)
     length = draw_track(scenario)[0].length
     scenario.duration = laps * length / speed + START_UP
@@ -277,13 +277,17 @@ def main():
     parser.add_argument("--directions", default="forward,backward", help="names separated by a comma")
     parser.add_argument("--seed", type=int, default=200)
     parser.add_argument("--speed", type=float, default=0.15, help="of the train [m/s]")
+    parser.add_argument("--set", action="append", default=[], dest="changes", metavar="KEY=VALUE", help="as in a run")
     parser.add_argument("--json", metavar="FILE")
     options = parser.parse_args()
     laps = 3 if options.quick else options.laps
     if laps < 2:
         parser.error("--laps must be at least 2")
     print(f"default oval at {options.speed:g} m/s, seed {options.seed}, images every {1e3 * VISION_PERIOD:.2f} ms\n")
-    results = [measure(direction, laps, options.seed, options.speed) for direction in options.directions.split(",")]
+    results = [
+        measure(direction, laps, options.seed, options.speed, options.changes)
+        for direction in options.directions.split(",")
+    ]
     print_results(results)
     save_json(tidy(results), options.json)
 
