@@ -23,9 +23,10 @@ def seen_points(log):
     """Returns (stamps (n,) [s], xy (n, 2) [m]) of the valid triangulated points once the train has its speed."""
     point = log["point"]
     valid = point["valid"] > 0
-    stamps = point["stamp"][valid]
+    # A point shows in the log until the next one comes.
+    stamps, first = np.unique(point["stamp"][valid], return_index=True)
     kept = stamps >= stamps[:1].sum() + START_UP
-    return stamps[kept], point.view("x", "y")[valid][kept]
+    return stamps[kept], point.view("x", "y")[valid][first][kept]
 
 
 def arc_lengths(stamps, xy):
@@ -55,8 +56,8 @@ def filter_arc_lengths(s, order=ORDER, attenuation=ATTENUATION):
 
 def measured_density(log):
     """Returns the numbers of figure 7: histogram of s, its Rice fit by two moments, the distance between the two; and
-    the correlation of the tangential and the normal part of the jitter (section 4.1), normal to the left of travel. Its
-    sign turns with the direction of travel; the paper, which gives 0.1 to 0.2, does not say which way its normal points.
+    the correlation of the tangential and the normal part of the jitter (section 4.1), normal to the left of travel. The
+    paper gives 0.1 to 0.2 and does not say which way its normal points, on which the sign depends.
     """
     stamps, xy = seen_points(log)
     times, s = arc_lengths(stamps, xy)
