@@ -16,11 +16,11 @@ def read_parameters():
     return json.loads(PARAMETERS.read_text(encoding="utf-8"))
 
 
-def contestant(name, sigma_mm, parameters):
-    """Returns an estimator of `OURS` or `BASELINES` for points with noise ``sigma_mm`` [mm].
+def contestant(name, sigma_mm, law, parameters):
+    """Returns an estimator of `OURS` or `BASELINES` for points with noise ``sigma_mm`` [mm] and a speed law.
 
-    ``parameters``: of `read_parameters`. Alpha-beta-gamma and arc length have a set for each noise; coordinated turn
-    and closed path have their one default setting, and find the noise out; the baselines are told it.
+    ``parameters``: of `read_parameters`. Alpha-beta-gamma and arc length have a set for each noise, the baselines one
+    for each speed law, and the noise is told them. Coordinated turn and closed path have their one default setting.
     """
     if name == "arc_length_literal":
         return make_estimator("arc_length", mode="literal")
@@ -31,4 +31,4 @@ def contestant(name, sigma_mm, parameters):
     from baselines import Filterpy, StoneSoup  # slow to import, and only some runs need it
 
     library, model = name.split("_")
-    return {"stonesoup": StoneSoup, "filterpy": Filterpy}[library](model, 1e-3 * sigma_mm, **parameters[model])
+    return {"stonesoup": StoneSoup, "filterpy": Filterpy}[library](model, 1e-3 * sigma_mm, **parameters[model][law])

@@ -63,7 +63,7 @@ def own_world(seed, parameters):
         points = np.column_stack([states[: seen + 1, :2], np.full(seen + 1, HEIGHT)])
         points = points + SIGMA * rng.standard_normal(points.shape)
         times = PERIOD * np.arange(seen + 1)
-        rows, _ = follow(contestant("coordinated_turn", SIGMA_MM, parameters), times, points, [seen])
+        rows, _ = follow(contestant("coordinated_turn", SIGMA_MM, "constant", parameters), times, points, [seen])
         squares.append([np.sum((rows[0, k, :2] - states[seen + step, :2]) ** 2) for k, step in enumerate(ahead)])
     # Of the place and the heading nothing is known at first.
     information = np.diag([1e-4, 1e-4, 0.1, START_STD[0] ** -2.0, START_STD[1] ** -2.0])
@@ -102,7 +102,7 @@ def moved(seed, parameters):
     middle = world.track.points.mean(axis=0)
     points[later, :2] = _shift(points[later, :2], middle)
     judged = np.arange(60, len(world.times))
-    rows, _ = follow(contestant("closed_path", SIGMA_MM, parameters), world.times, points, judged)
+    rows, _ = follow(contestant("closed_path", SIGMA_MM, "constant", parameters), world.times, points, judged)
     truth = world.pose(world.times[judged] + HORIZONS["grasp"])[:, :2]
     after = world.times[judged] >= LAPS_BEFORE * lap
     truth[after] = _shift(truth[after], middle)

@@ -2,11 +2,12 @@
 
     python benchmarks/estimation/tune.py [--workers N]
 
-Each has the same budget: `CANDIDATES` settings, tried on the same runs of the tuning seeds at constant speed with white
-noise. Of them that one is kept whose errors at the present and at the grasp horizon have the least product. Alpha-beta-
-gamma and arc length are tuned on the stadium, once for each noise; the baselines on the oval at 1 mm. Stone Soup's and
-filterpy's filters of one model are the same filter, as they should be (they differ by 1e-5 of the error), so that the
-faster is tuned for both. Coordinated turn and closed path are not tuned: their defaults are their one setting.
+Each has the same budget: `CANDIDATES` settings, tried on the same runs of the tuning seeds with white noise. Of them
+that one is kept whose errors at the present and at the grasp horizon have the least product. Alpha-beta-gamma and arc
+length are tuned on the stadium at constant speed, once for each noise; the baselines on the oval at 1 mm, once for each
+speed law. Stone Soup's and filterpy's filters of one model are the same filter, as they should be (they differ by 1e-5
+of the error), so that the faster is tuned for both. Coordinated turn and closed path are not tuned: their defaults are
+their one setting, for every noise and every law.
 """
 
 import argparse
@@ -19,7 +20,7 @@ import sys
 import numpy as np
 from contestants import PARAMETERS, contestant
 from measure import EVERY, HORIZONS, WARM_UP, follow
-from worlds import make_world
+from worlds import SPEED_LAWS, make_world
 
 SEEDS = tuple(range(1000, 1006))
 DURATION = 20.0
@@ -40,7 +41,7 @@ def candidates():
         "acceleration": [{"noise": float(f"{x:.2g}")} for x in np.geomspace(1e-3, 3.0, CANDIDATES)],
         "turn": [
             {"noise": noise, "turn_noise": turn}
-            for noise, turn in itertools.product((1e-7, 1e-6, 1e-5), (0.06, 0.12, 0.25, 0.5))
+            for noise, turn in itertools.product((1e-6, 1e-4, 1e-3, 1e-2), (0.12, 0.25, 0.5))
         ],
     }
     assert all(len(grid) == CANDIDATES for grid in grids.values())
@@ -49,16 +50,16 @@ def candidates():
 
 def try_out(job):
     """Returns the mean squares [m^2] at both horizons of one setting, over all tuning seeds."""
-    name, path, sigma_mm, setting = job
+    name, path, sigma_mm, law, setting = job
     if name in ("alpha_beta_gamma", "arc_length"):
         contestant_name, parameters = name, {name: {f"{sigma_mm:g}": setting}}
     else:
-        contestant_name, parameters = f"filterpy_{name}", {name: setting}
+        contestant_name, parameters = f"filterpy_{name}", {name: {law: setting}}
     squares = []
     for seed in SEEDS:
-        world = make_world(path, "white", 1e-3 * sigma_mm, "constant", seed, DURATION)
+        world = make_world(path, "white", 1e-3 * sigma_mm, law, seed, DURATION)
         judged = np.arange(round(60 * WARM_UP), len(world.times), EVERY)
-        rows, _ = follow(contestant(contestant_name, sigma_mm, parameters), world.times, world.points, judged)
+        rows, _ = follow(contestant(contestant_name, sigma_mm, law, parameters), world.times, world.points, judged)
         truth = [world.pose(world.times[judged] + ahead)[:, :2] for ahead in HORIZONS.values()]
         squares.append([np.mean(np.sum((rows[:, k, :2] - at) ** 2, axis=1)) for k, at in enumerate(truth)])
     return np.mean(squares, axis=0)
@@ -71,7 +72,8 @@ def main():
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # matrices are small: more threads only get in the way
     jobs = []
     for name, grid in candidates().items():
-        places = [("stadium", s) for s in SIGMAS_MM] if name in ("alpha_beta_gamma", "arc_length") else [("oval", 1.0)]
+        ours = name in ("alpha_beta_gamma", "arc_length")
+        places = [("stadium", s, "constant") for s in SIGMAS_MM] if ours else [("oval", 1.0, law) for law in SPEED_LAWS]
         jobs += [(name, *place, setting) for place in places for setting in grid]
     with multiprocessing.get_context("spawn").Pool(options.workers) as pool:
         found = []
@@ -80,15 +82,13 @@ def main():
             rms = np.round(1e3 * np.sqrt(squares), 2)
             print(f"[{len(found)}/{len(jobs)}] {job}: {rms} mm", file=sys.stderr, flush=True)
     chosen = {"tuned": {"seeds": [SEEDS[0], SEEDS[-1]], "duration_s": DURATION, "candidates": CANDIDATES, "rms_mm": {}}}
-    for name, path, sigma_mm in dict.fromkeys(job[:3] for job, _ in found):
-        of_it = [(job[3], squares) for job, squares in found if job[:3] == (name, path, sigma_mm)]
+    for place in dict.fromkeys(job[:4] for job, _ in found):
+        name, path, sigma_mm, law = place
+        of_it = [(job[4], squares) for job, squares in found if job[:4] == place]
         setting, squares = min(of_it, key=lambda item: np.prod(item[1]))
         rms = [round(1e3 * float(np.sqrt(value)), 3) for value in squares]
-        chosen["tuned"]["rms_mm"][f"{name} {path} {sigma_mm:g} mm"] = rms
-        if path == "stadium":
-            chosen.setdefault(name, {})[f"{sigma_mm:g}"] = setting
-        else:
-            chosen[name] = setting
+        chosen["tuned"]["rms_mm"][f"{name} {path} {sigma_mm:g} mm {law}"] = rms
+        chosen.setdefault(name, {})[f"{sigma_mm:g}" if path == "stadium" else law] = setting
     PARAMETERS.write_text(json.dumps(chosen, indent=2) + "\n", encoding="utf-8")
 
 
