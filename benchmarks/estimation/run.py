@@ -103,7 +103,7 @@ def work(jobs, path, workers):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="a few cells and seeds, for a look; nothing is kept")
+    parser.add_argument("--quick", action="store_true", help="a few cells and seeds, for a look, kept in runs/ only")
     parser.add_argument("--cells", default="", help="parts of names separated by commas (default: all)")
     parser.add_argument("--seeds", type=int, help=f"runs a cell (default {SEEDS}, {QUICK_SEEDS} with --quick)")
     parser.add_argument("--first-seed", type=int, help=f"default {FIRST_SEED}, {QUICK_FIRST_SEED} with --quick")

@@ -109,8 +109,8 @@ def table_rows(cells):
 
 def print_rows(rows):
     """Prints one line for each cell, contestant and stage, both horizons beside each other."""
-    print("| cell | contestant | stage | runs | present: rms [mm] | 95 % | heading [deg] | within std "
-          "| grasp: rms [mm] | 95 % | heading [deg] | within std |")
+    print("| cell | contestant | stage | runs | present: rms (interval) [mm] | 95th percentile | heading [deg] | within std "
+          "| grasp: rms (interval) [mm] | 95th percentile | heading [deg] | within std |")
     print("|" + "---|" * 12)
     pairs = {}
     for row in rows:
