@@ -45,7 +45,7 @@ SIGMAS_MM = (0.5, 1, 2, 4)
 QUICK = (
     "stadium-white-0.5-constant", "stadium-white-1-constant", "stadium-white-1-varying", "stadium-replayed-1-constant",
     "oval-white-1-constant", "oval-white-1-stop_and_go", *TRIALS,
-)  # fmt: skip
+)
 
 
 def all_cells():
