@@ -110,7 +110,8 @@ def table_rows(cells):
 def print_rows(rows):
     """Prints one line for each cell, contestant and stage, both horizons beside each other."""
     columns = ("rms (interval) [mm]", "95th percentile", "heading [deg]", "within std")
-    header = ["cell", "contestant", "stage", "runs", *(f"{horizon}: {text}" for horizon in HORIZONS for text in columns)]
+    header = ["cell", "contestant", "stage", "runs"]
+    header += [f"{horizon}: {text}" for horizon in HORIZONS for text in columns]
     print("| " + " | ".join(header) + " |")
     print("|" + "---|" * 12)
     pairs = {}
