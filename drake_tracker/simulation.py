@@ -20,7 +20,7 @@ from drake_tracker.scenarios.scenario import Measured
 from drake_tracker.world.judge_system import Verdict
 
 AFTERGLOW = 0.5
-"""Simulated time [s] for which a run goes on once the train was taken."""
+"""Simulated time [s] for which a run goes on once the train was taken, or thrown off: log and video show it."""
 WATCH_PERIOD = 1 / 60
 """Simulated time [s] between looks at the judge's verdict."""
 
@@ -114,7 +114,7 @@ class _Watch:
         self._progress = progress
         self._stop = stop
         self._next_look = 0.0
-        self._taken_at = None
+        self._over_at = None
         self.interrupted = False
 
     def __call__(self, root_context):
@@ -129,12 +129,11 @@ class _Watch:
             command = ArmCommand(self._hand_eye.GetOutputPort("command").Eval(context))
             self._progress(now, Phase(int(command.phase)).name.lower())
         verdict = Verdict(self._hand_eye.GetOutputPort("truth_verdict").Eval(context))
-        if verdict.taken and self._taken_at is None:
-            self._taken_at = now
-        if self._stop and self._taken_at is not None and now >= self._taken_at + AFTERGLOW:
-            return EventStatus.ReachedTermination(self._hand_eye, "the train was taken")
-        if self._stop and verdict.derailed:
-            return EventStatus.ReachedTermination(self._hand_eye, "the train was thrown off its track")
+        if self._over_at is None and (verdict.taken or verdict.derailed):
+            self._over_at = now
+        if self._stop and self._over_at is not None and now >= self._over_at + AFTERGLOW:
+            what = "was taken" if verdict.taken else "was thrown off its track"
+            return EventStatus.ReachedTermination(self._hand_eye, f"the train {what}")
         return EventStatus.DidNothing()
 
 

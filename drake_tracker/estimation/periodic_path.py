@@ -183,16 +183,6 @@ def harmonics_of(length):
 
 def prior(length, harmonics):
     """Returns the prior standard deviations [m] of the coefficients, shape (2 harmonics + 1,)."""
-    return np.append(OFFSET, np.repeat(AMPLITUDE * length / np.arange(1, harmonics + 1) ** 3, 2))
-
-
-def harmonics_of(length):
-    """Returns the number of harmonics for a lap of ``length`` [m]."""
-    return min(max(math.ceil(length / SHORTEST_WAVE), 4), MOST_HARMONICS)
-
-
-def prior(length, harmonics):
-    """Returns the prior standard deviations [m] of the coefficients, shape (2 harmonics + 1,)."""
     return np.append(OFFSET, np.repeat(AMPLITUDE * length / np.arange(1, harmonics + 1) ** 3.0, 2))
 
 
