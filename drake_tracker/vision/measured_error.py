@@ -20,7 +20,7 @@ from functools import lru_cache
 import numpy as np
 
 STREAM, PATTERN_STREAM = 50, 51
-"""Streams of random numbers: default_rng([seed, STREAM, block]) and default_rng([seed, PATTERN_STREAM, column, row])."""
+"""Streams of random numbers: default_rng([seed, STREAM, block]), default_rng([seed, PATTERN_STREAM, column, row])."""
 AXES = ("along", "across", "vertical")
 SHARPEST = 12.0
 """Curvature of a path [1/m] beyond which the bias is held."""
@@ -29,6 +29,7 @@ LONGEST_GAP = 60
 CRAWL = 0.02
 """Speed [m/s] below which the curvature of a path cannot be told from the turning of the body."""
 _BLOCK = 256
+_TILE = 32
 _ORIGIN = 2**20
 
 
@@ -72,21 +73,22 @@ class MeasuredError:
 
     def mean(self, yaw, speed, yaw_rate):
         """Returns the bias (3,) [m] along, across, vertical."""
-        table = self._between(self.bias, speed)
-        first, second, weight = heading_bin(yaw, table.shape[1])
-        rows = table[0] + curvature(speed, yaw_rate) * table[1]
-        return (1.0 - weight) * rows[first] + weight * rows[second]
+        first, second, weight = heading_bin(yaw, self.bias.shape[2])
+        here = (1.0 - weight) * self.bias[:, :, first] + weight * self.bias[:, :, second]
+        straight, bent = self._between(here, speed)
+        return straight + curvature(speed, yaw_rate) * bent
 
     def noise(self, seed, cycle, xy, speed):
         """Returns pattern and jitter (3,) [m] along, across, vertical."""
-        kernel = self._between(self.jitter, speed)
-        reach = kernel.shape[1] // 2
+        reach = self.jitter.shape[2] // 2
         white = _rows(seed, cycle - reach, cycle + reach)[:, :3]
-        jitter = np.einsum("ak,ka->a", kernel, white)
+        jitter = (self._between(self.jitter, speed) * white.T).sum(axis=1)
         return jitter + self._between(self.pattern, speed) * pattern_at(seed, xy, self.pixel)
 
     def drops(self, seed, cycle, speed):
         """Whether a cycle falls into a drop-out."""
+        if not self.missing[:, 0].any():
+            return False
         share, length = self._between(self.missing, speed)
         if share <= 0.0:
             return False
@@ -98,9 +100,9 @@ class MeasuredError:
         return bool(np.any(begins & lasts))
 
     def _between(self, table, speed):
-        k = min(max(int(np.searchsorted(self.speeds, speed)) - 1, 0), max(len(self.speeds) - 2, 0))
         if len(self.speeds) == 1:
             return table[0]
+        k = min(max(int(self.speeds.searchsorted(speed)) - 1, 0), len(self.speeds) - 2)
         weight = (speed - self.speeds[k]) / (self.speeds[k + 1] - self.speeds[k])
         weight = min(max(weight, 0.0), 1.0)
         return (1.0 - weight) * table[k] + weight * table[k + 1]
@@ -132,9 +134,15 @@ def pattern_at(seed, xy, pixel):
     return weights @ np.array(corners) / math.sqrt(weights @ weights)
 
 
-@lru_cache(maxsize=4096)
 def _corner(seed, i, j):
-    return np.random.default_rng([seed, PATTERN_STREAM, i + _ORIGIN, j + _ORIGIN]).standard_normal(3)
+    return _tile(seed, i // _TILE, j // _TILE)[i % _TILE, j % _TILE]
+
+
+@lru_cache(maxsize=256)
+def _tile(seed, i, j):
+    tile = np.random.default_rng([seed, PATTERN_STREAM, i + _ORIGIN, j + _ORIGIN]).standard_normal((_TILE, _TILE, 3))
+    tile.setflags(write=False)
+    return tile
 
 
 def _rows(seed, first, last):

@@ -1,0 +1,200 @@
+"""Where grasping ends: how often the train is lifted, over the lag of vision and the speed of the train.
+
+    python benchmarks/grasp_map.py                  every cell, on all cores; goes on where it was stopped
+    python benchmarks/grasp_map.py --quick          nine cells, two seeds each, into runs/
+    python benchmarks/grasp_map.py --rendered       six cells again with cameras, to hold against the map
+    python benchmarks/grasp_map.py --draw           only the tables and the picture, from the results so far
+
+The default oval, for arc_length and for closed_path, with measured vision: the error of the camera loop at each speed
+(``drake-tracker measure``), the lag put in. A lag of 0 is one that no camera could have; the estimator still reads the
+point a quarter of a plant step late. Each run is a line of ``results/grasp_map.jsonl`` as soon as it ends.
+
+A run counts as lifted within `time_limit`: two laps of watching and 10 s, at least 30 s. By then a hand that is to
+succeed has done so, in the first attempt or in another; a longer run of a train that the arm cannot follow changes
+nothing but the time it takes.
+"""
+
+import argparse
+import json
+import multiprocessing
+import os
+import sys
+import time
+from pathlib import Path
+
+from common import print_table
+from train_grasp import ESTIMATORS, read_results, run_one, wilson
+
+LAGS = (0, 6, 12, 15, 18, 24, 30)
+"""Of vision [cycles of 1/60 s]."""
+SPEEDS = (0.05, 0.10, 0.15, 0.20, 0.25, 0.30, 0.40, 0.50, 0.60)
+"""Of the train [m/s]."""
+RENDERED = ((6, 0.15), (15, 0.10), (15, 0.20), (15, 0.30), (24, 0.15), (30, 0.20))
+"""Cells (lag, speed) that are run with cameras too."""
+MAPPED = ("arc_length", "closed_path")
+FIRST_SEED, SEEDS = 400, 30
+LAP = 1.2
+"""Length of the default oval [m]."""
+HERE = Path(__file__).parent
+RESULTS = HERE / "results" / "grasp_map.jsonl"
+PICTURE = HERE.parent / "docs" / "images" / "grasp_map.png"
+KEPT = (
+    *("estimator", "vision", "lag_cycles", "speed", "seed", "success", "first_attempt_success", "attempts"),
+    *("time_to_grasp_s", "failure_reason", "simulated_s", "wall_s", "package_versions", "git_commit"),
+)
+
+
+def time_limit(speed):
+    """Returns the simulated time [s] of a run at a speed [m/s] that does not succeed."""
+    return max(30.0, 10.0 + 2.0 * LAP / speed)
+
+
+def make_job(vision, estimator, lag, speed, seed):
+    """Returns (key, what `run_one` takes) of one trial."""
+    overrides = [
+        f"vision=!{vision} {{lag_cycles: {lag}}}",
+        f"estimator={ESTIMATORS[estimator]}",
+        f"track.speed={speed}",
+        f"duration={time_limit(speed)}",
+    ]
+    return (vision, estimator, lag, speed, seed), (estimator, f"{vision} {lag} {speed}", seed, overrides)
+
+
+def trial(keyed):
+    """Runs one trial in a worker; returns its line."""
+    (vision, _, lag, speed, _), job = keyed
+    row = {**run_one(job), "vision": vision, "lag_cycles": lag, "speed": speed}
+    return {key: row.get(key) for key in KEPT}
+
+
+def key_of(row):
+    return (row["vision"], row["estimator"], row["lag_cycles"], row["speed"], row["seed"])
+
+
+def run_all(jobs, path, workers):
+    """Runs what is not yet in the file ``path``, and appends it there line by line."""
+    done = {key_of(row) for row in read_results(path)}
+    jobs = [job for job in jobs if job[0] not in done]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    os.environ["LP_NUM_THREADS"] = "1"
+    start = time.monotonic()
+    with multiprocessing.get_context("spawn").Pool(workers, maxtasksperchild=20) as pool:
+        for count, row in enumerate(pool.imap_unordered(trial, jobs), 1):
+            with path.open("a") as file:
+                file.write(json.dumps(row) + "\n")
+            left = (time.monotonic() - start) / count * (len(jobs) - count)
+            outcome = "lifted" if row["success"] else f"not lifted: {row['failure_reason']}"
+            where = f"{row['estimator']}, lag {row['lag_cycles'] / 60:.2f} s, {row['speed']:g} m/s, seed {row['seed']}"
+            print(f"[{count}/{len(jobs)}, {left / 60:.0f} min left] {where}: {outcome}", file=sys.stderr, flush=True)
+
+
+def rates(rows, vision, estimator):
+    """Returns {(lag [cycles], speed [m/s]): (lifted, runs)}."""
+    found = {}
+    for row in rows:
+        if (row["vision"], row["estimator"]) == (vision, estimator):
+            lifted, runs = found.get((row["lag_cycles"], row["speed"]), (0, 0))
+            found[row["lag_cycles"], row["speed"]] = (lifted + bool(row["success"]), runs + 1)
+    return found
+
+
+def print_map(rows, estimator):
+    """Prints the map of an estimator: share lifted, Wilson 95 % interval, runs; and beside it what cameras gave."""
+    found = rates(rows, "Measured", estimator)
+    if not found:
+        return
+    lags, speeds = (sorted({cell[k] for cell in found}) for k in (0, 1))
+
+    def shown(cell):
+        if cell not in found:
+            return ""
+        low, high = wilson(*found[cell])
+        return f"{100 * found[cell][0] / found[cell][1]:.0f} % ({100 * low:.0f}-{100 * high:.0f}, {found[cell][1]})"
+
+    print(f"{estimator}: lifted, Wilson 95 % interval, runs")
+    header = ["lag [s] \\ speed [m/s]", *(f"{speed:g}" for speed in speeds)]
+    print_table(header, [[f"{lag / 60:.2f}", *(shown((lag, speed)) for speed in speeds)] for lag in lags])
+    with_cameras = rates(rows, "Rendered", estimator)
+    if with_cameras:
+        lines = []
+        for cell, (lifted, runs) in sorted(with_cameras.items()):
+            low, high = wilson(lifted, runs)
+            rendered = f"{100 * lifted / runs:.0f} % ({100 * low:.0f}-{100 * high:.0f}, {runs})"
+            lines.append([f"{cell[0] / 60:.2f}", f"{cell[1]:g}", shown(cell), rendered])
+        print_table(["lag [s]", "speed [m/s]", "measured vision", "cameras"], lines)
+
+
+def draw(rows, path):
+    """Draws the maps side by side: share lifted as colour and number, cells that were not run left white."""
+    import matplotlib
+    import numpy as np
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    maps = {estimator: rates(rows, "Measured", estimator) for estimator in MAPPED}
+    cells = [cell for found in maps.values() for cell in found]
+    if not cells:
+        return
+    lags, speeds = (sorted({cell[k] for cell in cells}) for k in (0, 1))
+    with matplotlib.rc_context({"font.size": 11, "axes.titleweight": "bold", "axes.titlelocation": "left"}):
+        figure = Figure(figsize=(14, 5.2), facecolor="white", layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots(1, len(maps), sharey=True, squeeze=False)[0]
+        for ax, (estimator, found) in zip(axes, maps.items()):
+            share = np.full((len(lags), len(speeds)), np.nan)
+            for (lag, speed), (lifted, runs) in found.items():
+                share[lags.index(lag), speeds.index(speed)] = 100.0 * lifted / runs
+            image = ax.imshow(share, origin="lower", cmap="viridis", vmin=0, vmax=100, aspect="auto")
+            for (row, column), value in np.ndenumerate(share):
+                if np.isfinite(value):
+                    colour = "black" if value > 60 else "white"
+                    ax.text(column, row, f"{value:.0f}", ha="center", va="center", color=colour)
+            ax.set_xticks(range(len(speeds)), [f"{speed:.2f}" for speed in speeds])
+            ax.set_yticks(range(len(lags)), [f"{lag / 60:.2f}" for lag in lags])
+            ax.set(title=estimator, xlabel="speed of the train  [m/s]")
+            ax.spines[:].set_visible(False)
+        axes[0].set_ylabel("lag of vision  [s]")
+        figure.colorbar(image, ax=axes, label="trains lifted  [%]", pad=0.02)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, dpi=110)
+    print(f"wrote {path}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--rendered", action="store_true")
+    parser.add_argument("--draw", action="store_true")
+    parser.add_argument("--estimators", default=",".join(MAPPED), help="names separated by commas")
+    parser.add_argument("--seeds", type=int, help=f"trials a cell (default {SEEDS})")
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
+    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--results", type=Path)
+    options = parser.parse_args()
+    estimators = options.estimators.split(",")
+    unknown = [name for name in estimators if name not in ESTIMATORS]
+    if unknown:
+        parser.error(f"unknown estimator {unknown[0]}; there are {', '.join(ESTIMATORS)}")
+    lags, speeds, seeds, results, picture = LAGS, SPEEDS, options.seeds or SEEDS, RESULTS, PICTURE
+    if options.quick:
+        lags, speeds, seeds = LAGS[::3], SPEEDS[1:6:2], options.seeds or 2
+        results, picture = Path("runs/grasp_map.jsonl"), Path("runs/grasp_map.png")
+    results = options.results or results
+    if not options.draw:
+        cells = RENDERED if options.rendered else [(lag, speed) for lag in lags for speed in speeds]
+        vision = "Rendered" if options.rendered else "Measured"
+        jobs = [  # seed by seed, so that a map half done covers all cells
+            make_job(vision, estimator, lag, speed, seed)
+            for seed in range(options.first_seed, options.first_seed + seeds)
+            for lag, speed in cells
+            for estimator in estimators
+        ]
+        run_all(jobs, results, options.workers)
+    rows = read_results(results)
+    for estimator in estimators:
+        print_map(rows, estimator)
+    draw(rows, picture)
+
+
+if __name__ == "__main__":
+    main()
