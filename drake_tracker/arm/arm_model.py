@@ -10,7 +10,8 @@ from drake_tracker.arm.transform_equation import tool_down_rotation
 class ArmModel:
     """Kinematics of an arm with a tool, computed on a plant that holds the arm and its hand alone.
 
-    Every method makes its own Context, so that an ArmModel can be shared by Systems without being their state.
+    Every method sets all that it reads in one scratch Context, which keeps nothing from call to call (to make a new one
+    each time takes longer than what it is made for): an ArmModel can be shared by Systems without being their state.
 
     Args:
       plant: a finalized MultibodyPlant whose only positions, after ``arm_joints``, may be the hand's fingers.
@@ -29,6 +30,7 @@ class ArmModel:
         self.position_upper = np.array([joint.position_upper_limits()[0] for joint in joints])
         self.velocity_limit = np.array([joint.velocity_upper_limits()[0] for joint in joints])
         self.num_joints = len(joints)
+        self._scratch = plant.CreateDefaultContext()
         self.effort_limit = np.array([plant.GetJointActuatorByName(joint.name()).effort_limit() for joint in joints])
 
     def tool_pose(self, q):
@@ -52,9 +54,8 @@ class ArmModel:
         return np.diag(M)[self._columns]
 
     def _context_at(self, q):
-        context = self.plant.CreateDefaultContext()
-        self.plant.SetPositions(context, self.arm_instance, q)
-        return context
+        self.plant.SetPositions(self._scratch, self.arm_instance, q)
+        return self._scratch
 
 
 def tool_down(p_WT, yaw):

@@ -53,8 +53,9 @@ class SetPointSplineSystem(LeafSystem):
     def _calc_state(self, context, output):
         a, b, c, sampled = self._points(context)
         t = min((context.get_time() - sampled) / self._period, 1.0)
-        q = 0.5 * (a + b) + t * (b - a) + 0.5 * t * t * (a - 2.0 * b + c)
-        v = ((b - a) + t * (a - 2.0 * b + c)) / self._period
+        step, bow = b - a, a - 2.0 * b + c
+        q = 0.5 * (a + b) + t * step + 0.5 * t * t * bow
+        v = (step + t * bow) / self._period
         output.SetFromVector(np.concatenate([q, v]))
 
     def _calc_acceleration(self, context, output):
