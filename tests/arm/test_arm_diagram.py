@@ -68,7 +68,7 @@ class Packets(LeafSystem):
         if 0.3 < now < self._until:
             stamp = now - LAG
             times = stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
-            knots = np.column_stack([object_at(times), np.full(KNOT_COUNT, 0.002)])
+            knots = np.column_stack([object_at(times), np.full(KNOT_COUNT, 0.02)])
             state.set_value(0, pack_prediction(stamp, round(now / VISION_PERIOD), knots))
 
 

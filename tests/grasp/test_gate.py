@@ -13,6 +13,7 @@ from drake_tracker.grasp.gate import (
     horizon,
     is_straight,
     judge_memory,
+    judge_prediction,
     touch_delay,
 )
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
@@ -97,6 +98,34 @@ def test_the_newest_earlier_pass_counts_and_not_the_ones_before():
     bad_lately = pass_here(30.0, at=10.0, lateral=0.05)
     assert judge(memory_of(*pass_here(30.0, at=20.0), *bad_lately), 30.0)[0] == Gate.PREDICTIONS_FAILED
     assert ONE_PASS < 10.0
+
+
+def judge_with(std, memory, now=30.0, **settings):
+    """The verdict on a prediction whose filter says that it is off by ``std`` [m]."""
+    times = now + KNOT_SPACING * np.arange(KNOT_COUNT)
+    packet = pack_prediction(now, 1, np.column_stack([circle(times), np.full(KNOT_COUNT, std)]))
+    target = ServoTarget(np.zeros(14))
+    target.time, target.stamp = now + 0.29, now
+    return judge_prediction(Grasp(**settings), memory, packet, target)[0]
+
+
+def lately(now=30.0, **error):
+    """Predictions of the last second, judged: from all along the way, not from this place."""
+    stamps = now - horizon(PARAMETERS, ServoTarget(np.append([0.29], np.zeros(13)))) - np.linspace(0.9, 0.0, 10)
+    return memory_of(*(record(stamp, circle(stamp), **error) for stamp in stamps))
+
+
+def test_a_filter_that_is_sure_and_was_right_lately_is_believed():
+    sure, unsure = 0.9 * PARAMETERS.std_tolerance, 1.1 * PARAMETERS.std_tolerance
+    assert judge_with(sure, lately()) == Gate.OPEN
+    assert judge_with(unsure, lately()) == Gate.NO_MEMORY
+    assert judge_with(sure, lately(lateral=0.02)) == Gate.NO_MEMORY
+    assert judge_with(sure, PredictionMemory()) == Gate.NO_MEMORY
+    assert judge_with(sure, lately(), gate="memory") == Gate.NO_MEMORY
+
+
+def test_a_filter_that_is_unsure_is_believed_where_it_was_right_before():
+    assert judge_with(0.02, memory_of(*pass_here(30.0))) == Gate.OPEN
 
 
 def test_places_farther_than_the_radius_are_not_asked():
