@@ -139,3 +139,12 @@ def test_an_update_leaves_the_old_state_alone():
     np.testing.assert_array_equal(mean, state.mean)
     with pytest.raises(ValueError):
         state.mean[0] = 1.0
+
+
+def test_the_deviation_of_many_times_is_that_of_each():
+    drive = Drive(stadium(), 0.15, 3.0)
+    estimator = make_estimator("coordinated_turn")
+    state, _ = errors(estimator, drive.times, drive.points, drive, 0.25)
+    times = state.stamp + np.linspace(0.0, 1.5, 31)
+    each = [estimator.predict_std(state, [t])[0] for t in times]
+    np.testing.assert_allclose(estimator.predict_std(state, times), each, rtol=0.05, atol=2e-4)
