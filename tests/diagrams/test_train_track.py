@@ -4,7 +4,7 @@ import pytest
 from drake_tracker import DrakeTrackerError, load_scenario
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
-from drake_tracker.diagrams.train_track import check_track, draw_track
+from drake_tracker.diagrams.train_track import check_track, draw_track, place_outside
 
 
 def drawn(*overrides, seed=3):
@@ -92,6 +92,16 @@ def test_tracks_of_every_kind_are_within_reach(model, kind):
 @pytest.mark.parametrize("seed", range(100, 106))
 def test_every_seed_of_the_default_is_within_reach(model, seed):
     check(model, seed=seed)
+
+
+@pytest.mark.parametrize("kind", ["figure_eight", "stadium"])
+def test_a_place_in_which_the_track_would_leave_the_work_volume_is_drawn_again(kind):
+    for seed in range(60):
+        scenario = load_scenario("train", seed=seed, overrides=[f"track.kind={kind}"])
+        track, _ = draw_track(scenario)
+        assert place_outside(scenario, track) is None
+        centre = track.points.mean(axis=0) - scenario.track.centre
+        assert np.all(np.abs(centre) <= scenario.track.centre_range + 1e-3)
 
 
 def test_a_track_outside_the_work_volume_is_refused(model):
