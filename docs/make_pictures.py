@@ -1,6 +1,6 @@
-"""Makes the pictures of the README, from one run of the default scenario.
+"""Makes the pictures of the README, from one run with the filter of 1991.
 
-    python docs/make_pictures.py                     runs `train` with seed 0 first, a few minutes
+    python docs/make_pictures.py                     runs `train:paper` with seed 0 first, a few minutes
     python docs/make_pictures.py --run runs/train-…  takes the log of a run that is there already
 
 The laboratory is rendered anew from the logged joints and the logged pose of the train, larger and in better light than
@@ -64,7 +64,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         run = options.run or Path(folder) / "run"
         if not options.run:
-            simulate(load_scenario("train", seed=0), out=run, record=False)
+            simulate(load_scenario("train:paper", seed=0), out=run, record=False)
         scenario = load_scenario(str(run / "scenario.yaml"))
         log = load_log(run / "log.npz")
         times = {moment.name: moment.time for moment in moments(log, scenario)}
