@@ -91,10 +91,8 @@ def test_after_a_moved_track_it_learns_again():
     drive = Drive(stadium(), SPEED, 3.7 * stadium().length / SPEED)
     moved = drive.times > 2.0 * drive.lap_time(SPEED)
     points = drive.points + np.where(moved, 1.0, 0.0)[:, None] * [0.06, 0.02, 0.0]
-    state, rows = run(drive, points=points)
-    back = rows[rows[:, 0] > 3.2 * drive.lap_time(SPEED), 0]
-    for t in back[::20]:
-        assert state.path is not None
+    state, _ = run(drive, points=points)
+    assert state.path is not None
     x, y = make_estimator("closed_path").predict(state, [drive.times[-1] + 0.75])[0, :2]
     truth = drive.truth([drive.times[-1] + 0.75])[0, :2] + [0.06, 0.02]
     assert np.hypot(x - truth[0], y - truth[1]) < 0.002
