@@ -8,16 +8,13 @@ by line, and are not run twice. For the speed, both take turns in the same run, 
 """
 
 import argparse
-import json
-import multiprocessing
 import os
 import statistics
-import sys
 import time
 from pathlib import Path
 
-from common import print_table, save_json
-from train_grasp import CELLS, ESTIMATORS, TRACKS, read_results, run_one, wilson
+from common import append_results, print_table, read_lines, save_json
+from train_grasp import CELLS, ESTIMATORS, TRACKS, outcome, run_one, wilson
 
 HERE = Path(__file__).parent
 CAMERAS = HERE / "results" / "train_grasp.jsonl"
@@ -44,22 +41,16 @@ def trial(job):
 
 def run_all(keys, path, workers):
     """Runs what is not yet in the file ``path`` with measured vision, and appends it there."""
-    done = {key_of(row) for row in read_results(path)}
+    done = {key_of(row) for row in read_lines(path)}
     jobs = [
         (estimator, cell, seed, [MEASURED, f"estimator={ESTIMATORS[estimator]}", *CELLS[cell]])
         for estimator, cell, seed in keys
         if (estimator, cell, seed) not in done
     ]
-    os.environ["LP_NUM_THREADS"] = "1"
-    start = time.monotonic()
-    with multiprocessing.get_context("spawn").Pool(workers, maxtasksperchild=20) as pool:
-        for count, row in enumerate(pool.imap_unordered(trial, jobs), 1):
-            with path.open("a") as file:
-                file.write(json.dumps(row) + "\n")
-            left = (time.monotonic() - start) / count * (len(jobs) - count)
-            outcome = "lifted" if row["success"] else f"not lifted: {row['failure_reason']}"
-            where = f"{row['estimator']} {row['cell']} seed {row['seed']}"
-            print(f"[{count}/{len(jobs)}, {left / 60:.0f} min left] {where}: {outcome}", file=sys.stderr, flush=True)
+    append_results(
+        trial, jobs, path, workers,
+        lambda row: f"{row['estimator']} {row['cell']} seed {row['seed']}: {outcome(row)}",
+    )
 
 
 def compare(cameras, measured):
@@ -137,11 +128,11 @@ def main():
     plain = {f"{track}-{speed:.2f}" for track in TRACKS for speed in (0.10, 0.15, 0.20)}
     cameras = []
     for name in options.estimators.split(","):
-        own = [row for row in read_results(CAMERAS) if row.get("estimator") == name and row["cell"] in plain]
+        own = [row for row in read_lines(CAMERAS) if row.get("estimator") == name and row["cell"] in plain]
         cameras += own[: options.limit]
     options.results.parent.mkdir(parents=True, exist_ok=True)
     run_all([key_of(row) for row in cameras], options.results, options.workers)
-    results = {"rates": compare(cameras, read_results(options.results))}
+    results = {"rates": compare(cameras, read_lines(options.results))}
     if options.turns:
         times = race(options.turns)
         lines = []

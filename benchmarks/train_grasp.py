@@ -9,13 +9,12 @@ were chosen on seeds below 200, and the filter of 1991 was measured on seeds 200
 """
 
 import argparse
-import json
-import multiprocessing
 import os
 import statistics
-import sys
 import time
 from pathlib import Path
+
+from common import append_results, read_lines
 
 FIRST_SEED = 300
 SEEDS = 20
@@ -67,10 +66,9 @@ def wilson(successes, trials, z=1.959964):
     return (centre - spread) / scale, (centre + spread) / scale
 
 
-def read_results(path):
-    if not path.exists():
-        return []
-    return [json.loads(line) for line in path.read_text().splitlines() if line.strip()]
+def outcome(row):
+    """Returns in words what came of a run."""
+    return "lifted" if row["success"] else f"not lifted: {row.get('failure_reason')}"
 
 
 def print_table(rows):
@@ -108,25 +106,17 @@ def main():
         parser.error(f"unknown cell {unknown[0]}; there are {', '.join(CELLS)}")
 
     estimator = options.estimator
-    done = {(row["estimator"], row["cell"], row["seed"]) for row in read_results(options.results)}
+    done = {(row["estimator"], row["cell"], row["seed"]) for row in read_lines(options.results)}
     jobs = [
         (estimator, name, seed, [f"estimator={ESTIMATORS[estimator]}", *CELLS[name], *options.overrides])
         for seed in range(options.first_seed, options.first_seed + options.seeds)
         for name in names
         if (estimator, name, seed) not in done
     ]
-    options.results.parent.mkdir(parents=True, exist_ok=True)
-    os.environ["LP_NUM_THREADS"] = "1"  # each worker rasterizes on its own core; more threads only get in the way
-    start = time.monotonic()
-    with multiprocessing.get_context("spawn").Pool(options.workers, maxtasksperchild=10) as pool:
-        for count, row in enumerate(pool.imap_unordered(run_one, jobs), 1):
-            with options.results.open("a") as file:
-                file.write(json.dumps(row) + "\n")
-            left = (time.monotonic() - start) / count * (len(jobs) - count)
-            outcome = "lifted" if row["success"] else f"FAILED: {row.get('failure_reason')}"
-            print(f"[{count}/{len(jobs)}, {left / 60:.0f} min left] {row['cell']} seed {row['seed']}: {outcome}",
-                  file=sys.stderr, flush=True)
-    rows = [row for row in read_results(options.results) if row["estimator"] == estimator and row["cell"] in names]
+    append_results(
+        run_one, jobs, options.results, options.workers, lambda row: f"{row['cell']} seed {row['seed']}: {outcome(row)}"
+    )
+    rows = [row for row in read_lines(options.results) if row["estimator"] == estimator and row["cell"] in names]
     print_table(sorted(rows, key=lambda row: (names.index(row["cell"]), row["seed"])))
 
 

@@ -15,16 +15,18 @@ bootstrap 95 % over runs.
 """
 
 import argparse
+import functools
 import importlib.metadata
 import json
-import multiprocessing
 import os
 import platform
 import subprocess
 import sys
-import time
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))  # what all benchmarks share
+
+from common import append_results, read_lines
 from contestants import BASELINES, OURS, read_parameters
 from measure import run_cell
 from speed import update_times
@@ -59,15 +61,17 @@ def all_cells():
     return cells | dict.fromkeys(TRIALS)
 
 
-def run_one(job):
+def run_one(made_by, job):
     """Runs one seed of one cell in a worker; returns its line."""
     name, cell, seed = job
     parameters = read_parameters()
     if cell is None:
-        return {"cell": name, "seed": seed, "trial": TRIALS[name](seed, parameters)}
-    path, noise, sigma_mm, law = cell
-    names = OURS + (BASELINES if (path, noise) == ("oval", "white") else ())
-    return {"cell": name, "seed": seed, **run_cell(path, noise, sigma_mm, law, seed, DURATION, names, parameters)}
+        found = {"trial": TRIALS[name](seed, parameters)}
+    else:
+        path, noise, sigma_mm, law = cell
+        names = OURS + (BASELINES if (path, noise) == ("oval", "white") else ())
+        found = run_cell(path, noise, sigma_mm, law, seed, DURATION, names, parameters)
+    return {"cell": name, "seed": seed, **found, **made_by}
 
 
 def circumstances():
@@ -80,25 +84,6 @@ def circumstances():
     commit = (git("rev-parse", "--short=12", "HEAD") or "unknown") + ("+changes" if changed else "")
     versions = {name: importlib.metadata.version(name) for name in ("numpy", "scipy", "stonesoup", "filterpy")}
     return {"commit": commit, "python": platform.python_version(), **versions}
-
-
-def read_lines(path):
-    if not path.exists():
-        return []
-    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
-
-
-def work(jobs, path, workers):
-    """Runs all jobs, and appends each line to ``path`` as soon as it is there."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    made_by, start = circumstances(), time.monotonic()
-    with multiprocessing.get_context("spawn").Pool(workers) as pool:
-        for count, line in enumerate(pool.imap_unordered(run_one, jobs), 1):
-            with path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps({**line, **made_by}, separators=(",", ":")) + "\n")
-            left = (time.monotonic() - start) / count * (len(jobs) - count)
-            print(f"[{count}/{len(jobs)}, {left / 60:.0f} min left] {line['cell']} seed {line['seed']}",
-                  file=sys.stderr, flush=True)
 
 
 def main():
@@ -119,13 +104,15 @@ def main():
     if not cells:
         parser.error(f"no cell has {options.cells} in its name; there are {', '.join(all_cells())}")
 
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # matrices are small: more threads only get in the way
     done = {(line["cell"], line["seed"]) for line in read_lines(path)}
     first, count = (QUICK_FIRST_SEED, QUICK_SEEDS) if options.quick else (FIRST_SEED, SEEDS)
     first = options.first_seed if options.first_seed is not None else first
     seeds = range(first, first + (options.seeds or count))
     jobs = [(name, cells[name], seed) for seed in seeds for name in cells if (name, seed) not in done]
-    work(jobs, path, options.workers)
+    append_results(
+        functools.partial(run_one, circumstances()), jobs, path, options.workers,
+        lambda line: f"{line['cell']} seed {line['seed']}",
+    )
 
     lines = [line for line in read_lines(path) if line["cell"] in cells]
     lines.sort(key=lambda line: (list(cells).index(line["cell"]), line["seed"]))

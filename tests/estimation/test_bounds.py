@@ -1,5 +1,3 @@
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -7,8 +5,7 @@ import pytest
 from drake_tracker.estimation.coordinated_turn import CoordinatedTurn, turn_step
 from drake_tracker.world.tracks import make_track
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks" / "estimation"))
-import bounds  # noqa: E402
+import bounds
 
 PERIOD = 1.0 / 60.0
 SIGMA = 0.001

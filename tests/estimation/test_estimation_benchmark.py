@@ -1,14 +1,11 @@
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks" / "estimation"))
-from measure import COLUMNS, HORIZONS, run_cell  # noqa: E402
-from replay import BLOCK, Recording  # noqa: E402
-from tables import Cell, paired_ratio  # noqa: E402
-from worlds import NOISES, draw_noise  # noqa: E402
+from measure import COLUMNS, HORIZONS, run_cell
+from replay import BLOCK, Recording
+from tables import Cell, paired_ratio
+from worlds import NOISES, draw_noise
 
 SIGMA = 0.001
 
