@@ -31,7 +31,7 @@ class CameraCalibration:
 
 
 def calibrate(scenario, path=None):
-    """Calibrates the cameras of a `Scenario`, prints the errors, and writes the calibration file.
+    """Calibrates the cameras of a `TrainScenario`, prints the errors, and writes the calibration file.
 
     ``path`` is the file to write; None is the one that the scenario names. Returns {name: CameraModel}.
     """

@@ -16,7 +16,7 @@ from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.progress import Progress
 from drake_tracker.record.episode import errors, train_pose
 from drake_tracker.record.log import add_loggers, read_log
-from drake_tracker.scenarios.scenario import Rendered
+from drake_tracker.scenarios.train_scenario import Rendered
 from drake_tracker.vision.measured_error import AXES
 from drake_tracker.vision.measured_error_fit import HEADINGS, Sighting, combine, fit_speed
 from drake_tracker.vision.measured_error_file import save_error
@@ -33,7 +33,7 @@ _SHOWN = 12
 
 
 def measure(scenario, path, seeds=SEEDS, laps=LAPS, speeds=SPEEDS, progress=True):
-    """Runs the camera loop of a `Scenario` without a grasp, fits the error of its points, prints it, writes it.
+    """Runs the camera loop of a `TrainScenario` without a grasp, fits the error of its points, prints it, writes it.
 
     Each speed [m/s] is run with each seed from 0 on for so many laps, seeds in turn forward and backward where the
     scenario leaves the direction open. Returns the `MeasuredError`. Raises DrakeTrackerError on bad input, before the

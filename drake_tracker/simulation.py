@@ -16,7 +16,7 @@ from drake_tracker.messages import ArmCommand
 from drake_tracker.record.log import add_loggers, read_log, save_log, tool_signal
 from drake_tracker.record.summary import summarize
 from drake_tracker.scenarios import save_scenario
-from drake_tracker.scenarios.scenario import Measured
+from drake_tracker.scenarios.train_scenario import Measured
 from drake_tracker.world.judge_system import Verdict
 
 AFTERGLOW = 0.5
@@ -31,7 +31,7 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
     The run ends when the train was taken, when it was thrown off its track, or after ``scenario.duration``.
 
     Args:
-      scenario: a Scenario, from `load_scenario`.
+      scenario: a TrainScenario, from `load_scenario`.
       out: directory for summary, log, recording, video and picture; None leaves nothing behind.
       record: whether to make the Meshcat recording and the camera video; with measured vision there is no video.
       meshcat: whether to show the scene live; the address is printed.

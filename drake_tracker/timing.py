@@ -27,6 +27,15 @@ LAG_CYCLES = 15
 SERVO_PERIOD = 0.030
 """Period of the trajectory generator [s] (section 4.4: "every 30 msec")."""
 
+BALL_TIME_STEP = 1.0 / 600.0
+"""Plant step [s] of the ball's task: 60 Hz is 10 steps, 5 ms is 3 steps."""
+BALL_SERVO_PERIOD = 0.005
+"""Period of the manipulator's set-points [s] (Nashman and Chaconas 1990, section 4: "at 5ms intervals")."""
+BALL_UPDATE_CYCLES = 4
+"""Cycles between two centroids of the ball (section 4: "an update rate of 66.8 ms")."""
+BALL_THROUGHPUT_CYCLES = 6
+"""Cycles from digitizing an image to the centroid that rests on it (section 4: "a throughput time of 100.2 ms")."""
+
 ESTIMATOR_SLOT = 4 / 16
 LINK_SLOT = 8 / 16
 SERVO_SLOT = 12 / 16

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from drake_tracker.calibrate import board_for, calibrate, calibrate_cameras, calibration_error
-from drake_tracker.scenarios.scenario import Cameras, Lighting, Scenario
+from drake_tracker.scenarios.train_scenario import Cameras, Lighting, TrainScenario
 from drake_tracker.vision.calibration import load_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.world.cameras import describe_rig, true_camera_models
@@ -33,7 +33,7 @@ def test_the_error_is_that_of_the_models():
 
 
 def test_the_command_writes_a_file_that_loads(tmp_path, capsys):
-    scenario = Scenario(cameras=Cameras(width=192, height=192, fov_deg=20.0, noise=1.0))
+    scenario = TrainScenario(cameras=Cameras(width=192, height=192, fov_deg=20.0, noise=1.0))
     path = tmp_path / "cameras.yaml"
     models = calibrate(scenario, path)
     assert "3-D error against truth over the work volume: 0." in capsys.readouterr().out

@@ -10,7 +10,7 @@ from drake_tracker.measure import check_request, pixel_footprint, sightings_of
 from drake_tracker.record.log import Signal, load_log
 from drake_tracker.scenarios import load_scenario as load
 from drake_tracker.scenarios import save_scenario, scenario_file
-from drake_tracker.scenarios.scenario import Cameras, Measured, Rendered, Scenario
+from drake_tracker.scenarios.train_scenario import Cameras, Measured, Rendered, TrainScenario
 from drake_tracker.timing import VISION_PERIOD
 from drake_tracker.vision.measured_error_file import load_error
 from drake_tracker.world.cameras import describe_rig
@@ -44,7 +44,7 @@ def test_what_cannot_be_used_is_one_line(overrides, said):
 
 
 def test_the_packages_file_is_for_the_default_cameras_and_says_what_they_are_like():
-    error = load_error(scenario_file("train_vision.yaml"), rig=describe_rig(Scenario().cameras))
+    error = load_error(scenario_file("train_vision.yaml"), rig=describe_rig(TrainScenario().cameras))
     assert error.speeds[0] <= 0.05 and error.speeds[-1] >= 0.6
     assert 0.0 < error.seen_from < error.speeds[0]
     assert error.pixel == pytest.approx(pixel_footprint(Cameras()), rel=1e-4)

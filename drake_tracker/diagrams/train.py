@@ -14,7 +14,7 @@ from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.link.lossy_link_system import LossyLinkSystem
 from drake_tracker.scenarios.loader import scenario_file
-from drake_tracker.scenarios.scenario import Measured
+from drake_tracker.scenarios.train_scenario import Measured
 from drake_tracker.timing import ESTIMATOR_SLOT, vision_slot
 from drake_tracker.vision.calibration import load_calibration
 from drake_tracker.vision.measured_error_file import load_error

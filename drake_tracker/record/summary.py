@@ -51,7 +51,7 @@ def summarize(scenario, log, simulated, interrupted=False):
       rated speed. ``longest_saturation_s``: of any drive. ``table_touched``: by the arm or the gripper.
 
     Args:
-      scenario: the run's Scenario. log: {name: Signal}. simulated: time at which the run ended [s].
+      scenario: the run's TrainScenario. log: {name: Signal}. simulated: time at which the run ended [s].
       interrupted: whether the user ended it.
     """
     spans = phase_spans(log, scenario.time_step)

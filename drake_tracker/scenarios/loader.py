@@ -9,16 +9,19 @@ import difflib
 from pathlib import Path
 
 from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.scenarios.ball_scenario import BallScenario
 from drake_tracker.scenarios.reader import read, tree_of
-from drake_tracker.scenarios.scenario import Scenario
+from drake_tracker.scenarios.train_scenario import TrainScenario
 from drake_tracker.scenarios.tree import Value, merge, nest, parse
 
 PACKAGE_FOLDER = Path(__file__).parent
+SCHEMAS = {"train": TrainScenario, "ball": BallScenario}
+"""The scenario class of each task."""
 _FILE_SETTINGS = (("track", "csv"), ("cameras", "calibration"), ("vision", "file"))
 
 
 def load_scenario(spec, seed=None, duration=None, overrides=()):
-    """Returns the checked `Scenario` that ``spec`` names, with ``overrides`` on top.
+    """Returns the checked scenario (`TrainScenario` or `BallScenario`) that ``spec`` names, with ``overrides`` on top.
 
     Args:
         spec: "train", "train:interlaced", "path/to/file.yaml" or "path/to/file.yaml:name".
@@ -46,7 +49,7 @@ def load_scenario(spec, seed=None, duration=None, overrides=()):
 
 
 def validate(scenario):
-    """Raises DrakeTrackerError, one line for each error, when a `Scenario` made or changed in Python is not allowed."""
+    """Raises DrakeTrackerError, one line for each error, when a scenario made or changed in Python is not allowed."""
     _check(tree_of(scenario, "scenario"), [])
 
 
@@ -158,9 +161,10 @@ def _override(tree, override, origin, errors):
 
 
 def _check(tree, errors):
-    """Returns the `Scenario` of a tree; raises DrakeTrackerError with the errors before it and all of its own."""
+    """Returns the scenario of a tree; raises DrakeTrackerError with the errors before it and all of its own."""
     origins = {}
-    scenario = read(tree, Scenario, "", errors, origins)
+    task = tree.data["task"].data if "task" in tree.data else "train"
+    scenario = read(tree, SCHEMAS.get(task, TrainScenario), "", errors, origins)
     scenario.origins = origins
     if not errors:  # Settings can only be compared when each of them can be read.
         errors += [f"{scenario.where(key)} {problem}" for key, problem in scenario.problems()]
@@ -172,7 +176,7 @@ def _check(tree, errors):
 def _find_files(scenario, folder):
     """Makes the files that a scenario names absolute: beside the scenario file, or where the command was given."""
     for part, name in _FILE_SETTINGS:
-        text = getattr(getattr(scenario, part), name, "")  # rendered vision has no file
+        text = getattr(getattr(scenario, part, None), name, "")  # rendered vision has no file
         if not text:
             continue
         here = scenario.origins.get(f"{part}.{name}", "").startswith("--set")

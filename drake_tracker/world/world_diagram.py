@@ -35,7 +35,7 @@ class WorldDiagram(Diagram):
     ``arm_effort``, the drives' torques [N m], is logged. The ``truth_*`` ports are for judges, logs and viewers alone.
 
     Args:
-      scenario: a Scenario. description: an `ArmDescription`. q_initial: the arm's start [rad].
+      scenario: a TrainScenario. description: an `ArmDescription`. q_initial: the arm's start [rad].
       track: a `Track`. start: arc length [m] at which the train starts.
       windows: {camera name: (u0, v0, width, height)} to render, None for whole images; empty for no cameras at all, and
       then without the ports ``camera_*`` and without a renderer.

@@ -11,8 +11,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.diagrams import hand_eye as hand_eye_module
-from drake_tracker.scenarios.scenario import Scenario
-from drake_tracker.scenarios.scenario import Track as TrackSettings
+from drake_tracker.scenarios.train_scenario import TrainScenario
+from drake_tracker.scenarios.train_scenario import Track as TrackSettings
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.world import world_diagram as world_module
 
@@ -299,7 +299,7 @@ def references(start):
 
 
 def is_truth(thing):
-    if isinstance(thing, (SceneGraph, Scenario, TrackSettings)):
+    if isinstance(thing, (SceneGraph, TrainScenario, TrackSettings)):
         return True
     if isinstance(thing, MultibodyPlant):
         return thing.HasModelInstanceNamed("train") or thing.HasModelInstanceNamed("table")

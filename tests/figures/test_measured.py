@@ -10,7 +10,7 @@ from drake_tracker.figures.measured_arc import arc_lengths, filter_arc_lengths, 
 from drake_tracker.figures.trajectory import trajectory
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.record.log import SIGNALS, Signal
-from drake_tracker.scenarios.scenario import Scenario
+from drake_tracker.scenarios.train_scenario import TrainScenario
 from drake_tracker.timing import VISION_PERIOD
 
 SPEED, RADIUS, SIGMA = 0.15, 0.2, 0.001
@@ -78,7 +78,7 @@ def test_figure_12_takes_the_bias_off(log):
 
 def test_figure_13_shows_one_lap_and_the_error_of_the_command(log):
     lap = 2.0 * np.pi * RADIUS
-    numbers = trajectory(log, Scenario(name="circle"), lap)
+    numbers = trajectory(log, TrainScenario(name="circle"), lap)
     assert numbers["lap_s"] == pytest.approx(lap / SPEED, abs=0.02)
     assert len(numbers["points_m"]) == pytest.approx(lap / SPEED / VISION_PERIOD, abs=2)
     assert numbers["commanded_rms_across_m"] == pytest.approx(0.005, abs=1e-4)
@@ -95,7 +95,7 @@ def phases(*spans):
 
 def test_the_three_moments_of_a_grasp():
     log = phases((Phase.TRACK, 1.0), (Phase.INTERCEPT, 3.0), (Phase.CLOSE, 3.3), (Phase.LIFT, 3.6), (Phase.HOLD, 4.5))
-    scenario = Scenario(name="grasp")
+    scenario = TrainScenario(name="grasp")
     assert [moment.name for moment in shown_moments(log, scenario)] == ["intercept", "grasp", "lift"]
     times = {moment.name: moment.time for moment in moments(log, scenario)}
     assert times["track"] < 3.0 < times["intercept"] < 3.3
@@ -103,7 +103,7 @@ def test_the_three_moments_of_a_grasp():
 
 
 def test_a_run_without_a_lift_still_has_three_moments():
-    shown = shown_moments(phases((Phase.TRACK, 1.0)), Scenario(name="none"))
+    shown = shown_moments(phases((Phase.TRACK, 1.0)), TrainScenario(name="none"))
     assert [moment.phase for moment in shown] == ["track"] * 3
 
 

@@ -18,7 +18,7 @@ from drake_tracker.grasp.gate import (
 )
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
 from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
-from drake_tracker.scenarios.scenario import Grasp
+from drake_tracker.scenarios.train_scenario import Grasp
 from drake_tracker.timing import SERVO_PERIOD
 
 PARAMETERS = Grasp()

@@ -20,7 +20,7 @@ from drake_tracker.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.scenarios.scenario import Grasp
+from drake_tracker.scenarios.train_scenario import Grasp
 from drake_tracker.timing import SERVO_PERIOD
 
 PARAMETERS = Grasp()

@@ -10,7 +10,7 @@ from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
 from drake_tracker.record.log import SIGNALS, Signal
-from drake_tracker.scenarios.scenario import Scenario
+from drake_tracker.scenarios.train_scenario import TrainScenario
 from drake_tracker.timing import ESTIMATOR_SLOT, GRASP_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, vision_slot
 
 SPEED = 0.1
@@ -20,7 +20,7 @@ TRAIN_Z = 0.485
 
 def straight_scenario():
     """A train that runs along +y at 0.1 m/s; with the default jaws it fits within 24 mm across."""
-    scenario = Scenario(name="straight", seed=5)
+    scenario = TrainScenario(name="straight", seed=5)
     scenario.track.kind = "line"
     scenario.track.direction = "forward"
     scenario.track.centre_range = 0.0

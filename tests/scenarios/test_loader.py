@@ -13,7 +13,7 @@ from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.link.lossy_link import LossyLink
 from drake_tracker.scenarios import list_scenarios, load_scenario, save_scenario, scenario_file, validate
 from drake_tracker.scenarios.reader import setting_keys
-from drake_tracker.scenarios.scenario import (
+from drake_tracker.scenarios.train_scenario import (
     AlphaBetaGamma,
     ArcLength,
     ClosedPath,
@@ -21,7 +21,7 @@ from drake_tracker.scenarios.scenario import (
     Lossy,
     NormalFlow,
     Perfect,
-    Scenario,
+    TrainScenario,
     Servo,
 )
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
@@ -64,16 +64,16 @@ def test_every_scenario_is_read_back_as_it_was_written_also_by_drake(tmp_path):
         path = tmp_path / f"resolved{count}.yaml"
         save_scenario(scenario, path)
         assert load_scenario(str(path)) == scenario
-        assert yaml_load_typed(schema=Scenario, filename=str(path), child_name=path.stem) == scenario
+        assert yaml_load_typed(schema=TrainScenario, filename=str(path), child_name=path.stem) == scenario
 
 
 def test_every_setting_says_what_it_is_and_its_default_is_allowed():
-    for part in all_parts(Scenario):
+    for part in all_parts(TrainScenario):
         for field in dataclasses.fields(part):
             assert field.metadata["help"], f"{part.__name__}.{field.name}"
     for estimator in (ArcLength, AlphaBetaGamma, CoordinatedTurn, ClosedPath):
         for link in (Perfect, Lossy):
-            validate(Scenario(estimator=estimator(), link=link()))
+            validate(TrainScenario(estimator=estimator(), link=link()))
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_the_defaults_are_those_of_the_arithmetic(config, arithmetic):
 
 
 def test_parts_share_no_lists():
-    first, second = Scenario(), Scenario()
+    first, second = TrainScenario(), TrainScenario()
     first.track.semi_axes[0] = 9.0
     first.vision.work_volume[0][0] = 9.0
     assert second.track.semi_axes == [0.16, 0.22]
@@ -177,7 +177,7 @@ def test_all_errors_are_told_at_once_each_with_its_line_key_value_and_what_is_al
         ("track.speeed=1", "did you mean track.speed?"),
         ("preset=scaled", "did you mean vision.detector.preset?"),
         ("link.drop=0.1", "no setting link.drop in !Perfect; it belongs to link: !Lossy"),
-        ("zzzz=1", "a scenario has name, description, duration"),
+        ("zzzz=1", "a scenario has task, name, description, duration"),
         ("track=3", "track must be a mapping of settings, not 3"),
         ("track.speed=.inf", "a number from 0 to 1 m/s, not inf"),
         ("track.speed=true", "a number from 0 to 1 m/s, not true"),
@@ -282,7 +282,7 @@ def test_where_a_setting_came_from():
 
 
 def test_a_scenario_changed_in_python_is_checked_too():
-    scenario = Scenario()
+    scenario = TrainScenario()
     scenario.track.speed = float("nan")
     scenario.track.centre = [0.5]
     with pytest.raises(DrakeTrackerError) as caught:
@@ -292,12 +292,12 @@ def test_a_scenario_changed_in_python_is_checked_too():
 
 
 def test_the_default_is_the_default_scenario_of_the_package():
-    """The file says only what differs, so a Scenario made in Python is the scenario "train"."""
+    """The file says only what differs, so a TrainScenario made in Python is the scenario "train"."""
     train = load_scenario("train")
-    assert dataclasses.replace(train, name="", description="") == Scenario()
+    assert dataclasses.replace(train, name="", description="") == TrainScenario()
 
 
 def test_keys_are_unique_and_plain():
-    keys = list(setting_keys(Scenario))
+    keys = list(setting_keys(TrainScenario))
     assert "track.speed" in keys and "link.drop" in keys and "estimator.order" in keys
     assert yaml.safe_load(yaml.safe_dump(keys)) == keys

@@ -6,7 +6,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.scenarios.scenario import Cameras, Lighting
+from drake_tracker.scenarios.train_scenario import Cameras, Lighting
 from drake_tracker.world.cameras import (
     CAMERA_NAMES,
     add_cameras,

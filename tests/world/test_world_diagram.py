@@ -6,7 +6,7 @@ from pydrake.systems.analysis import Simulator
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
 from drake_tracker.messages import JawState
-from drake_tracker.scenarios.scenario import Scenario
+from drake_tracker.scenarios.train_scenario import TrainScenario
 from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
 from drake_tracker.world.judge_system import Verdict
 from drake_tracker.world.plant import TRAIN_HEIGHT
@@ -31,7 +31,7 @@ def track():
 @pytest.fixture(scope="module")
 def world(q_initial, track):
     """A world with the arm's set-points held."""
-    scenario = Scenario()
+    scenario = TrainScenario()
     scenario.cameras.noise = 0.0
     return WorldDiagram(scenario, PUMA560, q_initial, track, START, WINDOWS)
 
@@ -61,7 +61,7 @@ def test_it_starts_at_rest_where_it_is_told(world, q_initial, track):
     _, context = held(world, q_initial)
     state = world.GetOutputPort("arm_state").Eval(context)
     assert state == pytest.approx(np.concatenate([q_initial, np.zeros(6)]))
-    assert JawState(world.GetOutputPort("jaws").Eval(context)).width == pytest.approx(Scenario().grasp.jaw_opening)
+    assert JawState(world.GetOutputPort("jaws").Eval(context)).width == pytest.approx(TrainScenario().grasp.jaw_opening)
     train = world.GetOutputPort("truth_train_state").Eval(context)
     x, y, heading = track.pose(START)
     assert train[4:7] == pytest.approx([x, y, 0.45 + TRAIN_HEIGHT])
@@ -76,7 +76,7 @@ def test_the_train_sets_off_along_its_track(world, q_initial, track):
     s, lateral = track.nearest(train[4], train[5], track.pose(START + 0.12)[2])
     assert abs(lateral) < 1e-3
     assert START + 0.10 < s < START + 0.15
-    assert np.hypot(train[10], train[11]) == pytest.approx(Scenario().track.speed, rel=0.02)
+    assert np.hypot(train[10], train[11]) == pytest.approx(TrainScenario().track.speed, rel=0.02)
     verdict = Verdict(world.GetOutputPort("truth_verdict").Eval(context))
     assert verdict.lift == pytest.approx(0.0, abs=1e-3)
     assert not (verdict.taken or verdict.derailed or verdict.table_touched)
@@ -103,7 +103,7 @@ def test_the_cameras_show_the_windows_asked_for_and_the_train_in_them(world, q_i
     with_train = images()
     plant.SetFreeBodyPose(plant_context, train, RigidTransform([3.0, 0.0, 1.0]))
     without = images()
-    models = true_camera_models(Scenario().cameras)
+    models = true_camera_models(TrainScenario().cameras)
     for name, a, b in zip(CAMERA_NAMES, with_train, without):
         u0, v0, width, height = WINDOWS[name]
         assert a.shape == (height, width, 3)
@@ -115,7 +115,7 @@ def test_the_cameras_show_the_windows_asked_for_and_the_train_in_them(world, q_i
 
 
 def test_the_scenario_is_heeded(q_initial, track):
-    scenario = Scenario()
+    scenario = TrainScenario()
     scenario.train.body = "dark"
     scenario.track.speed = 0.0
     scenario.cameras.width, scenario.cameras.height = 64, 48

@@ -1,16 +1,12 @@
-"""Everything a run of the train can be told, as dataclasses with units, defaults and allowed ranges.
-
-A role that has several kinds is a Union; a scenario file names the kind by its YAML tag, the first one is the default.
-The classes stay within what Drake's own typed YAML can read and write (no frozen classes, tuples, Literal or Enum, no
-postponed annotations), so that a resolved scenario is an ordinary Drake YAML file.
-"""
+"""Everything a run of the train can be told; `parts` has what it shares with other tasks, and the rules."""
 
 import math
 from dataclasses import dataclass
 from typing import Optional, Union
 
+from drake_tracker.scenarios.parts import BaseScenario, Lighting, Lossy, Perfect, Puma560, Servo
 from drake_tracker.scenarios.setting import setting
-from drake_tracker.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
+from drake_tracker.timing import SERVO_PERIOD
 
 WORK_VOLUME = [[0.33, -0.30, 0.45], [0.79, 0.30, 0.505]]
 TRACK_KINDS = ("oval", "stadium", "circle", "figure_eight", "line", "csv")
@@ -42,16 +38,6 @@ class Train:
     """What the train looks like."""
 
     body: str = setting("plain", "the body", choices=("plain", "striped", "round", "dark"))
-
-
-@dataclass
-class Lighting:
-    """The lamps of the room."""
-
-    side: str = setting("cameras", "where the light comes from", choices=("cameras", "one_side"))
-    shadows: bool = setting(False, "cast shadows")
-    flicker: float = setting(0.0, "fraction by which the light flickers", "", (0.0, 1.0))
-    flicker_hz: float = setting(100.0, "frequency of the flicker", "Hz", (0.0, 1000.0))
 
 
 @dataclass
@@ -168,30 +154,6 @@ class ClosedPath:
 
 
 @dataclass
-class Perfect:
-    """A link that delivers every packet at once."""
-
-
-@dataclass
-class Lossy:
-    """A link that loses and delays packets."""
-
-    drop: float = setting(0.0, "long-run fraction of packets lost", "", (0.0, 1.0))
-    delay: float = setting(0.0, "delay of every packet", "s", (0.0, 5.0))
-    jitter: float = setting(0.0, "further delay, uniform from 0 to this", "s", (0.0, 5.0))
-    burst: float = setting(1.0, "mean number of packets lost in a row", "packets", (1.0, 1000.0))
-
-
-@dataclass
-class Servo:
-    """The trajectory generator's own filter."""
-
-    tracking_index: float = setting(0.01, "manoeuvre noise over measurement noise, position", "", (0.001, 10.0))
-    yaw_tracking_index: float = setting(0.003, "the same, direction", "", (0.0001, 10.0))
-    stale_after: float = setting(0.2, "age of the newest packet at which it says it is stale", "s", (0.03, 10.0))
-
-
-@dataclass
 class Grasp:
     """The motor schema: what is known of the object beforehand, heights, durations, and what opens the gate.
 
@@ -224,19 +186,9 @@ class Grasp:
 
 
 @dataclass
-class Puma560:
-    """The arm of the 1991 laboratory."""
-
-
-@dataclass
-class Scenario:
+class TrainScenario(BaseScenario):
     """A run of the train, complete."""
 
-    name: str = setting("", "the scenario's name; filled in when it is loaded")
-    description: str = setting("", "one line for the list of scenarios")
-    duration: float = setting(60.0, "simulated time after which the run ends", "s", (0.01, 36000.0))
-    seed: int = setting(0, "draws the start, the direction, the track's place, all noise", "", (0, 2**32 - 1))
-    time_step: float = setting(TIME_STEP, "step of the plant", "s", (0.0001, 0.01))
     table_height: float = setting(0.45, "height of the table's top", "m", (0.0, 1.5))
     track: Track = setting(Track, "the track")
     train: Train = setting(Train, "the train")
@@ -251,20 +203,9 @@ class Scenario:
     grasp: Grasp = setting(Grasp, "what the hand does next")
     arm: Puma560 = setting(Puma560, "the arm")
 
-    def where(self, key):
-        """Returns where a setting got its value, for an error message: "train.yaml line 12: track.speed", or
-        "--set track.speed=2: track.speed", or "track.speed (default)".
-        """
-        origins = getattr(self, "origins", {})
-        return f"{origins[key]}: {key}" if key in origins else f"{key} (default)"
-
     def problems(self):
         """Returns the settings that contradict each other: a list of (key, what is wrong and what to do)."""
-        found = []
-        for period, what in ((VISION_PERIOD, "image period 1/60 s"), (SERVO_PERIOD, "servo period 0.03 s")):
-            steps = period / self.time_step
-            if not math.isclose(steps, round(steps), rel_tol=1e-6):
-                found.append(("time_step", f"must divide the {what}; 1/300 (0.0033333333333333335) does"))
+        found = self.timing_problems(SERVO_PERIOD)
         if self.track.kind == "csv" and not self.track.csv:
             found.append(("track.csv", "must name a file when track.kind is csv"))
         if self.track.csv and self.track.kind != "csv":

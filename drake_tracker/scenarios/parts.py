@@ -1,0 +1,81 @@
+"""What the scenarios of all tasks share, as dataclasses with units, defaults and allowed ranges.
+
+A role that has several kinds is a Union; a scenario file names the kind by its YAML tag, the first one is the default.
+The classes stay within what Drake's own typed YAML can read and write (no frozen classes, tuples, Literal or Enum, no
+postponed annotations), so that a resolved scenario is an ordinary Drake YAML file.
+"""
+
+import math
+from dataclasses import dataclass
+
+from drake_tracker.scenarios.setting import setting
+from drake_tracker.timing import TIME_STEP, VISION_PERIOD
+
+
+@dataclass
+class Lighting:
+    """The lamps of the room."""
+
+    side: str = setting("cameras", "where the light comes from", choices=("cameras", "one_side"))
+    shadows: bool = setting(False, "cast shadows")
+    flicker: float = setting(0.0, "fraction by which the light flickers", "", (0.0, 1.0))
+    flicker_hz: float = setting(100.0, "frequency of the flicker", "Hz", (0.0, 1000.0))
+
+
+@dataclass
+class Perfect:
+    """A link that delivers every packet at once."""
+
+
+@dataclass
+class Lossy:
+    """A link that loses and delays packets."""
+
+    drop: float = setting(0.0, "long-run fraction of packets lost", "", (0.0, 1.0))
+    delay: float = setting(0.0, "delay of every packet", "s", (0.0, 5.0))
+    jitter: float = setting(0.0, "further delay, uniform from 0 to this", "s", (0.0, 5.0))
+    burst: float = setting(1.0, "mean number of packets lost in a row", "packets", (1.0, 1000.0))
+
+
+@dataclass
+class Servo:
+    """The trajectory generator's own filter."""
+
+    tracking_index: float = setting(0.01, "manoeuvre noise over measurement noise, position", "", (0.001, 10.0))
+    yaw_tracking_index: float = setting(0.003, "the same, direction", "", (0.0001, 10.0))
+    stale_after: float = setting(0.2, "age of the newest packet at which it says it is stale", "s", (0.03, 10.0))
+
+
+@dataclass
+class Puma560:
+    """The arm of the 1991 laboratory."""
+
+
+@dataclass
+class BaseScenario:
+    """What every scenario has."""
+
+    task: str = setting("train", "what is to be done", choices=("train", "ball"))
+    name: str = setting("", "the scenario's name; filled in when it is loaded")
+    description: str = setting("", "one line for the list of scenarios")
+    duration: float = setting(60.0, "simulated time after which the run ends", "s", (0.01, 36000.0))
+    seed: int = setting(0, "of every random draw", "", (0, 2**32 - 1))
+    time_step: float = setting(TIME_STEP, "step of the plant", "s", (0.0001, 0.01))
+
+    def where(self, key):
+        """Returns where a setting got its value, for an error message: "train.yaml line 12: track.speed", or
+        "--set track.speed=2: track.speed", or "track.speed (default)".
+        """
+        origins = getattr(self, "origins", {})
+        return f"{origins[key]}: {key}" if key in origins else f"{key} (default)"
+
+    def timing_problems(self, servo_period):
+        """Returns, as `problems` does, what the plant's step does not divide; ``servo_period`` in [s]."""
+        found = []
+        for period, what in ((VISION_PERIOD, "image period 1/60 s"), (servo_period, f"servo period {servo_period:g} s")):
+            steps = period / self.time_step
+            if not math.isclose(steps, round(steps), rel_tol=1e-6):
+                default = type(self)().time_step
+                example = f"1/{round(1.0 / default)} ({default!r})"
+                found.append(("time_step", f"must divide the {what}; {example} does"))
+        return found
