@@ -1,9 +1,10 @@
-"""The wiring of the whole hand-eye system: one Connect for each arrow of the paper's figure 1."""
+"""The wiring of a whole hand-eye system: one Connect for each arrow of the 1991 paper's figure 1."""
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_tracker.vision.measured_vision_system import TRUTH_PORT
-from drake_tracker.world.cameras import CAMERA_NAMES
+BETWEEN_ROOMS = (("vision", "point", "host", "point"), ("host", "prediction", "link", "packet"),
+                 ("link", "delivered", "arm", "packet"))
+"""Arrows from room to room whose two ends have names of their own."""
 
 
 class HandEyeDiagram(Diagram):
@@ -37,50 +38,48 @@ class HandEyeDiagram(Diagram):
         - truth_verdict
         - truth_query
 
-    The outputs are those of the rooms, for logs, pictures and judges; ports named ``truth_*`` carry what only the
-    simulator knows and lead out of the diagram, never back into it.
+    That is the train's; every task has the ports of its own rooms. World and vision, and world and arm, are wired where
+    a port of the one is called like a port of the other. All other outputs of the rooms are outputs of the diagram, for
+    logs, pictures and judges; an input of the arm that no room answers is an input of the diagram. Ports named
+    ``truth_*`` carry what only the simulator knows and lead out of the diagram, never back into it.
 
     With `MeasuredVisionDiagram` as vision there are no cameras: the outputs from ``camera_*`` to ``centroid_*`` do not
     exist, and in the place of the images one wire carries the train's true state to this stand-in, and to nothing else.
 
     Args:
-      world: `WorldDiagram`. vision: `VisionDiagram` or `MeasuredVisionDiagram`. host: `EstimatorSystem`. link: a link
-      System. arm: `ArmDiagram`.
+      world: a Diagram with the sensors' ports (`WorldDiagram`). vision: `VisionDiagram` or `MeasuredVisionDiagram`.
+      host: `EstimatorSystem`. link: a link System. arm: `ArmDiagram`.
     """
 
     def __init__(self, world, vision, host, link, arm):
         super().__init__()
         self.set_name("hand_eye")
         self.world, self.vision, self.host, self.link, self.arm = world, vision, host, link, arm
+        rooms = {"world": world, "vision": vision, "host": host, "link": link, "arm": arm}
         builder = DiagramBuilder()
-        for room in (world, vision, host, link, arm):
+        for room in rooms.values():
             builder.AddSystem(room)
-
-        seen = CAMERA_NAMES if world.cameras else (TRUTH_PORT,)
-        for port in seen:
-            builder.Connect(world.GetOutputPort(port), vision.GetInputPort(port))
-        builder.Connect(vision.GetOutputPort("point"), host.GetInputPort("point"))
-        builder.Connect(host.GetOutputPort("prediction"), link.GetInputPort("packet"))
-        builder.Connect(link.GetOutputPort("delivered"), arm.GetInputPort("packet"))
-        builder.Connect(world.GetOutputPort("arm_state"), arm.GetInputPort("arm_state"))
-        builder.Connect(world.GetOutputPort("jaws"), arm.GetInputPort("jaws"))
-        for port in ("arm_desired_state", "arm_feedforward", "gripper_desired_state"):
-            builder.Connect(arm.GetOutputPort(port), world.GetInputPort(port))
-
-        processed = ("motion_left", "motion_right", "motion_images_left", "motion_images_right")
-        centroids = ("centroid_left", "centroid_right")
-        exported = {
-            world: (
-                *((*CAMERA_NAMES,) if world.cameras else ()),
-                *("arm_state", "arm_effort", "jaws"),
-                *("truth_train_state", "truth_verdict", "truth_query"),
-            ),
-            vision: (*((*processed, *centroids) if world.cameras else ()), "point"),
-            host: ("filtered", "prediction"),
-            link: ("delivered",),
-            arm: ("target", "command", "status", "diagnosis", "q_commanded"),
-        }
-        for room, ports in exported.items():
-            for port in ports:
-                builder.ExportOutput(room.GetOutputPort(port), port)
+        for source, output, reader, input_ in BETWEEN_ROOMS:
+            builder.Connect(rooms[source].GetOutputPort(output), rooms[reader].GetInputPort(input_))
+        for reader, source in ((vision, world), (arm, world), (world, arm)):
+            for port in inputs(reader):
+                if source.HasOutputPort(port.get_name()):
+                    builder.Connect(source.GetOutputPort(port.get_name()), port)
+                elif reader is arm and port.get_name() != "packet":
+                    builder.ExportInput(port, port.get_name())
+        driving = {port.get_name() for port in inputs(world)}
+        for room in rooms.values():
+            for port in outputs(room):
+                if port.get_name() not in driving:
+                    builder.ExportOutput(port, port.get_name())
         builder.BuildInto(self)
+
+
+def inputs(system):
+    """Returns the input ports of a System."""
+    return [system.get_input_port(index) for index in range(system.num_input_ports())]
+
+
+def outputs(system):
+    """Returns the output ports of a System."""
+    return [system.get_output_port(index) for index in range(system.num_output_ports())]
