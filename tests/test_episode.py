@@ -12,7 +12,7 @@ from drake_tracker import load_scenario, simulate
 from drake_tracker.arm.description import PUMA560, make_arm_model
 from drake_tracker.arm.joint_servo import actuators_of
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.record.log import SIGNALS, load_log
+from drake_tracker.record.log import load_log, signals
 from drake_tracker.record.video import FRAMES_PER_SECOND
 from drake_tracker.timing import ESTIMATOR_SLOT, TIME_STEP
 
@@ -101,8 +101,8 @@ def test_the_summary_is_what_was_written(episode):
 
 
 def test_the_log_holds_every_signal_with_its_names(episode):
-    assert set(SIGNALS) <= set(episode.log)
-    for name, (period, fields) in SIGNALS.items():
+    assert set(signals()) <= set(episode.log)
+    for name, (period, fields) in signals().items():
         signal = episode.log[name]
         assert signal.names == tuple(fields)
         assert signal.data.shape == (len(signal.times), len(fields))

@@ -43,29 +43,31 @@ class ArmDiagram(Diagram):
     Args:
       servo, grasp: the scenario's parts of that name. model: the controller's `ArmModel`.
       q_initial: the arm's start [rad]. home: reference pose (x, y, z, yaw) in W over which the hand waits.
-      time_step: the plant's step [s].
+      time_step: the plant's step [s]. period: of the set-points [s].
     """
 
-    def __init__(self, servo, grasp, model, q_initial, home, time_step):
+    def __init__(self, servo, grasp, model, q_initial, home, time_step, period=SERVO_PERIOD):
         super().__init__()
         self.set_name("arm")
         self.model = model
         builder = DiagramBuilder()
         # A set-point computed in the servo's slot is sampled at the end of the period, and passed a little later still.
-        lead = (1.0 + SPLINE_DELAY) * SERVO_PERIOD - servo_slot(SERVO_SLOT, time_step)
+        lead = (1.0 + SPLINE_DELAY) * period - servo_slot(SERVO_SLOT, time_step, period)
         servo_system = builder.AddNamedSystem(
             "servo",
             ServoSystem(
-                Servo(servo.tracking_index, servo.yaw_tracking_index, servo.stale_after, lead=lead), time_step
+                Servo(servo.tracking_index, servo.yaw_tracking_index, servo.stale_after, lead=lead), time_step, period
             ),
         )
-        machine = GraspMachine(grasp, model, SERVO_PERIOD)
-        grasp_system = builder.AddNamedSystem("grasp", GraspSystem(machine, time_step))
+        machine = GraspMachine(grasp, model, period)
+        grasp_system = builder.AddNamedSystem("grasp", GraspSystem(machine, time_step, period))
         transform = builder.AddNamedSystem(
             "transform_equation",
-            TransformEquationSystem(ToolMotion(home, SERVO_PERIOD), model, q_initial, time_step),
+            TransformEquationSystem(
+                ToolMotion(home, period, model.symmetric_hand), model, q_initial, time_step, period
+            ),
         )
-        ik = builder.AddNamedSystem("inverse_kinematics", DifferentialIkSystem(model, q_initial, time_step))
+        ik = builder.AddNamedSystem("inverse_kinematics", DifferentialIkSystem(model, q_initial, time_step, period))
 
         builder.Connect(servo_system.GetOutputPort("target"), grasp_system.GetInputPort("target"))
         builder.Connect(servo_system.GetOutputPort("held_packet"), grasp_system.GetInputPort("packet"))
@@ -77,14 +79,14 @@ class ArmDiagram(Diagram):
         builder.Connect(ik.GetOutputPort("q_commanded"), transform.GetInputPort("q_commanded"))
         builder.Connect(ik.GetOutputPort("q_commanded"), grasp_system.GetInputPort("q_commanded"))
 
-        joints = add_set_point_spline(builder, "joint_spline", ik.GetOutputPort("q_commanded"), q_initial)
+        joints = add_set_point_spline(builder, "joint_spline", ik.GetOutputPort("q_commanded"), q_initial, period)
         dynamics = add_joint_feedforward(builder, model, joints)
         half_width = np.zeros((1, message_size(ArmCommand)))
         half_width[0, ArmCommand.get_fields().index("jaw_width")] = 0.5
         finger = builder.AddNamedSystem("finger_set_point", MatrixGain(half_width))
         builder.Connect(grasp_system.GetOutputPort("command"), finger.get_input_port())
         fingers = add_set_point_spline(
-            builder, "finger_spline", finger.get_output_port(), [0.5 * grasp.jaw_opening]
+            builder, "finger_spline", finger.get_output_port(), [0.5 * grasp.jaw_opening], period
         )
 
         builder.ExportInput(servo_system.GetInputPort("packet"), "packet")

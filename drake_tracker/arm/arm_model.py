@@ -17,12 +17,16 @@ class ArmModel:
       plant: a finalized MultibodyPlant whose only positions, after ``arm_joints``, may be the hand's fingers.
       arm_instance: the model instance of the arm.
       tool_frame: the frame T, z_T along the approach, y_T along the jaws' opening.
+      q_nominal: joints [rad] about which a redundant arm stays.
+      symmetric_hand: whether half a turn about z_T leaves the hand as it is.
     """
 
-    def __init__(self, plant, arm_instance, tool_frame):
+    def __init__(self, plant, arm_instance, tool_frame, q_nominal, symmetric_hand=True):
         self.plant = plant
         self.arm_instance = arm_instance
         self.tool_frame = tool_frame
+        self.q_nominal = np.array(q_nominal, dtype=float)
+        self.symmetric_hand = symmetric_hand
         joints = [plant.get_joint(index) for index in plant.GetJointIndices(arm_instance)]
         joints = [joint for joint in joints if joint.num_velocities() == 1]
         self._columns = [joint.velocity_start() for joint in joints]

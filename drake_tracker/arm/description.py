@@ -1,6 +1,6 @@
 """An arm with its hand, described once for the simulated world and once for the controller's own model of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -24,7 +24,8 @@ class ArmDescription:
 
     arm_url, gripper_url: models. base_link: the link welded to the world. flange: the frame that carries the gripper,
     hand_link: the gripper's link that sits on it. servo_inertia: the inertia each joint's servo is tuned for [kg m^2].
-    servo_bandwidth: of each joint [rad/s]. q_start: joints [rad] from which the home pose is sought.
+    servo_bandwidth: of each joint [rad/s]. q_start: joints [rad] from which the home pose is sought, and about which a
+    redundant arm stays. fingers: the hand's joints, none for a hand that cannot move, such as a cup.
     """
 
     arm_url: str
@@ -38,6 +39,11 @@ class ArmDescription:
     finger_stiffness: float
     finger_damping: float
     q_start: tuple
+    fingers: tuple = FINGERS
+
+    @property
+    def has_fingers(self):
+        return bool(self.fingers)
 
 
 PUMA560 = ArmDescription(
@@ -53,6 +59,16 @@ PUMA560 = ArmDescription(
     finger_damping=60.0,
     q_start=(0.0, 0.8, -2.6, 0.0, -1.3, 0.0),
 )
+
+CUP = {
+    "gripper_url": "package://drake_tracker_models/cup/cup.sdf",
+    "finger_stiffness": 0.0,
+    "finger_damping": 0.0,
+    "fingers": (),
+}
+"""What an `ArmDescription` says of the cup, a hand without fingers."""
+
+PUMA560_CUP = replace(PUMA560, **CUP)
 
 
 @dataclass(frozen=True)
@@ -102,12 +118,13 @@ def couple_fingers(plant, gripper, description, grip_force=25.0):
 
 
 def make_arm_model(description):
-    """Returns the controller's `ArmModel`: the arm with its gripper's fingers held in the middle of their travel."""
+    """Returns the controller's `ArmModel`: the arm with its gripper's fingers, if any, held in the middle of their
+    travel."""
     plant = MultibodyPlant(0.0)
     parts = add_arm(plant, description)
     for actuator in actuators_of(plant, parts.gripper):
         plant.RemoveJointActuator(actuator)
-    for name in FINGERS:
+    for name in description.fingers:
         joint = plant.GetJointByName(name, parts.gripper)
         middle = 0.5 * (joint.position_lower_limits()[0] + joint.position_upper_limits()[0])
         X_FM = RigidTransform(joint.translation_axis() * middle)
@@ -115,7 +132,8 @@ def make_arm_model(description):
         plant.RemoveJoint(joint)
         plant.AddJoint(WeldJoint(f"{name}_held", parent, child, X_FM))
     plant.Finalize()
-    return ArmModel(plant, parts.arm, plant.GetFrameByName(description.tool_frame, parts.gripper))
+    tool_frame = plant.GetFrameByName(description.tool_frame, parts.gripper)
+    return ArmModel(plant, parts.arm, tool_frame, description.q_start, symmetric_hand=description.has_fingers)
 
 
 def joints_for(model, q_start, X_WT):

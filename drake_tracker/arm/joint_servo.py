@@ -4,6 +4,7 @@ from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.controllers import InverseDynamics
 
 from drake_tracker.arm.set_point_spline_system import SetPointSplineSystem
+from drake_tracker.timing import SERVO_PERIOD
 
 
 def actuators_of(plant, instance):
@@ -38,8 +39,8 @@ def add_joint_feedforward(builder, model, spline):
     return dynamics
 
 
-def add_set_point_spline(builder, name, set_points, initial):
+def add_set_point_spline(builder, name, set_points, initial, period=SERVO_PERIOD):
     """Adds a `SetPointSplineSystem` behind an output port of set-points, and returns it."""
-    spline = builder.AddNamedSystem(name, SetPointSplineSystem(initial))
+    spline = builder.AddNamedSystem(name, SetPointSplineSystem(initial, period))
     builder.Connect(set_points, spline.GetInputPort("set_point"))
     return spline

@@ -5,7 +5,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from drake_tracker.arm.tool_yaw import best_branch, flip_duration, must_flip
+from drake_tracker.arm.tool_yaw import best_branch, flip_duration, must_flip, nearest_whole_turn
 from drake_tracker.arm.transform_equation import Drive, apply_drive, share_done, shrink_drive, solve_drive
 
 
@@ -50,11 +50,13 @@ class ToolMotion:
     Args:
       home: reference pose (x, y, z, yaw) in W about which the hand waits when there is no object.
       period: time between ticks [s].
+      symmetric: whether half a turn about the approach leaves the hand as it is; if not it never turns over.
     """
 
-    def __init__(self, home, period):
+    def __init__(self, home, period, symmetric=True):
         self.home = np.asarray(home, dtype=float)
         self.period = period
+        self.symmetric = symmetric
 
     def initial_state(self, p_WT, yaw):
         """The tool stands at p_WT [m] with its x axis at ``yaw`` [rad]."""
@@ -74,7 +76,7 @@ class ToolMotion:
         state = self._follow_reference(state, command, target)
         if command.motion != state.motion or self._jumped(state):
             state = self._begin(state, time, command, q6)
-        elif not command.frozen and not self.flipping(state, time) and must_flip(q6):
+        elif self.symmetric and not command.frozen and not self.flipping(state, time) and must_flip(q6):
             state = self._flip(state, time, q6, target.yaw_rate)
         duration = max(command.duration, self.period)
         fraction = min((time - state.start) / duration, 1.0)
@@ -110,7 +112,7 @@ class ToolMotion:
 
     def _begin(self, state, time, command, q6):
         """Solves for Drive, and for its rate, from the last two poses of the tool and of the reference."""
-        branch = state.branch if command.frozen else best_branch(q6, state.tool[3], state.reference[3])
+        branch = state.branch if command.frozen else self._best_branch(state, q6)
         # Jaws that are just turning over do the rest as a part of this motion, or they would turn twice as fast.
         state = replace(state, branch=branch, previous_branch=branch, flip_start=-np.inf)
         if self._jumped(state):  # its last step says nothing of how it moves
@@ -123,6 +125,11 @@ class ToolMotion:
         )
         start = time - self.period  # the last pose of the tool is where the motion begins
         return replace(state, motion=command.motion, start=start, drive=drive, drive_rate=rate)
+
+    def _best_branch(self, state, q6):
+        if self.symmetric:
+            return best_branch(q6, state.tool[3], state.reference[3])
+        return nearest_whole_turn(state.tool[3], state.reference[3])
 
     def _flip(self, state, time, q6, yaw_rate):
         branch = best_branch(q6, state.tool[3], state.reference[3])

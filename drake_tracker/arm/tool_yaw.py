@@ -24,6 +24,11 @@ def best_branch(q6, tool_yaw, object_yaw):
     return round((q6 + tool_yaw - object_yaw) / math.pi)
 
 
+def nearest_whole_turn(tool_yaw, object_yaw):
+    """Returns the branch, an even number of half turns, that turns a hand without symmetry the least."""
+    return 2 * round((tool_yaw - object_yaw) / (2.0 * math.pi))
+
+
 def joint6_at(q6, tool_yaw, wanted_yaw):
     """Returns where joint 6 [rad] will be when the tool is turned to ``wanted_yaw`` [rad]: pointing down, it turns
     against z_W."""

@@ -12,30 +12,34 @@ from drake_tracker.messages import ArmCommand, Centroid, JawState, Prediction, S
 from drake_tracker.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD, steps_in
 from drake_tracker.world.judge_system import Verdict
 
-_JOINTS = range(1, 7)
 _TRAIN_STATE = "qw qx qy qz x y z wx wy wz vx vy vz".split()
-SIGNALS = {
-    "centroid_left": (VISION_PERIOD, Centroid.get_fields()),
-    "centroid_right": (VISION_PERIOD, Centroid.get_fields()),
-    "point": (VISION_PERIOD, TrackPoint.get_fields()),
-    "filtered": (VISION_PERIOD, Filtered.get_fields()),
-    "prediction": (VISION_PERIOD, Prediction.get_fields()),
-    "delivered": (VISION_PERIOD, Prediction.get_fields()),
-    "target": (SERVO_PERIOD, ServoTarget.get_fields()),
-    "command": (SERVO_PERIOD, ArmCommand.get_fields()),
-    "status": (SERVO_PERIOD, ToolStatus.get_fields()),
-    "diagnosis": (SERVO_PERIOD, GraspDiagnosis.get_fields()),
-    "q_commanded": (SERVO_PERIOD, [f"q{i}" for i in _JOINTS]),
-    "arm_state": (TIME_STEP, [f"q{i}" for i in _JOINTS] + [f"v{i}" for i in _JOINTS]),
-    "arm_effort": (TIME_STEP, [f"u{i}" for i in _JOINTS]),
-    "jaws": (VISION_PERIOD, JawState.get_fields()),
-    "truth_train_state": (VISION_PERIOD, _TRAIN_STATE),
-    "truth_verdict": (VISION_PERIOD, Verdict.get_fields()),
-}
-"""Output ports of `HandEyeDiagram` that are logged: sampling period [s] and names of the fields.
 
-A sample at time t is what the port showed before the updates of that instant. Signals named truth_* come from the
-simulator and were not seen by the loop. Measured vision has no centroids."""
+
+def signals(num_joints=6):
+    """Output ports of `HandEyeDiagram` that are logged: {name: (sampling period [s], names of the fields)}.
+
+    A sample at time t is what the port showed before the updates of that instant. Signals named truth_* come from the
+    simulator and were not seen by the loop. Measured vision has no centroids.
+    """
+    q, v, u = ([f"{letter}{i + 1}" for i in range(num_joints)] for letter in "qvu")
+    return {
+        "centroid_left": (VISION_PERIOD, Centroid.get_fields()),
+        "centroid_right": (VISION_PERIOD, Centroid.get_fields()),
+        "point": (VISION_PERIOD, TrackPoint.get_fields()),
+        "filtered": (VISION_PERIOD, Filtered.get_fields()),
+        "prediction": (VISION_PERIOD, Prediction.get_fields()),
+        "delivered": (VISION_PERIOD, Prediction.get_fields()),
+        "target": (SERVO_PERIOD, ServoTarget.get_fields()),
+        "command": (SERVO_PERIOD, ArmCommand.get_fields()),
+        "status": (SERVO_PERIOD, ToolStatus.get_fields()),
+        "diagnosis": (SERVO_PERIOD, GraspDiagnosis.get_fields()),
+        "q_commanded": (SERVO_PERIOD, q),
+        "arm_state": (TIME_STEP, q + v),
+        "arm_effort": (TIME_STEP, u),
+        "jaws": (VISION_PERIOD, JawState.get_fields()),
+        "truth_train_state": (VISION_PERIOD, _TRAIN_STATE),
+        "truth_verdict": (VISION_PERIOD, Verdict.get_fields()),
+    }
 
 
 @dataclass(frozen=True)
@@ -56,9 +60,9 @@ class Signal:
 
 
 def add_loggers(builder, hand_eye):
-    """Logs every port in `SIGNALS` that the diagram has; returns {name: VectorLogSink}."""
+    """Logs every port in `signals` that the diagram has; returns {name: VectorLogSink}."""
     loggers = {}
-    for name, (period, _) in SIGNALS.items():
+    for name, (period, _) in signals().items():
         if not hand_eye.HasOutputPort(name):
             continue
         loggers[name] = LogVectorOutput(hand_eye.GetOutputPort(name), builder, publish_period=period)
@@ -68,10 +72,11 @@ def add_loggers(builder, hand_eye):
 
 def read_log(loggers, root_context):
     """Returns {name: Signal} of what has been logged so far."""
+    fields = signals(loggers["q_commanded"].get_input_port().size())
     log = {}
     for name, logger in loggers.items():
         record = logger.FindLog(root_context)
-        log[name] = Signal(record.sample_times().copy(), record.data().T.copy(), tuple(SIGNALS[name][1]))
+        log[name] = Signal(record.sample_times().copy(), record.data().T.copy(), tuple(fields[name][1]))
     return log
 
 

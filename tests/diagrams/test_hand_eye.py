@@ -7,7 +7,7 @@ from pydrake.systems.analysis import Simulator
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.messages import ArmCommand, JawState, ToolStatus
-from drake_tracker.record.log import SIGNALS
+from drake_tracker.record.log import signals
 
 ARROWS = {
     ("world", "camera_left", "vision", "camera_left"),
@@ -44,7 +44,7 @@ def test_its_documented_ports_are_its_ports(hand_eye):
 
 
 def test_every_signal_of_the_log_is_a_port_with_as_many_fields(hand_eye):
-    for name, (_, fields) in SIGNALS.items():
+    for name, (_, fields) in signals().items():
         assert hand_eye.GetOutputPort(name).size() == len(fields), name
 
 

@@ -9,7 +9,7 @@ from drake_tracker.figures.horizon import HORIZONS, horizon_errors, make_drive
 from drake_tracker.figures.measured_arc import arc_lengths, filter_arc_lengths, filtered_arc, measured_density
 from drake_tracker.figures.trajectory import trajectory
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.record.log import SIGNALS, Signal
+from drake_tracker.record.log import Signal, signals
 from drake_tracker.scenarios.train_scenario import TrainScenario
 from drake_tracker.timing import VISION_PERIOD
 
@@ -17,7 +17,7 @@ SPEED, RADIUS, SIGMA = 0.15, 0.2, 0.001
 
 
 def signal(name, times, **fields):
-    names = tuple(SIGNALS[name][1])
+    names = tuple(signals()[name][1])
     data = np.zeros((len(times), len(names)))
     for field, row in fields.items():
         data[:, names.index(field)] = row

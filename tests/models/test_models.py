@@ -94,7 +94,7 @@ def tilt_deg(X):
 
 
 def test_each_kind_of_model_is_there():
-    expected = ["floor/floor.sdf", "gripper/gripper.sdf", "puma560/puma560.sdf", "table/table.sdf"]
+    expected = ["cup/cup.sdf", "floor/floor.sdf", "gripper/gripper.sdf", "puma560/puma560.sdf", "table/table.sdf"]
     assert MODEL_FILES == sorted(expected + [f"train/train_{body}.sdf" for body in TRAINS])
 
 

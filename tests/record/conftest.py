@@ -9,7 +9,7 @@ from drake_tracker.diagrams.train_track import draw_track
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
-from drake_tracker.record.log import SIGNALS, Signal
+from drake_tracker.record.log import Signal, signals
 from drake_tracker.scenarios.train_scenario import TrainScenario
 from drake_tracker.timing import ESTIMATOR_SLOT, GRASP_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, vision_slot
 
@@ -86,7 +86,7 @@ class Episode:
         target = np.column_stack([due, hand, rate, packets[newest, :2], 0 * due, frozen * 0, known]) * known[:, None]
 
         verdict = np.column_stack(
-            [self.verdict.get(name, lambda t: 0.0 * t)(cycles) for name in SIGNALS["truth_verdict"][1]]
+            [self.verdict.get(name, lambda t: 0.0 * t)(cycles) for name in signals()["truth_verdict"][1]]
         )
         place, tool = self.place(cycles), self.predicted(cycles)
         half = 0.5 * self.yaw
@@ -112,7 +112,7 @@ class Episode:
             "truth_train_state": (cycles, train),
             "truth_verdict": (cycles, verdict),
         }
-        log = {name: Signal(times, rows, tuple(SIGNALS[name][1])) for name, (times, rows) in data.items()}
+        log = {name: Signal(times, rows, tuple(signals()[name][1])) for name, (times, rows) in data.items()}
         log["tool"] = Signal(cycles, tool, ("x", "y", "z", "yaw"))
         return log
 
@@ -160,6 +160,6 @@ def known():
 def nothing():
     """The log of a run that was over before anything was logged."""
     empty = np.zeros(0)
-    log = {name: Signal(empty, np.zeros((0, len(names))), tuple(names)) for name, (_, names) in SIGNALS.items()}
+    log = {name: Signal(empty, np.zeros((0, len(names))), tuple(names)) for name, (_, names) in signals().items()}
     log["tool"] = Signal(np.zeros(0), np.zeros((0, 4)), ("x", "y", "z", "yaw"))
     return log

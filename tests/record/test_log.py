@@ -7,7 +7,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
-from drake_tracker.record.log import SIGNALS, Signal, add_loggers, load_log, read_log, save_log, tool_signal
+from drake_tracker.record.log import Signal, add_loggers, load_log, read_log, save_log, signals, tool_signal
 from drake_tracker.timing import TIME_STEP
 
 
@@ -16,7 +16,7 @@ class Clock(LeafSystem):
 
     def __init__(self):
         super().__init__()
-        for name, (_, fields) in SIGNALS.items():
+        for name, (_, fields) in signals().items():
             self.DeclareVectorOutputPort(name, len(fields), self._calc)
 
     @staticmethod
@@ -35,8 +35,8 @@ def log():
 
 
 def test_every_signal_is_logged_at_its_period(log):
-    assert set(log) == set(SIGNALS)
-    for name, (period, fields) in SIGNALS.items():
+    assert set(log) == set(signals())
+    for name, (period, fields) in signals().items():
         signal = log[name]
         np.testing.assert_allclose(signal.times, period * np.arange(len(signal.times)), atol=1e-9)
         assert len(signal.times) == int(0.1 / period + 1e-9) + 1
@@ -67,7 +67,7 @@ def test_tool_comes_from_forward_kinematics():
     X_WT = tool_down((0.6, 0.1, 0.7), 0.4)
     q = joints_for(model, PUMA560.q_start, X_WT)
     times = TIME_STEP * np.arange(11)
-    state = Signal(times, np.tile(np.concatenate([q, np.zeros(6)]), (11, 1)), SIGNALS["arm_state"][1])
+    state = Signal(times, np.tile(np.concatenate([q, np.zeros(6)]), (11, 1)), signals()["arm_state"][1])
     tool = tool_signal(state, model)
     np.testing.assert_allclose(tool.times, [0.0, 1 / 60, 2 / 60], atol=1e-9)
     np.testing.assert_allclose(tool.data, np.tile([0.6, 0.1, 0.7, 0.4], (3, 1)), atol=1e-5)
