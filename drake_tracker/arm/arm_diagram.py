@@ -1,4 +1,4 @@
-"""The arm's computer as a Diagram: servo, grasp machine, transform equation, inverse kinematics, joint servos."""
+"""The arm's computer as a Diagram: servo, decision, transform equation, inverse kinematics, joint servos."""
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
@@ -11,10 +11,11 @@ from drake_tracker.arm.servo_system import ServoSystem
 from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY
 from drake_tracker.arm.tool_motion import ToolMotion
 from drake_tracker.arm.transform_equation_system import TransformEquationSystem
-from drake_tracker.grasp.grasp_machine import GraspMachine
-from drake_tracker.grasp.grasp_system import GraspSystem
 from drake_tracker.messages import ArmCommand, message_size
 from drake_tracker.timing import SERVO_PERIOD, SERVO_SLOT, servo_slot
+
+_ANSWERED = {"target": "servo", "status": "transform_equation", "q_commanded": "inverse_kinematics"}
+"""Inputs of the decision that this room answers: {port: the System that has an output of that name}."""
 
 
 class ArmDiagram(Diagram):
@@ -38,15 +39,22 @@ class ArmDiagram(Diagram):
         - q_commanded
 
     ``packet`` is a `Prediction`, ``arm_state`` (q, v), ``jaws`` a `JawState`. The first three outputs drive the
-    robot, the others (`ServoTarget`, `ArmCommand`, `ToolStatus`, `GraspDiagnosis`, [rad]) are for logs.
+    robot, the others (`ServoTarget`, `ArmCommand`, `ToolStatus`, the decision's diagnosis, [rad]) are for logs. Without
+    a hand that has jaws there are neither ``jaws`` nor ``gripper_desired_state``; what else the decision asks or says
+    is an input or an output of its name.
 
     Args:
-      servo, grasp: the scenario's parts of that name. model: the controller's `ArmModel`.
-      q_initial: the arm's start [rad]. home: reference pose (x, y, z, yaw) in W over which the hand waits.
-      time_step: the plant's step [s]. period: of the set-points [s].
+      decision: the System that decides what the hand does next: `GraspSystem`, or another with its ports target,
+        packet, status, q_commanded -> command, diagnosis; one with a port ``jaws`` has jaws to move.
+      servo: the scenario's part of that name. model: the controller's `ArmModel`. q_initial: the arm's start [rad].
+      home: reference pose (x, y, z, yaw) in W over which the hand waits. time_step: the plant's step [s].
+      period: of the set-points [s]. jaw_opening: of the jaws at the start [m].
+      aim: a System between the line and the servo, packet -> aim, that makes of where the object will be where the hand
+        is to be; the decision then gets the packets of the line. None: the hand goes where the object is.
     """
 
-    def __init__(self, servo, grasp, model, q_initial, home, time_step, period=SERVO_PERIOD):
+    def __init__(self, decision, servo, model, q_initial, home, time_step, period=SERVO_PERIOD, *, jaw_opening=0.0,
+                 aim=None):
         super().__init__()
         self.set_name("arm")
         self.model = model
@@ -59,45 +67,53 @@ class ArmDiagram(Diagram):
                 Servo(servo.tracking_index, servo.yaw_tracking_index, servo.stale_after, lead=lead), time_step, period
             ),
         )
-        machine = GraspMachine(grasp, model, period)
-        grasp_system = builder.AddNamedSystem("grasp", GraspSystem(machine, time_step, period))
+        builder.AddSystem(decision)
+        motion = ToolMotion(home, period, model.symmetric_hand)
         transform = builder.AddNamedSystem(
-            "transform_equation",
-            TransformEquationSystem(
-                ToolMotion(home, period, model.symmetric_hand), model, q_initial, time_step, period
-            ),
+            "transform_equation", TransformEquationSystem(motion, model, q_initial, time_step, period)
         )
         ik = builder.AddNamedSystem("inverse_kinematics", DifferentialIkSystem(model, q_initial, time_step, period))
 
-        builder.Connect(servo_system.GetOutputPort("target"), grasp_system.GetInputPort("target"))
-        builder.Connect(servo_system.GetOutputPort("held_packet"), grasp_system.GetInputPort("packet"))
+        command = decision.GetOutputPort("command")
         builder.Connect(servo_system.GetOutputPort("target"), transform.GetInputPort("target"))
-        builder.Connect(grasp_system.GetOutputPort("command"), servo_system.GetInputPort("command"))
-        builder.Connect(grasp_system.GetOutputPort("command"), transform.GetInputPort("command"))
-        builder.Connect(transform.GetOutputPort("status"), grasp_system.GetInputPort("status"))
+        builder.Connect(command, servo_system.GetInputPort("command"))
+        builder.Connect(command, transform.GetInputPort("command"))
         builder.Connect(transform.GetOutputPort("X_WT_desired"), ik.GetInputPort("X_WT_desired"))
         builder.Connect(ik.GetOutputPort("q_commanded"), transform.GetInputPort("q_commanded"))
-        builder.Connect(ik.GetOutputPort("q_commanded"), grasp_system.GetInputPort("q_commanded"))
+        if aim is None:
+            builder.Connect(servo_system.GetOutputPort("held_packet"), decision.GetInputPort("packet"))
+            builder.ExportInput(servo_system.GetInputPort("packet"), "packet")
+        else:
+            builder.AddNamedSystem("aim", aim)
+            builder.Connect(aim.GetOutputPort("aim"), servo_system.GetInputPort("packet"))
+            packet = builder.ExportInput(aim.GetInputPort("packet"), "packet")
+            builder.ConnectInput(packet, decision.GetInputPort("packet"))
+        for index in range(decision.num_input_ports()):
+            port = decision.get_input_port(index)
+            if port.get_name() in _ANSWERED:
+                source = builder.GetSubsystemByName(_ANSWERED[port.get_name()])
+                builder.Connect(source.GetOutputPort(port.get_name()), port)
+            elif port.get_name() != "packet":
+                builder.ExportInput(port, port.get_name())
 
         joints = add_set_point_spline(builder, "joint_spline", ik.GetOutputPort("q_commanded"), q_initial, period)
         dynamics = add_joint_feedforward(builder, model, joints)
-        half_width = np.zeros((1, message_size(ArmCommand)))
-        half_width[0, ArmCommand.get_fields().index("jaw_width")] = 0.5
-        finger = builder.AddNamedSystem("finger_set_point", MatrixGain(half_width))
-        builder.Connect(grasp_system.GetOutputPort("command"), finger.get_input_port())
-        fingers = add_set_point_spline(
-            builder, "finger_spline", finger.get_output_port(), [0.5 * grasp.jaw_opening], period
-        )
+        if decision.HasInputPort("jaws"):
+            half_width = np.zeros((1, message_size(ArmCommand)))
+            half_width[0, ArmCommand.get_fields().index("jaw_width")] = 0.5
+            finger = builder.AddNamedSystem("finger_set_point", MatrixGain(half_width))
+            builder.Connect(command, finger.get_input_port())
+            fingers = add_set_point_spline(
+                builder, "finger_spline", finger.get_output_port(), [0.5 * jaw_opening], period
+            )
+            builder.ExportOutput(fingers.GetOutputPort("desired_state"), "gripper_desired_state")
 
-        builder.ExportInput(servo_system.GetInputPort("packet"), "packet")
         builder.ExportInput(dynamics.get_input_port_estimated_state(), "arm_state")
-        builder.ExportInput(grasp_system.GetInputPort("jaws"), "jaws")
         builder.ExportOutput(joints.GetOutputPort("desired_state"), "arm_desired_state")
         builder.ExportOutput(dynamics.get_output_port_generalized_force(), "arm_feedforward")
-        builder.ExportOutput(fingers.GetOutputPort("desired_state"), "gripper_desired_state")
         builder.ExportOutput(servo_system.GetOutputPort("target"), "target")
-        builder.ExportOutput(grasp_system.GetOutputPort("command"), "command")
         builder.ExportOutput(transform.GetOutputPort("status"), "status")
-        builder.ExportOutput(grasp_system.GetOutputPort("diagnosis"), "diagnosis")
         builder.ExportOutput(ik.GetOutputPort("q_commanded"), "q_commanded")
+        for index in range(decision.num_output_ports()):
+            builder.ExportOutput(decision.get_output_port(index), decision.get_output_port(index).get_name())
         builder.BuildInto(self)

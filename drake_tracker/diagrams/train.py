@@ -12,10 +12,12 @@ from drake_tracker.diagrams.train_track import check_track, draw_track
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
+from drake_tracker.grasp.grasp_machine import GraspMachine
+from drake_tracker.grasp.grasp_system import GraspSystem
 from drake_tracker.link.lossy_link_system import LossyLinkSystem
 from drake_tracker.scenarios.loader import scenario_file
 from drake_tracker.scenarios.train_scenario import Measured
-from drake_tracker.timing import ESTIMATOR_SLOT, vision_slot
+from drake_tracker.timing import ESTIMATOR_SLOT, SERVO_PERIOD, vision_slot
 from drake_tracker.vision.calibration import load_calibration
 from drake_tracker.vision.measured_error_file import load_error
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
@@ -58,7 +60,11 @@ def make_diagram(scenario):
     host = EstimatorSystem(scenario_estimator(scenario), offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
     host.set_name("host")
     link = scenario_link(scenario)
-    arm = ArmDiagram(scenario.servo, scenario.grasp, model, q_initial, home, scenario.time_step)
+    grasp = GraspSystem(GraspMachine(scenario.grasp, model, SERVO_PERIOD), scenario.time_step)
+    grasp.set_name("grasp")
+    arm = ArmDiagram(
+        grasp, scenario.servo, model, q_initial, home, scenario.time_step, jaw_opening=scenario.grasp.jaw_opening
+    )
     return HandEyeDiagram(world, vision, host, link, arm)
 
 

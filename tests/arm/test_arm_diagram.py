@@ -27,7 +27,7 @@ from drake_tracker.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.scenarios import scenario
+from drake_tracker.scenarios import train_scenario
 from drake_tracker.timing import (
     ESTIMATOR_SLOT,
     GRASP_SLOT,
@@ -44,7 +44,13 @@ from drake_tracker.timing import (
 
 RADIUS, SPEED, LAG = 0.12, 0.15, 0.25
 HOME = np.array([0.56, 0.0, 0.485, np.pi])
-GRASP = scenario.Grasp()
+GRASP = train_scenario.Grasp()
+
+
+def make_arm(model, q_initial):
+    grasp = GraspSystem(GraspMachine(GRASP, model, SERVO_PERIOD), TIME_STEP)
+    servo = train_scenario.Servo()
+    return ArmDiagram(grasp, servo, model, q_initial, HOME, TIME_STEP, jaw_opening=GRASP.jaw_opening)
 
 
 def object_at(t):
@@ -90,7 +96,7 @@ def simulate(arm_model, q_initial, duration, until=np.inf):
     plant.SetDefaultPositions(parts.gripper, [0.5 * GRASP.jaw_opening] * 2)
     builder.AddSystem(plant)
     packets = builder.AddSystem(Packets(until))
-    arm = builder.AddSystem(ArmDiagram(scenario.Servo(), GRASP, arm_model, q_initial, HOME, TIME_STEP))
+    arm = builder.AddSystem(make_arm(arm_model, q_initial))
     builder.Connect(packets.GetOutputPort("packet"), arm.GetInputPort("packet"))
     builder.Connect(plant.get_state_output_port(parts.arm), arm.GetInputPort("arm_state"))
     builder.Connect(arm.GetOutputPort("arm_desired_state"), plant.get_desired_state_input_port(parts.arm))
@@ -182,7 +188,7 @@ def test_the_rooms_of_the_servo_period_come_one_after_the_other_before_its_end()
 def test_each_output_changes_in_its_own_slot_and_nowhere_else(arm_model, q_initial):
     builder = DiagramBuilder()
     packets = builder.AddSystem(Packets())
-    arm = builder.AddSystem(ArmDiagram(scenario.Servo(), GRASP, arm_model, q_initial, HOME, TIME_STEP))
+    arm = builder.AddSystem(make_arm(arm_model, q_initial))
     builder.Connect(packets.GetOutputPort("packet"), arm.GetInputPort("packet"))
     assert {arm.get_input_port(i).get_name() for i in range(arm.num_input_ports())} == {"packet", "arm_state", "jaws"}
     diagram = builder.Build()
