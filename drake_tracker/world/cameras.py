@@ -98,12 +98,14 @@ def focal_length(height, fov_deg):
 
 def true_camera_models(config):
     """Returns {name: CameraModel} of the simulator itself: the truth that a calibration is judged against."""
+    return {name: true_camera_model(config, X_WC) for name, X_WC in camera_poses(config).items()}
+
+
+def true_camera_model(config, X_WC):
+    """Returns the CameraModel of the simulator itself for a camera at X_WC."""
     f = focal_length(config.height, config.fov_deg)
     K = np.array([[f, 0.0, 0.5 * (config.width - 1)], [0.0, f, 0.5 * (config.height - 1)], [0.0, 0.0, 1.0]])
-    return {
-        name: CameraModel(K, np.zeros(5), X_WC.inverse().GetAsMatrix4(), config.width, config.height)
-        for name, X_WC in camera_poses(config).items()
-    }
+    return CameraModel(K, np.zeros(5), X_WC.inverse().GetAsMatrix4(), config.width, config.height)
 
 
 def renderable_window(window, width, height):
@@ -137,8 +139,8 @@ def camera_info(width, height, fov_deg, window=None):
 def add_cameras(builder, scene_graph, config, lighting, *, windows=None, seed=0):
     """Adds the two cameras to a diagram and connects them to the scene graph.
 
-    Adds the renderer unless the scene graph has it, for each camera an `RgbdSensor` named camera_left or camera_right,
-    fixed to the world, and, where the configuration asks for noise or flicker, a `SensorNoiseSystem` behind it.
+    Adds the renderer unless the scene graph has it, and for each camera what `add_camera` adds, named camera_left or
+    camera_right.
 
     Parameters:
         config, lighting: the scenario's ``cameras`` and ``lighting``.
@@ -149,43 +151,70 @@ def add_cameras(builder, scene_graph, config, lighting, *, windows=None, seed=0)
     """
     if not scene_graph.HasRenderer(RENDERER_NAME):
         scene_graph.AddRenderer(RENDERER_NAME, MakeRenderEngineVtk(render_engine_params(lighting, config)))
-    cameras = {}
-    for index, (name, X_WC) in enumerate(camera_poses(config).items()):
-        window = (0, 0, config.width, config.height)
-        if windows is not None:
-            window = renderable_window(windows[name], config.width, config.height)
-        core = RenderCameraCore(
-            RENDERER_NAME,
-            camera_info(config.width, config.height, config.fov_deg, window),
-            _CLIPPING,
-            RigidTransform(),
-        )
-        sensor = builder.AddNamedSystem(
+    return {
+        name: add_camera(
+            builder,
+            scene_graph,
             name,
-            RgbdSensor(
-                scene_graph.world_frame_id(),
-                X_WC,
-                ColorRenderCamera(core),
-                DepthRenderCamera(core, _DEPTH_RANGE),
+            X_WC,
+            config,
+            lighting,
+            window=None if windows is None else windows[name],
+            seed=seed,
+            camera_index=index,
+        )
+        for index, (name, X_WC) in enumerate(camera_poses(config).items())
+    }
+
+
+def add_camera(builder, scene_graph, name, X_WC, config, lighting, *, window=None, seed=0, camera_index=0):
+    """Adds one camera at X_WC to a diagram whose scene graph has the renderer `RENDERER_NAME`.
+
+    Adds an `RgbdSensor` called ``name``, fixed to the world, and, where the configuration asks for noise or flicker, a
+    `SensorNoiseSystem` behind it.
+
+    Parameters:
+        config: width, height [px], fov_deg, noise. lighting: flicker, flicker_hz.
+        window: (u0, v0, width, height) [px] to render only that part of the image; None renders all.
+        seed, camera_index: of the sensor noise.
+
+    Returns Camera.
+    """
+    if window is None:
+        window = (0, 0, config.width, config.height)
+    else:
+        window = renderable_window(window, config.width, config.height)
+    core = RenderCameraCore(
+        RENDERER_NAME,
+        camera_info(config.width, config.height, config.fov_deg, window),
+        _CLIPPING,
+        RigidTransform(),
+    )
+    sensor = builder.AddNamedSystem(
+        name,
+        RgbdSensor(
+            scene_graph.world_frame_id(),
+            X_WC,
+            ColorRenderCamera(core),
+            DepthRenderCamera(core, _DEPTH_RANGE),
+        ),
+    )
+    builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
+    image_port = sensor.color_image_output_port()
+    if config.noise > 0.0 or lighting.flicker > 0.0:
+        noise = builder.AddNamedSystem(
+            f"{name}_noise",
+            SensorNoiseSystem(
+                width=config.width,
+                height=config.height,
+                window=window,
+                noise=config.noise,
+                flicker=lighting.flicker,
+                flicker_hz=lighting.flicker_hz,
+                seed=seed,
+                camera_index=camera_index,
             ),
         )
-        builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
-        image_port = sensor.color_image_output_port()
-        if config.noise > 0.0 or lighting.flicker > 0.0:
-            noise = builder.AddNamedSystem(
-                f"{name}_noise",
-                SensorNoiseSystem(
-                    width=config.width,
-                    height=config.height,
-                    window=window,
-                    noise=config.noise,
-                    flicker=lighting.flicker,
-                    flicker_hz=lighting.flicker_hz,
-                    seed=seed,
-                    camera_index=index,
-                ),
-            )
-            builder.Connect(image_port, noise.GetInputPort("color_image"))
-            image_port = noise.GetOutputPort("color_image")
-        cameras[name] = Camera(sensor, image_port, window, X_WC)
-    return cameras
+        builder.Connect(image_port, noise.GetInputPort("color_image"))
+        image_port = noise.GetOutputPort("color_image")
+    return Camera(sensor, image_port, window, X_WC)

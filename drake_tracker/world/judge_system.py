@@ -64,7 +64,7 @@ class JudgeSystem(LeafSystem):
 
     def _update(self, context, state):
         verdict = Verdict(np.array(context.get_discrete_state_vector().value()))
-        touching = self._touching(self._contacts.Eval(context))
+        touching = touching_pairs(self._contacts.Eval(context))
         verdict.lift = self._train_state.Eval(context)[6] - self._rest_height
         verdict.left_contact, verdict.right_contact = (
             float(frozenset((self._train, finger)) in touching) for finger in self._fingers
@@ -89,10 +89,11 @@ class JudgeSystem(LeafSystem):
         _, lateral = self._track.nearest(x, y, heading)
         return upright < np.cos(TIPPED) or abs(lateral) > OFF_TRACK
 
-    @staticmethod
-    def _touching(contacts):
-        pairs = set()
-        for i in range(contacts.num_point_pair_contacts()):
-            info = contacts.point_pair_contact_info(i)
-            pairs.add(frozenset((info.bodyA_index(), info.bodyB_index())))
-        return pairs
+
+def touching_pairs(contacts):
+    """Returns the pairs of bodies that touch, frozensets of two body indices, of the plant's `ContactResults`."""
+    pairs = set()
+    for i in range(contacts.num_point_pair_contacts()):
+        info = contacts.point_pair_contact_info(i)
+        pairs.add(frozenset((info.bodyA_index(), info.bodyB_index())))
+    return pairs

@@ -1,9 +1,9 @@
 """The looks of a track: two rails on sleepers, without collision, lying on the table."""
 
 import numpy as np
-from pydrake.common import MemoryFile
-from pydrake.geometry import InMemoryMesh, Mesh
 from pydrake.math import RigidTransform
+
+from drake_tracker.world.visual_mesh import add_visual_mesh
 
 GAUGE = 0.032  # [m] between the rails' centre lines: the distance of the train's wheels
 RAIL_SIZE = (0.0024, 0.0018)  # [m] width, height of a rail's top above the table
@@ -28,8 +28,7 @@ def add_track_visual(plant, track, table_height):
         ("track_rails", rail_mesh(track), RAIL_COLOUR),
         ("track_sleepers", sleeper_mesh(track), SLEEPER_COLOUR),
     ):
-        shape = Mesh(InMemoryMesh(mesh_file=MemoryFile(contents=_obj(*mesh), extension=".obj", filename_hint=name)))
-        plant.RegisterVisualGeometry(plant.world_body(), X_WG, shape, name, np.array(colour))
+        add_visual_mesh(plant, plant.world_body(), X_WG, *mesh, name, colour)
 
 
 def rail_mesh(track):
@@ -72,15 +71,3 @@ def sleeper_mesh(track):
 def _beside(track, s, across, height):
     x, y, heading = track.pose(s)
     return np.column_stack([x - across * np.sin(heading), y + across * np.cos(heading), np.full_like(x, height)])
-
-
-def _obj(vertices, faces):
-    """Returns the text of a Wavefront OBJ file whose triangles have their own flat normals."""
-    lines = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices]
-    for number, face in enumerate(faces, start=1):
-        a, b, c = vertices[list(face[:3])]
-        normal = np.cross(b - a, c - a)
-        lines.append("vn {:.4f} {:.4f} {:.4f}".format(*normal / np.linalg.norm(normal)))
-        for k in range(1, len(face) - 1):
-            lines.append("f " + " ".join(f"{face[i] + 1}//{number}" for i in (0, k, k + 1)))
-    return "\n".join(lines) + "\n"
