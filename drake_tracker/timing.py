@@ -5,6 +5,7 @@ a slot of its own, so that a lag is one single value and the order in which Syst
 
     slot (fraction of a plant step)   room
     0                                 plant, cameras, motion centroid; delay line; video and truth readers
+    1/8                               plane projector (one camera); the triangulator (two) has no state and no slot
     1/4                               estimator
     1/2                               link
     3/4 (of the last plant step of    servo, then 13/16 grasp, 14/16 transform equation, 15/16 inverse kinematics
@@ -36,6 +37,7 @@ BALL_UPDATE_CYCLES = 4
 BALL_THROUGHPUT_CYCLES = 6
 """Cycles from digitizing an image to the centroid that rests on it (section 4: "a throughput time of 100.2 ms")."""
 
+PROJECTOR_SLOT = 2 / 16
 ESTIMATOR_SLOT = 4 / 16
 LINK_SLOT = 8 / 16
 SERVO_SLOT = 12 / 16
@@ -79,3 +81,14 @@ def delay_cycles(lag_cycles, newest_image_age_cycles):
             f"a lag of {lag_cycles:g} cycles leaves {cycles:g} cycles after the newest image; it must be whole and >= 0"
         )
     return int(cycles)
+
+
+def lag_of_throughput(throughput_cycles, first_image_age_cycles, stamp_age_cycles):
+    """Returns the cycles from a centroid's stamp until it shows, given those from the capture of its first image.
+
+    Nashman and Chaconas 1990 count a throughput "between digitizing an image and outputting results dependent on that
+    image" (section 4): 6 cycles from the first image of a pair. A stamp lies later than the first image. Both ages
+    [cycles] are those at the capture of the newest image. For a difference of images ``stride`` cycles apart they are
+    stride and stride/2: the stamp may fall between two cycles, the delay, throughput - stride, is whole all the same.
+    """
+    return throughput_cycles - (first_image_age_cycles - stamp_age_cycles)

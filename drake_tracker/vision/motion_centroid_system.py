@@ -35,9 +35,13 @@ class MotionEnergy:
 
 @dataclass(frozen=True, eq=False)
 class _Memory:
-    """Smoothed images, oldest first, the newest centroid and mask. Never changed in place, hence shared by copies."""
+    """Smoothed images, oldest first, and the newest centroid with the images that it rests on and their mask.
+
+    Never changed in place, hence shared by copies.
+    """
 
     smoothed: tuple
+    described: tuple
     centroid: np.ndarray
     energy: MotionEnergy
 
@@ -46,7 +50,7 @@ class _Memory:
 
 
 class MotionCentroidSystem(LeafSystem):
-    """Finds the motion centroid in the images of one camera, every cycle (Allen et al. 1991, section 3.1).
+    """Finds the motion centroid in the images of one camera (Allen et al. 1991, section 3.1).
 
     .. pydrake_system::
 
@@ -64,22 +68,32 @@ class MotionCentroidSystem(LeafSystem):
     ``centroid`` is a `Centroid` vector in full-frame pixel coordinates, without the lag: it rests on the newest image,
     while its stamp is that of the image it describes. It is zero until enough images are buffered; after that the stamp
     is always set, and ``valid`` is 0 when too few pixels move. ``motion_energy`` is an abstract `MotionEnergy` of the
-    same instant. ``motion_images`` holds what the detector's ``images`` returns for the buffered images (for normal
-    flow a `MotionImages`), or None before there are enough; it costs nothing unless it is read.
+    same instant. ``motion_images`` holds what the detector's ``images`` returns for the images used (for normal flow a
+    `MotionImages`), or None before there are enough; it costs nothing unless it is read.
+
+    With ``update_cycles`` above 1 a new centroid is found only every so many cycles (Nashman and Chaconas 1990: an
+    update rate of 66.8 ms, 4 cycles); the outputs stay as they are meanwhile, and images that no centroid will rest on
+    are not read.
 
     Args:
         detector: a `NormalFlow`, or another detector with its methods ``smooth``, ``mask``, ``centroid`` and ``images``
             and its properties ``stride``, ``buffer_length`` and ``stamp_age_cycles``.
+
+    Raises DrakeTrackerError when ``update_cycles`` is not a whole number of at least 1.
     """
 
-    def __init__(self, detector, *, image_offset=(0, 0), period=VISION_PERIOD):
+    def __init__(self, detector, *, image_offset=(0, 0), period=VISION_PERIOD, update_cycles=1):
         super().__init__()
+        if update_cycles != int(update_cycles) or update_cycles < 1:
+            raise DrakeTrackerError(f"update_cycles is {update_cycles}; it must be a whole number, 1 or more")
         self._detector = detector
+        self._period = period
+        self._update_cycles = int(update_cycles)
         self._offset = (int(image_offset[0]), int(image_offset[1]))
         self._stamp_age = detector.stamp_age_cycles * period
         self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
         nothing = MotionEnergy(0.0, _read_only(np.zeros((1, 1), np.uint8)), self._offset)
-        blank = _Memory((), _read_only(np.zeros(message_size(Centroid))), nothing)
+        blank = _Memory((), (), _read_only(np.zeros(message_size(Centroid))), nothing)
         self._memory = self.DeclareAbstractState(AbstractValue.Make(blank))
         from_memory = {self.abstract_state_ticket(self._memory)}
         self.DeclareVectorOutputPort("centroid", message_size(Centroid), self._calc_centroid, from_memory)
@@ -95,15 +109,19 @@ class MotionCentroidSystem(LeafSystem):
         return context.get_abstract_state(self._memory).get_value()
 
     def _update(self, context, state):
-        grey = cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY)
+        cycle = round(context.get_time() / self._period)
         memory = self._get_memory(context)
-        length = self._detector.buffer_length
-        smoothed = memory.smoothed[-(length - 1) :] + (_read_only(self._detector.smooth(grey)),)
-        centroid, energy = memory.centroid, memory.energy
-        if len(smoothed) == length:
+        length, stride = self._detector.buffer_length, self._detector.stride
+        newest = None
+        if any((cycle + age) % self._update_cycles == 0 for age in range(0, length, stride)):
+            grey = cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY)
+            newest = _read_only(self._detector.smooth(grey))
+        smoothed = (memory.smoothed + (newest,))[-length:]
+        described, centroid, energy = memory.described, memory.centroid, memory.energy
+        if len(smoothed) == length and cycle % self._update_cycles == 0:
             stamp = context.get_time() - self._stamp_age
-            images = smoothed[:: self._detector.stride]
-            mask = self._detector.mask(*images)
+            described = smoothed[::stride]
+            mask = self._detector.mask(*described)
             region = self._detector.centroid(mask)
             u0, v0 = self._offset
             if region is None:
@@ -111,7 +129,8 @@ class MotionCentroidSystem(LeafSystem):
             else:
                 centroid = np.array([stamp, region.u + u0, region.v + v0, region.pixel_count, 1.0])
             energy = MotionEnergy(stamp, _read_only(mask), self._offset)
-        state.get_mutable_abstract_state(self._memory).set_value(_Memory(smoothed, _read_only(centroid), energy))
+        memory = _Memory(smoothed, described, _read_only(centroid), energy)
+        state.get_mutable_abstract_state(self._memory).set_value(memory)
 
     def _calc_centroid(self, context, output):
         output.SetFromVector(self._get_memory(context).centroid)
@@ -120,9 +139,8 @@ class MotionCentroidSystem(LeafSystem):
         output.set_value(self._get_memory(context).energy)
 
     def _calc_motion_images(self, context, output):
-        smoothed = self._get_memory(context).smoothed
-        full = len(smoothed) == self._detector.buffer_length
-        output.set_value(self._detector.images(*smoothed[:: self._detector.stride]) if full else None)
+        described = self._get_memory(context).described
+        output.set_value(self._detector.images(*described) if described else None)
 
 
 class LaggedCentroid(NamedTuple):
@@ -143,7 +161,7 @@ class LaggedCentroid(NamedTuple):
 
 
 def add_motion_centroid(
-    builder, name, detector, *, image_offset=(0, 0), lag_cycles=LAG_CYCLES, period=VISION_PERIOD
+    builder, name, detector, *, image_offset=(0, 0), lag_cycles=LAG_CYCLES, period=VISION_PERIOD, update_cycles=1
 ):
     """Adds a `MotionCentroidSystem` and the delay that makes each centroid appear ``lag_cycles`` after its stamp.
 
@@ -152,12 +170,16 @@ def add_motion_centroid(
     centroid, not the image, is delayed, which costs less and comes to the same. Both Systems update at whole cycles,
     the delay line after the centroid; read the result later in the plant step.
 
+    A throughput counted from the first image of several is turned into a lag by `timing.lag_of_throughput`. The lag is
+    one single value whatever ``update_cycles`` is: the delay line runs every cycle.
+
     Returns a `LaggedCentroid`. Raises DrakeTrackerError when the lag is too short for the detector's images.
     """
     steps = delay_cycles(lag_cycles, detector.stamp_age_cycles)
     if steps == 0:
         raise DrakeTrackerError(f"a lag of {lag_cycles:g} cycles leaves nothing to the delay line; add 1 cycle or more")
-    system = builder.AddNamedSystem(name, MotionCentroidSystem(detector, image_offset=image_offset, period=period))
+    settings = {"image_offset": image_offset, "period": period, "update_cycles": update_cycles}
+    system = builder.AddNamedSystem(name, MotionCentroidSystem(detector, **settings))
     delay = builder.AddNamedSystem(f"{name}_lag", DiscreteTimeDelay(period, steps, message_size(Centroid)))
     builder.Connect(system.GetOutputPort("centroid"), delay.get_input_port())
     return LaggedCentroid(system, delay)

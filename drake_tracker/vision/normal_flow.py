@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.vision.light_gain import light_gain
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.region_centroid import brightness_gate, hull_centroid, mean_centroid
 
@@ -22,8 +23,6 @@ GREY_FRACTION = 32
 """Steps per grey level of the integer path's smoothed images. Sobel sums of them, up to 32640, just fit 16 bits."""
 SOBEL_GAIN = 8.0
 """Sum of the weights on one side of the 3x3 Sobel operator times the distance of its two sides."""
-GAIN_LIMITS = (2 / 3, 3 / 2)
-"""When brightness changes by more between I0 and I2, the light was switched and no motion can be told."""
 SAMPLES = 1024
 """Pixels from which medians over the image are taken."""
 MAD_TO_SIGMA = 1.4826
@@ -153,9 +152,8 @@ class NormalFlow:
         """Step 5: I_t = I2 - I0, or None when the light changed too much to compare the two."""
         gain = 1.0
         if self.parameters.normalise_gain:
-            level0, level2 = self._level(image0), self._level(image2)
-            gain = level2 / level0 if level0 > 0.0 else math.inf
-            if not GAIN_LIMITS[0] < gain < GAIN_LIMITS[1]:
+            gain = light_gain(self._level(image0), self._level(image2))
+            if gain is None:
                 return None
         if self._integer:
             return cv2.addWeighted(image2, 1.0, image0, -gain, 0.0)
