@@ -2,7 +2,7 @@
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.tree import JacobianWrtVariable
+from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
 
 from drake_tracker.arm.transform_equation import tool_down_rotation
 
@@ -56,6 +56,17 @@ class ArmModel:
         """Returns what each joint feels of the arm's inertia at q, its rotor's included, shape (n,) [kg m^2]."""
         M = self.plant.CalcMassMatrix(self._context_at(q))
         return np.diag(M)[self._columns]
+
+    def drive_torques(self, q, v, acceleration):
+        """Returns the torques [N m], shape (n,), that this motion takes when nothing touches the arm: gravity, friction
+        and inertia."""
+        context = self._context_at(q)
+        self.plant.SetVelocities(context, self.arm_instance, v)
+        vdot = np.zeros(self.plant.num_velocities())
+        vdot[self._columns] = acceleration
+        forces = MultibodyForces(self.plant)
+        self.plant.CalcForceElementsContribution(context, forces)
+        return self.plant.CalcInverseDynamics(context, vdot, forces)[self._columns]
 
     def _context_at(self, q):
         self.plant.SetPositions(self._scratch, self.arm_instance, q)

@@ -1,0 +1,60 @@
+"""Constants and messages of the guarded move that touches the board (Nashman and Chaconas 1990, section 3)."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from pydrake.common.containers import namedview
+
+
+class TouchPhase(IntEnum):
+    """What the arm is doing: values of `TouchReport`'s ``phase`` field."""
+
+    ABOVE = 0
+    DOWN = 1
+    UP = 2
+    DONE = 3
+    MISSED = 4
+
+
+TouchReport = namedview(
+    "TouchReport", ["phase", "mark", "force"] + [f"{axis}{k}" for k in range(3) for axis in "xyz"]
+)
+"""How far the touching is: phase, the mark (0 to 2) it is about, force felt against the approach [N], and the touched
+positions of the probe's centre, p_WP [m] in W, zero where there is none yet."""
+
+
+@dataclass(frozen=True)
+class TouchParameters:
+    """How the arm touches.
+
+    descent_speed, travel_speed: of the probe [m/s]. reach_below: how far below the jogged pose the board is sought [m].
+    threshold: force [N] that counts as a touch when it is felt in so many ``samples`` in a row. settle: rest over the
+    mark before the descent [s]. force_time_constant: of the force's low-pass [s].
+    """
+
+    descent_speed: float = 0.012
+    travel_speed: float = 0.3
+    reach_below: float = 0.05
+    threshold: float = 2.5
+    samples: int = 2
+    settle: float = 0.1
+    force_time_constant: float = 0.005
+
+
+@dataclass(frozen=True)
+class TouchState:
+    """Everything the touching remembers. ``since``: when the phase began [s]; ``rest_force``: felt in free air [N]."""
+
+    phase: TouchPhase
+    mark: int
+    motion: int
+    duration: float
+    since: float
+    force: float
+    rest_force: float
+    felt: int
+    points: np.ndarray
+
+    def __deepcopy__(self, memo):
+        return self
