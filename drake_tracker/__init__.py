@@ -19,7 +19,7 @@ _PUBLIC = {
     "DrakeTrackerError": "drake_tracker.errors",
     "load_scenario": "drake_tracker.scenarios",
     "list_scenarios": "drake_tracker.scenarios",
-    "make_diagram": "drake_tracker.diagrams.train",
+    "make_diagram": "drake_tracker.tasks",
     "make_estimator": "drake_tracker.estimation",
     "simulate": "drake_tracker.simulation",
 }

@@ -9,18 +9,15 @@ from pathlib import Path
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus
 
-from drake_tracker.diagrams.train import make_diagram
 from drake_tracker.doctor import require_renderer
-from drake_tracker.grasp.schema import Phase
 from drake_tracker.messages import ArmCommand
 from drake_tracker.record.log import add_loggers, read_log, save_log, tool_signal
-from drake_tracker.record.summary import summarize
+from drake_tracker.record.summary import save_summary
 from drake_tracker.scenarios import save_scenario
-from drake_tracker.scenarios.train_scenario import Measured
-from drake_tracker.world.judge_system import Verdict
+from drake_tracker.tasks import task_of
 
 AFTERGLOW = 0.5
-"""Simulated time [s] for which a run goes on once the train was taken, or thrown off: log and video show it."""
+"""Simulated time [s] for which a run goes on once its object was taken, or is lost: log and video show it."""
 WATCH_PERIOD = 1 / 60
 """Simulated time [s] between looks at the judge's verdict."""
 
@@ -28,10 +25,11 @@ WATCH_PERIOD = 1 / 60
 def simulate(scenario, out=None, record=True, meshcat=False, progress=None, graphviz=None, stop=True):
     """Runs a scenario to its end and returns its summary, a dict.
 
-    The run ends when the train was taken, when it was thrown off its track, or after ``scenario.duration``.
+    The run ends when its object was taken (the train lifted), when it is lost (the train thrown off its track), or
+    after ``scenario.duration``.
 
     Args:
-      scenario: a TrainScenario, from `load_scenario`.
+      scenario: a scenario, from `load_scenario`.
       out: directory for summary, log, recording, video and picture; None leaves nothing behind.
       record: whether to make the Meshcat recording and the camera video; with measured vision there is no video.
       meshcat: whether to show the scene live; the address is printed.
@@ -43,9 +41,10 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
     cannot render.
     """
     clock = {"start": time.monotonic()}
-    if not isinstance(scenario.vision, Measured):
+    task = task_of(scenario)
+    if task.needs_renderer(scenario):
         require_renderer()
-    hand_eye = make_diagram(scenario)
+    hand_eye = task.make_diagram(scenario)
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
     loggers = add_loggers(builder, hand_eye)
@@ -54,12 +53,8 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
         out = Path(out)
         out.mkdir(parents=True, exist_ok=True)
         save_scenario(scenario, out / "scenario.yaml")
-    if out is not None and record and hand_eye.world.cameras:
-        from drake_tracker.record.motion_snapshot import add_motion_snapshot
-        from drake_tracker.record.video import add_camera_video
-
-        recorders.append(add_camera_video(builder, hand_eye, scenario, out / "cameras.mp4"))
-        recorders.append(add_motion_snapshot(builder, hand_eye, out / "motion.png"))
+    if out is not None and record:
+        recorders += task.add_recorders(builder, hand_eye, scenario, out)
     if meshcat or (out is not None and record):
         from drake_tracker.record.scene import add_scene_recording
 
@@ -73,7 +68,7 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
 
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
-    watch = _Watch(hand_eye, progress, stop)
+    watch = _Watch(task, hand_eye, progress, stop)
     simulator.set_monitor(watch)
     clock["simulate"] = time.monotonic()
     with _interrupts(watch):
@@ -87,12 +82,9 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
         save_log(log, out / "log.npz")
     for recorder in recorders:
         recorder.finish(context)
-    summary = summarize(scenario, log, simulated=context.get_time(), interrupted=watch.interrupted)
+    summary = task.summarize(scenario, log, simulated=context.get_time(), interrupted=watch.interrupted)
     if out is not None:
-        from drake_tracker.record.figures import draw_tracking
-        from drake_tracker.record.summary import save_summary
-
-        draw_tracking(scenario, log, summary, out / "tracking.png")
+        task.draw(scenario, log, summary, out)
     clock["end"] = time.monotonic()
     simulating = clock["write"] - clock["simulate"]
     summary["real_time_factor"] = context.get_time() / simulating
@@ -109,7 +101,8 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
 class _Watch:
     """The simulator's monitor: reports progress, and ends the run. It reads the judge's output and changes nothing."""
 
-    def __init__(self, hand_eye, progress, stop):
+    def __init__(self, task, hand_eye, progress, stop):
+        self._task = task
         self._hand_eye = hand_eye
         self._progress = progress
         self._stop = stop
@@ -127,13 +120,13 @@ class _Watch:
         context = self._hand_eye.GetMyContextFromRoot(root_context)
         if self._progress is not None:
             command = ArmCommand(self._hand_eye.GetOutputPort("command").Eval(context))
-            self._progress(now, Phase(int(command.phase)).name.lower())
-        verdict = Verdict(self._hand_eye.GetOutputPort("truth_verdict").Eval(context))
-        if self._over_at is None and (verdict.taken or verdict.derailed):
+            self._progress(now, self._task.phases(int(command.phase)).name.lower())
+        verdict = self._task.verdict(self._hand_eye.GetOutputPort("truth_verdict").Eval(context))
+        over = self._task.ended(verdict)
+        if self._over_at is None and over:
             self._over_at = now
         if self._stop and self._over_at is not None and now >= self._over_at + AFTERGLOW:
-            what = "was taken" if verdict.taken else "was thrown off its track"
-            return EventStatus.ReachedTermination(self._hand_eye, f"the train {what}")
+            return EventStatus.ReachedTermination(self._hand_eye, over or "the object was taken or is lost")
         return EventStatus.DidNothing()
 
 

@@ -1,0 +1,79 @@
+"""The tasks: what the run of a train and the run of a ball do each in their own way, for `simulation.simulate`."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import EnumMeta
+
+from drake_tracker.errors import DrakeTrackerError
+
+
+@dataclass(frozen=True)
+class Task:
+    """What tells one task from another.
+
+    make_diagram: scenario -> `HandEyeDiagram`. phases: the IntEnum of `ArmCommand`'s phase. verdict: the named view of
+    the judge's findings. ended: such a view -> why the run is over, None while it is not. needs_renderer: scenario ->
+    whether images are rendered. add_recorders: (builder, hand_eye, scenario, out) -> recorders of images, each with
+    ``finish(context)``. summarize: (scenario, log, simulated, interrupted) -> dict. draw: (scenario, log, summary, out)
+    leaves the pictures of a run.
+    """
+
+    make_diagram: Callable
+    phases: EnumMeta
+    verdict: type
+    ended: Callable
+    needs_renderer: Callable
+    add_recorders: Callable
+    summarize: Callable
+    draw: Callable
+
+
+def task_of(scenario):
+    """Returns the `Task` of a scenario. Raises DrakeTrackerError when there is none of its name."""
+    if scenario.task not in _TASKS:
+        raise DrakeTrackerError(f"task is {scenario.task!r}; there are {', '.join(_TASKS)}")
+    return _TASKS[scenario.task]()
+
+
+def make_diagram(scenario):
+    """Returns the `HandEyeDiagram` of a scenario of any task; see `diagrams/train.py` and `diagrams/ball.py`."""
+    return task_of(scenario).make_diagram(scenario)
+
+
+def _train():
+    from drake_tracker.diagrams.train import make_diagram
+    from drake_tracker.grasp.schema import Phase
+    from drake_tracker.record.figures import draw_tracking
+    from drake_tracker.record.summary import summarize
+    from drake_tracker.scenarios.train_scenario import Measured
+    from drake_tracker.world.judge_system import Verdict
+
+    def ended(verdict):
+        if verdict.taken:
+            return "the train was taken"
+        return "the train was thrown off its track" if verdict.derailed else None
+
+    def add_recorders(builder, hand_eye, scenario, out):
+        if not hand_eye.world.cameras:
+            return []
+        from drake_tracker.record.motion_snapshot import add_motion_snapshot
+        from drake_tracker.record.video import add_camera_video
+
+        return [
+            add_camera_video(builder, hand_eye, scenario, out / "cameras.mp4"),
+            add_motion_snapshot(builder, hand_eye, out / "motion.png"),
+        ]
+
+    return Task(
+        make_diagram=make_diagram,
+        phases=Phase,
+        verdict=Verdict,
+        ended=ended,
+        needs_renderer=lambda scenario: not isinstance(scenario.vision, Measured),
+        add_recorders=add_recorders,
+        summarize=summarize,
+        draw=lambda scenario, log, summary, out: draw_tracking(scenario, log, summary, out / "tracking.png"),
+    )
+
+
+_TASKS = {"train": _train}
