@@ -33,6 +33,8 @@ GATE_SIZE = np.array([0.050, 0.004, 0.030])
 GATE_TRAVEL = 0.034
 """How far [m] the gate goes down to open: its top is then below the face."""
 DISTRACTOR_SIZE = np.array([0.07, 0.05, 0.06])
+SLIDE_AMPLITUDE = 0.25
+"""How far [m] it slides to either side."""
 DISTRACTOR_PLACE = (1.05, 0.41)
 """(x, y)_W [m] on the table about which the distractor slides to and fro, beside the board."""
 ASIDE = (1.05, 0.0, BALL_RADIUS)
@@ -184,7 +186,7 @@ def add_distractor(plant):
         box, RigidTransform(), Box(*DISTRACTOR_SIZE), "look", np.array([0.05, 0.05, 0.06, 1.0])
     )
     X_WG = RigidTransform([*DISTRACTOR_PLACE, TABLE_HEIGHT + 0.5 * DISTRACTOR_SIZE[2] + 0.001])
-    _add_slide(plant, "distractor_slide", instance, plant.world_frame(), X_WG, box, [1.0, 0.0, 0.0], mass, 30.0, 0.4)
+    _add_slide(plant, "distractor_slide", instance, plant.world_frame(), X_WG, box, [1.0, 0.0, 0.0], mass, 30.0, 2.0 * SLIDE_AMPLITUDE)
     return instance
 
 

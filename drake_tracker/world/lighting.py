@@ -10,7 +10,8 @@ from pydrake.geometry import LightParameter, RenderEngineVtkParams
 from drake_tracker.errors import DrakeTrackerError
 
 LIGHT_SIDES = ("cameras", "one_side")
-_ELEVATION_DEG = 30.0
+ELEVATION_DEG = 30.0
+"""Of the lamps above the horizon, unless they hang elsewhere."""
 _OUTWARD_DEG = 15.0
 """How far outside the cameras their lamps stand: the faces between the two get light from both, the others from one."""
 _SPOT_DISTANCE = 2.5
@@ -20,13 +21,14 @@ _PBR_INTENSITY = 1.8
 """Intensity with which physically based shading comes out about as bright as Phong's."""
 
 
-def _lamp(azimuth_deg, intensity, look_at, shadows):
-    """Returns a lamp that shines on ``look_at`` (3,) [m, W] from the direction ``azimuth_deg`` about W's z axis.
+def _lamp(azimuth_deg, elevation_deg, intensity, look_at, shadows):
+    """Returns a lamp that shines on ``look_at`` (3,) [m, W] from the direction ``azimuth_deg`` about W's z axis,
+    ``elevation_deg`` above the horizon.
 
     A directional light is the cheaper one to render, but its shadow map must span all of the scene, so a lamp that
     casts shadows is a spot light.
     """
-    azimuth, elevation = np.deg2rad([azimuth_deg, _ELEVATION_DEG])
+    azimuth, elevation = np.deg2rad([azimuth_deg, elevation_deg])
     towards_lamp = np.array(
         [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
     )
@@ -40,13 +42,13 @@ def _lamp(azimuth_deg, intensity, look_at, shadows):
     )
 
 
-def make_lights(lighting, cameras):
+def make_lights(lighting, cameras, elevation_deg=ELEVATION_DEG):
     """Returns the list of `LightParameter` of the scenario's ``lighting``.
 
     side "cameras": a lamp beside each camera, so that all faces that the cameras see are lit alike. "one_side": one
     lamp to the left of both cameras, and beside the right one a faint one for the light that a room's walls throw back.
 
-    ``cameras`` is the scenario's ``cameras`` (azimuth_deg, look_at). Raises DrakeTrackerError on another side.
+    ``cameras`` is the scenario's ``cameras`` (azimuth_deg, look_at), ``elevation_deg`` the lamps'. Raises DrakeTrackerError on another side.
     """
     left, right = cameras.azimuth_deg
     outward = _OUTWARD_DEG if left > right else -_OUTWARD_DEG
@@ -56,14 +58,17 @@ def make_lights(lighting, cameras):
         lamps = ((left + 3.0 * outward, 1.2), (right - outward, 0.2))
     else:
         raise DrakeTrackerError(f"lighting.side is {lighting.side!r}; it must be one of {', '.join(LIGHT_SIDES)}")
-    return [_lamp(azimuth_deg, intensity, cameras.look_at, lighting.shadows) for azimuth_deg, intensity in lamps]
+    return [
+        _lamp(azimuth_deg, elevation_deg, intensity, cameras.look_at, lighting.shadows)
+        for azimuth_deg, intensity in lamps
+    ]
 
 
-def render_engine_params(lighting, cameras):
+def render_engine_params(lighting, cameras, elevation_deg=ELEVATION_DEG):
     """Returns the `RenderEngineVtkParams` for the scenario's ``lighting`` and ``cameras``."""
     return RenderEngineVtkParams(
         default_clear_color=[0.10, 0.11, 0.13],
-        lights=make_lights(lighting, cameras),
+        lights=make_lights(lighting, cameras, elevation_deg),
         cast_shadows=lighting.shadows,
         shadow_map_size=_SHADOW_MAP_SIZE,
         # With shadow maps, Phong shading multiplies by a texture twice, which turns a dark table black.
