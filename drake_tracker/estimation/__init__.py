@@ -11,12 +11,14 @@ from drake_tracker.estimation.arc_length import ArcLength
 from drake_tracker.estimation.cartesian import AlphaBetaGamma
 from drake_tracker.estimation.closed_path import ClosedPath
 from drake_tracker.estimation.coordinated_turn import CoordinatedTurn
+from drake_tracker.estimation.slope import Slope
 
 ESTIMATORS = {
     "arc_length": ArcLength,
     "alpha_beta_gamma": AlphaBetaGamma,
     "coordinated_turn": CoordinatedTurn,
     "closed_path": ClosedPath,
+    "slope": Slope,
 }
 """The kinds of estimator by name."""
 
