@@ -47,7 +47,7 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
     hand_eye = task.make_diagram(scenario)
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
-    loggers = add_loggers(builder, hand_eye)
+    loggers = add_loggers(builder, hand_eye, scenario.task)
     recorders = []
     if out is not None:
         out = Path(out)
@@ -76,7 +76,7 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
         simulator.AdvanceTo(scenario.duration)
     clock["write"] = time.monotonic()
 
-    log = read_log(loggers, context)
+    log = read_log(loggers, context, scenario.task)
     log["tool"] = tool_signal(log["arm_state"], hand_eye.arm.model)
     if out is not None:
         save_log(log, out / "log.npz")

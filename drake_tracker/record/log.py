@@ -7,38 +7,45 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_tracker.arm.arm_model import tool_yaw
 from drake_tracker.estimation.estimator_system import Filtered
+from drake_tracker.grasp.catch_system import CatchDiagnosis
 from drake_tracker.grasp.grasp_system import GraspDiagnosis
 from drake_tracker.messages import ArmCommand, Centroid, JawState, Prediction, ServoTarget, ToolStatus, TrackPoint
-from drake_tracker.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD, steps_in
+from drake_tracker.timing import BALL_SERVO_PERIOD, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, steps_in
+from drake_tracker.world.catch_judge_system import CatchVerdict
 from drake_tracker.world.judge_system import Verdict
 
-_TRAIN_STATE = "qw qx qy qz x y z wx wy wz vx vy vz".split()
+_BODY_STATE = "qw qx qy qz x y z wx wy wz vx vy vz".split()
+_OF_TASK = {
+    "train": (("centroid_left", "centroid_right"), SERVO_PERIOD, GraspDiagnosis, Verdict),
+    "ball": (("centroid",), BALL_SERVO_PERIOD, CatchDiagnosis, CatchVerdict),
+}
+"""Centroids, servo period [s], diagnosis and verdict of a task."""
 
 
-def signals(num_joints=6):
+def signals(task="train", num_joints=6):
     """Output ports of `HandEyeDiagram` that are logged: {name: (sampling period [s], names of the fields)}.
 
     A sample at time t is what the port showed before the updates of that instant. Signals named truth_* come from the
     simulator and were not seen by the loop. Measured vision has no centroids.
     """
     q, v, u = ([f"{letter}{i + 1}" for i in range(num_joints)] for letter in "qvu")
+    centroids, servo_period, diagnosis, verdict = _OF_TASK[task]
     return {
-        "centroid_left": (VISION_PERIOD, Centroid.get_fields()),
-        "centroid_right": (VISION_PERIOD, Centroid.get_fields()),
+        **{name: (VISION_PERIOD, Centroid.get_fields()) for name in centroids},
         "point": (VISION_PERIOD, TrackPoint.get_fields()),
         "filtered": (VISION_PERIOD, Filtered.get_fields()),
         "prediction": (VISION_PERIOD, Prediction.get_fields()),
         "delivered": (VISION_PERIOD, Prediction.get_fields()),
-        "target": (SERVO_PERIOD, ServoTarget.get_fields()),
-        "command": (SERVO_PERIOD, ArmCommand.get_fields()),
-        "status": (SERVO_PERIOD, ToolStatus.get_fields()),
-        "diagnosis": (SERVO_PERIOD, GraspDiagnosis.get_fields()),
-        "q_commanded": (SERVO_PERIOD, q),
+        "target": (servo_period, ServoTarget.get_fields()),
+        "command": (servo_period, ArmCommand.get_fields()),
+        "status": (servo_period, ToolStatus.get_fields()),
+        "diagnosis": (servo_period, diagnosis.get_fields()),
+        "q_commanded": (servo_period, q),
         "arm_state": (TIME_STEP, q + v),
         "arm_effort": (TIME_STEP, u),
-        "jaws": (VISION_PERIOD, JawState.get_fields()),
-        "truth_train_state": (VISION_PERIOD, _TRAIN_STATE),
-        "truth_verdict": (VISION_PERIOD, Verdict.get_fields()),
+        **({"jaws": (VISION_PERIOD, JawState.get_fields())} if task == "train" else {}),
+        f"truth_{task}_state": (VISION_PERIOD, _BODY_STATE),
+        "truth_verdict": (VISION_PERIOD, verdict.get_fields()),
     }
 
 
@@ -59,10 +66,10 @@ class Signal:
         return self.data[:, [self.names.index(name) for name in names]]
 
 
-def add_loggers(builder, hand_eye):
+def add_loggers(builder, hand_eye, task="train"):
     """Logs every port in `signals` that the diagram has; returns {name: VectorLogSink}."""
     loggers = {}
-    for name, (period, _) in signals().items():
+    for name, (period, _) in signals(task).items():
         if not hand_eye.HasOutputPort(name):
             continue
         loggers[name] = LogVectorOutput(hand_eye.GetOutputPort(name), builder, publish_period=period)
@@ -70,9 +77,9 @@ def add_loggers(builder, hand_eye):
     return loggers
 
 
-def read_log(loggers, root_context):
+def read_log(loggers, root_context, task="train"):
     """Returns {name: Signal} of what has been logged so far."""
-    fields = signals(loggers["q_commanded"].get_input_port().size())
+    fields = signals(task, loggers["q_commanded"].get_input_port().size())
     log = {}
     for name, logger in loggers.items():
         record = logger.FindLog(root_context)
