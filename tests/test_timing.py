@@ -10,6 +10,7 @@ from drake_tracker.timing import (
     IK_SLOT,
     LAG_CYCLES,
     LINK_SLOT,
+    PROJECTOR_SLOT,
     SERVO_PERIOD,
     SERVO_SLOT,
     TIME_STEP,
@@ -53,7 +54,7 @@ def test_a_plant_step_that_does_not_fit_is_refused(time_step):
 
 
 def test_slots_lie_within_a_plant_step_in_the_order_of_the_data():
-    order = [ESTIMATOR_SLOT, LINK_SLOT, SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT]
+    order = [PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT]
     assert 0.0 < order[0] and order[-1] < 1.0
     assert order == sorted(set(order))
     assert set(SLOTS.values()) == set(order), "a slot that this test does not know"
@@ -71,7 +72,7 @@ def test_no_two_rooms_ever_share_an_instant(time_step):
         return set(range(round(first), together, period * 16))
 
     rooms = [instants(0.0, 1)]  # the plant; vision is in step with it
-    rooms += [instants(vision_slot(slot, time_step), vision) for slot in (ESTIMATOR_SLOT, LINK_SLOT)]
+    rooms += [instants(vision_slot(slot, time_step), vision) for slot in (PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT)]
     rooms += [
         instants(servo_slot(slot, time_step), servo) for slot in (SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT)
     ]

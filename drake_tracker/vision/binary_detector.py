@@ -22,7 +22,8 @@ class BinaryDetectorParameters:
     Attributes:
         smoothing_size, smoothing_sigma: Gaussian mask, odd side [px] and standard deviation [px].
         min_pixels: fewer white pixels make no centroid.
-        centroid: "mean" of all white pixels (the paper's) or "hull" of the largest region.
+        centroid: "mean" of all white pixels (the paper's) or "hull" of the largest region, which leans less towards the
+            side of the ball that its shading makes stand out from the board, and passes over stray pixels.
         join_distance: gap [px] across which the hull joins fragments of one object.
 
     Raises DrakeTrackerError on a value outside its range.
@@ -31,7 +32,7 @@ class BinaryDetectorParameters:
     smoothing_size: int = 5
     smoothing_sigma: float = 1.0
     min_pixels: int = 6
-    centroid: str = "mean"
+    centroid: str = "hull"
     join_distance: int = 12
 
     _LEAST = {"smoothing_size": 1, "smoothing_sigma": 0.1, "min_pixels": 1, "join_distance": 1}
