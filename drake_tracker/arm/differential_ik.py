@@ -15,15 +15,25 @@ EFFORT_SHARE = 0.85
 LIMIT_MARGIN = np.deg2rad(2.0)
 """Distance that set-points keep from each joint limit [rad]."""
 
+CENTERING_RATE = 2.0
+"""Rate [1/s] at which an arm with more joints than the tool needs returns to its nominal joints."""
 
-def make_parameters(model, time_step):
-    """Returns Drake's parameters of the step for an `ArmModel` and a set-point period [s]."""
+
+def make_parameters(model, time_step, centering_rate=CENTERING_RATE):
+    """Returns Drake's parameters of the step for an `ArmModel` and a set-point period [s].
+
+    With more than six joints, ``centering_rate`` [1/s] times the distance to the model's nominal joints is the speed that
+    the step seeks in the null space of the Jacobian: the tool does not feel it. With 0 the joints wander.
+    """
     n = model.num_joints
     parameters = DifferentialInverseKinematicsParameters(n, n)
     parameters.set_time_step(time_step)
     speed = SPEED_SHARE * model.velocity_limit
     parameters.set_joint_velocity_limits((-speed, speed))
     parameters.set_joint_position_limits((model.position_lower + LIMIT_MARGIN, model.position_upper - LIMIT_MARGIN))
+    if n > 6:
+        parameters.set_nominal_joint_position(model.q_nominal)
+        parameters.set_joint_centering_gain(centering_rate * np.eye(n))
     return parameters
 
 

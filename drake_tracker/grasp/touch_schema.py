@@ -33,7 +33,7 @@ class TouchParameters:
     mark before the descent [s]. force_time_constant: of the force's low-pass [s].
     """
 
-    descent_speed: float = 0.012
+    descent_speed: float = 0.01
     travel_speed: float = 0.3
     reach_below: float = 0.05
     threshold: float = 2.5
