@@ -45,16 +45,14 @@ class ArmDiagram(Diagram):
 
     Args:
       decision: the System that decides what the hand does next: `GraspSystem`, or another with its ports target,
-        packet, status, q_commanded -> command, diagnosis; one with a port ``jaws`` has jaws to move.
+        packet, status -> command, diagnosis. One with an input ``jaws`` has jaws to move; one with an output ``object``
+        (a `ServoTarget`) sends the hand there, and not to where the servo has the object.
       servo: the scenario's part of that name. model: the controller's `ArmModel`. q_initial: the arm's start [rad].
       home: reference pose (x, y, z, yaw) in W over which the hand waits. time_step: the plant's step [s].
       period: of the set-points [s]. jaw_opening: of the jaws at the start [m].
-      aim: a System between the line and the servo, packet -> aim, that makes of where the object will be where the hand
-        is to be; the decision then gets the packets of the line. None: the hand goes where the object is.
     """
 
-    def __init__(self, decision, servo, model, q_initial, home, time_step, period=SERVO_PERIOD, *, jaw_opening=0.0,
-                 aim=None):
+    def __init__(self, decision, servo, model, q_initial, home, time_step, period=SERVO_PERIOD, *, jaw_opening=0.0):
         super().__init__()
         self.set_name("arm")
         self.model = model
@@ -75,19 +73,16 @@ class ArmDiagram(Diagram):
         ik = builder.AddNamedSystem("inverse_kinematics", DifferentialIkSystem(model, q_initial, time_step, period))
 
         command = decision.GetOutputPort("command")
-        builder.Connect(servo_system.GetOutputPort("target"), transform.GetInputPort("target"))
+        goal = decision if decision.HasOutputPort("object") else servo_system
+        builder.Connect(
+            goal.GetOutputPort("object" if goal is decision else "target"), transform.GetInputPort("target")
+        )
         builder.Connect(command, servo_system.GetInputPort("command"))
         builder.Connect(command, transform.GetInputPort("command"))
         builder.Connect(transform.GetOutputPort("X_WT_desired"), ik.GetInputPort("X_WT_desired"))
         builder.Connect(ik.GetOutputPort("q_commanded"), transform.GetInputPort("q_commanded"))
-        if aim is None:
-            builder.Connect(servo_system.GetOutputPort("held_packet"), decision.GetInputPort("packet"))
-            builder.ExportInput(servo_system.GetInputPort("packet"), "packet")
-        else:
-            builder.AddNamedSystem("aim", aim)
-            builder.Connect(aim.GetOutputPort("aim"), servo_system.GetInputPort("packet"))
-            packet = builder.ExportInput(aim.GetInputPort("packet"), "packet")
-            builder.ConnectInput(packet, decision.GetInputPort("packet"))
+        builder.Connect(servo_system.GetOutputPort("held_packet"), decision.GetInputPort("packet"))
+        builder.ExportInput(servo_system.GetInputPort("packet"), "packet")
         for index in range(decision.num_input_ports()):
             port = decision.get_input_port(index)
             if port.get_name() in _ANSWERED:

@@ -6,7 +6,8 @@ import numpy as np
 
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
+from drake_tracker.arm.description import joints_for, make_arm_model
+from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.diagrams.train_track import check_track, draw_track
 from drake_tracker.errors import DrakeTrackerError
@@ -28,7 +29,6 @@ from drake_tracker.world.cameras import describe_rig, renderable_window
 from drake_tracker.world.plant import TRAIN_HEIGHT
 from drake_tracker.world.world_diagram import WorldDiagram
 
-ARMS = {"Puma560": PUMA560}
 ESTIMATOR_KINDS = {
     "ArcLength": "arc_length",
     "AlphaBetaGamma": "alpha_beta_gamma",
@@ -44,7 +44,7 @@ def make_diagram(scenario):
     Everything random is drawn from ``scenario.seed``. Raises DrakeTrackerError, in one line, when the scenario cannot
     be built: a file is missing, the track is out of reach, or the vision would never see the train.
     """
-    description = ARMS[type(scenario.arm).__name__]
+    description = arm_of(scenario)
     model = make_arm_model(description)
     home = home_reference(scenario)
     over_home = tool_down(home[:3] + [0.0, 0.0, scenario.grasp.hover_height], home[3])

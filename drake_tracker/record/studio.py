@@ -27,7 +27,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
-from drake_tracker.diagrams.train import ARMS
+from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.train_track import draw_track
 from drake_tracker.world.cameras import camera_poses
 from drake_tracker.world.plant import add_laboratory
@@ -59,7 +59,7 @@ class Studio:
                 add_camera_stand(plant, X_WC)
 
         self._laboratory = add_laboratory(
-            builder, ARMS[type(scenario.arm).__name__], scenario.train.body, scenario.table_height, scenario.time_step,
+            builder, arm_of(scenario), scenario.train.body, scenario.table_height, scenario.time_step,
             decorate,
         )
         self._scene_graph = self._laboratory.scene_graph

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_tracker.diagrams.train import ARMS
+from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.record.arm_limits import arm_findings, limits_of
 from drake_tracker.record.closing import closing_onset_error
@@ -70,7 +70,7 @@ def summarize(scenario, log, simulated, interrupted=False):
         "first_attempt_success": success and attempts == 1,
         "time_to_grasp_s": lifts[-1] if success and lifts else None,
         **_verdict(verdict),
-        **arm_findings(log, limits_of(ARMS[type(scenario.arm).__name__])),
+        **arm_findings(log, limits_of(arm_of(scenario))),
         **_tracking(log, spans),
         **vision,
         "lag_s": _lag(log, scenario.time_step),

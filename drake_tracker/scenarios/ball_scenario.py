@@ -1,11 +1,16 @@
 """Everything a run of the ball can be told (Nashman and Chaconas 1990); `parts` has what it shares with other tasks."""
 
 from dataclasses import dataclass
-from typing import Union
+from typing import Optional, Union
 
-from drake_tracker.scenarios.parts import BaseScenario, Lighting, Lossy, Perfect, Puma560, Servo
+from drake_tracker.scenarios.parts import BaseScenario, Lighting, Lossy, NormalFlow, Perfect, Puma560, Servo
 from drake_tracker.scenarios.setting import setting
-from drake_tracker.timing import BALL_SERVO_PERIOD, BALL_TIME_STEP
+from drake_tracker.timing import (
+    BALL_SERVO_PERIOD,
+    BALL_THROUGHPUT_CYCLES,
+    BALL_TIME_STEP,
+    BALL_UPDATE_CYCLES,
+)
 
 
 @dataclass
@@ -22,7 +27,6 @@ class Board:
     rotation_range_deg: float = setting(2.0, "the seed turns it about the vertical by up to this", "deg", (0.0, 20.0))
     walls: bool = setting(True, "walls along the two long sides")
     peg_count: int = setting(-1, "pegs on the board; -1: 12 to 14, drawn by the seed", "", (-1, 40))
-    placing_std: float = setting(0.0005, "error of the operator who places the tool above a mark", "m", (0.0, 0.01))
     knock_time: float = setting(0.0, "when somebody knocks against the board; 0: never", "s", (0.0, 3600.0))
     distractor: bool = setting(False, "a second thing moves behind the board")
 
@@ -31,7 +35,7 @@ class Board:
 class Ball:
     """Where and when the ball is released."""
 
-    start: float = setting(-1.0, "place along the top edge, 0 left to 1 right; -1: drawn by the seed", "", (-1.0, 1.0))
+    start_x: Optional[float] = setting(None, "place across the board; null: drawn by the seed", "m", (-0.22, 0.22))
     release: bool = setting(True, "whether the gate opens at all")
 
 
@@ -50,6 +54,87 @@ class BoardCamera:
 
 
 @dataclass
+class Operator:
+    """What a person does before the ball comes: marks the circles in the image, jogs the arm over the touch marks."""
+
+    windows: list[list[float]] = setting(
+        [], "(u0, v0, width, height) around each circle; none: found by themselves", "px", (0.0, 4096.0),
+        shape=(None, 4),
+    )
+    threshold: float = setting(110.0, "pixels in these windows that are no brighter are dark", "grey levels", (1.0, 254.0))
+    placing_std: float = setting(0.0005, "error of the arm's tip over a mark, to each side", "m", (0.0, 0.01))
+
+
+@dataclass
+class FrameDifference:
+    """Two consecutive images subtracted: the method that the paper chose."""
+
+    stride: int = setting(2, "cycles between the two images; 2 as interlaced, 1 every one", "cycles", (1, 4))
+    threshold: float = setting(6.0, "change that counts as motion", "grey levels", (1.0, 255.0))
+    normalise_gain: bool = setting(False, "take out changes of the whole image's brightness")
+    smoothing_size: int = setting(5, "side of the Gaussian mask, odd", "px", (1, 31))
+    smoothing_sigma: float = setting(1.0, "standard deviation of the Gaussian", "px", (0.1, 10.0))
+    min_pixels: int = setting(6, "moving pixels that make a valid centroid", "px", (1, 65536))
+    centroid: str = setting("mean", "mean of the moving pixels, or of their convex hull", choices=("mean", "hull"))
+    join_distance: int = setting(12, "gap across which the hull joins fragments", "px", (1, 512))
+
+
+@dataclass
+class BackgroundDifference:
+    """The difference from an image without the ball: weighed and dropped by the paper."""
+
+    threshold: float = setting(5.0, "difference that counts as the ball", "grey levels", (1.0, 255.0))
+    smoothing_size: int = setting(5, "side of the Gaussian mask, odd", "px", (1, 31))
+    smoothing_sigma: float = setting(1.0, "standard deviation of the Gaussian", "px", (0.1, 10.0))
+    min_pixels: int = setting(6, "pixels that make a valid centroid", "px", (1, 65536))
+    centroid: str = setting("mean", "mean of the pixels, or of their convex hull", choices=("mean", "hull"))
+    join_distance: int = setting(12, "gap across which the hull joins fragments", "px", (1, 512))
+
+
+@dataclass
+class StaticThreshold:
+    """A plain threshold of the image: cannot find white on white, as the paper says."""
+
+    level: float = setting(200.0, "pixels that are brighter are taken for the ball", "grey levels", (0.0, 255.0))
+    smoothing_size: int = setting(5, "side of the Gaussian mask, odd", "px", (1, 31))
+    smoothing_sigma: float = setting(1.0, "standard deviation of the Gaussian", "px", (0.1, 10.0))
+    min_pixels: int = setting(6, "pixels that make a valid centroid", "px", (1, 65536))
+    centroid: str = setting("mean", "mean of the pixels, or of their convex hull", choices=("mean", "hull"))
+    join_distance: int = setting(12, "gap across which the hull joins fragments", "px", (1, 512))
+
+
+@dataclass
+class BoardVision:
+    """From the images of the one camera to points on the board."""
+
+    detector: Union[FrameDifference, NormalFlow, BackgroundDifference, StaticThreshold] = setting(
+        FrameDifference, "the motion detector"
+    )
+    update_cycles: int = setting(BALL_UPDATE_CYCLES, "cycles from one centroid to the next", "cycles", (1, 60))
+    throughput_cycles: int = setting(
+        BALL_THROUGHPUT_CYCLES, "cycles from a centroid's first image until it shows", "cycles", (2, 120)
+    )
+    inset: float = setting(0.0, "strip along the board's edges in which nothing is looked for", "m", (0.0, 0.2))
+    tolerance: float = setting(0.02, "error of a reading allowed before it is called spurious", "m", (0.0, 0.2))
+
+
+@dataclass
+class Slope:
+    """A filter of a ball that rolls down the board, and where it comes out."""
+
+    sigma: float = setting(0.0025, "noise of a point, per axis", "m", (0.00001, 0.1))
+    process_noise: float = setting(0.03, "how the speed wanders", "m/s/sqrt(s)", (1e-6, 10.0))
+    hit_speed: float = setting(0.4, "change of speed that a peg may cause, per axis", "m/s", (0.001, 10.0))
+    gate: float = setting(3.5, "deviations from what is expected that tell of a hit", "", (0.5, 20.0))
+    restitution: float = setting(0.5, "of the walls", "", (0.0, 1.0))
+
+
+@dataclass
+class SevenJoint:
+    """An arm with seven joints, with the kinematics of the Robotics Research K-1607."""
+
+
+@dataclass
 class BallScenario(BaseScenario):
     """A run of the ball, complete."""
 
@@ -60,10 +145,21 @@ class BallScenario(BaseScenario):
     ball: Ball = setting(Ball, "the ball")
     camera: BoardCamera = setting(BoardCamera, "the camera")
     lighting: Lighting = setting(Lighting, "the light")
+    operator: Operator = setting(Operator, "what a person does before the ball comes")
+    vision: BoardVision = setting(BoardVision, "from images to points")
+    estimator: Slope = setting(Slope, "from points to predicted path")
     link: Union[Perfect, Lossy] = setting(Perfect, "from the host to the arm's controller")
     servo: Servo = setting(Servo, "from packets to a pose every 5 ms")
-    arm: Puma560 = setting(Puma560, "the arm")
+    catch: Catch = setting(Catch, "what the hand does next")
+    arm: Union[Puma560, SevenJoint] = setting(Puma560, "the arm")
 
     def problems(self):
         """Returns the settings that contradict each other: a list of (key, what is wrong and what to do)."""
-        return self.timing_problems(BALL_SERVO_PERIOD)
+        found = self.timing_problems(BALL_SERVO_PERIOD)
+        for key in ("distance_range", "elevation_range_deg"):
+            low, high = getattr(self.camera, key)
+            if low > high:
+                found.append((f"camera.{key}", "must have its lower end first"))
+        if (self.vision.detector.smoothing_size or 1) % 2 == 0:
+            found.append(("vision.detector.smoothing_size", "must be odd"))
+        return found

@@ -67,7 +67,7 @@ def _read_list(value, metadata, key, errors):
     rows = plain if len(shape) == 2 else [plain]
     fits = (
         isinstance(rows, list)
-        and (len(shape) == 1 or len(rows) == shape[0])
+        and (len(shape) == 1 or shape[0] in (None, len(rows)))
         and all(isinstance(row, list) and len(row) == shape[-1] for row in rows)
     )
     if not (fits and all(_number_fits(number, metadata) for row in rows for number in row)):

@@ -13,7 +13,7 @@ def setting(default, help, unit="", range=None, choices=None, shape=None):
         unit: unit of a number, empty when it has none.
         range: lowest and highest allowed number, both included; of every element when the setting is a list.
         choices: the allowed words, when it is one of a few.
-        shape: length of a list as (n,), or rows and columns of a list of lists as (m, n).
+        shape: length of a list as (n,), or rows and columns of a list of lists as (m, n); None rows: any number.
     """
     metadata = {"help": help, "unit": unit, "range": range, "choices": choices, "shape": shape}
     if isinstance(default, type):

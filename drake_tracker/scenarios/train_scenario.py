@@ -2,9 +2,9 @@
 
 import math
 from dataclasses import dataclass
-from typing import Optional, Union
+from typing import Union
 
-from drake_tracker.scenarios.parts import BaseScenario, Lighting, Lossy, Perfect, Puma560, Servo
+from drake_tracker.scenarios.parts import BaseScenario, Lighting, Lossy, NormalFlow, Perfect, Puma560, Servo
 from drake_tracker.scenarios.setting import setting
 from drake_tracker.timing import SERVO_PERIOD
 
@@ -54,28 +54,6 @@ class Cameras:
     noise: float = setting(2.0, "standard deviation of the sensor noise", "grey levels", (0.0, 64.0))
     render_window: bool = setting(True, "render only the window of interest")
     calibration: str = setting("train_cameras.yaml", "file of the calibrated camera matrices")
-
-
-@dataclass
-class NormalFlow:
-    """The motion detector of section 3.1: normal flow, threshold, centroid. An empty value is the preset's own."""
-
-    preset: str = setting("scaled", "set of values", choices=("scaled", "paper_literal", "paper_interlaced"))
-    centroid: str = setting("hull", "mean of the moving pixels, or of their convex hull", choices=("mean", "hull"))
-    path: str = setting("integer", "arithmetic", choices=("integer", "float"))
-    stride: Optional[int] = setting(None, "cycles between the images used", "cycles", (1, 4))
-    threshold_px: Optional[float] = setting(None, "normal flow that counts as motion", "px", (0.0, 100.0))
-    threshold_window_s: Optional[float] = setting(None, "time in which it is measured", "s", (0.001, 1.0))
-    difference_gate: Optional[float] = setting(None, "least temporal difference", "grey levels", (0.0, 255.0))
-    noise_factor: Optional[float] = setting(None, "raises it to so many deviations of the noise", "", (0.0, 50.0))
-    normalise_gain: Optional[bool] = setting(None, "take out changes of the whole image's brightness")
-    denominator_floor: Optional[float] = setting(None, "least gradient used", "grey levels/px", (0.0, 255.0))
-    norm: Optional[str] = setting(None, "norm of the gradient", choices=("l1", "l2"))
-    smoothing_size: Optional[int] = setting(None, "side of the Gaussian mask, odd", "px", (1, 31))
-    smoothing_sigma: Optional[float] = setting(None, "standard deviation of the Gaussian", "px", (0.01, 10.0))
-    min_pixels: Optional[int] = setting(None, "moving pixels that make a valid centroid", "px", (1, 65536))
-    join_distance: Optional[int] = setting(None, "gap across which the hull joins edges", "px", (0, 512))
-    brightness_gate: Optional[bool] = setting(None, "drop moving pixels never brighter than the background: shadows")
 
 
 @dataclass

@@ -1,0 +1,100 @@
+"""Builds the ball's hand-eye diagram from a scenario (Nashman and Chaconas 1990)."""
+
+from dataclasses import asdict
+
+import cv2
+import numpy as np
+
+from drake_tracker.arm.arm_diagram import ArmDiagram
+from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.arm.crossing import BoardEdge
+from drake_tracker.arm.description import joints_for, make_arm_model
+from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.diagrams.train import scenario_link
+from drake_tracker.estimation import make_estimator
+from drake_tracker.estimation.estimator_system import EstimatorSystem
+from drake_tracker.grasp.catch_machine import CatchMachine
+from drake_tracker.grasp.catch_system import CatchSystem
+from drake_tracker.initialise import HAND_YAW, initialise_board
+from drake_tracker.timing import BALL_SERVO_PERIOD, ESTIMATOR_SLOT, vision_slot
+from drake_tracker.vision.background_difference import BackgroundDifference, BackgroundDifferenceParameters
+from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
+from drake_tracker.vision.frame_difference import FrameDifference, FrameDifferenceParameters
+from drake_tracker.vision.normal_flow import NormalFlow
+from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.plane_projection import PlausibleReadings, board_window, camera_on_board
+from drake_tracker.vision.static_threshold import StaticThreshold, StaticThresholdParameters
+from drake_tracker.world.ball_board import BALL_RADIUS
+from drake_tracker.world.ball_camera import lens_matrix
+from drake_tracker.world.ball_world_diagram import BallWorldDiagram
+
+
+def make_diagram(scenario, poses=None):
+    """Returns the `HandEyeDiagram` of a `BallScenario`, with the attribute ``poses``.
+
+    Args:
+      scenario: everything random is drawn from its ``seed``.
+      poses: `BoardPoses`; None initialises the board first, which simulates some 10 s (`initialise_board`).
+
+    Raises DrakeTrackerError, in one line, when the scenario cannot be built or the board is not found.
+    """
+    if poses is None:
+        poses = initialise_board(scenario)
+    description = arm_of(scenario)
+    model = make_arm_model(description)
+    board, X_WB = scenario.board, poses.X_WB.GetAsMatrix4()
+    edge = BoardEdge(X_WB, width=board.width, ball_radius=BALL_RADIUS, beyond=scenario.catch.beyond, hand_yaw=HAND_YAW)
+    waiting = edge.home + [0.0, 0.0, scenario.catch.rim_height, 0.0]
+    q_initial = joints_for(model, description.q_start, tool_down(waiting[:3], waiting[3]))
+
+    world = BallWorldDiagram(scenario, description, q_initial)
+    vision = board_vision(scenario, poses)
+    slope = make_estimator(
+        "slope", X_WB=X_WB, width=board.width, length=board.length, ball_radius=BALL_RADIUS, walls=board.walls,
+        **asdict(scenario.estimator),
+    )  # fmt: skip
+    host = EstimatorSystem(slope, offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
+    host.set_name("host")
+    catch = CatchSystem(CatchMachine(scenario.catch, edge, BALL_SERVO_PERIOD), scenario.time_step, BALL_SERVO_PERIOD)
+    catch.set_name("catch")
+    arm = ArmDiagram(catch, scenario.servo, model, q_initial, edge.home, scenario.time_step, BALL_SERVO_PERIOD)
+    hand_eye = HandEyeDiagram(world, vision, host, scenario_link(scenario), arm)
+    hand_eye.poses = poses
+    return hand_eye
+
+
+def board_vision(scenario, poses):
+    """Returns the `BoardVisionDiagram` of a scenario, for a board found at ``poses`` (`BoardPoses`)."""
+    config, board, settings = scenario.camera, scenario.board, scenario.vision
+    camera = camera_on_board(lens_matrix(config), poses.X_CB.GetAsMatrix4(), config.width, config.height)
+    window = board_window(camera, board.width, board.length, 2.0 * BALL_RADIUS, settings.inset)
+    mask = window.mask((0, 0, config.width, config.height))
+    incline = np.arccos(poses.X_WB.rotation().matrix()[2, 2])
+    plausible = PlausibleReadings(board.width, board.length, incline, settings.tolerance)
+    return BoardVisionDiagram(
+        make_detector(settings.detector, mask, poses.image),
+        camera,
+        poses.X_WB.GetAsMatrix4(),
+        BALL_RADIUS,
+        plausible,
+        update_cycles=settings.update_cycles,
+        throughput_cycles=settings.throughput_cycles,
+        time_step=scenario.time_step,
+    )
+
+
+def make_detector(settings, window, image):
+    """Returns the motion detector that a scenario names by its tag.
+
+    ``window``: where to look, uint8 of the image's shape. ``image``: the scene without the ball, RGB.
+    """
+    kind, values = type(settings).__name__, asdict(settings)
+    if kind == "NormalFlow":
+        return NormalFlow(NormalFlowParameters.preset(values.pop("preset"), **values), window=window)
+    if kind == "BackgroundDifference":
+        background = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+        return BackgroundDifference(background, BackgroundDifferenceParameters(**values), window)
+    if kind == "StaticThreshold":
+        return StaticThreshold(StaticThresholdParameters(**values), window)
+    return FrameDifference(FrameDifferenceParameters(**values), window)

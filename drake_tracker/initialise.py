@@ -1,0 +1,129 @@
+"""Perception initialisation (Nashman and Chaconas 1990, section 3): where the board is, for the camera and for the arm.
+
+Before the ball is there the camera reads the board's four circles, and the arm touches three marks on its face. Four
+coplanar points give the board's pose before the camera, X_CB; the plane through the touched points gives it in the
+world, X_WB. After that neither is looked at again: a board that is moved later is where it was, to the system.
+"""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import EventStatus
+
+from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.arm.board_touch import board_pose_from_touches
+from drake_tracker.arm.description import joints_for, make_arm_model
+from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.touch import TouchDiagram
+from drake_tracker.doctor import require_renderer
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.grasp.touch_machine import touched_points
+from drake_tracker.grasp.touch_schema import TouchPhase, TouchReport
+from drake_tracker.timing import BALL_SERVO_PERIOD, VISION_PERIOD
+from drake_tracker.vision.circle_finder import best_reading, find_circles, read_window
+from drake_tracker.vision.circle_pose import locate_board
+from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
+from drake_tracker.world.ball_camera import lens_matrix
+from drake_tracker.world.ball_world_diagram import BallWorldDiagram
+
+READINGS = 10
+"""Images in which the circles are read ("10 histogram readings", section 3)."""
+PROBE_FRAME, PROBE_RADIUS = "probe", 0.004
+"""Of the cup: the centre of its spherical tip, and the radius [m]."""
+JOG_HEIGHT = 0.030
+"""Height [m] over its mark at which the operator leaves the tip."""
+HAND_YAW = np.pi
+"""Direction [rad] of the hand's x axis: the cup's stem stands on the arm's side."""
+START_HEIGHT = 0.20
+"""Height [m] over the board's bottom edge at which the tip starts."""
+LONGEST = 60.0
+"""Simulated time [s] after which the touching is given up."""
+
+
+@dataclass(frozen=True)
+class BoardPoses:
+    """What the initialisation found: X_CB and X_WB (RigidTransform), the circles' centres ``uv`` (4, 2) [px] in the order
+    found, their reprojection error ``rms`` [px], the touched points (3, 3) [m, W], and ``image``, the first reading (h,
+    w, 3) in RGB."""
+
+    X_CB: RigidTransform
+    X_WB: RigidTransform
+    uv: np.ndarray
+    rms: float
+    points: np.ndarray
+    image: np.ndarray
+
+
+def initialise_board(scenario):
+    """Returns the `BoardPoses` of a `BallScenario`: simulates the readings and the touching.
+
+    Raises DrakeTrackerError when circles are not found, or the arm does not find the board.
+    """
+    require_renderer()
+    description = arm_of(scenario)
+    model = make_arm_model(replace(description, tool_frame=PROBE_FRAME))
+    p_start = np.array(scenario.board.edge_position) + [0.0, 0.0, START_HEIGHT]
+    q_initial = joints_for(model, description.q_start, tool_down(p_start, HAND_YAW))
+    world = BallWorldDiagram(scenario, description, q_initial, ball_on_board=False)
+    jogs = operator_jogs(scenario, world.laboratory.X_WB)
+    touching = TouchDiagram(world, model, q_initial, jogs, scenario.time_step, BALL_SERVO_PERIOD)
+
+    simulator = Simulator(touching)
+    context = simulator.get_mutable_context()
+    images = []
+    for k in range(READINGS):
+        simulator.AdvanceTo(k * VISION_PERIOD)
+        images.append(np.array(touching.GetOutputPort("camera").Eval(context).data[..., :3]))
+    readings = read_circles([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images], scenario.operator)
+    uv = np.array([[reading.u, reading.v] for reading in readings])
+    p_BQ = np.column_stack([CIRCLES, np.zeros(len(CIRCLES))])
+    pose = locate_board(uv, p_BQ, lens_matrix(scenario.camera), radius=CIRCLE_RADIUS)
+
+    report = touching.GetOutputPort("report")
+
+    def watch(root_context):
+        phase = TouchReport(report.Eval(root_context)).phase
+        if phase in (TouchPhase.DONE, TouchPhase.MISSED):
+            return EventStatus.ReachedTermination(touching, "the touching has ended")
+        return EventStatus.DidNothing()
+
+    simulator.set_monitor(watch)
+    simulator.AdvanceTo(LONGEST)
+    points = touched_points(report.Eval(context))
+    X_WB = board_pose_from_touches(points, TOUCH_MARKS, PROBE_RADIUS)
+    return BoardPoses(RigidTransform(pose.X_CB), X_WB, uv, pose.rms, points, images[0])
+
+
+def read_circles(images, operator):
+    """Returns the four `CircleReading` of grey images of the same scene.
+
+    ``operator``: the scenario's part of that name. In each of the windows marked the reading with the largest area
+    counts; without any the circles are found by themselves. Raises DrakeTrackerError when they are not four.
+    """
+    windows = operator.windows
+    if not windows:
+        return find_circles(images)
+    if len(windows) != len(CIRCLES):
+        raise DrakeTrackerError(f"operator.windows: {len(windows)} marked; each of {len(CIRCLES)} circles needs one")
+    return [best_reading([read_window(image, window, operator.threshold) for image in images]) for window in windows]
+
+
+def operator_jogs(scenario, X_WB):
+    """Returns the poses (x, y, z, yaw), shape (3, 4), in W at which an operator leaves the probe over the touch marks.
+
+    This stands in for a person, who sees where the marks are: it is given the board's true pose, and errs by
+    ``operator.placing_std`` in the plane. The controller is told the jogged poses, and nothing of the errors.
+    """
+    marks = np.array(TOUCH_MARKS) + draw_placing_errors(scenario.operator, scenario.seed)
+    p_WM = X_WB.multiply(np.column_stack([marks, np.zeros(3)]).T).T
+    return np.column_stack([p_WM + [0.0, 0.0, JOG_HEIGHT + PROBE_RADIUS], np.full(3, HAND_YAW)])
+
+
+def pose_error(estimate, truth):
+    """Returns how far a RigidTransform is from the true one: (distance of the origins [m], angle between them [rad])."""
+    distance = np.linalg.norm(estimate.translation() - truth.translation())
+    turn = (truth.rotation().inverse() @ estimate.rotation()).ToAngleAxis().angle()
+    return float(distance), float(abs(turn))
