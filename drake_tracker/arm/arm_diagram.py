@@ -66,14 +66,14 @@ class ArmDiagram(Diagram):
             ),
         )
         builder.AddSystem(decision)
-        motion = ToolMotion(home, period, model.symmetric_hand)
+        goal = decision if decision.HasOutputPort("object") else servo_system
+        motion = ToolMotion(home, period, model.symmetric_hand, moving=goal is servo_system)
         transform = builder.AddNamedSystem(
             "transform_equation", TransformEquationSystem(motion, model, q_initial, time_step, period)
         )
         ik = builder.AddNamedSystem("inverse_kinematics", DifferentialIkSystem(model, q_initial, time_step, period))
 
         command = decision.GetOutputPort("command")
-        goal = decision if decision.HasOutputPort("object") else servo_system
         builder.Connect(
             goal.GetOutputPort("object" if goal is decision else "target"), transform.GetInputPort("target")
         )

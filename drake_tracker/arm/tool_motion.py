@@ -51,12 +51,14 @@ class ToolMotion:
       home: reference pose (x, y, z, yaw) in W about which the hand waits when there is no object.
       period: time between ticks [s].
       symmetric: whether half a turn about the approach leaves the hand as it is; if not it never turns over.
+      moving: whether the object moves by itself, so that its reference's last step is its speed. A place that is
+        corrected from time to time does not.
     """
 
-    def __init__(self, home, period, symmetric=True):
+    def __init__(self, home, period, symmetric=True, moving=True):
         self.home = np.asarray(home, dtype=float)
         self.period = period
-        self.symmetric = symmetric
+        self.symmetric, self.moving = symmetric, moving
 
     def initial_state(self, p_WT, yaw):
         """The tool stands at p_WT [m] with its x axis at ``yaw`` [rad]."""
@@ -115,7 +117,7 @@ class ToolMotion:
         branch = state.branch if command.frozen else self._best_branch(state, q6)
         # Jaws that are just turning over do the rest as a part of this motion, or they would turn twice as fast.
         state = replace(state, branch=branch, previous_branch=branch, flip_start=-np.inf)
-        if self._jumped(state):  # its last step says nothing of how it moves
+        if not self.moving or self._jumped(state):  # its last step says nothing of how it moves
             state = replace(state, previous_reference=state.reference)
         before_last = 2 * state.previous_reference - state.reference
         drive = self._solve(state.tool, state.previous_reference, command.height, branch)

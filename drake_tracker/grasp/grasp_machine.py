@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_tracker.arm.differential_ik import make_parameters
 from drake_tracker.grasp.gate import Gate, can_follow, horizon, judge_prediction
+from drake_tracker.grasp.motor_schema import SchemaMachine
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
 from drake_tracker.grasp.schema import PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
 
@@ -50,7 +51,7 @@ class Observation:
     q_commanded: np.ndarray
 
 
-class GraspMachine:
+class GraspMachine(SchemaMachine):
     """Arithmetic of the grasp machine.
 
     Args:
@@ -58,7 +59,7 @@ class GraspMachine:
     """
 
     def __init__(self, parameters, model, period):
-        self.parameters = parameters
+        super().__init__(parameters, PROGRAMS, TRANSITIONS, SAME_MOTION)
         self.model = model
         self.period = period
         self._ik_parameters = make_parameters(model, period)
@@ -78,20 +79,8 @@ class GraspMachine:
             memory = remember(state.memory, seen.packet, horizon(self.parameters, seen.target))
             state = replace(state, memory=memory)
         state = self._judge(state, seen)
-        for condition, phase in TRANSITIONS[state.phase]:
-            if getattr(self, condition)(state, seen):
-                state = self._enter(state, phase, seen)
-                break
+        state = self.advance(state, seen)
         return replace(state, jaw_width=self._slew_jaws(state))
-
-    def command(self, state):
-        """Returns the `ArmCommand` vector of a state."""
-        program = PROGRAMS[state.phase]
-        height = getattr(self.parameters, program.height)
-        duration = getattr(self.parameters, program.duration)
-        return np.array(
-            [state.phase, state.motion, duration, program.frame, height, float(program.frozen), state.jaw_width]
-        )
 
     # Conditions of TRANSITIONS, each a question about (state, seen).
 
@@ -152,15 +141,9 @@ class GraspMachine:
             verdict = Gate.OUT_OF_REACH
         return verdict, error
 
-    def _enter(self, state, phase, seen):
-        same = (state.phase, phase) in SAME_MOTION
-        return replace(
-            state,
-            phase=phase,
-            entered=seen.time,
-            motion=state.motion if same else state.motion + 1,
-            attempts=state.attempts + (phase == Phase.INTERCEPT),
-        )
+    def enter(self, state, phase, seen):
+        state = super().enter(state, phase, seen)
+        return replace(state, attempts=state.attempts + (phase == Phase.INTERCEPT))
 
     def _feels_grip(self, seen):
         return (
@@ -172,7 +155,3 @@ class GraspMachine:
         goal = 0.0 if PROGRAMS[state.phase].jaws_closed else self.parameters.jaw_opening
         step = self.parameters.jaw_speed * self.period
         return state.jaw_width + min(max(goal - state.jaw_width, -step), step)
-
-    @staticmethod
-    def _elapsed(state, seen):
-        return seen.time - state.entered

@@ -5,10 +5,10 @@ program: where the hand goes and for how long, what the jaws do, whether vision 
 is in `TRANSITIONS`; the conditions named there are methods of `GraspMachine`.
 """
 
-from dataclasses import dataclass
 from enum import IntEnum
 
 from drake_tracker.arm.tool_motion import MotionFrame
+from drake_tracker.grasp.motor_schema import Program
 
 
 class Phase(IntEnum):
@@ -21,17 +21,6 @@ class Phase(IntEnum):
     LIFT = 4
     HOLD = 5
     RETREAT = 6
-
-
-@dataclass(frozen=True)
-class Program:
-    """What the arm does in a phase. ``height`` and ``duration`` name fields of the grasp's parameters."""
-
-    frame: MotionFrame
-    height: str
-    duration: str
-    jaws_closed: bool
-    frozen: bool
 
 
 PROGRAMS = {

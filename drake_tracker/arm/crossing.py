@@ -1,0 +1,78 @@
+"""Where a predicted path crosses the bottom edge of an inclined board, and where the cup should stand for it.
+
+The board's frame B has its origin on the face at the middle of the bottom edge, y_B up the slope and z_B outward.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.messages import Prediction, prediction_knots
+
+
+class Crossing(NamedTuple):
+    """A crossing of the bottom edge: ``time`` [s], ``p_WQ`` (3,) [m] of the ball's centre there, ``place``: pose (x, y,
+    z [m], yaw [rad]) in W over which the ball will be when it is ``beyond`` the edge, at the height of the crossing;
+    ``std`` [m] that the packet gives."""
+
+    time: float
+    p_WQ: np.ndarray
+    place: np.ndarray
+    std: float
+
+
+class BoardEdge:
+    """The bottom edge of the board as the arm knows it.
+
+    Args:
+      X_WB: pose of the board, 4 x 4 or the 12 numbers of its upper rows. width: of its face [m]. ball_radius: [m].
+      beyond: horizontal distance [m] from the edge to the middle of the cup.
+      hand_yaw: direction of x_T [rad] from the board's horizontal direction up the slope.
+
+    Raises DrakeTrackerError for an X_WB that is no pose of a board that rises.
+    """
+
+    def __init__(self, X_WB, width=0.60, ball_radius=0.020, beyond=0.050, hand_yaw=math.pi):
+        X_WB = np.asarray(X_WB, dtype=float)
+        if X_WB.size not in (12, 16) or not np.all(np.isfinite(X_WB)):
+            raise DrakeTrackerError("board edge: X_WB must be 4 x 4 numbers, or the 12 of its upper three rows")
+        X_WB = X_WB.reshape(-1, 4)[:3]
+        self.R_WB, self.p_WB = X_WB[:, :3].copy(), X_WB[:, 3].copy()
+        up = self.R_WB[:2, 1]
+        if not (self.R_WB[2, 1] > 1e-3 and np.hypot(*up) > 1e-3):
+            raise DrakeTrackerError("board edge: X_WB describes a board that does not rise along its y axis")
+        self.ball_radius, self.beyond = ball_radius, beyond
+        self.farthest = 0.5 * width - ball_radius
+        self.outward = -np.append(up / np.hypot(*up), 0.0)
+        self.yaw = math.atan2(up[1], up[0]) + hand_yaw
+
+    @property
+    def home(self):
+        """The pose (x, y, z, yaw) of `Crossing.place` for a ball that comes straight down the middle."""
+        return self._place(0.0)
+
+    def crossing(self, packet):
+        """Returns the `Crossing` on a `Prediction`'s path, or None when there is none."""
+        packet = np.asarray(packet)
+        if not Prediction(packet).valid or not np.all(np.isfinite(packet)):
+            return None
+        knots = prediction_knots(packet)
+        x, y, _ = ((knots[:, :3] - self.p_WB) @ self.R_WB).T
+        below = np.flatnonzero((y[:-1] > 0.0) & (y[1:] <= 0.0))
+        if len(below) == 0:
+            return None
+        k = below[0]
+        way = y[k] - y[k + 1]
+        part, drift = y[k] / way, (x[k + 1] - x[k]) / way
+        at = x[k] + drift * y[k]
+        p_WQ = self.p_WB + self.R_WB @ [at, 0.0, self.ball_radius]
+        std = (1.0 - part) * knots[k, 4] + part * knots[k + 1, 4]
+        time = packet[2] + packet[3] * (k + part)
+        return Crossing(float(time), p_WQ, self._place(at + drift * self.beyond), float(std))
+
+    def _place(self, x):
+        x = min(max(x, -self.farthest), self.farthest)
+        p_WQ = self.p_WB + self.R_WB @ [x, 0.0, self.ball_radius] + self.beyond * self.outward
+        return np.append(p_WQ, self.yaw)
