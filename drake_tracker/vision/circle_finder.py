@@ -54,27 +54,28 @@ def read_window(image, window, threshold):
 
     Args:
         image: grey uint8 (h, w).
-        window: rectangle (u0, v0, width, height) [px] that holds one circle and nothing else that is dark.
+        window: rectangle (u0, v0, width, height) [px] that holds one circle; what its border cuts does not count.
         threshold: pixels that are no brighter [grey] are dark.
 
-    Raises DrakeTrackerError when the window is not in the image, or holds no circle, more than one, or part of one.
+    Raises DrakeTrackerError when the window is not in the image, or holds no whole circle or more than one.
     """
     u0, v0, width, height = (int(value) for value in window)
     where = f"the window {width} x {height} px at ({u0}, {v0})"
     if min(u0, v0) < 0 or min(width, height) < 1 or u0 + width > image.shape[1] or v0 + height > image.shape[0]:
         raise DrakeTrackerError(f"{where} is not within the image of {image.shape[1]} x {image.shape[0]} px")
     dark = cv2.compare(np.ascontiguousarray(image[v0 : v0 + height, u0 : u0 + width]), float(threshold), cv2.CMP_LE)
-    _, _, statistics, _ = cv2.connectedComponentsWithStats(dark, connectivity=8)
-    areas = statistics[1:, cv2.CC_STAT_AREA]
-    large = np.flatnonzero(areas >= MIN_AREA)
-    if len(large) == 0:
-        raise DrakeTrackerError(f"{where} holds no circle darker than {threshold:g}; move it or raise the threshold")
-    if len(large) > 1:
-        raise DrakeTrackerError(f"{where} holds {len(large)} dark areas; it must hold one circle: make it smaller")
-    left, top, w, h = statistics[1 + large[0], : cv2.CC_STAT_HEIGHT + 1]
-    if left == 0 or top == 0 or left + w == width or top + h == height:
-        raise DrakeTrackerError(f"{where} cuts its circle; make it larger or move it")
-    moments = cv2.moments(dark, binaryImage=True)
+    _, labels, statistics, _ = cv2.connectedComponentsWithStats(dark, connectivity=8)
+    left, top, w, h, area = statistics.T
+    whole = (left > 0) & (top > 0) & (left + w < width) & (top + h < height) & (area >= MIN_AREA)
+    whole[0] = False
+    circles = np.flatnonzero(whole)
+    if len(circles) == 0:
+        raise DrakeTrackerError(
+            f"{where} holds no whole circle darker than {threshold:g}; move or enlarge it, or raise the threshold"
+        )
+    if len(circles) > 1:
+        raise DrakeTrackerError(f"{where} holds {len(circles)} dark areas; it must hold one circle: make it smaller")
+    moments = cv2.moments((labels == circles[0]).view(np.uint8), binaryImage=True)
     area = moments["m00"]
     return CircleReading(u0 + moments["m10"] / area, v0 + moments["m01"] / area, area)
 
@@ -89,7 +90,7 @@ def find_circles(images, count=4):
 
     Args:
         images: grey image (h, w), or several of one scene (n, h, w), which are averaged first.
-        count: circles to be found. When more things look like circles, those most alike in size are taken.
+        count: circles to be found. When more things look like circles, the largest of about one size count.
 
     Raises DrakeTrackerError when fewer are found.
     """
@@ -102,15 +103,15 @@ def find_circles(images, count=4):
             f"found {len(readings)} of {count} dark circles; one may be hidden or out of view: clear the view, or "
             "move the camera until it sees the whole board"
         )
-    readings.sort(key=lambda reading: reading.area)
-    groups = [readings[k : k + count] for k in range(len(readings) - count + 1)]
-    group = min(groups, key=lambda group: group[-1].area / group[0].area)
-    if group[-1].area > _MAX_SIZE_RATIO * group[0].area:
-        raise DrakeTrackerError(
-            f"the {count} things that look most like circles of one size differ {group[-1].area / group[0].area:.0f} "
-            "times in area; a circle may be hidden or out of view"
-        )
-    return group
+    readings.sort(key=lambda reading: -reading.area)
+    for k in range(len(readings) - count + 1):
+        group = readings[k : k + count]
+        if group[0].area <= _MAX_SIZE_RATIO * group[-1].area:
+            return group
+    raise DrakeTrackerError(
+        f"of {len(readings)} things that look like dark circles no {count} are of one size; a circle may be hidden or "
+        "out of view"
+    )
 
 
 def _candidates(image):
