@@ -26,8 +26,8 @@ from drake_tracker.timing import BALL_SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.vision.circle_finder import best_reading, find_circles, read_window
 from drake_tracker.vision.circle_pose import locate_board
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
-from drake_tracker.world.ball_camera import lens_matrix
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
+from drake_tracker.world.cameras import lens_matrix
 
 READINGS = 10
 """Images in which the circles are read ("10 histogram readings", section 3)."""

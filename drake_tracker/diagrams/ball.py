@@ -26,8 +26,8 @@ from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.plane_projection import PlausibleReadings, board_window, camera_on_board
 from drake_tracker.vision.static_threshold import StaticThreshold, StaticThresholdParameters
 from drake_tracker.world.ball_board import BALL_RADIUS
-from drake_tracker.world.ball_camera import lens_matrix
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
+from drake_tracker.world.cameras import lens_matrix
 
 
 def make_diagram(scenario, poses=None):

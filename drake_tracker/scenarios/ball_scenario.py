@@ -130,6 +130,27 @@ class Slope:
 
 
 @dataclass
+class Catch:
+    """The motor schema of catching. Heights are of the cup's rim above the ball's centre where it leaves the board."""
+
+    beyond: float = setting(0.050, "horizontal distance from the edge to the middle of the cup", "m", (0.0, 0.2))
+    rim_height: float = setting(-0.035, "height of the rim while it waits", "m", (-0.1, 0.02))
+    raised_height: float = setting(0.085, "height of the rim once it holds the ball", "m", (0.0, 0.4))
+    home_duration: float = setting(1.0, "time to go to the middle of the edge", "s", (0.2, 10.0))
+    raise_duration: float = setting(0.6, "time in which the cup is raised", "s", (0.2, 10.0))
+    stop_duration: float = setting(0.2, "time in which the operator's stop brings the hand to rest", "s", (0.05, 2.0))
+    shortest_motion: float = setting(0.15, "shortest time of a correction", "s", (0.02, 2.0))
+    hand_speed: float = setting(0.8, "greatest speed of the hand along the edge", "m/s", (0.05, 3.0))
+    manual_speed: float = setting(0.25, "speed of the hand when the operator has taken over", "m/s", (0.01, 1.0))
+    follow_tolerance: float = setting(0.002, "a crossing that moved by less is still the same", "m", (0.0, 0.05))
+    settle_time: float = setting(0.12, "time before the ball comes from which the cup stands still", "s", (0.0, 1.0))
+    settle_tolerance: float = setting(0.015, "a crossing that moved by more is followed even then", "m", (0.0, 0.1))
+    rest_time: float = setting(0.4, "time after which a ball has come to rest in the cup", "s", (0.05, 5.0))
+    trust_time: float = setting(0.45, "age up to which a foreseen crossing is believed", "s", (0.05, 5.0))
+    ready_after: float = setting(0.3, "time of waiting in place after which the arm is ready", "s", (0.0, 10.0))
+
+
+@dataclass
 class SevenJoint:
     """An arm with seven joints, with the kinematics of the Robotics Research K-1607."""
 

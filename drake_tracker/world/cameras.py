@@ -96,6 +96,12 @@ def focal_length(height, fov_deg):
     return 0.5 * height / np.tan(0.5 * np.deg2rad(fov_deg))
 
 
+def lens_matrix(config):
+    """Returns the (3, 3) intrinsic matrix [px] of a camera with a configuration's image size and field of view."""
+    f = focal_length(config.height, config.fov_deg)
+    return np.array([[f, 0.0, 0.5 * (config.width - 1)], [0.0, f, 0.5 * (config.height - 1)], [0.0, 0.0, 1.0]])
+
+
 def true_camera_models(config):
     """Returns {name: CameraModel} of the simulator itself: the truth that a calibration is judged against."""
     return {name: true_camera_model(config, X_WC) for name, X_WC in camera_poses(config).items()}
@@ -103,9 +109,7 @@ def true_camera_models(config):
 
 def true_camera_model(config, X_WC):
     """Returns the CameraModel of the simulator itself for a camera at X_WC."""
-    f = focal_length(config.height, config.fov_deg)
-    K = np.array([[f, 0.0, 0.5 * (config.width - 1)], [0.0, f, 0.5 * (config.height - 1)], [0.0, 0.0, 1.0]])
-    return CameraModel(K, np.zeros(5), X_WC.inverse().GetAsMatrix4(), config.width, config.height)
+    return CameraModel(lens_matrix(config), np.zeros(5), X_WC.inverse().GetAsMatrix4(), config.width, config.height)
 
 
 def renderable_window(window, width, height):

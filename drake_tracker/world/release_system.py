@@ -26,7 +26,7 @@ class ReleaseSystem(LeafSystem):
         output_ports:
         - gate_desired_state
 
-    ``ready``: 1 element, 1 from when the arm waits. ``gate_desired_state``: position [m] and speed of the gate's slide,
+    ``ready``: 1 element, 1 from when the arm waits; left unconnected, it never does. ``gate_desired_state``: position [m] and speed of the gate's slide,
     0 while closed. Looks at ``ready`` 60 times a second.
 
     Args:
@@ -46,7 +46,8 @@ class ReleaseSystem(LeafSystem):
 
     def _update(self, context, state):
         (opening_time,) = context.get_discrete_state(self._opening_time).value()
-        if np.isinf(opening_time) and self._ready.Eval(context)[0] > 0.5:
+        ready = self._ready.HasValue(context) and self._ready.Eval(context)[0] > 0.5
+        if np.isinf(opening_time) and ready:
             opening_time = context.get_time() + self._delay
             state.set_value(self._opening_time, [opening_time])
         if context.get_time() >= opening_time:
