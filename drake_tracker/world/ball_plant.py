@@ -108,8 +108,8 @@ def add_ball_laboratory(builder, description, scenario, ball_on_board=True, deco
     X_WTable = RigidTransform([TABLE_X, 0.0, TABLE_HEIGHT - TABLE_MODEL_HEIGHT])
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("table", table), X_WTable)
     (ball,) = parser.AddModelsFromUrl("package://drake_tracker_models/ball/ball.sdf")
-    floor = RigidTransform([0.5, 0.0, -0.05])
-    plant.RegisterCollisionGeometry(plant.world_body(), floor, Box(6.0, 6.0, 0.1), "floor", WOOD.properties())
+    X_WFloor = RigidTransform([0.0, 0.0, -0.05])
+    plant.RegisterCollisionGeometry(plant.world_body(), X_WFloor, Box(4.0, 4.0, 0.1), "floor", WOOD.properties())
 
     X_WB = draw_board_pose(scenario.board, scenario.seed)
     pegs = draw_pegs(scenario.board, scenario.seed)
@@ -127,6 +127,11 @@ def add_ball_laboratory(builder, description, scenario, ball_on_board=True, deco
         plant, scene_graph, parts.arm, parts.gripper, table, board, board_body, gate, distractor, ball, ball_body,
         X_WB, pegs, p_BoBall,
     )  # fmt: skip
+
+
+def add_floor(plant):
+    """Draws a floor to stand on. For ``decorate``: a studio has one of its own."""
+    models_parser(plant).AddModelsFromUrl("package://drake_tracker_models/floor/floor.sdf")
 
 
 def add_board(plant, board, X_WB, pegs, loose=False):

@@ -5,7 +5,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.world.ball_board import face_corners
 from drake_tracker.world.ball_camera import NAME, add_ball_camera, draw_camera_pose
-from drake_tracker.world.ball_plant import GATE_TRAVEL, KNOCK, SLIDE_AMPLITUDE, add_ball_laboratory
+from drake_tracker.world.ball_plant import GATE_TRAVEL, KNOCK, SLIDE_AMPLITUDE, add_ball_laboratory, add_floor
 from drake_tracker.world.catch_judge_system import CatchJudgeSystem
 from drake_tracker.world.disturbance_system import DisturbanceSystem
 from drake_tracker.world.release_system import ReleaseSystem
@@ -45,7 +45,7 @@ class BallWorldDiagram(Diagram):
         super().__init__()
         self.set_name("world")
         builder = DiagramBuilder()
-        laboratory = add_ball_laboratory(builder, description, scenario, ball_on_board)
+        laboratory = add_ball_laboratory(builder, description, scenario, ball_on_board, decorate=add_floor)
         plant = laboratory.plant
         plant.set_name("plant")
         plant.SetDefaultPositions(laboratory.arm, q_initial)

@@ -42,13 +42,14 @@ def _lamp(azimuth_deg, elevation_deg, intensity, look_at, shadows):
     )
 
 
-def make_lights(lighting, cameras, elevation_deg=ELEVATION_DEG):
+def make_lights(lighting, cameras, elevation_deg=ELEVATION_DEG, brightness=1.0):
     """Returns the list of `LightParameter` of the scenario's ``lighting``.
 
     side "cameras": a lamp beside each camera, so that all faces that the cameras see are lit alike. "one_side": one
     lamp to the left of both cameras, and beside the right one a faint one for the light that a room's walls throw back.
 
-    ``cameras`` is the scenario's ``cameras`` (azimuth_deg, look_at), ``elevation_deg`` the lamps'. Raises DrakeTrackerError on another side.
+    ``cameras`` is the scenario's ``cameras`` (azimuth_deg, look_at), ``elevation_deg`` the lamps',
+    ``brightness`` a factor on all of them. Raises DrakeTrackerError on another side.
     """
     left, right = cameras.azimuth_deg
     outward = _OUTWARD_DEG if left > right else -_OUTWARD_DEG
@@ -59,16 +60,16 @@ def make_lights(lighting, cameras, elevation_deg=ELEVATION_DEG):
     else:
         raise DrakeTrackerError(f"lighting.side is {lighting.side!r}; it must be one of {', '.join(LIGHT_SIDES)}")
     return [
-        _lamp(azimuth_deg, elevation_deg, intensity, cameras.look_at, lighting.shadows)
+        _lamp(azimuth_deg, elevation_deg, brightness * intensity, cameras.look_at, lighting.shadows)
         for azimuth_deg, intensity in lamps
     ]
 
 
-def render_engine_params(lighting, cameras, elevation_deg=ELEVATION_DEG):
-    """Returns the `RenderEngineVtkParams` for the scenario's ``lighting`` and ``cameras``."""
+def render_engine_params(lighting, cameras, elevation_deg=ELEVATION_DEG, brightness=1.0):
+    """Returns the `RenderEngineVtkParams` for the scenario's ``lighting`` and ``cameras``; the rest as `make_lights`."""
     return RenderEngineVtkParams(
         default_clear_color=[0.10, 0.11, 0.13],
-        lights=make_lights(lighting, cameras, elevation_deg),
+        lights=make_lights(lighting, cameras, elevation_deg, brightness),
         cast_shadows=lighting.shadows,
         shadow_map_size=_SHADOW_MAP_SIZE,
         # With shadow maps, Phong shading multiplies by a texture twice, which turns a dark table black.

@@ -94,8 +94,9 @@ def tilt_deg(X):
 
 
 def test_each_kind_of_model_is_there():
-    expected = ["cup/cup.sdf", "floor/floor.sdf", "gripper/gripper.sdf", "puma560/puma560.sdf", "table/table.sdf"]
-    assert MODEL_FILES == sorted(expected + [f"train/train_{body}.sdf" for body in TRAINS])
+    expected = ["ball", "cup", "floor", "gripper", "puma560", "seven_joint", "table"]
+    files = [f"{name}/{name}.sdf" for name in expected] + [f"train/train_{body}.sdf" for body in TRAINS]
+    assert MODEL_FILES == sorted(files)
 
 
 @pytest.mark.parametrize("path", MODEL_FILES)
@@ -334,3 +335,61 @@ def test_arm_in_the_table_is_seen(q_deg, touching):
         frames = [query.inspector().GetFrameId(i) for i in (pair.id_A, pair.id_B)]
         found |= {scene.plant.GetBodyFromFrameId(frame).name() for frame in frames}
     assert found - {"table"} == touching
+
+
+def test_ball_is_a_hollow_sphere_of_the_rules():
+    scene = Scene()
+    scene.add("ball/ball.sdf")
+    scene.build()
+    ball = scene.plant.GetBodyByName("ball")
+    (shell,) = scene.plant.GetCollisionGeometriesForBody(ball)
+    radius = scene.scene_graph.model_inspector().GetShape(shell).radius()
+    inertia = ball.default_spatial_inertia()
+    assert (inertia.get_mass(), radius) == (0.0027, 0.020)
+    np.testing.assert_allclose(
+        inertia.CalcRotationalInertia().get_moments(), 2.0 / 3.0 * 0.0027 * 0.020**2 * np.ones(3), rtol=1e-9
+    )
+
+
+def test_cup_frames_and_mass():
+    scene = Scene()
+    cup = scene.add("cup/cup.sdf", weld="hand")
+    context = scene.build()
+    tool, probe = (scene.plant.GetFrameByName(name, cup).CalcPoseInWorld(context) for name in ("tool", "probe"))
+    assert tool.IsNearlyEqualTo(RigidTransform([-0.062, 0.0, 0.160]), 1e-12)
+    np.testing.assert_allclose((tool.inverse() @ probe).translation(), [0.0, 0.0, 0.090], atol=1e-12)
+    assert scene.plant.CalcTotalMass(context, [cup]) == pytest.approx(0.30)
+    vertices = mesh_vertices("cup/hand.obj") - tool.translation()
+    in_opening = (np.abs(vertices[:, 0]) < 0.035) & (np.abs(vertices[:, 1]) < 0.045) & (vertices[:, 2] > -0.10)
+    assert vertices[in_opening, 2].min() > 0.068, "nothing fills the bowl"
+    assert vertices[:, 2].max() == pytest.approx(0.094, abs=2e-4), "the tip's lowest point"
+
+
+def test_a_ball_dropped_into_the_cup_stays():
+    """From the height and with the speed at which it leaves the board: it comes to rest between the walls."""
+    scene = Scene(time_step=1.0 / 600.0)
+    X_WT = RigidTransform(RotationMatrix(np.diag([-1.0, 1.0, -1.0])), [0.5, 0.0, 0.4])
+    scene.add("cup/cup.sdf", weld="tool", X_WF=X_WT)
+    scene.add("ball/ball.sdf")
+    context = scene.build()
+    ball = scene.plant.GetBodyByName("ball")
+    scene.plant.SetFreeBodyPose(context, ball, RigidTransform([0.52, 0.02, 0.45]))
+    scene.plant.SetVelocities(context, [0.0, 0.0, 0.0, -1.2, 0.0, -0.3])
+    scene.simulate(2.0)
+    p_TBall = X_WT.inverse() @ ball.EvalPoseInWorld(context).translation()
+    assert np.all(np.abs(p_TBall[:2]) <= [0.020 + 1e-3, 0.030 + 1e-3])
+    assert p_TBall[2] == pytest.approx(0.050, abs=1e-3)
+    assert np.linalg.norm(scene.plant.GetVelocities(context)[3:]) < 0.02
+
+
+def test_arm_and_cup_never_meet_each_other():
+    scene = Scene()
+    arm = scene.add("puma560/puma560.sdf", weld="base")
+    cup = scene.add("cup/cup.sdf")
+    scene.plant.WeldFrames(scene.plant.GetFrameByName("flange", arm), scene.plant.GetFrameByName("hand", cup))
+    context = scene.build()
+    plant = scene.plant
+    query_port = plant.get_geometry_query_input_port()
+    for q in np.random.default_rng(7).uniform(plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits(), (200, 6)):
+        plant.SetPositions(context, q)
+        assert not query_port.Eval(context).HasCollisions()
