@@ -12,7 +12,7 @@ import numpy as np
 
 from drake_tracker.errors import DrakeTrackerError
 
-MAX_RMS = 1.0
+MAX_RMS = 0.35
 """Reprojection error [px] above which the circles are not those of the board."""
 MIN_LEAD = 3.0
 """The best order of the circles must fit this many times better than the next."""
