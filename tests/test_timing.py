@@ -17,6 +17,7 @@ from drake_tracker.timing import (
     TRANSFORM_SLOT,
     VISION_PERIOD,
     delay_cycles,
+    lag_of_throughput,
     servo_slot,
     steps_in,
     vision_slot,
@@ -96,3 +97,15 @@ def test_the_delay_line_adds_what_the_images_leave():
 def test_a_lag_that_is_not_whole_or_too_short_is_refused(lag_cycles, newest):
     with pytest.raises(DrakeTrackerError, match="must be whole and >= 0"):
         delay_cycles(lag_cycles, newest)
+
+
+@pytest.mark.parametrize(
+    ("first_image_age", "stamp_age", "lag", "delay"),
+    [(2, 1.0, 5.0, 4), (1, 0.5, 5.5, 5), (4, 2, 4, 2), (0, 0, 6, 6)],
+    ids=["interlaced difference", "difference", "normal flow", "static image"],
+)
+def test_a_throughput_counts_from_the_first_image(first_image_age, stamp_age, lag, delay):
+    """Nashman and Chaconas 1990, section 4: 100.2 ms; half a cycle between stamp and image leaves the delay whole."""
+    assert 6 * VISION_PERIOD == pytest.approx(0.1002, rel=0.01)
+    assert lag_of_throughput(6, first_image_age, stamp_age) == lag
+    assert delay_cycles(lag, stamp_age) == delay

@@ -9,7 +9,15 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.messages import Centroid, message_size
-from drake_tracker.timing import ESTIMATOR_SLOT, LAG_CYCLES, TIME_STEP, VISION_PERIOD, vision_slot
+from drake_tracker.timing import (
+    ESTIMATOR_SLOT,
+    LAG_CYCLES,
+    TIME_STEP,
+    VISION_PERIOD,
+    lag_of_throughput,
+    vision_slot,
+)
+from drake_tracker.vision.frame_difference import FrameDifference, FrameDifferenceParameters
 from drake_tracker.vision.motion_centroid_system import MotionCentroidSystem, add_motion_centroid
 from drake_tracker.vision.normal_flow import MotionImages, NormalFlow
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
@@ -164,3 +172,62 @@ def test_shortest_lag_is_the_age_of_the_described_image():
     assert {round((t - c.stamp) / VISION_PERIOD, 6) for t, c in rows if c.valid} == {4.0}  # Logged before the update.
     with pytest.raises(DrakeTrackerError, match="lag of 1 cycles"):
         add_motion_centroid(DiagramBuilder(), "motion", NormalFlow(), lag_cycles=1)
+
+
+@pytest.mark.parametrize("detector", [NormalFlow(), FrameDifference(), FrameDifference(FrameDifferenceParameters(stride=1))])
+def test_a_new_centroid_every_few_cycles_with_the_same_lag(detector):
+    lag = lag_of_throughput(6, detector.buffer_length - 1, detector.stamp_age_cycles)
+    offset = vision_slot(ESTIMATOR_SLOT)
+    every, some = (
+        run(Film(), 0.8, detector, sample_offset=offset, lag_cycles=lag, update_cycles=cycles)[3] for cycles in (1, 4)
+    )
+    shown = {}
+    for time, centroid in some:
+        shown.setdefault(centroid.stamp, (time, centroid))
+    fresh = [(time, centroid) for time, centroid in shown.values() if centroid.valid]
+    times = [time for time, _ in fresh]
+    assert len(fresh) >= 9
+    assert np.diff(times) == pytest.approx(4 * VISION_PERIOD)
+    assert [t - offset - c.stamp for t, c in fresh] == pytest.approx([lag * VISION_PERIOD] * len(fresh))
+    # Each is the one that would have been found anyway.
+    anyway = {round(c.stamp, 9): c for _, c in every if c.valid}
+    assert all((anyway[round(c.stamp, 9)][:] == c[:]).all() for _, c in fresh)
+
+
+@pytest.mark.parametrize(("stride", "lag"), [(1, 5.5), (2, 5.0)])
+def test_a_difference_shows_6_cycles_after_its_first_image(stride, lag):
+    """Nashman and Chaconas 1990, section 4: a throughput of 100.2 ms; the stamp is the middle of the two captures."""
+    detector = FrameDifference(FrameDifferenceParameters(stride=stride))
+    assert lag_of_throughput(6, detector.buffer_length - 1, detector.stamp_age_cycles) == lag
+    offset = vision_slot(ESTIMATOR_SLOT)
+    _, _, _, rows = run(Film(), 0.6, detector, sample_offset=offset, lag_cycles=lag, update_cycles=4)
+    valid = [(t, c) for t, c in rows if c.valid]
+    first_capture, second_capture = (4 - stride) * VISION_PERIOD, 4 * VISION_PERIOD
+    time, centroid = valid[0]
+    assert centroid.stamp == pytest.approx((first_capture + second_capture) / 2)
+    assert time - offset - first_capture == pytest.approx(6 * VISION_PERIOD)
+    for _, c in valid:
+        assert (c.u, c.v) == pytest.approx(true_centre(c.stamp), abs=0.6)
+
+
+def test_images_that_no_centroid_rests_on_are_not_read():
+    class Counting(FrameDifference):
+        smoothed = 0
+
+        def smooth(self, grey):
+            self.smoothed += 1
+            return super().smooth(grey)
+
+    detector = Counting()
+    _, simulator, parts, _ = run(Film(), 0.99, detector, lag_cycles=5, update_cycles=4)
+    assert detector.smoothed == 30  # of 60: every other one
+    images = parts.system.GetOutputPort("motion_images").Eval(
+        parts.system.GetMyContextFromRoot(simulator.get_context())
+    )
+    assert images.motion_energy.any()
+
+
+@pytest.mark.parametrize("cycles", [0, 1.5, -4])
+def test_a_number_of_update_cycles_that_is_none_is_refused(cycles):
+    with pytest.raises(DrakeTrackerError, match="update_cycles is"):
+        MotionCentroidSystem(FrameDifference(), update_cycles=cycles)
