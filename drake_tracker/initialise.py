@@ -23,8 +23,8 @@ from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.grasp.touch_machine import touched_points
 from drake_tracker.grasp.touch_schema import TouchPhase, TouchReport
 from drake_tracker.timing import BALL_SERVO_PERIOD, VISION_PERIOD
-from drake_tracker.vision.circle_finder import best_reading, find_circles, read_window
-from drake_tracker.vision.circle_pose import locate_board
+from drake_tracker.vision.circle_finder import best_reading, circle_candidates, read_window
+from drake_tracker.vision.circle_pose import find_board
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import lens_matrix
@@ -77,10 +77,10 @@ def initialise_board(scenario):
     for k in range(READINGS):
         simulator.AdvanceTo(k * VISION_PERIOD)
         images.append(np.array(touching.GetOutputPort("camera").Eval(context).data[..., :3]))
-    readings = read_circles([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images], scenario.operator)
-    uv = np.array([[reading.u, reading.v] for reading in readings])
+    candidates = read_circles([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images], scenario.operator)
     p_BQ = np.column_stack([CIRCLES, np.zeros(len(CIRCLES))])
-    pose = locate_board(uv, p_BQ, lens_matrix(scenario.camera), radius=CIRCLE_RADIUS)
+    pose, circles = find_board(candidates, p_BQ, lens_matrix(scenario.camera), radius=CIRCLE_RADIUS)
+    uv = np.array([[circle.u, circle.v] for circle in circles])
 
     report = touching.GetOutputPort("report")
 
@@ -98,14 +98,15 @@ def initialise_board(scenario):
 
 
 def read_circles(images, operator):
-    """Returns the four `CircleReading` of grey images of the same scene.
+    """Returns the `CircleReading`s of grey images of the same scene that may be the board's circles.
 
     ``operator``: the scenario's part of that name. In each of the windows marked the reading with the largest area
-    counts; without any the circles are found by themselves. Raises DrakeTrackerError when they are not four.
+    counts; without any it is all that looks like a circle. Raises DrakeTrackerError on windows that are not four, or do
+    not hold one circle each.
     """
     windows = operator.windows
     if not windows:
-        return find_circles(images)
+        return circle_candidates(images)
     if len(windows) != len(CIRCLES):
         raise DrakeTrackerError(f"operator.windows: {len(windows)} marked; each of {len(CIRCLES)} circles needs one")
     return [best_reading([read_window(image, window, operator.threshold) for image in images]) for window in windows]
@@ -118,8 +119,8 @@ def operator_jogs(scenario, X_WB):
     ``operator.placing_std`` in the plane. The controller is told the jogged poses, and nothing of the errors.
     """
     marks = np.array(TOUCH_MARKS) + draw_placing_errors(scenario.operator, scenario.seed)
-    p_WM = X_WB.multiply(np.column_stack([marks, np.zeros(3)]).T).T
-    return np.column_stack([p_WM + [0.0, 0.0, JOG_HEIGHT + PROBE_RADIUS], np.full(3, HAND_YAW)])
+    touching = X_WB.multiply(np.column_stack([marks, np.full(3, PROBE_RADIUS)]).T).T  # the tip's centre, on the mark
+    return np.column_stack([touching + [0.0, 0.0, JOG_HEIGHT], np.full(3, HAND_YAW)])
 
 
 def pose_error(estimate, truth):

@@ -94,10 +94,7 @@ def find_circles(images, count=4):
 
     Raises DrakeTrackerError when fewer are found.
     """
-    image = np.asarray(images, dtype=np.float32)
-    if image.ndim == 3:
-        image = image.mean(axis=0)
-    readings = _candidates(image)
+    readings = circle_candidates(images)
     if len(readings) < count:
         raise DrakeTrackerError(
             f"found {len(readings)} of {count} dark circles; one may be hidden or out of view: clear the view, or "
@@ -114,8 +111,13 @@ def find_circles(images, count=4):
     )
 
 
-def _candidates(image):
-    """Returns the readings of all that looks like a dark circle in a float32 image."""
+def circle_candidates(images):
+    """Returns the `CircleReading`s of all that looks like a dark circle in a grey image (h, w), or in the average of
+    several of one scene (n, h, w). Pegs and slots may be among them.
+    """
+    image = np.asarray(images, dtype=np.float32)
+    if image.ndim == 3:
+        image = image.mean(axis=0)
     grey = np.clip(np.rint(image), 0, 255).astype(np.uint8)
     block = max(11, int(_BLOCK_SHARE * min(grey.shape))) | 1
     method = cv2.ADAPTIVE_THRESH_MEAN_C

@@ -14,6 +14,10 @@ from drake_tracker.errors import DrakeTrackerError
 
 MAX_RMS = 0.35
 """Reprojection error [px] above which the circles are not those of the board."""
+MOST_TRIED = 9
+"""Of things that may be circles, the largest that are tried."""
+SAME_AREA = 1.6
+"""A circle's area agrees with the pose when it is within this factor of what the pose makes of it."""
 MIN_LEAD = 3.0
 """The best order of the circles must fit this many times better than the next."""
 _ROUNDS = 3
@@ -62,6 +66,43 @@ def locate_board(uv, p_BQ, K, distortion=None, *, radius=0.0):
             "place the circles farther out of square"
         )
     return fits[0]
+
+
+def find_board(readings, p_BQ, K, distortion=None, *, radius):
+    """Returns (`BoardPose`, readings of its circles) from all that may be a circle, pegs and shadows among them.
+
+    The circles are those whose places and areas fit one pose of the board best; the other arguments are `locate_board`'s.
+    Raises DrakeTrackerError when none do.
+    """
+    readings = sorted(readings, key=lambda reading: -reading.area)[:MOST_TRIED]
+    best = None
+    for group in itertools.combinations(readings, len(p_BQ)):
+        uv = np.array([[reading.u, reading.v] for reading in group])
+        try:
+            pose = locate_board(uv, p_BQ, K, distortion, radius=radius)
+        except DrakeTrackerError:
+            continue
+        expected = image_areas(pose.X_CB, p_BQ, K, radius)
+        ratios = np.sort([reading.area for reading in group]) / np.sort(expected)
+        fits = np.all((ratios < SAME_AREA) & (ratios > 1.0 / SAME_AREA))
+        if fits and (best is None or pose.rms < best[0].rms):
+            best = pose, group
+    if best is None:
+        raise DrakeTrackerError(
+            f"of {len(readings)} dark spots no {len(p_BQ)} lie like the board's circles; one may be hidden or out of view: "
+            "clear the view, or move the camera until it sees the whole board"
+        )
+    return best
+
+
+def image_areas(X_CB, p_BQ, K, radius):
+    """Returns the areas (n,) [px^2] of the images of circles about p_BQ (n, 3) [m] on the plane z_B = 0."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
+    rim = radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)])
+    p_CQ = (np.asarray(p_BQ)[:, np.newaxis] + rim) @ X_CB[:3, :3].T + X_CB[:3, 3]
+    uvw = p_CQ @ K.T
+    u, v = uvw[..., 0] / uvw[..., 2], uvw[..., 1] / uvw[..., 2]
+    return 0.5 * np.abs(np.sum(u * np.roll(v, -1, axis=1) - v * np.roll(u, -1, axis=1), axis=1))
 
 
 def image_centres(X_CB, p_BQ, K, radius):
