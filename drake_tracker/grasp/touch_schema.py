@@ -33,9 +33,9 @@ class TouchParameters:
     mark before the descent [s]. force_time_constant: of the force's low-pass [s].
     """
 
-    descent_speed: float = 0.01
+    descent_speed: float = 0.006
     travel_speed: float = 0.3
-    reach_below: float = 0.05
+    reach_below: float = 0.04
     threshold: float = 2.5
     samples: int = 2
     settle: float = 0.1
