@@ -47,10 +47,10 @@ HOME = np.array([0.56, 0.0, 0.485, np.pi])
 GRASP = train_scenario.Grasp()
 
 
-def make_arm(model, q_initial):
-    grasp = GraspSystem(GraspMachine(GRASP, model, SERVO_PERIOD), TIME_STEP)
+def make_arm(model, q_initial, time_step=TIME_STEP, period=SERVO_PERIOD):
+    grasp = GraspSystem(GraspMachine(GRASP, model, period), time_step, period)
     servo = train_scenario.Servo()
-    return ArmDiagram(grasp, servo, model, q_initial, HOME, TIME_STEP, jaw_opening=GRASP.jaw_opening)
+    return ArmDiagram(grasp, servo, model, q_initial, HOME, time_step, period, jaw_opening=GRASP.jaw_opening)
 
 
 def object_at(t):
@@ -83,10 +83,10 @@ def q_initial(arm_model):
     return joints_for(arm_model, PUMA560.q_start, tool_down(HOME[:3] + [0.0, 0.0, GRASP.hover_height], HOME[3]))
 
 
-def simulate(arm_model, q_initial, duration, until=np.inf):
+def simulate(arm_model, q_initial, duration, until=np.inf, time_step=TIME_STEP, period=SERVO_PERIOD):
     """The arm's computer and the arm alone. Returns logs {name: (times, rows)} at every plant step."""
     builder = DiagramBuilder()
-    plant = MultibodyPlant(TIME_STEP)
+    plant = MultibodyPlant(time_step)
     plant.set_discrete_contact_approximation(DiscreteContactApproximation.kLagged)
     parts = add_arm(plant, PUMA560)
     couple_fingers(plant, parts.gripper, PUMA560)
@@ -96,7 +96,7 @@ def simulate(arm_model, q_initial, duration, until=np.inf):
     plant.SetDefaultPositions(parts.gripper, [0.5 * GRASP.jaw_opening] * 2)
     builder.AddSystem(plant)
     packets = builder.AddSystem(Packets(until))
-    arm = builder.AddSystem(make_arm(arm_model, q_initial))
+    arm = builder.AddSystem(make_arm(arm_model, q_initial, time_step, period))
     builder.Connect(packets.GetOutputPort("packet"), arm.GetInputPort("packet"))
     builder.Connect(plant.get_state_output_port(parts.arm), arm.GetInputPort("arm_state"))
     builder.Connect(arm.GetOutputPort("arm_desired_state"), plant.get_desired_state_input_port(parts.arm))
@@ -107,7 +107,7 @@ def simulate(arm_model, q_initial, duration, until=np.inf):
         "effort": plant.get_net_actuation_output_port(parts.arm),
         **{name: arm.GetOutputPort(name) for name in ("target", "command", "status", "diagnosis", "q_commanded")},
     }
-    logs = {name: LogVectorOutput(port, builder, publish_period=TIME_STEP) for name, port in ports.items()}
+    logs = {name: LogVectorOutput(port, builder, publish_period=time_step) for name, port in ports.items()}
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     jaws = [GRASP.jaw_opening, 0.0, 0.0]
@@ -142,6 +142,20 @@ def test_the_jaws_lie_along_the_path(run, arm_model):
         x_axis = arm_model.tool_pose(state[i, :6]).rotation().matrix()[:, 0]
         yaw = object_at(times[i])[3]
         assert abs(x_axis[:2] @ [np.cos(yaw), np.sin(yaw)]) > np.cos(np.deg2rad(3.0))
+
+
+def test_at_a_period_of_5_ms_it_tracks_as_well(arm_model, q_initial):
+    """The manipulator's period of Nashman and Chaconas 1990, three plant steps of 1/600 s."""
+    logs, limits = simulate(arm_model, q_initial, 2.4, time_step=1.0 / 600.0, period=0.005)
+    times, state = logs["arm_state"]
+    late = np.flatnonzero(times > 2.0)[::10]
+    tool = np.array([arm_model.tool_pose(state[i, :6]).translation() for i in late])
+    truth = object_at(times[late])[:, :3] + [0.0, 0.0, GRASP.hover_height]
+    assert np.max(np.linalg.norm(tool - truth, axis=1)) < 3e-3
+    assert np.all(np.abs(logs["effort"][1]) < limits)
+    times, q = logs["q_commanded"]
+    changed = times[1:][np.any(np.diff(q, axis=0) != 0.0, axis=1)]
+    assert np.median(np.diff(changed)) == pytest.approx(0.005)
 
 
 def test_phases_follow_what_is_seen_and_the_gate_waits_for_a_memory(run):
@@ -188,7 +202,7 @@ def test_the_rooms_of_the_servo_period_come_one_after_the_other_before_its_end()
 def test_each_output_changes_in_its_own_slot_and_nowhere_else(arm_model, q_initial):
     builder = DiagramBuilder()
     packets = builder.AddSystem(Packets())
-    arm = builder.AddSystem(make_arm(arm_model, q_initial))
+    arm = builder.AddSystem(make_arm(arm_model, q_initial, time_step, period))
     builder.Connect(packets.GetOutputPort("packet"), arm.GetInputPort("packet"))
     assert {arm.get_input_port(i).get_name() for i in range(arm.num_input_ports())} == {"packet", "arm_state", "jaws"}
     diagram = builder.Build()

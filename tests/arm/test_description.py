@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
@@ -5,7 +7,16 @@ from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import FINGERS, PUMA560, add_arm, couple_fingers, joints_for
+from drake_tracker.arm.description import (
+    FINGERS,
+    PUMA560,
+    PUMA560_CUP,
+    SEVEN_JOINT,
+    add_arm,
+    couple_fingers,
+    joints_for,
+    make_arm_model,
+)
 from drake_tracker.arm.joint_servo import actuators_of
 from drake_tracker.errors import DrakeTrackerError
 
@@ -94,3 +105,28 @@ def test_joints_are_found_all_over_the_track(arm_model, p_WT):
 def test_a_pose_out_of_reach_is_refused_by_name(arm_model):
     with pytest.raises(DrakeTrackerError, match=r"cannot bring its tool to \[1.6, 0.0, 0.7\] m: 0\.\d+ m short"):
         joints_for(arm_model, PUMA560.q_start, tool_down([1.6, 0.0, 0.7], np.pi))
+
+
+@pytest.mark.parametrize("description, joints", [(PUMA560_CUP, 6), (SEVEN_JOINT, 7)], ids=["PUMA 560", "seven joints"])
+def test_a_hand_without_fingers_is_one_body_and_has_no_symmetry(description, joints):
+    model = make_arm_model(description)
+    plant = model.plant
+    assert not description.has_fingers and PUMA560.has_fingers
+    assert not model.symmetric_hand
+    assert plant.num_positions() == plant.num_actuators() == model.num_joints == joints
+    probe = make_arm_model(replace(description, tool_frame="probe"))
+    X_WT = tool_down([0.55, 0.1, 0.60], np.pi)
+    q = joints_for(model, description.q_start, X_WT)
+    X_TP = X_WT.inverse() @ probe.tool_pose(q)
+    np.testing.assert_allclose(X_TP.translation()[:2], 0.0, atol=1e-5)  # straight beneath the bowl
+    assert X_TP.translation()[2] > 0.08 and X_TP.rotation().IsNearlyIdentity(1e-5)
+
+
+@pytest.mark.parametrize("description", [PUMA560_CUP, SEVEN_JOINT], ids=["PUMA 560", "seven joints"])
+@pytest.mark.parametrize("mark", [[-0.20, 0.12], [0.20, 0.12], [0.0, 0.30]])
+def test_the_probe_reaches_the_marks_of_the_board(description, mark):
+    model = make_arm_model(replace(description, tool_frame="probe"))
+    slope = np.deg2rad(10.0)
+    p_WP = [0.56 + mark[1] * np.cos(slope), -mark[0], 0.53 + mark[1] * np.sin(slope)]
+    q = joints_for(model, description.q_start, tool_down(p_WP, np.pi))
+    assert np.all(np.minimum(q - model.position_lower, model.position_upper - q) > np.deg2rad(10.0))

@@ -39,8 +39,8 @@ def pose_of(seen):
 class Run:
     """Ticks of a ToolMotion with joint 6 by arithmetic: joint 6 is at zero when the tool's yaw is ``yaw_of_zero``."""
 
-    def __init__(self, yaw=np.pi, p_WT=(0.56, 0.0, 0.705), yaw_of_zero=np.pi):
-        self.motion = ToolMotion(HOME, SERVO_PERIOD)
+    def __init__(self, yaw=np.pi, p_WT=(0.56, 0.0, 0.705), yaw_of_zero=np.pi, symmetric=True):
+        self.motion = ToolMotion(HOME, SERVO_PERIOD, symmetric)
         self.state = self.motion.initial_state(p_WT, yaw)
         self.yaw_of_zero = yaw_of_zero
         self.k = 0
@@ -246,3 +246,17 @@ def test_without_an_object_it_waits_over_home_and_without_a_target_it_does_not_l
     for _ in range(50):
         run.tick(command(2), target(np.zeros(4), valid=0))
     np.testing.assert_allclose(run.rows[-1], HOME + [0.0, 0.0, HOVER, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("yaw, yaw_of_zero", [(np.pi, np.pi), (-np.pi, 0.0), (np.pi - 0.1, -2.0), (3 * np.pi, np.pi)])
+def test_a_hand_without_symmetry_never_turns_over(yaw, yaw_of_zero):
+    """It goes the shortest way to the wanted direction, wherever the last joint's zero is, and follows it past any angle."""
+    run = Run(yaw=yaw, yaw_of_zero=yaw_of_zero, symmetric=False)
+    for k in range(150):
+        run.tick(command(), target([0.56, 0.0, 0.485, np.pi + 0.02 * k], [0.0, 0.0, 0.0, 0.02 / SERVO_PERIOD]))
+    assert not np.any(run.flips) and len(set(run.branches)) == 1
+    turned = np.array(run.rows)[:, 3]
+    final = np.pi + 0.02 * 149
+    assert np.cos(turned[-1] - final) == pytest.approx(1.0)
+    assert np.sum(np.abs(np.diff(turned))) < 0.02 * 149 + 0.3
+    assert np.max(np.abs(run.q6)) > FLIP_ANGLE  # where symmetric jaws would have turned over
