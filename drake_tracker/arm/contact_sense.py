@@ -5,7 +5,8 @@ inertia). A force F on the tool, p_WT's Jacobian being J, makes up the rest::
 
     u_m(q, v, a) = u + J^T F
 
-n equations for three unknowns, solved by least squares. The acceleration is the commanded one, the encoders giving none.
+n equations for three unknowns, solved by least squares. The acceleration is the commanded one: encoders give none. The
+simulated drives report their torque, and the model its masses, without error; a real arm needs a higher threshold.
 """
 
 import math

@@ -22,8 +22,8 @@ CENTERING_RATE = 2.0
 def make_parameters(model, time_step, centering_rate=CENTERING_RATE):
     """Returns Drake's parameters of the step for an `ArmModel` and a set-point period [s].
 
-    With more than six joints, ``centering_rate`` [1/s] times the distance to the model's nominal joints is the speed that
-    the step seeks in the null space of the Jacobian: the tool does not feel it. With 0 the joints wander.
+    With more than six joints, ``centering_rate`` [1/s] times the distance to the model's nominal joints is the speed
+    that the step seeks in the null space of the Jacobian: the tool does not feel it. With 0 the joints wander.
     """
     n = model.num_joints
     parameters = DifferentialInverseKinematicsParameters(n, n)

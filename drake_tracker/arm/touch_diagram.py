@@ -26,8 +26,8 @@ class TouchDiagram(Diagram):
         - report
         - q_commanded
 
-    ``arm_state`` is (q, v), ``arm_effort`` [N m] what the drives give. The first two outputs drive the robot, ``report``
-    is a `TouchReport`.
+    ``arm_state`` is (q, v), ``arm_effort`` [N m] what the drives give. The first two outputs drive the robot,
+    ``report`` is a `TouchReport`.
 
     Args:
       model: the controller's `ArmModel`, its tool frame being the probe.

@@ -100,7 +100,7 @@ class TouchMachine:
 
 
 def touched_points(report):
-    """Returns the three touched positions of the probe's centre, p_WP [m] in W, shape (3, 3), of a `TouchReport` vector.
+    """Returns the touched positions of the probe's centre, p_WP [m] in W, shape (3, 3), of a `TouchReport` vector.
 
     Raises DrakeTrackerError when a descent found nothing, or when the touching is not done.
     """

@@ -27,8 +27,8 @@ class TouchSystem(LeafSystem):
 
     ``status`` is a `ToolStatus`, ``arm_state`` (q, v) the measured joints, ``arm_effort`` the drives' torques [N m],
     ``desired_acceleration`` [rad/s^2] the commanded one. ``target`` is a `ServoTarget` that stands over the mark,
-    ``command`` an `ArmCommand`, ``report`` a `TouchReport`. Updates every period in the slot of the grasp machine, whose
-    place it takes; all outputs are state.
+    ``command`` an `ArmCommand`, ``report`` a `TouchReport`. Updates every period in the slot of the grasp machine,
+    whose place it takes; all outputs are state.
     """
 
     def __init__(self, machine, time_step=TIME_STEP, period=SERVO_PERIOD):

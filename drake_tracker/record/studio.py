@@ -71,7 +71,8 @@ class Studio:
         """Puts arm, fingers and train where they were at ``time`` [s] of a log."""
         laboratory, plant = self._laboratory, self._laboratory.plant
         context = plant.GetMyMutableContextFromRoot(self._context)
-        plant.SetPositions(context, laboratory.arm, sample(log["arm_state"], time)[: plant.num_positions(laboratory.arm)])
+        joints = sample(log["arm_state"], time)[: plant.num_positions(laboratory.arm)]
+        plant.SetPositions(context, laboratory.arm, joints)
         plant.SetPositions(context, laboratory.gripper, [0.5 * sample(log["jaws"], time)[0]] * 2)
         train = sample(log["truth_train_state"], time)
         train[:4] /= np.linalg.norm(train[:4])

@@ -79,7 +79,8 @@ def ring(radius, middle, width, colour):
 def bolts(radius, height):
     angle = np.pi / 4.0 + 0.5 * np.pi * np.arange(4)
     return [
-        part(cylinder(0.014, 0.014), "steel", (COLUMN_X + radius * np.cos(a), radius * np.sin(a), height)) for a in angle
+        part(cylinder(0.014, 0.014), "steel", (COLUMN_X + radius * np.cos(a), radius * np.sin(a), height))
+        for a in angle
     ]
 
 

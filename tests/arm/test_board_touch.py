@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
-from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from drake_tracker.arm.board_touch import MAX_MISFIT, board_pose_from_touches
 from drake_tracker.errors import DrakeTrackerError
 
 MARKS = np.array([[-0.20, 0.12], [0.20, 0.12], [0.0, 0.30]])
 RADIUS = 0.004
-UP_SLOPE = RollPitchYaw(0.0, -np.deg2rad(10.0), 0.0).ToRotationMatrix() @ RollPitchYaw(0.0, 0.0, -np.pi / 2).ToRotationMatrix()
+UP_SLOPE = RotationMatrix.MakeYRotation(-np.deg2rad(10.0)) @ RotationMatrix.MakeZRotation(-np.pi / 2)
 X_WB = RigidTransform(RollPitchYaw(0.02, 0.01, 0.03).ToRotationMatrix() @ UP_SLOPE, [0.557, -0.006, 0.50])
 
 
@@ -22,7 +22,8 @@ def error(found, X_WB=X_WB):
 
 
 def test_the_frame_is_the_one_agreed():
-    np.testing.assert_allclose(UP_SLOPE.matrix()[:, 1], [np.cos(np.deg2rad(10)), 0.0, np.sin(np.deg2rad(10))], atol=1e-12)
+    slope = np.deg2rad(10.0)
+    np.testing.assert_allclose(UP_SLOPE.matrix()[:, 1], [np.cos(slope), 0.0, np.sin(slope)], atol=1e-12)
     np.testing.assert_allclose(UP_SLOPE.matrix()[:, 0], [0.0, -1.0, 0.0], atol=1e-12)
 
 
@@ -59,7 +60,8 @@ def test_errors_across_the_plane_tilt_it_as_the_docstring_says():
         points = touched() + 1e-4 * rng.standard_normal((3, 1)) * X_WB.rotation().matrix()[:, 2]
         E = X_WB.inverse() @ board_pose_from_touches(points, MARKS, RADIUS)
         tilts.append([E.rotation().ToRollPitchYaw().roll_angle(), E.rotation().ToRollPitchYaw().pitch_angle()])
-    np.testing.assert_allclose(np.std(tilts, axis=0), 1e-4 * np.array([np.sqrt(1.5) / 0.18, 1 / (np.sqrt(2) * 0.20)]), rtol=0.12)
+    expected = 1e-4 * np.array([np.sqrt(1.5) / 0.18, 1.0 / (np.sqrt(2.0) * 0.20)])
+    np.testing.assert_allclose(np.std(tilts, axis=0), expected, rtol=0.12)
 
 
 def test_points_on_a_line_are_refused():

@@ -24,7 +24,7 @@ def margin(model, q):
 
 
 def along_the_edge(model, q, rate, laps=1):
-    """Runs 0.3 m to both sides along the bottom edge. Returns margins [rad] and the tool's greatest errors [m], [rad]."""
+    """Runs 0.3 m to both sides along the bottom edge. Returns margins [rad], the tool's worst errors [m], [rad], q."""
     parameters = make_parameters(model, PERIOD, rate)
     margins, worst = [], [0.0, 0.0]
     for k in range(600 * laps):
@@ -32,7 +32,8 @@ def along_the_edge(model, q, rate, laps=1):
         q, _ = step_joints(model, parameters, q, X_WT_desired)
         X_WT = model.tool_pose(q)
         turn = rotation_vector(X_WT.rotation() @ X_WT_desired.rotation().inverse())
-        worst = np.maximum(worst, [np.linalg.norm(X_WT.translation() - X_WT_desired.translation()), np.linalg.norm(turn)])
+        miss = X_WT.translation() - X_WT_desired.translation()
+        worst = np.maximum(worst, [np.linalg.norm(miss), np.linalg.norm(turn)])
         margins.append(margin(model, q))
     return np.array(margins), worst, q
 

@@ -250,7 +250,7 @@ def test_without_an_object_it_waits_over_home_and_without_a_target_it_does_not_l
 
 @pytest.mark.parametrize("yaw, yaw_of_zero", [(np.pi, np.pi), (-np.pi, 0.0), (np.pi - 0.1, -2.0), (3 * np.pi, np.pi)])
 def test_a_hand_without_symmetry_never_turns_over(yaw, yaw_of_zero):
-    """It goes the shortest way to the wanted direction, wherever the last joint's zero is, and follows it past any angle."""
+    """It turns the shortest way to the wanted direction, wherever the last joint's zero is, and follows it for ever."""
     run = Run(yaw=yaw, yaw_of_zero=yaw_of_zero, symmetric=False)
     for k in range(150):
         run.tick(command(), target([0.56, 0.0, 0.485, np.pi + 0.02 * k], [0.0, 0.0, 0.0, 0.02 / SERVO_PERIOD]))

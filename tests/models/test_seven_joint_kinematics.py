@@ -9,7 +9,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
 
-# Table of models/seven_joint/README.md: alpha [deg], a and d [in] of joints 1 to 7, the tool plate beyond the wrist [in].
+# Table of models/seven_joint/README.md: alpha [deg], a and d [in] of joints 1 to 7, tool plate beyond the wrist [in].
 ALPHA = [0.0, 90.0, -90.0, 90.0, -90.0, 90.0, -90.0]
 A = [0.0, 0.0, -5.625, -4.25, 4.25, -3.125, 3.125]
 D = [0.0, 0.0, 27.0, 0.0, 27.0, 0.0, 0.0]
