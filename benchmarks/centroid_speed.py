@@ -103,16 +103,17 @@ METHODS = {
 }
 
 
-def measure(frames):
-    """Returns {method: {median_us, rms_px, times_default}} over a sequence of ``frames`` images.
+def compare(images, centres, methods, default):
+    """Returns {method: {median_us, rms_px, found, times_default}} of methods that all see the same images.
 
-    The methods take turns of `TURN` images; the first quarter of the sequence warms the caches and teaches MOG2 its
-    background, and does not count.
+    ``centres`` are the object's true (u, v), NaN where they do not count, ``methods`` {name: constructor}, ``default`` the name to compare with. The
+    methods take turns of `TURN` images; the first quarter of the sequence warms the caches and teaches the backgrounds,
+    and does not count. ``found`` is the share of those images with a centroid.
     """
-    images, centres = zip(*sequence(frames))
-    methods = {name: make() for name, make in METHODS.items()}
-    seconds = {name: [] for name in METHODS}
-    errors = {name: [] for name in METHODS}
+    frames = len(images)
+    names, methods = list(methods), {name: make() for name, make in methods.items()}
+    seconds = {name: [] for name in names}
+    errors = {name: [] for name in names}
     for first in range(0, frames, TURN):
         for name, method in methods.items():
             for k in range(first, min(first + TURN, frames)):
@@ -122,19 +123,26 @@ def measure(frames):
                 if k < frames // 4:
                     continue
                 seconds[name].append(elapsed)
-                if region is not None:
-                    described = k - method.delay
-                    true_centre = (centres[math.floor(described)] + centres[math.ceil(described)]) / 2
-                    errors[name].append(np.array(region[:2]) - true_centre)
+                described = k - method.delay
+                true_centre = (centres[math.floor(described)] + centres[math.ceil(described)]) / 2
+                if np.isfinite(true_centre).all():
+                    errors[name].append((np.nan, np.nan) if region is None else np.array(region[:2]) - true_centre)
     medians = {name: float(np.median(values)) for name, values in seconds.items()}
     return {
         name: {
             "median_us": 1e6 * medians[name],
-            "rms_px": float(np.sqrt(np.mean(np.square(errors[name])))),
-            "times_default": medians[name] / medians[DEFAULT],
+            "rms_px": float(np.sqrt(np.nanmean(np.square(errors[name])))),
+            "found": float(np.isfinite(errors[name]).mean()),
+            "times_default": medians[name] / medians[default],
         }
-        for name in METHODS
+        for name in names
     }
+
+
+def measure(frames):
+    """Returns what `compare` does over a sequence of ``frames`` images."""
+    images, centres = zip(*sequence(frames))
+    return compare(images, centres, METHODS, DEFAULT)
 
 
 def main():
