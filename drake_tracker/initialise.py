@@ -23,8 +23,8 @@ from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.grasp.touch_machine import touched_points
 from drake_tracker.grasp.touch_schema import TouchPhase, TouchReport
 from drake_tracker.timing import BALL_SERVO_PERIOD, VISION_PERIOD
-from drake_tracker.vision.circle_finder import best_reading, circle_candidates, read_window
-from drake_tracker.vision.circle_pose import find_board
+from drake_tracker.vision.circle_finder import best_reading, find_circles, read_window
+from drake_tracker.vision.circle_pose import locate_board
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import lens_matrix
@@ -45,13 +45,11 @@ LONGEST = 60.0
 
 @dataclass(frozen=True)
 class BoardPoses:
-    """What the initialisation found: X_CB and X_WB (RigidTransform), the circles' centres ``uv`` (4, 2) [px] in the order
-    found, their reprojection error ``rms`` [px], the touched points (3, 3) [m, W], and ``image``, the first reading (h,
-    w, 3) in RGB."""
+    """What the initialisation found: X_CB and X_WB (RigidTransform), the circles' reprojection error ``rms`` [px], the
+    touched points (3, 3) [m, W], and ``image``, the first reading (h, w, 3) in RGB."""
 
     X_CB: RigidTransform
     X_WB: RigidTransform
-    uv: np.ndarray
     rms: float
     points: np.ndarray
     image: np.ndarray
@@ -79,8 +77,7 @@ def initialise_board(scenario):
         images.append(np.array(touching.GetOutputPort("camera").Eval(context).data[..., :3]))
     candidates = read_circles([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images], scenario.operator)
     p_BQ = np.column_stack([CIRCLES, np.zeros(len(CIRCLES))])
-    pose, circles = find_board(candidates, p_BQ, lens_matrix(scenario.camera), radius=CIRCLE_RADIUS)
-    uv = np.array([[circle.u, circle.v] for circle in circles])
+    pose = locate_board(candidates, p_BQ, lens_matrix(scenario.camera), radius=CIRCLE_RADIUS)
 
     report = touching.GetOutputPort("report")
 
@@ -94,7 +91,7 @@ def initialise_board(scenario):
     simulator.AdvanceTo(LONGEST)
     points = touched_points(report.Eval(context))
     X_WB = board_pose_from_touches(points, TOUCH_MARKS, PROBE_RADIUS)
-    return BoardPoses(RigidTransform(pose.X_CB), X_WB, uv, pose.rms, points, images[0])
+    return BoardPoses(RigidTransform(pose.X_CB), X_WB, pose.rms, points, images[0])
 
 
 def read_circles(images, operator):
@@ -106,7 +103,7 @@ def read_circles(images, operator):
     """
     windows = operator.windows
     if not windows:
-        return circle_candidates(images)
+        return find_circles(images)
     if len(windows) != len(CIRCLES):
         raise DrakeTrackerError(f"operator.windows: {len(windows)} marked; each of {len(CIRCLES)} circles needs one")
     return [best_reading([read_window(image, window, operator.threshold) for image in images]) for window in windows]

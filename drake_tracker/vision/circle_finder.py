@@ -34,8 +34,6 @@ _MIN_BRIGHT_RING = 0.6
 """Least share of the ring about a circle that must show the even board; the rest may be beyond the board's edge."""
 _MAX_RING_SPREAD = 0.1
 """Greatest standard deviation of the board about a circle, in contrasts."""
-_MAX_SIZE_RATIO = 6.0
-"""Areas of circles of one size, seen under perspective, differ by less."""
 
 
 class CircleReading(NamedTuple):
@@ -86,38 +84,31 @@ def best_reading(readings):
 
 
 def find_circles(images, count=4):
-    """Returns the `CircleReading`s of the ``count`` dark circles that an image shows, in no order.
+    """Returns the `CircleReading`s of all that looks like a dark circle in an image, the largest first.
+
+    Small dark things (the pegs on the board) look like circles too; which of the readings are those of the board is
+    for `circle_pose.locate_board` to find out.
 
     Args:
         images: grey image (h, w), or several of one scene (n, h, w), which are averaged first.
-        count: circles to be found. When more things look like circles, the largest of about one size count.
+        count: least number of circles.
 
     Raises DrakeTrackerError when fewer are found.
     """
-    readings = circle_candidates(images)
+    image = np.asarray(images, dtype=np.float32)
+    if image.ndim == 3:
+        image = image.mean(axis=0)
+    readings = sorted(_candidates(image), key=lambda reading: -reading.area)
     if len(readings) < count:
         raise DrakeTrackerError(
             f"found {len(readings)} of {count} dark circles; one may be hidden or out of view: clear the view, or "
             "move the camera until it sees the whole board"
         )
-    readings.sort(key=lambda reading: -reading.area)
-    for k in range(len(readings) - count + 1):
-        group = readings[k : k + count]
-        if group[0].area <= _MAX_SIZE_RATIO * group[-1].area:
-            return group
-    raise DrakeTrackerError(
-        f"of {len(readings)} things that look like dark circles no {count} are of one size; a circle may be hidden or "
-        "out of view"
-    )
+    return readings
 
 
-def circle_candidates(images):
-    """Returns the `CircleReading`s of all that looks like a dark circle in a grey image (h, w), or in the average of
-    several of one scene (n, h, w). Pegs and slots may be among them.
-    """
-    image = np.asarray(images, dtype=np.float32)
-    if image.ndim == 3:
-        image = image.mean(axis=0)
+def _candidates(image):
+    """Returns the readings of all that looks like a dark circle in a float32 image."""
     grey = np.clip(np.rint(image), 0, 255).astype(np.uint8)
     block = max(11, int(_BLOCK_SHARE * min(grey.shape))) | 1
     method = cv2.ADAPTIVE_THRESH_MEAN_C

@@ -14,12 +14,14 @@ from drake_tracker.errors import DrakeTrackerError
 
 MAX_RMS = 0.35
 """Reprojection error [px] above which the circles are not those of the board."""
-MOST_TRIED = 9
-"""Of things that may be circles, the largest that are tried."""
-SAME_AREA = 1.6
-"""A circle's area agrees with the pose when it is within this factor of what the pose makes of it."""
 MIN_LEAD = 3.0
 """The best order of the circles must fit this many times better than the next."""
+MAX_CIRCLES = 20
+"""So many of the circles handed in are looked at, from the first: there are 4845 choices of four."""
+_RIGID = 0.1
+"""Roughly the greatest error of a homography's lengths and right angle, as shares."""
+_AREA = 0.5
+"""Greatest difference of a circle's area from the expected one, as a logarithm."""
 _ROUNDS = 3
 
 
@@ -30,33 +32,37 @@ class BoardPose(NamedTuple):
     rms: float
 
 
-def locate_board(uv, p_BQ, K, distortion=None, *, radius=0.0):
+def locate_board(circles, p_BQ, K, distortion=None, *, radius=0.0):
     """Returns the `BoardPose` of a board whose face looks towards the camera.
 
     Args:
-        uv: (n, 2) [px], centroids of the circles' images, n at least 4, in any order.
-        p_BQ: (n, 3) [m], centres of the circles on the board, z = 0. The order is found by trying; turned by a half or
-            a quarter turn the centres must not look like themselves, else it cannot be told.
+        circles: (m, 2) [px], centroids of the circles' images in any order, or (m, 3) with their areas [px], as
+            `CircleReading`s. There may be more than the board has: of all choices the one that fits best is taken.
+        p_BQ: (n, 3) [m], centres of the circles on the board, n at least 4, z = 0, at the corners of a convex polygon
+            that does not look like itself when it is turned, else the order cannot be told.
         K: (3, 3) intrinsic matrix [px]. distortion: (5,) coefficients in OpenCV's order, none by default.
         radius: of the circles [m]. The middle of a circle's image lies a little off the image of its centre, farther
-            the larger the circle; 0 leaves that alone.
+            the larger the circle; 0 leaves that, and the areas, alone.
 
     Raises DrakeTrackerError when no order fits, or more than one does.
     """
-    uv, p_BQ, K = np.asarray(uv, dtype=float), np.asarray(p_BQ, dtype=float), np.asarray(K, dtype=float)
+    circles, p_BQ, K = np.array(circles, dtype=float), np.asarray(p_BQ, dtype=float), np.asarray(K, dtype=float)
     distortion = np.zeros(5) if distortion is None else np.asarray(distortion, dtype=float)
-    if uv.shape != (len(p_BQ), 2) or p_BQ.shape != (len(p_BQ), 3) or len(p_BQ) < 4:
-        raise DrakeTrackerError(f"{len(uv)} circles were seen and {len(p_BQ)} are on the board; at least 4 must agree")
+    if len(p_BQ) < 4 or len(circles) < len(p_BQ):
+        raise DrakeTrackerError(f"{len(circles)} circles were seen and {len(p_BQ)} are on the board; show at least 4")
     # Without distortion from here on: a conic's image is a conic.
-    uv = cv2.undistortPoints(uv[:, np.newaxis], K, distortion, P=K)[:, 0]
+    circles[:, :2] = cv2.undistortPoints(circles[:, np.newaxis, :2], K, distortion, P=K)[:, 0]
     fits = []
-    for order in _cyclic_orders(uv, p_BQ):
-        fit = _best_pose(uv[order], p_BQ, K, radius)
-        if fit is not None:
-            fits.append(fit)
+    for chosen in itertools.combinations(circles[:MAX_CIRCLES], len(p_BQ)):
+        chosen = np.array(chosen)
+        for order in _cyclic_orders(chosen, p_BQ):
+            if _is_possible(chosen[order], p_BQ, K, radius):
+                fit = _best_pose(chosen[order, :2], p_BQ, K, radius)
+                if fit is not None:
+                    fits.append(fit)
     fits.sort(key=lambda fit: fit.rms)
     if not fits or fits[0].rms > MAX_RMS:
-        found = f"the best order leaves {fits[0].rms:.1f} px" if fits else "they would be seen from behind"
+        found = f"the best order leaves {fits[0].rms:.1f} px" if fits else "no order of them can be"
         raise DrakeTrackerError(
             f"the circles found are not those of the board: {found}; one may be hidden and another thing taken for it"
         )
@@ -66,43 +72,6 @@ def locate_board(uv, p_BQ, K, distortion=None, *, radius=0.0):
             "place the circles farther out of square"
         )
     return fits[0]
-
-
-def find_board(readings, p_BQ, K, distortion=None, *, radius):
-    """Returns (`BoardPose`, readings of its circles) from all that may be a circle, pegs and shadows among them.
-
-    The circles are those whose places and areas fit one pose of the board best; the other arguments are `locate_board`'s.
-    Raises DrakeTrackerError when none do.
-    """
-    readings = sorted(readings, key=lambda reading: -reading.area)[:MOST_TRIED]
-    best = None
-    for group in itertools.combinations(readings, len(p_BQ)):
-        uv = np.array([[reading.u, reading.v] for reading in group])
-        try:
-            pose = locate_board(uv, p_BQ, K, distortion, radius=radius)
-        except DrakeTrackerError:
-            continue
-        expected = image_areas(pose.X_CB, p_BQ, K, radius)
-        ratios = np.sort([reading.area for reading in group]) / np.sort(expected)
-        fits = np.all((ratios < SAME_AREA) & (ratios > 1.0 / SAME_AREA))
-        if fits and (best is None or pose.rms < best[0].rms):
-            best = pose, group
-    if best is None:
-        raise DrakeTrackerError(
-            f"of {len(readings)} dark spots no {len(p_BQ)} lie like the board's circles; one may be hidden or out of view: "
-            "clear the view, or move the camera until it sees the whole board"
-        )
-    return best
-
-
-def image_areas(X_CB, p_BQ, K, radius):
-    """Returns the areas (n,) [px^2] of the images of circles about p_BQ (n, 3) [m] on the plane z_B = 0."""
-    angle = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
-    rim = radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)])
-    p_CQ = (np.asarray(p_BQ)[:, np.newaxis] + rim) @ X_CB[:3, :3].T + X_CB[:3, 3]
-    uvw = p_CQ @ K.T
-    u, v = uvw[..., 0] / uvw[..., 2], uvw[..., 1] / uvw[..., 2]
-    return 0.5 * np.abs(np.sum(u * np.roll(v, -1, axis=1) - v * np.roll(u, -1, axis=1), axis=1))
 
 
 def image_centres(X_CB, p_BQ, K, radius):
@@ -136,6 +105,26 @@ def _cyclic_orders(uv, p_BQ):
 def _angles(points):
     points = points[:, :2] - points[:, :2].mean(axis=0)
     return np.arctan2(points[:, 1], points[:, 0])
+
+
+def _is_possible(circles, p_BQ, K, radius):
+    """Tells roughly, and fast, whether circles (n, 2 or 3) can be images of those on the board, in this order.
+
+    The homography from the board must be that of a rigid plane, two columns of K^-1 H of one length and at right
+    angles, and the areas must be what it makes of the circles'.
+    """
+    H, _ = cv2.findHomography(p_BQ[:, :2], circles[:, :2])
+    if H is None:
+        return False
+    a, b, _ = np.linalg.solve(K, H).T
+    lengths = np.linalg.norm(a), np.linalg.norm(b)
+    if abs(np.log(lengths[0] / lengths[1])) > _RIGID or abs(a @ b) > _RIGID * lengths[0] * lengths[1]:
+        return False
+    if radius == 0.0 or circles.shape[1] < 3:
+        return True
+    depth = p_BQ[:, :2] @ H[2, :2] + H[2, 2]
+    areas = np.pi * radius**2 * np.abs(np.linalg.det(H) / depth**3)
+    return bool((np.abs(np.log(circles[:, 2] / areas)) < _AREA).all())
 
 
 def _best_pose(uv, p_BQ, K, radius):

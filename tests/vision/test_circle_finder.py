@@ -56,7 +56,9 @@ def test_pegs_marks_and_an_uneven_light_do_not_mislead(board):
     cluttered = board * (0.6 + 0.4 * u / board.shape[1])
     for place in ((120.0, 120.0), (140.0, 150.0), (100.0, 130.0), (125.0, 160.0), (135.0, 105.0)):
         cluttered[np.hypot(u - place[0], v - place[1]) < 2.2] = 40.0
-    assert nearest(find_circles(shoot(cluttered, np.random.default_rng(1)))).max() < 0.15
+    readings = find_circles(shoot(cluttered, np.random.default_rng(1)))
+    assert nearest(readings).max() < 0.15
+    assert [reading.area for reading in readings] == sorted((reading.area for reading in readings), reverse=True)
 
 
 def test_a_hidden_circle_is_missed_and_said(board):
@@ -74,16 +76,6 @@ def test_a_board_partly_out_of_view_is_said(board):
     u = int(CENTRES[:, 0].max()) - 1
     with pytest.raises(DrakeTrackerError, match="found 3 of 4 dark circles; .* the whole board"):
         find_circles(shoot(board[:, :u], np.random.default_rng(2)))
-
-
-def test_things_of_other_sizes_are_no_fourth_circle(board):
-    u, v = np.rint(CENTRES[1]).astype(int)
-    hidden = board.copy()
-    hidden[v - 12 : v + 13, u - 12 : u + 13] = 205.0
-    y, x = np.mgrid[: board.shape[0], : board.shape[1]]
-    hidden[np.hypot(x - 125, y - 130) < 20.0] = 20.0
-    with pytest.raises(DrakeTrackerError, match="of 4 things that look like dark circles no 4 are of one size"):
-        find_circles(hidden)
 
 
 def test_windows_of_an_operator(board):
@@ -122,7 +114,8 @@ def test_photographs_agree_with_the_reference():
         image = cv2.imread(str(folder / f"circles{number}.jpg"), cv2.IMREAD_GRAYSCALE)
         storage = cv2.FileStorage(str(folder / f"circles_corners{number}.dat"), cv2.FILE_STORAGE_READ)
         reference = storage.getNode("corners").mat().reshape(-1, 2)
-        assert nearest(find_circles(image, len(reference)), reference).max() < 0.5
+        readings = find_circles(image, len(reference))
+        assert nearest(readings, reference).max() < 0.5 and len(readings) < len(reference) + 5
         u, v = np.rint(reference[24]).astype(int)
         spacing = int(np.sort(np.linalg.norm(reference - reference[24], axis=1))[1])
         half = spacing // 2

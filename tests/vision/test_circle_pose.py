@@ -57,10 +57,29 @@ def test_pictures_from_many_places():
         X_CB = random_camera_pose(rng)
         board = draw_board(X_CB)
         circles = find_circles([shoot(board, rng) for _ in range(10)])
-        found = locate_board(np.array(circles)[:, :2], CIRCLES, K, radius=RADIUS)
+        found = locate_board(circles, CIRCLES, K, radius=RADIUS)
         deviations.append(deviation(X_CB, found.X_CB))
     metres, degrees = np.sqrt(np.mean(np.square(deviations), axis=0))
     assert metres < 0.0005 and degrees < 0.1
+
+
+def test_the_boards_circles_are_told_from_other_dark_things():
+    rng = np.random.default_rng(6)
+    X_CB = camera_pose(-30.0, 45.0)
+    board = draw_board(X_CB)
+    v, u = np.mgrid[:SIZE, :SIZE]
+    pegs = rng.uniform([-0.2, 0.2, 0.0], [0.2, 0.7, 0.0], (12, 3))
+    for place in project(X_CB, pegs):
+        board[np.hypot(u - place[0], v - place[1]) < 2.6] = 40.0
+    circles = find_circles([shoot(board, rng) for _ in range(10)])
+    assert len(circles) > 10
+    metres, degrees = deviation(X_CB, locate_board(circles, CIRCLES, K, radius=RADIUS).X_CB)
+    assert metres < 0.001 and degrees < 0.1
+    # A hidden circle is missed, however many other things there are.
+    hidden = image_centres(X_CB, CIRCLES, K, RADIUS)[2]
+    rest = [circle for circle in circles if np.hypot(*(circle[:2] - hidden)) > 3.0]
+    with pytest.raises(DrakeTrackerError, match="not those of the board"):
+        locate_board(rest, CIRCLES, K, radius=RADIUS)
 
 
 def test_circles_that_are_not_the_boards_are_refused():
