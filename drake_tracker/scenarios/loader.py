@@ -16,7 +16,7 @@ from drake_tracker.scenarios.tree import Value, merge, nest, parse
 
 PACKAGE_FOLDER = Path(__file__).parent
 SCHEMAS = {"train": TrainScenario, "ball": BallScenario}
-"""The scenario class of each task."""
+"""The scenario class of each task, which is also the name of the file with its scenarios."""
 _FILE_SETTINGS = (("track", "csv"), ("cameras", "calibration"), ("vision", "file"))
 
 
@@ -54,13 +54,11 @@ def validate(scenario):
 
 
 def list_scenarios():
-    """Returns (name, description) of every scenario that comes with the package."""
+    """Returns (name, description) of every scenario that comes with the package, task by task."""
     listed = []
-    for path in sorted(PACKAGE_FOLDER.glob("*.yaml")):
-        entries = _read_file(path)
-        if path.stem not in entries:
-            continue  # A calibration, not a file of scenarios.
-        for name in entries:
+    for task in SCHEMAS:
+        path = PACKAGE_FOLDER / f"{task}.yaml"
+        for name in _read_file(path):
             spec = path.stem if name == path.stem else f"{path.stem}:{name}"
             listed.append((spec, load_scenario(spec).description))
     return listed

@@ -202,7 +202,7 @@ def test_the_rooms_of_the_servo_period_come_one_after_the_other_before_its_end()
 def test_each_output_changes_in_its_own_slot_and_nowhere_else(arm_model, q_initial):
     builder = DiagramBuilder()
     packets = builder.AddSystem(Packets())
-    arm = builder.AddSystem(make_arm(arm_model, q_initial, time_step, period))
+    arm = builder.AddSystem(make_arm(arm_model, q_initial))
     builder.Connect(packets.GetOutputPort("packet"), arm.GetInputPort("packet"))
     assert {arm.get_input_port(i).get_name() for i in range(arm.num_input_ports())} == {"packet", "arm_state", "jaws"}
     diagram = builder.Build()

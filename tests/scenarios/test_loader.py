@@ -64,7 +64,7 @@ def test_every_scenario_is_read_back_as_it_was_written_also_by_drake(tmp_path):
         path = tmp_path / f"resolved{count}.yaml"
         save_scenario(scenario, path)
         assert load_scenario(str(path)) == scenario
-        assert yaml_load_typed(schema=TrainScenario, filename=str(path), child_name=path.stem) == scenario
+        assert yaml_load_typed(schema=type(scenario), filename=str(path), child_name=path.stem) == scenario
 
 
 def test_every_setting_says_what_it_is_and_its_default_is_allowed():
