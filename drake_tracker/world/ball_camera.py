@@ -60,7 +60,7 @@ def draw_camera_pose(config, board, X_WB, seed):
             return X_WC
     raise DrakeTrackerError(
         f"camera: from none of {_TRIES} places drawn is the whole board in view; widen camera.fov_deg "
-        f"({config.fov_deg:g}) or camera.distance_range ({config.distance_range[0]:g} to {config.distance_range[1]:g} m)"
+        f"({config.fov_deg:g}) or camera.distance_range"
     )
 
 

@@ -5,7 +5,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.world.ball_board import face_corners
 from drake_tracker.world.ball_camera import NAME, add_ball_camera, draw_camera_pose
-from drake_tracker.world.ball_plant import GATE_TRAVEL, KNOCK, SLIDE_AMPLITUDE, add_ball_laboratory, add_floor
+from drake_tracker.world.ball_fixtures import GATE_TRAVEL, KNOCK, SLIDE_AMPLITUDE
+from drake_tracker.world.ball_plant import add_ball_laboratory, add_floor
 from drake_tracker.world.catch_judge_system import CatchJudgeSystem
 from drake_tracker.world.disturbance_system import DisturbanceSystem
 from drake_tracker.world.release_system import ReleaseSystem

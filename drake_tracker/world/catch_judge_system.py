@@ -30,12 +30,12 @@ CatchVerdict = namedview(
     ["height", "x", "y", "in_cup", "held_since", "held", "caught", "released", "crossing_x", "crossing_time"]
     + ["left_board", "rest_since", "lost", "board_touched"],
 )
-"""The judge's findings: height of the ball's centre above the floor [m]; its (x, y)_B [m]; ``in_cup`` = 1 while its centre is inside the
-bowl and the hand touches it; since when it is held there, off the board [s] (0: not), for how long [s]; ``caught`` = 1
-once that was long enough; when it was ``released`` [s] (0: not yet); where (x_B [m]) and when [s] its centre first
-crossed the bottom edge (time 0: not yet); when it ``left_board``, below the edge and not touching it [s] (0: not yet);
-since when it has lain still on the board [s] (0: it moves); ``lost`` = 1 once it touched table or floor, or is jammed;
-``board_touched`` = 1 once the arm touched the board or its table."""
+"""The judge's findings: height of the ball's centre above the floor [m]; its (x, y)_B [m]; ``in_cup`` = 1 while its
+centre is inside the bowl and the hand touches it; since when it is held there, off the board [s] (0: not), for how long
+[s]; ``caught`` = 1 once that was long enough; when it was ``released`` [s] (0: not yet); where (x_B [m]) and when [s]
+its centre first crossed the bottom edge (time 0: not yet); when it ``left_board``, below the edge and not touching it
+[s] (0: not yet); since when it has lain still on the board [s] (0: it moves); ``lost`` = 1 once it touched table or
+floor, or is jammed; ``board_touched`` = 1 once the arm touched the board or its table."""
 
 
 class CatchJudgeSystem(LeafSystem):

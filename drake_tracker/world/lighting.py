@@ -66,7 +66,7 @@ def make_lights(lighting, cameras, elevation_deg=ELEVATION_DEG, brightness=1.0):
 
 
 def render_engine_params(lighting, cameras, elevation_deg=ELEVATION_DEG, brightness=1.0):
-    """Returns the `RenderEngineVtkParams` for the scenario's ``lighting`` and ``cameras``; the rest as `make_lights`."""
+    """Returns the `RenderEngineVtkParams` for the scenario's ``lighting`` and ``cameras``; the rest as for lights."""
     return RenderEngineVtkParams(
         default_clear_color=[0.10, 0.11, 0.13],
         lights=make_lights(lighting, cameras, elevation_deg, brightness),

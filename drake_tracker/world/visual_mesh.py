@@ -1,7 +1,8 @@
 """Meshes made by code: looks without collision, one mesh for a colour.
 
 The time to render a small image grows with the number of visuals, hardly with the number of triangles. A mesh is
-(vertices (n, 3) [m], faces), each face a flat convex polygon: a tuple of vertex numbers, counter-clockwise from outside.
+(vertices (n, 3) [m], faces), each face a flat convex polygon: a tuple of vertex numbers, counter-clockwise seen from
+outside.
 """
 
 import numpy as np
@@ -19,7 +20,7 @@ def add_visual_mesh(plant, body, X_BG, vertices, faces, name, colour):
 
 
 def prism(outline, bottom, top):
-    """Returns the mesh of an upright prism on ``outline`` (n, 2) [m], convex, counter-clockwise, between two heights."""
+    """Returns the mesh of an upright prism on ``outline`` (n, 2) [m], convex, counter-clockwise, bottom to top [m]."""
     n = len(outline)
     vertices = np.vstack([np.column_stack([outline, np.full(n, height)]) for height in (bottom, top)])
     sides = [(k, (k + 1) % n, n + (k + 1) % n, n + k) for k in range(n)]

@@ -27,7 +27,7 @@ from drake_tracker.world.ball_board import (
     face_corners,
 )
 from drake_tracker.world.ball_board_visual import face_mesh, mark_mesh, peg_mesh, stand_mesh
-from drake_tracker.world.ball_plant import GATE_TRAVEL, add_board, add_gate
+from drake_tracker.world.ball_fixtures import GATE_TRAVEL, add_board, add_gate
 
 BOARD = make_scenario().board
 GRAVITY = 9.81

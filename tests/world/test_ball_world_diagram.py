@@ -7,8 +7,9 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560_CUP, joints_for, make_arm_model
-from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLES
-from drake_tracker.world.ball_plant import ASIDE, KNOCK
+from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLES, draw_board_pose
+from drake_tracker.world.ball_fixtures import KNOCK
+from drake_tracker.world.ball_plant import ASIDE
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import true_camera_model
 from drake_tracker.world.catch_judge_system import CatchVerdict
@@ -124,13 +125,11 @@ def test_the_ball_waits_for_the_arm_and_then_rolls(model, seed):
 
 
 def test_a_cup_in_the_right_place_catches(model):
-    """Where the ball crosses is known from a run without a cup there."""
-    scenario = make_scenario(seed=2)
-    crossing_x = Run(model, scenario, with_camera=False, ready=True, p_WT=(0.40, 0.0, 0.75)).verdict(3.5).crossing_x
-    X_WB = BallWorldDiagram(scenario, PUMA560_CUP, np.zeros(6), with_camera=False).laboratory.X_WB
-    x, y, _ = X_WB @ np.array([crossing_x, -0.075, 0.0])
+    scenario = make_scenario(seed=2, peg_count=0, start_x=0.1)
+    X_WB = draw_board_pose(scenario.board, scenario.seed)
+    x, y, _ = X_WB @ np.array([0.1, -0.075, 0.0])
     run = Run(model, scenario, with_camera=False, ready=True, p_WT=(x, y, RIM))
-    verdict = run.verdict(5.0)
+    verdict = run.verdict(draw_delay(2) + 2.8)
     assert (verdict.caught, verdict.lost, verdict.board_touched) == (1.0, 0.0, 0.0)
     assert verdict.held > 1.0 and verdict.in_cup == 1.0
     assert verdict.height == pytest.approx(RIM - 0.070 + BALL_RADIUS, abs=0.005)
