@@ -1,12 +1,24 @@
 """What the tests of the catch share: parameters, a board, packets of a ball that rolls down it."""
 
+from bisect import bisect
 from types import SimpleNamespace
 
 import numpy as np
-from slopes import RADIUS, board_pose, to_world
+from slopes import LAG, RADIUS, board_pose, to_world
 
 from drake_tracker.arm.crossing import BoardEdge
-from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
+from drake_tracker.arm.tool_motion import ToolMotion
+from drake_tracker.grasp.catch_machine import CatchObservation
+from drake_tracker.messages import (
+    KNOT_COUNT,
+    KNOT_SPACING,
+    ArmCommand,
+    Prediction,
+    ServoTarget,
+    ToolStatus,
+    message_size,
+    pack_prediction,
+)
 
 TIME_STEP, PERIOD = 1.0 / 600.0, 0.005
 X_WB = board_pose()
@@ -21,11 +33,12 @@ def catch_parameters(**changes):
         raise_duration=0.6,
         stop_duration=0.2,
         shortest_motion=0.15,
-        hand_speed=0.8,
+        hand_speed=0.75,
+        hand_acceleration=10.0,
         manual_speed=0.25,
         follow_tolerance=0.002,
-        settle_time=0.12,
-        settle_tolerance=0.015,
+        settle_time=0.10,
+        settle_tolerance=0.006,
         rest_time=0.4,
         trust_time=0.45,
         ready_after=0.3,
@@ -52,3 +65,38 @@ def ball_packet(stamp, arrival, x, vx=0.0, speed=1.0, seq=1):
 def on_edge(x):
     """p_WQ of a ball's centre on the edge."""
     return X_WB[:3, 3] + X_WB[:3, :3] @ [x, 0.0, RADIUS]
+
+
+def play(machine, packets, duration):
+    """Runs a `CatchMachine` with a hand that is always where it is commanded to be.
+
+    Args:
+      packets: a function of the time [s] that returns the newest `Prediction` vector.
+
+    Returns (rows of time, phase, tool x, y, z; the machine's last state).
+    """
+    motion = ToolMotion(machine.edge.home, PERIOD, moving=False, symmetric=False)
+    home = machine.edge.home
+    hand = motion.initial_state(home[:3] + [0.0, 0.0, machine.parameters.rim_height], home[3])
+    state, rows = machine.initial_state(), []
+    for k in range(round(duration / PERIOD)):
+        time, packet = k * PERIOD, packets(k * PERIOD)
+        target = ServoTarget(np.append(np.zeros(13), Prediction(packet).valid))
+        status = ToolStatus(np.array([hand.motion, hand.fraction, 0.0, *hand.tool, hand.branch]))
+        state = machine.update(state, CatchObservation(time, target, packet, status, np.zeros(5)))
+        hand = motion.update(hand, time, ArmCommand(machine.command(state)), ServoTarget(machine.object(state)), 0.0)
+        rows.append((time, state.phase, *hand.tool[:3]))
+    return np.array(rows), state
+
+
+def packets_of(estimator, stamps, p_WQ):
+    """Returns the function of time for `play`: what an estimator makes of points, known `LAG` after their stamps."""
+    state, known, packets = estimator.initial_state(), [-np.inf], [np.zeros(message_size(Prediction))]
+    for k, (stamp, point) in enumerate(zip(stamps, p_WQ)):
+        state = estimator.update(state, stamp, point)
+        if estimator.ready(state):
+            times = state.stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
+            knots = np.column_stack([estimator.predict(state, times), estimator.predict_std(state, times)])
+            known.append(stamp + LAG)
+            packets.append(pack_prediction(state.stamp, k + 1, knots))
+    return lambda time: packets[bisect(known, time) - 1]

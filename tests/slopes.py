@@ -25,10 +25,10 @@ def to_world(points, X_WB):
 
 
 def draw_pegs(rng):
-    """12 to 14 places of pegs, not too near each other."""
+    """12 to 14 places of pegs, so far from each other and from the walls that a ball gets through."""
     pegs, count = [], rng.integers(12, 15)
     while len(pegs) < count:
-        p = rng.uniform([-0.26, 0.20], [0.26, 0.72])
+        p = rng.uniform([-0.235, 0.20], [0.235, 0.72])
         if all(np.hypot(*(p - q)) > 0.065 for q in pegs):
             pegs.append(p)
     return np.array(pegs)

@@ -50,8 +50,8 @@ class BoardEdge:
 
     @property
     def home(self):
-        """The pose (x, y, z, yaw) of `Crossing.place` for a ball that comes straight down the middle."""
-        return self._place(0.0)
+        """The `place` of a ball that comes straight down the middle."""
+        return self.place(0.0)
 
     def crossing(self, packet):
         """Returns the `Crossing` on a `Prediction`'s path, or None when there is none."""
@@ -70,9 +70,11 @@ class BoardEdge:
         p_WQ = self.p_WB + self.R_WB @ [at, 0.0, self.ball_radius]
         std = (1.0 - part) * knots[k, 4] + part * knots[k + 1, 4]
         time = packet[2] + packet[3] * (k + part)
-        return Crossing(float(time), p_WQ, self._place(at + drift * self.beyond), float(std))
+        return Crossing(float(time), p_WQ, self.place(at + drift * self.beyond), float(std))
 
-    def _place(self, x):
+    def place(self, x):
+        """Returns the pose (x, y, z, yaw) in W of `Crossing.place` for a ball at x [m] along x_B, no farther than the
+        board is wide."""
         x = min(max(x, -self.farthest), self.farthest)
         p_WQ = self.p_WB + self.R_WB @ [x, 0.0, self.ball_radius] + self.beyond * self.outward
         return np.append(p_WQ, self.yaw)

@@ -114,7 +114,8 @@ class ToolMotion:
 
     def _begin(self, state, time, command, q6):
         """Solves for Drive, and for its rate, from the last two poses of the tool and of the reference."""
-        branch = state.branch if command.frozen else self._best_branch(state, q6)
+        keep = command.frozen and self.symmetric
+        branch = state.branch if keep else self._best_branch(state, q6)
         # Jaws that are just turning over do the rest as a part of this motion, or they would turn twice as fast.
         state = replace(state, branch=branch, previous_branch=branch, flip_start=-np.inf)
         if not self.moving or self._jumped(state):  # its last step says nothing of how it moves

@@ -19,6 +19,8 @@ RAMP = 0.25
 """Share of a motion's time spent on speeding up, and the same on slowing down."""
 PEAK_OVER_MEAN = 1.0 / (1.0 - RAMP)
 """Greatest over mean speed of a motion."""
+START_BEND = 3.95
+"""Greatest deceleration of the part of a motion that kills a speed, over that speed and the motion's time."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,16 @@ def share_done(fraction):
     if t > 1.0 - RAMP:
         return 1.0 - peak * (1.0 - t) ** 2 / (2.0 * RAMP)
     return peak * (t - 0.5 * RAMP)
+
+
+def motion_time(way, against, speed, acceleration):
+    """Returns the shortest time [s] of a straight-line motion within a greatest speed [m/s] and acceleration [m/s^2].
+
+    ``way``: its length [m]. ``against``: the speed [m/s] at its start that does not point to its end.
+    """
+    kill, ramp = START_BEND * against, PEAK_OVER_MEAN / RAMP * way
+    change = (kill + np.sqrt(kill**2 + 4.0 * acceleration * ramp)) / (2.0 * acceleration)
+    return max(PEAK_OVER_MEAN * way / speed, change)
 
 
 def tool_down_rotation(yaw):

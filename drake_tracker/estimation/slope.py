@@ -1,7 +1,7 @@
 """A ball that rolls down an inclined board (Nashman and Chaconas 1990, section 5), followed and predicted to its exit.
 
-The board's frame B has its origin on the face at the middle of the bottom edge, y_B up the slope and z_B outward; x_B is
-level. A hollow sphere (inertia I = 2/3 m r^2) that rolls without slipping is driven by gravity and held back by the
+The board's frame B has its origin on the face at the middle of the bottom edge, y_B up the slope and z_B outward; x_B
+is level. A hollow sphere (inertia I = 2/3 m r^2) that rolls without slipping is driven by gravity and held back by the
 rim's inertia: m a = m g sin(incline) - I a / r^2, so that it accelerates by a = 3/5 g sin(incline) down the slope.
 
 Pegs are not known. One that the ball hits is noticed afterwards, by a point far from where it was expected; nothing
@@ -44,9 +44,9 @@ class Exit(NamedTuple):
 class SlopeState:
     """What the filter remembers (arrays are read-only).
 
-    stamp: time of the newest point [s]. mean (4,), covariance (4, 4): of x, y [m], vx, vy [m/s] in B. anchor (x, y): the
-    place that the ball has not left by more than ``start_distance`` since ``anchored`` [s]; points: how many of them it
-    is the mean of. moving: whether it rolls. rejected: points in a row that failed a check.
+    stamp: time of the newest point [s]. mean (4,), covariance (4, 4): of x, y [m], vx, vy [m/s] in B. anchor (x, y):
+    the place that the ball has not left by more than ``start_distance`` since ``anchored`` [s]; at rest it is the mean
+    of so many ``points``. moving: whether it rolls. rejected: points in a row that failed a check.
     """
 
     stamp: float
@@ -197,8 +197,8 @@ class Slope:
     def _correct(self, state, point, dt):
         """Returns mean and covariance after a point.
 
-        Where it lies outside of the gate something was hit, at any instant since the last point: a burst of noise of the
-        velocity over that time, after which the newest points decide.
+        Where it lies outside of the gate something was hit, at any instant since the last point: a burst of noise of
+        the velocity over that time, after which the newest points decide.
         """
         for noise in (0.0, self.hit_speed**2 / dt):
             mean, covariance = self.propagate(state.mean, state.covariance, dt, noise)

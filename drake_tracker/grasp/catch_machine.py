@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_tracker.arm.crossing import Crossing
-from drake_tracker.arm.transform_equation import PEAK_OVER_MEAN
+from drake_tracker.arm.transform_equation import motion_time
 from drake_tracker.grasp.catch_schema import (
     CATCH_PROGRAMS,
     CATCH_SAME_MOTION,
@@ -33,9 +33,12 @@ BY_HAND = (CatchPhase.STOPPED, CatchPhase.MANUAL)
 
 @dataclass(frozen=True)
 class CatchState:
-    """All that the machine remembers. goal: (x, y, z, yaw) [m, W, rad] of the object, read-only; duration: of the motion
-    to it [s]; tool: the commanded tool (x, y, z, yaw) at the last tick; crossing: the newest `Crossing`, seen at the
-    ``stamp`` [s]; standing: since when the hand waits in its place [s], inf while it does not."""
+    """All that the machine remembers.
+
+    goal: (x, y, z, yaw) [m, W, rad] of the object, read-only; duration: of the motion to it [s]; tool: the commanded tool
+    (x, y, z, yaw) at the last tick; crossing: the newest `Crossing`, seen at the ``stamp`` [s]; standing: since when the
+    hand waits in its place [s], inf while it does not.
+    """
 
     goal: np.ndarray
     duration: float
@@ -83,7 +86,7 @@ class CatchMachine(SchemaMachine):
     def update(self, state, seen):
         """Returns the state after a tick with the given `CatchObservation`."""
         state = replace(state, time=seen.time)
-        crossing = self.edge.crossing(seen.packet)
+        crossing = self.edge.crossing(seen.packet) if seen.packet[0] != state.stamp else None
         if crossing is not None:
             state = replace(state, crossing=crossing, stamp=float(seen.packet[0]))
         state = self.advance(state, seen)
@@ -174,16 +177,23 @@ class CatchMachine(SchemaMachine):
         same = np.linalg.norm(step[:3]) <= self.parameters.follow_tolerance and abs(step[3]) <= SAME_YAW
         if same and state.entered != seen.time:
             return state
-        way = np.linalg.norm(pose[:3] + [0.0, 0.0, height] - [seen.status.x, seen.status.y, seen.status.z])
         parameters = self.parameters
+        tool, v_WT = self._tool(state, seen)
+        way = pose[:3] + [0.0, 0.0, height] - tool[:3]
+        length = np.linalg.norm(way)
+        against = np.linalg.norm(v_WT[:3] - max(v_WT[:3] @ way, 0.0) * way / max(length, 1e-9) ** 2)
         speed = parameters.manual_speed if state.phase == CatchPhase.MANUAL else parameters.hand_speed
-        duration = max(PEAK_OVER_MEAN * way / speed, parameters.shortest_motion)
+        duration = max(motion_time(length, against, speed, parameters.hand_acceleration), parameters.shortest_motion)
         return replace(state, goal=_read_only(pose), motion=state.motion + 1, duration=duration)
 
     def _where_it_stops(self, state, seen):
+        tool, rate = self._tool(state, seen)
+        return _read_only(tool + STOPPING_SHARE * self.parameters.stop_duration * rate)
+
+    def _tool(self, state, seen):
+        """Returns the commanded tool (x, y, z, yaw) and its rate per second."""
         tool = np.array([seen.status.x, seen.status.y, seen.status.z, seen.status.yaw])
-        speed = (tool - state.tool) / self.period if state.tool is not None else np.zeros(4)
-        return _read_only(tool + STOPPING_SHARE * self.parameters.stop_duration * speed)
+        return tool, (tool - state.tool) / self.period if state.tool is not None else np.zeros(4)
 
 
 def _read_only(values):

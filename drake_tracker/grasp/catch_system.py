@@ -37,8 +37,8 @@ class CatchSystem(LeafSystem):
     ``target`` is the ball's `ServoTarget`, ``packet`` the `Prediction` on which it rests, ``status`` a `ToolStatus`,
     ``operator`` an `OperatorCommand`; left unconnected, nobody intervenes. ``command`` is an `ArmCommand`; ``object`` a
     `ServoTarget` that stands still where the tool is to go, for the transform equation in the place of the ball;
-    ``diagnosis`` a `CatchDiagnosis`; ``ready`` 1 while the hand waits in its place. Updates every servo period, one slot
-    after the servo. All outputs are state.
+    ``diagnosis`` a `CatchDiagnosis`; ``ready`` 1 while the hand waits in its place. Updates every servo period, one
+    slot after the servo. All outputs are state.
 
     Args:
       machine: a `CatchMachine`.

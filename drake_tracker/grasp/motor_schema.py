@@ -27,8 +27,8 @@ class SchemaMachine:
 
     Args:
       parameters: of the task; the programs name fields of it.
-      programs: {phase: `Program`}. transitions: {phase: ((condition, next phase), ...)}, the conditions being methods of
-      the machine, questions about (state, seen), asked in this order; ``seen`` has the ``time`` [s].
+      programs: {phase: `Program`}. transitions: {phase: ((condition, next phase), ...)}, the conditions being methods
+        of the machine, questions about (state, seen), asked in this order; ``seen`` has the ``time`` [s].
       same_motion: changes of phase that leave the motion under way as it is.
     """
 

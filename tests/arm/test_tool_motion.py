@@ -48,7 +48,7 @@ class Run:
 
     @property
     def time(self):
-        return self.k * SERVO_PERIOD
+        return self.k * self.motion.period
 
     def tick(self, order, seen):
         q6 = joint6_at(0.0, self.yaw_of_zero, self.state.tool[3])
@@ -260,3 +260,26 @@ def test_a_hand_without_symmetry_never_turns_over(yaw, yaw_of_zero):
     assert np.cos(turned[-1] - final) == pytest.approx(1.0)
     assert np.sum(np.abs(np.diff(turned))) < 0.02 * 149 + 0.3
     assert np.max(np.abs(run.q6)) > FLIP_ANGLE  # where symmetric jaws would have turned over
+
+
+def test_a_place_that_is_corrected_does_not_count_as_moving():
+    """A step of the reference and a new motion at one tick: an object's step is its speed, a place's is not."""
+    ways = {}
+    for moving in (True, False):
+        run = Run()
+        run.motion = ToolMotion(HOME, 0.005, moving=moving)
+        for _ in range(40):
+            run.tick(command(motion=1, duration=0.15), target(HOME))
+        for _ in range(60):
+            run.tick(command(motion=2, duration=0.15), target(HOME + [0.0, 0.02, 0.0, 0.0]))
+        ways[moving] = np.array(run.rows)[40:, 1]
+    assert ways[False].max() == pytest.approx(0.02, abs=1e-9) and np.all(np.diff(ways[False]) >= -1e-12)
+    assert ways[True].min() < -0.005
+
+
+def test_a_hand_without_symmetry_does_not_spin_for_a_pose_that_is_given_a_turn_away():
+    """Not even with vision out of use: an operator says where it is to go."""
+    run = Run(yaw=-np.pi + 0.02, yaw_of_zero=np.pi, symmetric=False)
+    for k in range(90):
+        run.tick(command(motion=k // 30, frozen=float(k >= 30)), target(HOME if k < 30 else [*HOME[:3], -np.pi + 0.1]))
+    assert np.ptp(np.array(run.rows)[:, 3]) < 0.2

@@ -7,6 +7,7 @@ from drake_tracker.arm.description import PUMA560, joints_for
 from drake_tracker.arm.transform_equation import (
     Drive,
     apply_drive,
+    motion_time,
     share_done,
     shrink_drive,
     solve_drive,
@@ -112,6 +113,18 @@ def test_speed_is_a_trapezoid_with_a_peak_of_four_thirds_of_the_mean():
     np.testing.assert_allclose(done + done[::-1], 1.0, atol=1e-12)
     assert np.mean(speed > 1.333) == pytest.approx(0.5, abs=0.01)  # full speed for half of the time
     assert np.max(np.abs(np.diff(speed))) < 2e-3  # C1
+
+
+@pytest.mark.parametrize("way, against", [(0.2, 0.0), (0.02, 0.0), (0.1, 0.5), (0.001, 0.3)])
+def test_a_motion_takes_as_long_as_speed_and_acceleration_allow(way, against):
+    duration = motion_time(way, against, 0.75, 10.0)
+    start, rate = Drive(np.array([way, 0.0, 0.0]), 0.0), Drive(np.array([against, 0.0, 0.0]), 0.0)
+    t = np.linspace(0.0, 1.0, 1001)
+    place = np.array([shrink_drive(start, rate, f, duration).translation[0] for f in t])
+    speed = np.diff(place) / (t[1] * duration)
+    acceleration = np.diff(speed) / (t[1] * duration)
+    assert np.max(abs(speed)) < 0.75 + 1e-3 and np.max(abs(acceleration)) < 10.0 + 1e-3
+    assert np.max(abs(speed)) > 0.74 or np.max(abs(acceleration)) > 6.0  # and no longer than that
 
 
 def test_the_hand_goes_straight_as_seen_from_an_object_that_moves_and_turns():

@@ -42,9 +42,9 @@ def rolled():
 
 @pytest.fixture(scope="module")
 def balls(rolled):
-    """What was foreseen of many balls among pegs: rows (horizon [s], error of x [m], of time [s], std x, std time, clean).
+    """What was foreseen of many balls among pegs.
 
-    The horizon is the time to the crossing at which the arm would know it; clean: nothing was hit any more.
+    Rows (horizon [s], error of x [m], error of time [s], std of x, std of time, clean). The horizon is the time to the crossing at which the arm would know it; clean: nothing was hit any more.
     """
     paths, times, hits = rolled
     rng, estimator, rows = np.random.default_rng(3), slope(), []
@@ -75,7 +75,8 @@ def test_where_a_ball_among_pegs_comes_out(balls, horizon, median, share):
 def test_it_beats_a_ball_that_would_fall_straight_down(balls, rolled):
     paths, times, _ = rolled
     known = np.rint((times - 0.25 - LAG) / STEP).astype(int)
-    straight = [abs(path[k, 0] - path[round(t / STEP), 0]) for path, k, t in zip(paths.transpose(1, 0, 2), known, times)]
+    each = zip(paths.transpose(1, 0, 2), known, times)
+    straight = [abs(path[k, 0] - path[round(end / STEP), 0]) for path, k, end in each]
     error = np.nan_to_num(abs(balls[balls[:, 0] == 0.25, 1]), nan=1.0)
     assert np.mean(error < 0.03) > 1.5 * np.mean(np.array(straight) < 0.03)
 
