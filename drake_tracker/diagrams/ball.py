@@ -68,7 +68,7 @@ def board_vision(scenario, poses):
     """Returns the `BoardVisionDiagram` of a scenario, for a board found at ``poses`` (`BoardPoses`)."""
     config, board, settings = scenario.camera, scenario.board, scenario.vision
     camera = camera_on_board(lens_matrix(config), poses.X_CB.GetAsMatrix4(), config.width, config.height)
-    window = board_window(camera, board.width, board.length, 2.0 * BALL_RADIUS, settings.inset)
+    window = board_window(camera, board.width, board.length, 2.0 * BALL_RADIUS, settings.bottom)
     mask = window.mask((0, 0, config.width, config.height))
     incline = np.arccos(poses.X_WB.rotation().matrix()[2, 2])
     plausible = PlausibleReadings(board.width, board.length, incline, settings.tolerance)

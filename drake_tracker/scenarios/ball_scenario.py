@@ -114,7 +114,7 @@ class BoardVision:
     throughput_cycles: int = setting(
         BALL_THROUGHPUT_CYCLES, "cycles from a centroid's first image until it shows", "cycles", (2, 120)
     )
-    inset: float = setting(0.0, "strip along the board's edges in which nothing is looked for", "m", (0.0, 0.2))
+    bottom: float = setting(0.08, "strip along the bottom edge in which nothing is looked for", "m", (0.0, 0.4))
     tolerance: float = setting(0.02, "error of a reading allowed before it is called spurious", "m", (0.0, 0.2))
 
 
@@ -140,11 +140,12 @@ class Catch:
     raise_duration: float = setting(0.6, "time in which the cup is raised", "s", (0.2, 10.0))
     stop_duration: float = setting(0.2, "time in which the operator's stop brings the hand to rest", "s", (0.05, 2.0))
     shortest_motion: float = setting(0.15, "shortest time of a correction", "s", (0.02, 2.0))
-    hand_speed: float = setting(0.8, "greatest speed of the hand along the edge", "m/s", (0.05, 3.0))
+    hand_speed: float = setting(0.75, "greatest speed of the hand along the edge", "m/s", (0.05, 3.0))
+    hand_acceleration: float = setting(10.0, "greatest acceleration of the hand", "m/s^2", (0.1, 100.0))
     manual_speed: float = setting(0.25, "speed of the hand when the operator has taken over", "m/s", (0.01, 1.0))
     follow_tolerance: float = setting(0.002, "a crossing that moved by less is still the same", "m", (0.0, 0.05))
-    settle_time: float = setting(0.12, "time before the ball comes from which the cup stands still", "s", (0.0, 1.0))
-    settle_tolerance: float = setting(0.015, "a crossing that moved by more is followed even then", "m", (0.0, 0.1))
+    settle_time: float = setting(0.10, "time before the ball comes from which the cup stands still", "s", (0.0, 1.0))
+    settle_tolerance: float = setting(0.006, "a crossing that moved by more is followed even then", "m", (0.0, 0.1))
     rest_time: float = setting(0.4, "time after which a ball has come to rest in the cup", "s", (0.05, 5.0))
     trust_time: float = setting(0.45, "age up to which a foreseen crossing is believed", "s", (0.05, 5.0))
     ready_after: float = setting(0.3, "time of waiting in place after which the arm is ready", "s", (0.0, 10.0))

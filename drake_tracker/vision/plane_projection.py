@@ -43,17 +43,17 @@ def project_to_plane(camera, uv, z):
     return p_BC + t * direction if t > 0.0 else None
 
 
-def board_window(camera, width, length, ball_diameter, inset=0.0):
+def board_window(camera, width, length, ball_diameter, bottom=0.0):
     """Returns the `Window` in which a ball on the board can be seen.
 
     Args:
         camera: a `CameraModel` in the board's frame. width, length: of the board's face [m]. ball_diameter: [m].
-        inset: width of a strip along the edges that is left out [m].
+        bottom: width of a strip along the bottom edge that is left out [m]. Beyond that edge the hand moves, and its
+            image touches the ball's there.
 
     Raises DrakeTrackerError when nothing is left, or the camera does not see the board.
     """
-    half = width / 2 - inset
-    return project_window(camera, [[-half, inset, 0.0], [half, length - inset, ball_diameter]])
+    return project_window(camera, [[-width / 2, bottom, 0.0], [width / 2, length, ball_diameter]])
 
 
 @dataclass(frozen=True)

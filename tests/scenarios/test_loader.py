@@ -13,6 +13,7 @@ from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.link.lossy_link import LossyLink
 from drake_tracker.scenarios import list_scenarios, load_scenario, save_scenario, scenario_file, validate
 from drake_tracker.scenarios.reader import setting_keys
+from drake_tracker.scenarios.ball_scenario import BallScenario
 from drake_tracker.scenarios.train_scenario import (
     AlphaBetaGamma,
     ArcLength,
@@ -68,7 +69,7 @@ def test_every_scenario_is_read_back_as_it_was_written_also_by_drake(tmp_path):
 
 
 def test_every_setting_says_what_it_is_and_its_default_is_allowed():
-    for part in all_parts(TrainScenario):
+    for part in (*all_parts(TrainScenario), *all_parts(BallScenario)):
         for field in dataclasses.fields(part):
             assert field.metadata["help"], f"{part.__name__}.{field.name}"
     for estimator in (ArcLength, AlphaBetaGamma, CoordinatedTurn, ClosedPath):
