@@ -87,16 +87,15 @@ class Place:
     """
 
     def __init__(self, path, s):
-        rows = basis([s], path.length, path.harmonics)
-        self.row = rows[0]
-        self._at = self.row @ path.coefficients
-        tangent = slope(rows, path.length)[0] @ path.coefficients
-        self.stretch = math.hypot(tangent[0], tangent[1])
-        self._c, self._s = tangent[0] / self.stretch, tangent[1] / self.stretch
+        self.row = basis(s, path.length, path.harmonics)
+        self._x, self._y, _ = (self.row @ path.coefficients).tolist()
+        dx, dy, _ = (slope(self.row, path.length) @ path.coefficients).tolist()
+        self.stretch = math.hypot(dx, dy)
+        self._c, self._s = dx / self.stretch, dy / self.stretch
 
     def offset(self, point):
-        """Returns how far a point is off the place, (along, across) [m] the path."""
-        dx, dy = point[0] - self._at[0], point[1] - self._at[1]
+        """Returns how far a point (x, y, z) is off the place, (along, across) [m] the path."""
+        dx, dy = point[0] - self._x, point[1] - self._y
         return self._c * dx + self._s * dy, self._c * dy - self._s * dx
 
 
@@ -153,7 +152,7 @@ class PathFollower:
         variance = noise.effective
         modes = self._phase.correct(modes, s + along / place.stretch, (variance + path_variance) / place.stretch**2)
         before, s = following.s, spread(modes)[0]
-        row = basis([s], path.length, path.harmonics)[0]
+        row = basis(s, path.length, path.harmonics)
         keep = math.exp(-abs(s - before) / (LAPS_KEPT * path.length))
         path = improve_path(path, row, point - row @ path.coefficients, variance, keep)
         if s // path.length > before // path.length:  # a lap is done

@@ -64,21 +64,23 @@ class PeriodicPath:
 
 
 def basis(s, length, harmonics):
-    """Returns rows 1, cos w, sin w, cos 2w, sin 2w, ... at w = 2 pi s / length, shape (n, 2 harmonics + 1)."""
+    """Returns rows 1, cos w, sin w, cos 2w, sin 2w, ... at w = 2 pi s / length, shape (n, 2 harmonics + 1); one such
+    row (2 harmonics + 1,) for a number ``s``."""
     angle = np.multiply.outer((2.0 * math.pi / length) * np.asarray(s, dtype=float), np.arange(1, harmonics + 1))
-    rows = np.empty((len(angle), 2 * harmonics + 1))
-    rows[:, 0] = 1.0
-    rows[:, 1::2] = np.cos(angle)
-    rows[:, 2::2] = np.sin(angle)
+    rows = np.empty((*angle.shape[:-1], 2 * harmonics + 1))
+    rows[..., 0] = 1.0
+    np.cos(angle, out=rows[..., 1::2])
+    np.sin(angle, out=rows[..., 2::2])
     return rows
 
 
 def slope(rows, length):
     """Returns the derivatives by s of rows of `basis`."""
-    rates = (2.0 * math.pi / length) * np.arange(1, rows.shape[1] // 2 + 1)
-    slopes = np.zeros_like(rows)
-    slopes[:, 1::2] = -rates * rows[:, 2::2]
-    slopes[:, 2::2] = rates * rows[:, 1::2]
+    rates = (2.0 * math.pi / length) * np.arange(1, rows.shape[-1] // 2 + 1)
+    slopes = np.empty(rows.shape)
+    slopes[..., 0] = 0.0
+    np.multiply(-rates, rows[..., 2::2], out=slopes[..., 1::2])
+    np.multiply(rates, rows[..., 1::2], out=slopes[..., 2::2])
     return slopes
 
 
@@ -196,8 +198,9 @@ def improve_path(path, row, residual, variance, keep=1.0):
     """
     reach = path.covariance @ row
     total = variance + row @ reach
-    covariance = path.covariance - np.multiply.outer(reach, reach / total)
+    gain = reach / total
+    covariance = path.covariance - np.multiply.outer(reach, gain)
     if keep < 1.0:
         covariance /= keep
-    coefficients = path.coefficients + np.multiply.outer(reach / total, residual)
+    coefficients = path.coefficients + np.multiply.outer(gain, residual)
     return PeriodicPath(path.length, read_only(coefficients), read_only(covariance))

@@ -13,7 +13,6 @@ import numpy as np
 from scipy.linalg import expm
 
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.estimation.alpha_beta_gamma import read_only
 
 CRUISE, MANOEUVRE = range(2)
 SOJOURN = (300.0, 3.0)
@@ -22,12 +21,26 @@ LEAST_PROBABILITY = 1e-9
 
 
 class Mode(NamedTuple):
-    """One filter (arrays are read-only): mean (3,) of arc length [m], speed [m/s], acceleration [m/s^2]; covariance
-    (3, 3); probability of the mode."""
+    """One filter, in plain numbers, which for so few are faster than arrays.
 
-    mean: np.ndarray
-    covariance: np.ndarray
+    mean: arc length s [m], speed v [m/s], acceleration a [m/s^2]. covariance: of ss, sv, sa, vv, va, aa.
+    probability: of the mode.
+    """
+
+    mean: tuple
+    covariance: tuple
     probability: float
+
+
+class Motion(NamedTuple):
+    """From one instant to another: s gains ``v_to_s`` v + ``a_to_s`` a, v gains ``a_to_v`` a, and a shrinks to
+    ``a_to_a`` a; ``noise`` is what the covariance gains, in its order."""
+
+    v_to_s: float
+    a_to_s: float
+    a_to_v: float
+    a_to_a: float
+    noise: tuple
 
 
 class PhaseFilter:
@@ -50,9 +63,8 @@ class PhaseFilter:
 
     def start(self, s, v, s_variance, v_variance):
         """Returns the state of an object at ``s`` [m] with speed ``v`` [m/s]."""
-        mean = read_only(np.array([s, v, 0.0]))
-        covariance = read_only(np.diag([s_variance, v_variance, 0.01]))
-        return Mode(mean, covariance, 0.5), Mode(mean, covariance, 0.5)
+        mode = Mode((float(s), float(v), 0.0), (float(s_variance), 0.0, 0.0, float(v_variance), 0.0, 0.01), 0.5)
+        return mode, mode
 
     def propagate(self, modes, dt):
         """Returns the modes ``dt`` [s] later, mixed by how likely a change between them was."""
@@ -62,23 +74,25 @@ class PhaseFilter:
     def correct(self, modes, s, variance):
         """Returns the modes after a measurement of arc length ``s`` [m] with ``variance`` [m^2]."""
         corrected, weights = [], []
-        for mean, covariance, probability in modes:
-            total = covariance[0, 0] + variance
-            gain = covariance[:, 0] / total
-            residual = s - mean[0]
+        for (ms, mv, ma), (ss, sv, sa, vv, va, aa), probability in modes:
+            total = ss + variance
+            gs, gv, ga = ss / total, sv / total, sa / total
+            residual = s - ms
             likelihood = math.exp(-0.5 * min(residual * residual / total, 200.0)) / math.sqrt(total)
             weights.append(probability * likelihood)
-            corrected.append((mean + gain * residual, covariance - np.multiply.outer(gain, covariance[0])))
+            mean = (ms + gs * residual, mv + gv * residual, ma + ga * residual)
+            covariance = (ss - gs * ss, sv - gs * sv, sa - gs * sa, vv - gv * sv, va - gv * sa, aa - ga * sa)
+            corrected.append((mean, covariance))
         total = sum(weights)
         return tuple(
-            Mode(read_only(mean), read_only(covariance), min(max(weight / total, LEAST_PROBABILITY), 1.0))
+            Mode(mean, covariance, min(max(weight / total, LEAST_PROBABILITY), 1.0))
             for (mean, covariance), weight in zip(corrected, weights, strict=True)
         )
 
     @staticmethod
     def shift(modes, way):
         """Returns the modes with all arc lengths ``way`` [m] greater."""
-        return tuple(mode._replace(mean=read_only(mode.mean + [way, 0.0, 0.0])) for mode in modes)
+        return tuple(mode._replace(mean=(mode.mean[0] + way, *mode.mean[1:])) for mode in modes)
 
     def ahead(self, modes, taus):
         """Returns (arc lengths [m], their standard deviations [m]) expected after ``taus`` (n,) [s], both modes as one.
@@ -86,13 +100,12 @@ class PhaseFilter:
         The deviations are averaged, not the variances: a mode that is next to impossible does not widen what 68 of 100
         errors stay within.
         """
+        taus = [round(tau, 9) for tau in np.asarray(taus).tolist()]
         ways, deviations = [], []
         for mode, motion in zip(modes, self._motions, strict=True):
-            motions = [motion(round(tau, 9)) for tau in np.asarray(taus).tolist()]
-            rows = np.array([transition[0] for transition, _ in motions])
-            noise = np.array([covariance[0, 0] for _, covariance in motions])
-            ways.append(rows @ mode.mean)
-            deviations.append(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, mode.covariance, rows) + noise, 0.0)))
+            driven = [_drive(mode, motion(tau)) for tau in taus]
+            ways.append(np.array([mean[0] for mean, _, _ in driven]))
+            deviations.append(np.sqrt([max(covariance[0], 0.0) for _, covariance, _ in driven]))
         shares = [mode.probability for mode in modes]
         s = sum(share * way for share, way in zip(shares, ways, strict=True))
         spreads = [share * np.hypot(d, way - s) for share, d, way in zip(shares, deviations, ways, strict=True)]
@@ -102,7 +115,7 @@ class PhaseFilter:
 def spread(modes):
     """Returns the arc length [m] that the modes expect together, and its variance [m^2]."""
     s = sum(mode.probability * mode.mean[0] for mode in modes)
-    return s, sum(mode.probability * (mode.covariance[0, 0] + (mode.mean[0] - s) ** 2) for mode in modes)
+    return s, sum(mode.probability * (mode.covariance[0] + (mode.mean[0] - s) ** 2) for mode in modes)
 
 
 def _mix(modes, dt):
@@ -112,13 +125,15 @@ def _mix(modes, dt):
         other = modes[1 - index]
         stays, comes = probability * (1.0 - leave[index]), other.probability * leave[1 - index]
         share = comes / (stays + comes)
-        difference = other.mean - mean
+        s, v, a = (there - here for here, there in zip(mean, other.mean, strict=True))
+        apart = (s * s, s * v, s * a, v * v, v * a, a * a)
         mixed.append(
             Mode(
-                mean + share * difference,
-                covariance
-                + share * (other.covariance - covariance)
-                + share * (1.0 - share) * np.multiply.outer(difference, difference),
+                (mean[0] + share * s, mean[1] + share * v, mean[2] + share * a),
+                tuple(
+                    here + share * (there - here + (1.0 - share) * square)
+                    for here, there, square in zip(covariance, other.covariance, apart, strict=True)
+                ),
                 stays + comes,
             )
         )
@@ -126,26 +141,39 @@ def _mix(modes, dt):
 
 
 def _drive(mode, motion):
-    transition, noise = motion
-    mean, covariance = transition @ mode.mean, transition @ mode.covariance @ transition.T + noise
-    return Mode(read_only(mean), read_only(covariance), mode.probability)
+    """Returns the mode after a `Motion`: T mean, T covariance T' + noise, written out."""
+    (s, v, a), (ss, sv, sa, vv, va, aa), probability = mode
+    v_to_s, a_to_s, a_to_v, a_to_a, (q_ss, q_sv, q_sa, q_vv, q_va, q_aa) = motion
+    # T covariance first, rows s and v.
+    ss, sv, sa = ss + v_to_s * sv + a_to_s * sa, sv + v_to_s * vv + a_to_s * va, sa + v_to_s * va + a_to_s * aa
+    vv, va_after = vv + a_to_v * va, va + a_to_v * aa
+    return Mode(
+        (s + v_to_s * v + a_to_s * a, v + a_to_v * a, a_to_a * a),
+        (
+            ss + v_to_s * sv + a_to_s * sa + q_ss,
+            sv + a_to_v * sa + q_sv,
+            a_to_a * sa + q_sa,
+            vv + a_to_v * va_after + q_vv,
+            a_to_a * va_after + q_va,
+            a_to_a * a_to_a * aa + q_aa,
+        ),
+        probability,
+    )
 
 
 def _white_acceleration(q):
-    """Returns a function of dt: (transition, noise covariance) of a speed that wanders by variance ``q`` in a second;
-    an acceleration left over from another mode is dropped."""
+    """Returns a function of dt: the `Motion` of a speed that wanders by variance ``q`` in a second; an acceleration
+    left over from another mode is dropped."""
 
     def motion(dt):
-        transition = np.array([[1.0, dt, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
-        noise = q * np.array([[dt**3 / 3.0, dt**2 / 2.0, 0.0], [dt**2 / 2.0, dt, 0.0], [0.0, 0.0, 0.0]])
-        return transition, noise
+        return Motion(dt, 0.0, 0.0, 0.0, (q * dt**3 / 3.0, q * dt**2 / 2.0, 0.0, q * dt, 0.0, 0.0))
 
     return motion
 
 
 def _fading_acceleration(q, fading):
-    """Returns a function of dt: (transition, noise covariance) of an acceleration that fades in ``fading`` [s] and
-    wanders by variance ``q`` in a second (Singer 1970)."""
+    """Returns a function of dt: the `Motion` of an acceleration that fades in ``fading`` [s] and wanders by variance
+    ``q`` in a second (Singer 1970)."""
     generator = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0 / fading]])
 
     def motion(dt):
@@ -155,6 +183,8 @@ def _fading_acceleration(q, fading):
         block[2, 5] = q
         exponential = expm(block * dt)
         transition = exponential[3:, 3:].T
-        return transition, transition @ exponential[:3, 3:]
+        noise = transition @ exponential[:3, 3:]
+        (_, v_to_s, a_to_s), (_, _, a_to_v), (_, _, a_to_a) = transition.tolist()
+        return Motion(v_to_s, a_to_s, a_to_v, a_to_a, tuple(noise[np.triu_indices(3)].tolist()))
 
     return motion

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.estimation.phase_filter import CRUISE, MANOEUVRE, PhaseFilter, spread
+from drake_tracker.estimation.phase_filter import CRUISE, MANOEUVRE, PhaseFilter, _drive, spread
 
 PERIOD = 1.0 / 60.0
 
@@ -53,15 +53,29 @@ def test_an_acceleration_fades_as_it_should():
     """The matrix exponential of Van Loan against the closed form of Singer's model."""
     phase = PhaseFilter(manoeuvre_noise=0.3, fading=0.5)
     modes = phase.start(0.0, 0.1, 0.0, 0.0)
-    mean = modes[MANOEUVRE].mean + [0.0, 0.0, 0.2]
-    modes = (modes[CRUISE], modes[MANOEUVRE]._replace(mean=mean, covariance=np.zeros((3, 3)), probability=1.0))
-    modes = (modes[CRUISE]._replace(probability=0.0), modes[MANOEUVRE])
+    accelerating = modes[MANOEUVRE]._replace(mean=(0.0, 0.1, 0.2), covariance=(0.0,) * 6, probability=1.0)
+    modes = (modes[CRUISE]._replace(probability=0.0), accelerating)
     tau, f = 0.8, 0.5
     (s,), (std,) = phase.ahead(modes, [tau])
     assert s == pytest.approx(0.1 * tau + 0.2 * f * (tau - f * (1.0 - np.exp(-tau / f))))
     u = np.linspace(0.0, tau, 4001)
     reach = f * (tau - u - f * (1.0 - np.exp(-(tau - u) / f)))
     assert std == pytest.approx(np.sqrt(np.trapezoid(0.09 * reach**2, u)), rel=1e-3)
+
+
+def test_the_numbers_written_out_are_the_matrices_products():
+    """A step of each mode against T P T' + Q with the matrices that the numbers stand for."""
+    phase = PhaseFilter()
+    square = np.random.default_rng(3).normal(size=(3, 3))
+    before = square @ square.T
+    upper = np.triu_indices(3)
+    mode = phase.start(0.2, 0.1, 0.0, 0.0)[0]._replace(mean=(0.2, 0.1, 0.3), covariance=tuple(before[upper]))
+    for motion in (motion_of(0.4) for motion_of in phase._motions):
+        v_to_s, a_to_s, a_to_v, a_to_a, _ = motion
+        transition = np.array([[1.0, v_to_s, a_to_s], [0.0, 1.0, a_to_v], [0.0, 0.0, a_to_a]])
+        after = _drive(mode, motion)
+        np.testing.assert_allclose(after.mean, transition @ mode.mean)
+        np.testing.assert_allclose(after.covariance, (transition @ before @ transition.T)[upper] + motion.noise)
 
 
 def test_noise_that_is_no_number_is_refused():
