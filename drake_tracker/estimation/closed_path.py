@@ -12,14 +12,7 @@ import numpy as np
 
 from drake_tracker.estimation import closure
 from drake_tracker.estimation.closure import History
-from drake_tracker.estimation.coordinated_turn import (
-    HEADING,
-    SPEED,
-    CoordinatedTurn,
-    CoordinatedTurnState,
-    X,
-    Y,
-)
+from drake_tracker.estimation.coordinated_turn import CoordinatedTurn, CoordinatedTurnState
 from drake_tracker.estimation.path_follower import Following, PathFollower
 from drake_tracker.estimation.periodic_path import is_even, learn_even_path, learn_path
 
@@ -99,18 +92,34 @@ class ClosedPath:
         turn = self._turn.update(state.turn, stamp, p_WQ)
         if turn is state.turn:
             return state
-        point = np.array(p_WQ, dtype=float)
+        point, stamp = np.array(p_WQ, dtype=float), turn.stamp
         dt = stamp - state.stamp if math.isfinite(state.stamp) else 0.0
         driven = state.driven + _way(state.turn, turn, dt)
-        history, jumped = state.history, state.jumped
-        if turn.start is None:
-            mean = turn.mean
-            history = closure.remember(history, (stamp, driven, *point, mean[X], mean[Y], mean[HEADING]))
-        if math.hypot(point[0] - turn.mean[X], point[1] - turn.mean[Y]) > JUMP + 6.0 * state.turn.sigma:
+        history, jumped, following = state.history, state.jumped, state.following
+        x, y, heading, _, _ = turn.mean.tolist()
+        # Once two laps have been taken into account, what was driven is not asked for again.
+        if turn.start is None and (following is None or not state.relearned):
+            history = closure.remember(history, (stamp, driven, *point, x, y, heading))
+        if math.hypot(point[0] - x, point[1] - y) > JUMP + 6.0 * state.turn.sigma:
             jumped = stamp
-        state = replace(state, turn=turn, driven=driven, history=history, jumped=jumped, count=state.count + 1)
-        if state.following is not None:
-            return self._follow(state, point, dt)
+        if following is not None:
+            following = self._follower.step(following, point, dt, turn.sigma)
+        left = following is None and state.following is not None
+        length = state.path.length if left else math.nan
+        state = replace(
+            state,
+            turn=turn,
+            driven=driven,
+            history=history,
+            following=following,
+            count=state.count + 1,
+            jumped=jumped,
+        )
+        if left:
+            return self._leave(state, length)
+        if following is not None:
+            due = not state.relearned and driven - state.closed_at >= following.path.length
+            return self._learn_again(state) if due else state
         if turn.start is None and state.count % LOOK_EVERY == 0:
             return self._look(state)
         return state
@@ -128,16 +137,6 @@ class ClosedPath:
             state, following=following, closed_at=state.driven, history=History(history.rows), relearned=False
         )
 
-    def _follow(self, state, point, dt):
-        """Goes on along the learned path by one point, or leaves it."""
-        following = self._follower.step(state.following, point, dt, state.turn.sigma)
-        if following is None:
-            return self._leave(state)
-        state = replace(state, following=following)
-        if not state.relearned and state.driven - state.closed_at >= following.path.length:
-            return self._learn_again(state)
-        return state
-
     def _learn_again(self, state):
         """Learns the path from two laps, of which one alone hardly tells how long it is, if they were driven evenly."""
         state = replace(state, relearned=True)
@@ -152,19 +151,15 @@ class ClosedPath:
             return state
         return replace(state, following=self._follower.start(path, stamps, s, points, variance))
 
-    def _leave(self, state):
-        """The points are elsewhere: back to the coordinated turn, and a new search."""
+    def _leave(self, state, length):
+        """The points have left a path of ``length`` [m]: back to the coordinated turn, and a new search."""
         moved = state.stamp - state.jumped < RECENTLY
-        if not moved and state.driven - state.closed_at < state.path.length:
+        if not moved and state.driven - state.closed_at < length:
             # It was no closure: the search goes on with what is remembered, for something longer.
-            return replace(state, following=None, shortest=state.path.length + LONGER)
+            return replace(state, shortest=length + LONGER)
         # The object is elsewhere: what the filter makes of the jump would only mislead.
         return replace(
-            state,
-            following=None,
-            turn=self._turn.initial_state(),
-            history=closure.EMPTY,
-            shortest=closure.SHORTEST_LAP,
+            state, turn=self._turn.initial_state(), history=closure.EMPTY, shortest=closure.SHORTEST_LAP
         )
 
     def predict(self, state, times):
@@ -186,9 +181,11 @@ class ClosedPath:
 
 def _way(before, after, dt):
     """Returns the way [m] from one state of the coordinated-turn filter to the next, negative when it backed up."""
-    dx, dy = after.mean[:2] - before.mean[:2]
     if before.start is not None:
         return 0.0
+    x, y, heading, _, _ = after.mean.tolist()
+    x_before, y_before, _, speed, _ = before.mean.tolist()
+    dx, dy = x - x_before, y - y_before
     if after.start is not None:  # nothing was seen for long: it will have gone on
-        return max(math.hypot(dx, dy), abs(before.mean[SPEED]) * dt)
-    return dx * math.cos(after.mean[HEADING]) + dy * math.sin(after.mean[HEADING])
+        return max(math.hypot(dx, dy), abs(speed) * dt)
+    return dx * math.cos(heading) + dy * math.sin(heading)

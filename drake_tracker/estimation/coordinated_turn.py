@@ -116,6 +116,7 @@ class CoordinatedTurn:
         x, y, z = (float(value) for value in p_WQ)
         if not math.isfinite(x + y + z):
             return state
+        stamp = float(stamp)
         dt = stamp - state.stamp
         if dt > self.restart_after:
             return self._start(replace(state, coverage=state.coverage.forget()), (), (stamp, x, y, z))
@@ -135,7 +136,7 @@ class CoordinatedTurn:
             later, spread = self.propagate(mean, covariance, HORIZON)
             coverage = coverage.keep(stamp, later[X], later[Y], math.sqrt(spread[X, X] + spread[Y, Y]))
         return CoordinatedTurnState(
-            stamp=float(stamp),
+            stamp=stamp,
             mean=read_only(mean),
             covariance=read_only(covariance),
             height=height,
@@ -151,7 +152,7 @@ class CoordinatedTurn:
         """Returns mean and covariance of the state ``dt`` [s] later; any dt >= 0 in one step."""
         later, jacobian = turn_step(mean, dt)
         covariance = jacobian @ covariance @ jacobian.T
-        speed = later[SPEED]
+        _, _, heading, speed, _ = later.tolist()
         q_speed, q_bend = self.speed_noise**2, self.bend_noise**2 * max(abs(speed), SLOWEST)
         covariance[SPEED, SPEED] += q_speed * dt
         covariance[BEND, BEND] += q_bend * dt
@@ -159,7 +160,7 @@ class CoordinatedTurn:
         covariance[HEADING, BEND] += speed * q_bend * dt**2 / 2.0
         covariance[BEND, HEADING] += speed * q_bend * dt**2 / 2.0
         # Wandering speed moves the object along its path, wandering curvature across it.
-        c, s = math.cos(later[HEADING]), math.sin(later[HEADING])
+        c, s = math.cos(heading), math.sin(heading)
         along, across = q_speed * dt**3 / 3.0, speed**4 * q_bend * dt**5 / 20.0
         covariance[X, X] += c * c * along + s * s * across
         covariance[Y, Y] += s * s * along + c * c * across
@@ -188,7 +189,7 @@ class CoordinatedTurn:
             covariance = np.diag([place_variance, place_variance, heading_variance, rate_variance, 25.0])
             start = None
         return CoordinatedTurnState(
-            stamp=float(stamp),
+            stamp=stamp,
             mean=read_only(mean),
             covariance=read_only(covariance),
             height=read_only(height),
@@ -202,10 +203,10 @@ class CoordinatedTurn:
 
     def _update_height(self, state, z, dt, variance):
         """Returns z and climb, and their covariance, after a Kalman step."""
-        (a, b), (_, d) = state.height_covariance
+        (a, b), (_, d) = state.height_covariance.tolist()
         q = self.climb_noise**2
         a, b, d = a + dt * (2.0 * b + dt * d) + q * dt**3 / 3.0, b + dt * d + q * dt**2 / 2.0, d + q * dt
-        height, climb = state.height
+        height, climb = state.height.tolist()
         height += dt * climb
         gain, climb_gain = a / (a + variance), b / (a + variance)
         residual = z - height
@@ -267,11 +268,12 @@ def correct(mean, covariance, point, variance):
     Returns (mean, covariance, residual left (2,) [m], the trace of the corrected covariance of the place [m^2]).
     """
     innovation = point - mean[:2]
-    (a, b), (_, d) = covariance[:2, :2] + variance * np.eye(2)
+    (a, b), (_, d) = covariance[:2, :2].tolist()
+    a, d = a + variance, d + variance
     determinant = a * d - b * b
-    inverse = np.array([[d, -b], [-b, a]]) / determinant
+    inverse = np.array([[d / determinant, -b / determinant], [-b / determinant, a / determinant]])
     gain = covariance[:, :2] @ inverse
     mean = mean + gain @ innovation
-    covariance = covariance - gain @ covariance[:2, :]
+    covariance = covariance - gain @ covariance[:2]
     covariance = 0.5 * (covariance + covariance.T)
     return mean, covariance, point - mean[:2], covariance[X, X] + covariance[Y, Y]

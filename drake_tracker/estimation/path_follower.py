@@ -94,8 +94,9 @@ class Place:
         self._c, self._s = dx / self.stretch, dy / self.stretch
 
     def offset(self, point):
-        """Returns how far a point (x, y, z) is off the place, (along, across) [m] the path."""
-        dx, dy = point[0] - self._x, point[1] - self._y
+        """Returns how far a point (3,) [m] is off the place, (along, across) [m] the path."""
+        x, y, _ = point.tolist()
+        dx, dy = x - self._x, y - self._y
         return self._c * dx + self._s * dy, self._c * dy - self._s * dx
 
 

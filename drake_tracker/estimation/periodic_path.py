@@ -201,6 +201,6 @@ def improve_path(path, row, residual, variance, keep=1.0):
     gain = reach / total
     covariance = path.covariance - np.multiply.outer(reach, gain)
     if keep < 1.0:
-        covariance /= keep
+        covariance *= 1.0 / keep
     coefficients = path.coefficients + np.multiply.outer(gain, residual)
     return PeriodicPath(path.length, read_only(coefficients), read_only(covariance))

@@ -119,25 +119,33 @@ def spread(modes):
 
 
 def _mix(modes, dt):
-    leave = [1.0 - math.exp(-dt / sojourn) for sojourn in SOJOURN]
-    mixed = []
-    for index, (mean, covariance, probability) in enumerate(modes):
-        other = modes[1 - index]
-        stays, comes = probability * (1.0 - leave[index]), other.probability * leave[1 - index]
-        share = comes / (stays + comes)
-        s, v, a = (there - here for here, there in zip(mean, other.mean, strict=True))
-        apart = (s * s, s * v, s * a, v * v, v * a, a * a)
-        mixed.append(
-            Mode(
-                (mean[0] + share * s, mean[1] + share * v, mean[2] + share * a),
-                tuple(
-                    here + share * (there - here + (1.0 - share) * square)
-                    for here, there, square in zip(covariance, other.covariance, apart, strict=True)
-                ),
-                stays + comes,
-            )
-        )
-    return mixed
+    cruise, manoeuvre = modes
+    leave_cruise, leave_manoeuvre = (1.0 - math.exp(-dt / sojourn) for sojourn in SOJOURN)
+    to_manoeuvre, to_cruise = cruise.probability * leave_cruise, manoeuvre.probability * leave_manoeuvre
+    return (
+        _blend(cruise, manoeuvre, cruise.probability - to_manoeuvre, to_cruise),
+        _blend(manoeuvre, cruise, manoeuvre.probability - to_cruise, to_manoeuvre),
+    )
+
+
+def _blend(mode, other, stays, comes):
+    """Returns the mode of probability ``stays`` with what ``comes`` from the other: mean and spread are those of both."""
+    (s, v, a), (ss, sv, sa, vv, va, aa), _ = mode
+    (other_s, other_v, other_a), (other_ss, other_sv, other_sa, other_vv, other_va, other_aa), _ = other
+    share = comes / (stays + comes)
+    ds, dv, da, rest = other_s - s, other_v - v, other_a - a, 1.0 - share
+    return Mode(
+        (s + share * ds, v + share * dv, a + share * da),
+        (
+            ss + share * (other_ss - ss + rest * ds * ds),
+            sv + share * (other_sv - sv + rest * ds * dv),
+            sa + share * (other_sa - sa + rest * ds * da),
+            vv + share * (other_vv - vv + rest * dv * dv),
+            va + share * (other_va - va + rest * dv * da),
+            aa + share * (other_aa - aa + rest * da * da),
+        ),
+        stays + comes,
+    )
 
 
 def _drive(mode, motion):
