@@ -6,6 +6,11 @@ errs where one becomes the other. The turn rate is curvature times speed: kept a
 and Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 11.7, it would go on turning an
 object that has stopped. Speed wanders with time and curvature with the way driven. Speed may be negative: an object
 that backs up keeps its heading.
+
+How much the speed wanders is found out on the way: most objects keep theirs nearly always, and then brake within half
+a second. While the filter is right, points lie ahead of what it expects and behind by turns; when they stay on one side
+the speed is changing, and the more they do the more its noise is raised (an adjustable level of process noise, ibid.
+section 11.2, but by the mean of the innovations: their squares tell of the noise of the points above all).
 """
 
 import math
@@ -27,6 +32,14 @@ STD_NODES = 12
 """Times for which `predict_std` is reckoned when it is asked for more."""
 SLOWEST = 0.02
 """Curvature wanders with the way driven, at this speed [m/s] at least: a rest does not freeze it."""
+DRIFT_TIME = 0.25
+"""Time [s] over which points must lie on one side to count as a drift."""
+DRIFT_BY_CHANCE = 3.0
+"""Square of a drift, in standard deviations, that noise alone is taken to bring about."""
+NOISE_OF_DRIFT = 0.03
+"""Noise of the speed [m/s/sqrt(s)] for each standard deviation of drift beyond that."""
+MOST_SPEED_NOISE = 0.2
+"""Likewise, at most: enough for a stop within half a second."""
 _SMALL_ANGLE = 1e-6
 _SIGMA_TIME = 1.0
 """Time constant of the noise estimate [s]."""
@@ -38,7 +51,8 @@ class CoordinatedTurnState:
 
     stamp: time of the newest point [s]. mean (5,), covariance (5, 5): of `X` ... `BEND`. height (2,): z [m] and climb
     [m/s], height_covariance (2, 2). sigma: noise of one point, per axis [m]. start: rows (stamp, x, y, z) of the first
-    points, None once the filter runs. since: stamp of the first point [s].
+    points, None once the filter runs. since: stamp of the first point [s]. drift: by how much the points of the last
+    `DRIFT_TIME` lie ahead of what was expected; of unit variance while the filter is right.
     """
 
     stamp: float
@@ -51,6 +65,7 @@ class CoordinatedTurnState:
     since: float
     ready: bool
     coverage: Coverage = Coverage()
+    drift: float = 0.0
 
     def __deepcopy__(self, memo):
         return self
@@ -60,7 +75,8 @@ class CoordinatedTurn:
     """The estimator; functional, all memory is in the `CoordinatedTurnState` that `update` returns.
 
     Args:
-        speed_noise: how the speed wanders, standard deviation of its change in a second [m/s/sqrt(s)].
+        speed_noise: how the speed wanders while nothing drifts, standard deviation of its change in a second
+            [m/s/sqrt(s)].
         bend_noise: how the curvature wanders, standard deviation of its change in a metre [1/m/sqrt(m)].
         climb_noise: how the climb wanders, as the speed [m/s/sqrt(s)].
         start_sigma: noise of a point [m, per axis] supposed at first.
@@ -72,7 +88,7 @@ class CoordinatedTurn:
     def __init__(
         self,
         *,
-        speed_noise=0.02,
+        speed_noise=0.003,
         bend_noise=8.0,
         climb_noise=0.005,
         start_sigma=0.002,
@@ -122,8 +138,11 @@ class CoordinatedTurn:
             return self._start(replace(state, coverage=state.coverage.forget()), (), (stamp, x, y, z))
         if state.start is not None:
             return self._start(state, state.start, (stamp, x, y, z))
-        mean, covariance = self.propagate(state.mean, state.covariance, dt)
+        speed_noise = self._speed_noise_now(state)
+        mean, covariance = self.propagate(state.mean, state.covariance, dt, speed_noise)
         variance = state.sigma**2
+        kept = math.exp(-dt / DRIFT_TIME)
+        drift = kept * state.drift + math.sqrt(1.0 - kept * kept) * ahead(mean, covariance, x, y, variance)
         mean, covariance, residual, hph = correct(mean, covariance, np.array([x, y]), variance)
         height, height_covariance = self._update_height(state, z, dt, variance)
         # What a corrected state leaves of a residual, plus what the correction took up, is the noise (Mehra 1972).
@@ -133,7 +152,7 @@ class CoordinatedTurn:
         ready = state.ready or stamp - state.since >= self.ready_after
         coverage = state.coverage.judge(stamp, mean[X], mean[Y])
         if ready and coverage.wants(stamp):
-            later, spread = self.propagate(mean, covariance, HORIZON)
+            later, spread = self.propagate(mean, covariance, HORIZON, speed_noise)
             coverage = coverage.keep(stamp, later[X], later[Y], math.sqrt(spread[X, X] + spread[Y, Y]))
         return CoordinatedTurnState(
             stamp=stamp,
@@ -146,14 +165,25 @@ class CoordinatedTurn:
             since=state.since,
             ready=ready,
             coverage=coverage,
+            drift=drift,
         )
 
-    def propagate(self, mean, covariance, dt):
-        """Returns mean and covariance of the state ``dt`` [s] later; any dt >= 0 in one step."""
+    def _speed_noise_now(self, state):
+        """Returns how the speed is taken to wander now [m/s/sqrt(s)]."""
+        beyond = max(state.drift**2 - DRIFT_BY_CHANCE, 0.0)
+        raised = math.sqrt(self.speed_noise**2 + NOISE_OF_DRIFT**2 * beyond)
+        return max(min(raised, MOST_SPEED_NOISE), self.speed_noise)
+
+    def propagate(self, mean, covariance, dt, speed_noise=None):
+        """Returns mean and covariance of the state ``dt`` [s] later; any dt >= 0 in one step.
+
+        ``speed_noise``: as the parameter, which it is if None [m/s/sqrt(s)].
+        """
         later, jacobian = turn_step(mean, dt)
         covariance = jacobian @ covariance @ jacobian.T
         _, _, heading, speed, _ = later.tolist()
-        q_speed, q_bend = self.speed_noise**2, self.bend_noise**2 * max(abs(speed), SLOWEST)
+        q_speed = (self.speed_noise if speed_noise is None else speed_noise) ** 2
+        q_bend = self.bend_noise**2 * max(abs(speed), SLOWEST)
         covariance[SPEED, SPEED] += q_speed * dt
         covariance[BEND, BEND] += q_bend * dt
         covariance[HEADING, HEADING] += speed**2 * q_bend * dt**3 / 3.0
@@ -232,9 +262,10 @@ class CoordinatedTurn:
         tau = np.maximum(tau, 0.0)
         # The deviation grows smoothly: a few times tell it for all.
         nodes = tau if len(tau) <= STD_NODES else np.linspace(tau.min(), tau.max(), STD_NODES)
+        speed_noise = self._speed_noise_now(state)
         deviations = np.empty(len(nodes))
-        for k, ahead in enumerate(nodes.tolist()):
-            _, covariance = self.propagate(state.mean, state.covariance, ahead)
+        for k, step in enumerate(nodes.tolist()):
+            _, covariance = self.propagate(state.mean, state.covariance, step, speed_noise)
             deviations[k] = math.sqrt(covariance[X, X] + covariance[Y, Y])
         if nodes is not tau:  # which over the square of the time is nearly straight
             deviations = np.interp(tau**2, nodes**2, deviations)
@@ -260,6 +291,16 @@ def turn_step(mean, dt):
         jacobian[X, element], jacobian[Y, element] = growth * c - swing * s, growth * s + swing * c
         jacobian[HEADING, element] = 2.0 * to_half
     return later, jacobian
+
+
+def ahead(mean, covariance, x, y, variance):
+    """Returns how far a point (x, y) [m] with noise ``variance`` per axis [m^2] lies ahead of the expected place, along
+    the heading, in standard deviations."""
+    x_expected, y_expected, heading, _, _ = mean.tolist()
+    (a, b), (_, d) = covariance[:2, :2].tolist()
+    c, s = math.cos(heading), math.sin(heading)
+    along = c * (x - x_expected) + s * (y - y_expected)
+    return along / math.sqrt(c * c * a + 2.0 * c * s * b + s * s * d + variance)
 
 
 def correct(mean, covariance, point, variance):

@@ -116,7 +116,7 @@ class AlphaBetaGamma:
 class CoordinatedTurn:
     """An extended Kalman filter of an object that drives and bends as it drives."""
 
-    speed_noise: float = setting(0.02, "how the speed wanders", "m/s/sqrt(s)", (1e-6, 1.0))
+    speed_noise: float = setting(0.003, "how the speed wanders at least", "m/s/sqrt(s)", (1e-6, 1.0))
     bend_noise: float = setting(8.0, "how the curvature wanders with the way", "1/m/sqrt(m)", (1e-3, 1000.0))
     start_sigma: float = setting(0.002, "noise of a point supposed at first", "m", (0.00001, 0.1))
     systematic_std: float = setting(0.0, "error of a point that the filter cannot see", "m", (0.0, 0.1))
