@@ -1,8 +1,9 @@
-"""Where on a known path an object is, and how fast: two Kalman filters of arc length, speed and acceleration, mixed.
+"""Where on a known path an object is, and how fast: Kalman filters of arc length, speed and acceleration, mixed.
 
-One assumes that the speed hardly changes and becomes sharp; the other follows an object that brakes, stops or backs up.
-Which is believed follows from how well each foresaw the measurements: an interacting multiple model (Blom and
-Bar-Shalom 1988).
+One assumes that the speed hardly changes and becomes sharp; one follows a speed that rises and falls gently, and so
+foresees how it goes on; one follows an object that brakes, stops or backs up, of which a moment later nothing can be
+foreseen. Which is believed follows from how well each foresaw the measurements: an interacting multiple model (Blom
+and Bar-Shalom 1988).
 """
 
 import math
@@ -14,9 +15,9 @@ from scipy.linalg import expm
 
 from drake_tracker.errors import DrakeTrackerError
 
-CRUISE, MANOEUVRE = range(2)
-SOJOURN = (300.0, 3.0)
-"""Mean time [s] that an object stays in a mode."""
+CRUISE, MANOEUVRE, STOP = range(3)
+SOJOURN = (1000.0, 6.0, 1.0)
+"""Mean time [s] that an object stays in a mode; it leaves it for each of the others alike."""
 LEAST_PROBABILITY = 1e-9
 
 
@@ -44,27 +45,37 @@ class Motion(NamedTuple):
 
 
 class PhaseFilter:
-    """The mixed filter; functional, its state is a pair of `Mode`.
+    """The mixed filter; functional, its state is a tuple of `Mode`: `CRUISE`, `MANOEUVRE`, `STOP`.
 
     Args:
         cruise_noise: how the speed wanders while cruising, standard deviation of its change in a second [m/s/sqrt(s)].
-        manoeuvre_noise: how the acceleration wanders in a manoeuvre, likewise [m/s^2/sqrt(s)].
-        fading: time [s] in which an acceleration dies away.
+        manoeuvre_noise: how the acceleration wanders in a gentle manoeuvre, likewise [m/s^2/sqrt(s)].
+        fading: time [s] in which its acceleration dies away.
+        stop_noise, stop_fading: the same of an object that stops or starts within half a second.
     """
 
-    def __init__(self, cruise_noise=5e-5, manoeuvre_noise=0.1, fading=0.5):
-        for name, value in (("cruise_noise", cruise_noise), ("manoeuvre_noise", manoeuvre_noise), ("fading", fading)):
+    def __init__(self, cruise_noise=5e-5, manoeuvre_noise=0.04, fading=1.0, stop_noise=1.0, stop_fading=0.15):
+        for name, value in (
+            ("cruise_noise", cruise_noise),
+            ("manoeuvre_noise", manoeuvre_noise),
+            ("fading", fading),
+            ("stop_noise", stop_noise),
+            ("stop_fading", stop_fading),
+        ):
             if not 0.0 < value < math.inf:
                 raise DrakeTrackerError(f"phase filter: {name} is {value}; it must be positive and finite")
-        cruise = _white_acceleration(cruise_noise**2)
-        manoeuvre = _fading_acceleration(manoeuvre_noise**2, fading)
+        motions = (
+            _white_acceleration(cruise_noise**2),
+            _fading_acceleration(manoeuvre_noise**2, fading),
+            _fading_acceleration(stop_noise**2, stop_fading),
+        )
         # Keyed by rounded times: sums of periods differ in their last digits.
-        self._motions = tuple(lru_cache(maxsize=1024)(motion) for motion in (cruise, manoeuvre))
+        self._motions = tuple(lru_cache(maxsize=1024)(motion) for motion in motions)
 
     def start(self, s, v, s_variance, v_variance):
         """Returns the state of an object at ``s`` [m] with speed ``v`` [m/s]."""
-        mode = Mode((float(s), float(v), 0.0), (float(s_variance), 0.0, 0.0, float(v_variance), 0.0, 0.01), 0.5)
-        return mode, mode
+        mode = Mode((float(s), float(v), 0.0), (float(s_variance), 0.0, 0.0, float(v_variance), 0.0, 0.01), 1.0 / 3.0)
+        return mode, mode, mode
 
     def propagate(self, modes, dt):
         """Returns the modes ``dt`` [s] later, mixed by how likely a change between them was."""
@@ -95,7 +106,7 @@ class PhaseFilter:
         return tuple(mode._replace(mean=(mode.mean[0] + way, *mode.mean[1:])) for mode in modes)
 
     def ahead(self, modes, taus):
-        """Returns (arc lengths [m], their standard deviations [m]) expected after ``taus`` (n,) [s], both modes as one.
+        """Returns (arc lengths [m], their standard deviations [m]) expected after ``taus`` (n,) [s], all modes as one.
 
         The deviations are averaged, not the variances: a mode that is next to impossible does not widen what 68 of 100
         errors stay within.
@@ -119,13 +130,19 @@ def spread(modes):
 
 
 def _mix(modes, dt):
-    cruise, manoeuvre = modes
-    leave_cruise, leave_manoeuvre = (1.0 - math.exp(-dt / sojourn) for sojourn in SOJOURN)
-    to_manoeuvre, to_cruise = cruise.probability * leave_cruise, manoeuvre.probability * leave_manoeuvre
-    return (
-        _blend(cruise, manoeuvre, cruise.probability - to_manoeuvre, to_cruise),
-        _blend(manoeuvre, cruise, manoeuvre.probability - to_cruise, to_manoeuvre),
-    )
+    """Returns the modes, each with what came to it from the others in ``dt`` [s]."""
+    leaves = [
+        0.5 * mode.probability * (1.0 - math.exp(-dt / sojourn)) for mode, sojourn in zip(modes, SOJOURN, strict=True)
+    ]
+    mixed = []
+    for index, mode in enumerate(modes):
+        stays = mode.probability - 2.0 * leaves[index]
+        for source, other in enumerate(modes):
+            if source != index:
+                mode = _blend(mode, other, stays, leaves[source])
+                stays = mode.probability
+        mixed.append(mode)
+    return mixed
 
 
 def _blend(mode, other, stays, comes):

@@ -86,6 +86,28 @@ def test_at_rest_it_keeps_heading_and_place():
     assert abs(state.mean[SPEED]) < 0.01
 
 
+def test_an_even_speed_is_known_sharply_and_a_stop_is_followed():
+    """One setting for both: a fixed noise of the speed fails one or the other."""
+    even, _, _ = speed_and_greatest_error(lambda t: 0.15)
+    assert even < 0.002
+    _, greatest, stopped = speed_and_greatest_error(lambda t: 0.15 * np.clip((8.0 - t) / 0.5, 0.0, 1.0))
+    assert greatest < 0.028
+    assert abs(stopped) < 0.01
+
+
+def speed_and_greatest_error(speed):
+    """Returns (rms error of the speed over 4 to 7.4 s [m/s], greatest error 0.25 s ahead after that [m], the speed
+    0.5 s after a stop that ends at 8 s [m/s]) of a drive on a circle."""
+    drive, estimator = Drive(make_track("circle", radius=0.15), speed, 8.5), make_estimator("coordinated_turn")
+    state, speeds = estimator.initial_state(), []
+    for t, p in zip(drive.times, drive.points, strict=True):
+        state = estimator.update(state, t, p)
+        if 4.0 <= t < 7.4:
+            speeds.append(state.mean[SPEED] - 0.15)
+    _, rows = errors(estimator, drive.times, drive.points, drive, 0.25)
+    return rms(np.array(speeds)), rows[rows[:, 0] > 7.4, 1].max(), state.mean[SPEED]
+
+
 def test_backing_up_keeps_the_heading():
     drive = Drive(make_track("circle", radius=0.15), lambda t: np.clip(0.3 * (4.5 - t), -0.15, 0.15), 8.0)
     state, rows = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.25)

@@ -37,6 +37,28 @@ def test_it_notices_braking_and_follows():
     assert phase.ahead(modes, [0.5])[0][0] == pytest.approx(ways[-1], abs=0.004)
 
 
+def test_a_swinging_speed_and_a_stop_are_each_followed():
+    """The errors half a second ahead of an object at 0.15 m/s +-15 % in 4 s, and of one that stops within 0.5 s."""
+    t = PERIOD * np.arange(1500)
+    swinging = 0.15 * (t - 0.15 * np.cos(0.5 * np.pi * t) / (0.5 * np.pi))
+    assert late_errors(swinging, 600, 1400) < 0.004
+    ramp = np.clip((t - 15.0) / 0.5, 0.0, 1.0)
+    speed = 0.15 * 0.5 * (1.0 + np.cos(np.pi * ramp))
+    stopping = np.cumsum(speed) * PERIOD
+    assert late_errors(stopping, 890, 990) < 0.024
+
+
+def late_errors(ways, first, last, ahead=30):
+    """Returns the rms error [m] of arc lengths expected ``ahead`` points later."""
+    phase, rng = PhaseFilter(), np.random.default_rng(4)
+    modes, errors = phase.start(ways[0], 0.15, 1e-6, 1e-3), []
+    for k, way in enumerate(ways[1:last], 1):
+        modes = phase.correct(phase.propagate(modes, PERIOD), way + 0.001 * rng.standard_normal(), 1e-6)
+        if k >= first:
+            errors.append(phase.ahead(modes, [ahead * PERIOD])[0][0] - ways[k + ahead])
+    return np.sqrt(np.mean(np.square(errors)))
+
+
 def test_probabilities_sum_to_one_and_mixing_keeps_mean_and_spread():
     phase = PhaseFilter()
     modes = phase.start(1.0, 0.1, 1e-6, 1e-4)
@@ -54,7 +76,7 @@ def test_an_acceleration_fades_as_it_should():
     phase = PhaseFilter(manoeuvre_noise=0.3, fading=0.5)
     modes = phase.start(0.0, 0.1, 0.0, 0.0)
     accelerating = modes[MANOEUVRE]._replace(mean=(0.0, 0.1, 0.2), covariance=(0.0,) * 6, probability=1.0)
-    modes = (modes[CRUISE]._replace(probability=0.0), accelerating)
+    modes = tuple(accelerating if mode == MANOEUVRE else modes[mode]._replace(probability=0.0) for mode in range(3))
     tau, f = 0.8, 0.5
     (s,), (std,) = phase.ahead(modes, [tau])
     assert s == pytest.approx(0.1 * tau + 0.2 * f * (tau - f * (1.0 - np.exp(-tau / f))))
