@@ -146,7 +146,7 @@ def _mix(modes, dt):
 
 
 def _blend(mode, other, stays, comes):
-    """Returns the mode of probability ``stays`` with what ``comes`` from the other: mean and spread are those of both."""
+    """Returns the mode of probability ``stays`` with what ``comes`` from the other: the mean and spread of both."""
     (s, v, a), (ss, sv, sa, vv, va, aa), _ = mode
     (other_s, other_v, other_a), (other_ss, other_sv, other_sa, other_vv, other_va, other_aa), _ = other
     share = comes / (stays + comes)
