@@ -2,7 +2,7 @@
 
 Frame B: origin in the middle of the bottom edge, on the face; y up the slope, z the outward normal, x across. A
 configuration is any object with the fields of a scenario's ``board``: incline_deg, length, width [m], edge_position
-(x, y, z) [m, W], placement_range [m], rotation_range_deg, walls, peg_count, placing_std [m].
+(x, y, z) [m, W], placement_range [m], rotation_range_deg, walls, peg_count.
 """
 
 import numpy as np
@@ -95,13 +95,13 @@ def draw_start(ball, seed):
     return np.array([start_x, START_Y, BALL_RADIUS])
 
 
-def draw_placing_errors(board, seed):
+def draw_placing_errors(operator, seed):
     """Returns (x, y)_B [m], shape (3, 2), by which the operator misses each touch mark.
 
-    A stand-in for a person who brings the arm above the marks by eye.
+    A stand-in for a person who brings the arm above the marks by eye; ``operator.placing_std`` [m] per axis.
     """
     rng = np.random.default_rng([seed, _PLACING_STREAM])
-    return board.placing_std * rng.standard_normal((len(TOUCH_MARKS), 2))
+    return operator.placing_std * rng.standard_normal((len(TOUCH_MARKS), 2))
 
 
 def face_corners(board):

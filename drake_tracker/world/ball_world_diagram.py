@@ -9,7 +9,7 @@ from drake_tracker.world.ball_fixtures import GATE_TRAVEL, KNOCK, SLIDE_AMPLITUD
 from drake_tracker.world.ball_plant import add_ball_laboratory, add_floor
 from drake_tracker.world.catch_judge_system import CatchJudgeSystem
 from drake_tracker.world.disturbance_system import DisturbanceSystem
-from drake_tracker.world.release_system import ReleaseSystem
+from drake_tracker.world.release_system import ReleaseSystem, draw_delay
 
 
 class BallWorldDiagram(Diagram):
@@ -50,7 +50,8 @@ class BallWorldDiagram(Diagram):
         plant = laboratory.plant
         plant.set_name("plant")
         plant.SetDefaultPositions(laboratory.arm, q_initial)
-        release = builder.AddNamedSystem("release", ReleaseSystem(scenario.seed, GATE_TRAVEL))
+        delay = draw_delay(scenario.seed) if scenario.ball.release else np.inf
+        release = builder.AddNamedSystem("release", ReleaseSystem(delay, GATE_TRAVEL))
         builder.Connect(
             release.GetOutputPort("gate_desired_state"), plant.get_desired_state_input_port(laboratory.gate)
         )

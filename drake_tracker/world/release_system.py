@@ -30,12 +30,12 @@ class ReleaseSystem(LeafSystem):
     0 while closed. Looks at ``ready`` 60 times a second.
 
     Args:
-      seed: draws the delay. travel: of the open gate [m].
+      delay: from ready to open [s]; infinite: it never opens. travel: of the open gate [m].
     """
 
-    def __init__(self, seed, travel):
+    def __init__(self, delay, travel):
         super().__init__()
-        self._delay = draw_delay(seed)
+        self._delay = delay
         self._travel = travel
         self._ready = self.DeclareVectorInputPort("ready", 1)
         # When to open [s], infinite until the arm is ready; and the set-point, which is the output.

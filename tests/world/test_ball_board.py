@@ -122,9 +122,10 @@ def test_start_and_placing_errors_are_drawn():
     assert np.all(np.abs(starts[:, 0]) <= START_RANGE) and np.ptp(starts[:, 0]) > 0.4
     assert np.all(starts[:, 1:] == [START_Y, BALL_RADIUS])
     assert draw_start(make_scenario(start_x=-0.1).ball, 5)[0] == -0.1
-    errors = np.array([draw_placing_errors(BOARD, seed) for seed in range(400)])
+    operator = make_scenario().operator
+    errors = np.array([draw_placing_errors(operator, seed) for seed in range(400)])
     assert errors.shape == (400, 3, 2)
-    assert errors.std() == pytest.approx(BOARD.placing_std, rel=0.05)
+    assert errors.std() == pytest.approx(operator.placing_std, rel=0.05)
 
 
 @pytest.mark.parametrize(

@@ -124,6 +124,11 @@ def test_the_ball_waits_for_the_arm_and_then_rolls(model, seed):
     assert (verdict.lost, verdict.caught) == (1.0, 0.0), "nobody caught it"
 
 
+def test_a_ball_that_is_not_to_be_released_stays(model):
+    run = Run(model, make_scenario(seed=2, release=False), with_camera=False, ready=True)
+    assert run.verdict(2.0).released == 0.0
+
+
 def test_a_cup_in_the_right_place_catches(model):
     scenario = make_scenario(seed=2, peg_count=0, start_x=0.1)
     X_WB = draw_board_pose(scenario.board, scenario.seed)

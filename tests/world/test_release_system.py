@@ -8,9 +8,9 @@ from drake_tracker.world.release_system import DELAY_RANGE, ReleaseSystem, draw_
 TRAVEL = 0.034
 
 
-def positions(seed, ready, until=4.0):
+def positions(delay, ready, until=4.0):
     """Times and set-points of the gate while ``ready(time)`` says whether the arm is."""
-    release = ReleaseSystem(seed, TRAVEL)
+    release = ReleaseSystem(delay, TRAVEL)
     simulator = Simulator(release)
     context = simulator.get_mutable_context()
     rows = []
@@ -23,7 +23,7 @@ def positions(seed, ready, until=4.0):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_it_opens_a_delay_after_the_arm_is_ready_and_stays_open(seed):
-    rows = positions(seed, lambda t: 1.0 < t < 1.2)
+    rows = positions(draw_delay(seed), lambda t: 1.0 < t < 1.2)
     opened = rows[rows[:, 1] > 0.0, 0]
     assert opened[0] == pytest.approx(1.0 + draw_delay(seed), abs=2 * VISION_PERIOD)
     assert len(opened) == np.sum(rows[:, 0] >= opened[0]), "it never closes again"
@@ -31,7 +31,11 @@ def test_it_opens_a_delay_after_the_arm_is_ready_and_stays_open(seed):
 
 
 def test_without_a_ready_arm_it_stays_closed():
-    assert np.all(positions(0, lambda t: False)[:, 1:] == 0.0)
+    assert np.all(positions(0.3, lambda t: False)[:, 1:] == 0.0)
+
+
+def test_a_gate_may_stay_closed():
+    assert np.all(positions(np.inf, lambda t: True)[:, 1:] == 0.0)
 
 
 def test_delays_fill_their_range():
