@@ -38,8 +38,8 @@ def locate_board(circles, p_BQ, K, distortion=None, *, radius=0.0):
     Args:
         circles: (m, 2) [px], centroids of the circles' images in any order, or (m, 3) with their areas [px], as
             `CircleReading`s. There may be more than the board has: of all choices the one that fits best is taken.
-        p_BQ: (n, 3) [m], centres of the circles on the board, n at least 4, z = 0, at the corners of a convex polygon
-            that does not look like itself when it is turned, else the order cannot be told.
+        p_BQ: (4, 3) [m], centres of the circles on the board, z = 0, at the corners of a convex quadrangle that does
+            not look like itself when it is turned, else the order cannot be told.
         K: (3, 3) intrinsic matrix [px]. distortion: (5,) coefficients in OpenCV's order, none by default.
         radius: of the circles [m]. The middle of a circle's image lies a little off the image of its centre, farther
             the larger the circle; 0 leaves that, and the areas, alone.
@@ -48,18 +48,14 @@ def locate_board(circles, p_BQ, K, distortion=None, *, radius=0.0):
     """
     circles, p_BQ, K = np.array(circles, dtype=float), np.asarray(p_BQ, dtype=float), np.asarray(K, dtype=float)
     distortion = np.zeros(5) if distortion is None else np.asarray(distortion, dtype=float)
-    if len(p_BQ) < 4 or len(circles) < len(p_BQ):
-        raise DrakeTrackerError(f"{len(circles)} circles were seen and {len(p_BQ)} are on the board; show at least 4")
+    if p_BQ.shape != (4, 3) or len(circles) < 4:
+        raise DrakeTrackerError(f"{len(circles)} circles were seen and {len(p_BQ)} are on the board; it takes 4 of each")
     # Without distortion from here on: a conic's image is a conic.
     circles[:, :2] = cv2.undistortPoints(circles[:, np.newaxis, :2], K, distortion, P=K)[:, 0]
-    fits = []
-    for chosen in itertools.combinations(circles[:MAX_CIRCLES], len(p_BQ)):
-        chosen = np.array(chosen)
-        for order in _cyclic_orders(chosen, p_BQ):
-            if _is_possible(chosen[order], p_BQ, K, radius):
-                fit = _best_pose(chosen[order, :2], p_BQ, K, radius)
-                if fit is not None:
-                    fits.append(fit)
+    orders = _cyclic_orders(circles[:MAX_CIRCLES], p_BQ)
+    orders = orders[_possible(circles[orders], p_BQ, K, radius)]
+    fits = [_best_pose(circles[order, :2], p_BQ, K, radius) for order in orders]
+    fits = [fit for fit in fits if fit is not None]
     fits.sort(key=lambda fit: fit.rms)
     if not fits or fits[0].rms > MAX_RMS:
         found = f"the best order leaves {fits[0].rms:.1f} px" if fits else "no order of them can be"
@@ -89,42 +85,53 @@ def image_centres(X_CB, p_BQ, K, radius):
     return centres
 
 
-def _cyclic_orders(uv, p_BQ):
-    """Yields index arrays that put the pixels into the order of the board's points, for every way round it could lie.
+def _cyclic_orders(circles, p_BQ):
+    """Returns every choice of four circles, in every order in which they could be the board's: indices (m, 4).
 
     Seen from the front, points go round the board's middle the other way in the image, whose v runs down.
     """
-    image = np.argsort(_angles(uv))[::-1]
-    board = np.argsort(_angles(p_BQ))
-    for turn in range(len(uv)):
-        order = np.empty(len(uv), int)
-        order[board] = np.roll(image, turn)
-        yield order
+    choices = np.array(list(itertools.combinations(range(len(circles)), 4)))
+    image = np.take_along_axis(choices, np.argsort(-_angles(circles[choices]), axis=1), axis=1)
+    orders = np.empty((4, *choices.shape), int)
+    for turn in range(4):
+        orders[turn][:, np.argsort(_angles(p_BQ))] = np.roll(image, turn, axis=1)
+    return orders.reshape(-1, 4)
 
 
 def _angles(points):
-    points = points[:, :2] - points[:, :2].mean(axis=0)
-    return np.arctan2(points[:, 1], points[:, 0])
+    """Angles of points (..., n, 2 or more) about their mean."""
+    points = points[..., :2] - points[..., :2].mean(axis=-2, keepdims=True)
+    return np.arctan2(points[..., 1], points[..., 0])
 
 
-def _is_possible(circles, p_BQ, K, radius):
-    """Tells roughly, and fast, whether circles (n, 2 or 3) can be images of those on the board, in this order.
+def _possible(circles, p_BQ, K, radius):
+    """Returns which of the ordered fours of circles (m, 4, 2 or 3) can roughly be images of those on the board, (m,).
 
     The homography from the board must be that of a rigid plane, two columns of K^-1 H of one length and at right
     angles, and the areas must be what it makes of the circles'.
     """
-    H, _ = cv2.findHomography(p_BQ[:, :2], circles[:, :2])
-    if H is None:
-        return False
-    a, b, _ = np.linalg.solve(K, H).T
-    lengths = np.linalg.norm(a), np.linalg.norm(b)
-    if abs(np.log(lengths[0] / lengths[1])) > _RIGID or abs(a @ b) > _RIGID * lengths[0] * lengths[1]:
-        return False
-    if radius == 0.0 or circles.shape[1] < 3:
-        return True
-    depth = p_BQ[:, :2] @ H[2, :2] + H[2, 2]
-    areas = np.pi * radius**2 * np.abs(np.linalg.det(H) / depth**3)
-    return bool((np.abs(np.log(circles[:, 2] / areas)) < _AREA).all())
+    H = _projective_basis(circles) @ np.linalg.inv(_projective_basis(p_BQ[np.newaxis]))
+    a, b = np.moveaxis(np.linalg.inv(K) @ H, 2, 0)[:2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lengths = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
+        possible = np.abs(np.log(lengths[0] / lengths[1])) < _RIGID
+        possible &= np.abs((a * b).sum(axis=1)) < _RIGID * lengths[0] * lengths[1]
+        if radius > 0.0 and circles.shape[2] == 3:
+            depth = p_BQ[:, :2] @ H[:, 2, :2, np.newaxis] + H[:, 2, 2, np.newaxis, np.newaxis]
+            areas = np.pi * radius**2 * np.abs(np.linalg.det(H)[:, np.newaxis] / depth[..., 0] ** 3)
+            possible &= (np.abs(np.log(circles[..., 2] / areas)) < _AREA).all(axis=1)
+    return possible
+
+
+def _projective_basis(points):
+    """Returns matrices (m, 3, 3) that take the three axes and (1, 1, 1) to four points (m, 4, 2 or more)."""
+    q = np.concatenate([points[..., :2], np.ones((*points.shape[:2], 1))], axis=2)
+
+    def determinant(i, j, k):
+        return (q[:, i] * np.cross(q[:, j], q[:, k])).sum(axis=1)
+
+    weights = np.stack([determinant(3, 1, 2), determinant(0, 3, 2), determinant(0, 1, 3)], axis=1)
+    return (q[:, :3] * weights[..., np.newaxis]).swapaxes(1, 2)
 
 
 def _best_pose(uv, p_BQ, K, radius):
