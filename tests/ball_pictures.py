@@ -70,7 +70,7 @@ def draw_board(X_CB, circles=CIRCLES, size=SIZE, samples=4, floor=70.0, white=20
     return image.reshape(size, samples, size, samples).mean(axis=(1, 3))
 
 
-def put_ball(image, centre, radius=3.8, light=FROM_CAMERA, samples=5):
+def put_ball(image, centre, radius=3.8, light=FROM_CAMERA, white=240.0, samples=5):
     """Returns a float image with a white matt ball at ``centre`` (u, v) [px], lit from ``light`` and from all around."""
     image = np.array(image, dtype=float)
     u0, v0 = (int(np.floor(value - radius - 2)) for value in centre)
@@ -80,7 +80,7 @@ def put_ball(image, centre, radius=3.8, light=FROM_CAMERA, samples=5):
     z = np.sqrt(np.clip(1.0 - x * x - y * y, 0.0, None))
     lit = np.clip(np.tensordot(np.array(light) / np.linalg.norm(light), [x, y, z], 1), 0.0, None)
     behind = image[v0 : v0 + n, u0 : u0 + n].repeat(samples, 0).repeat(samples, 1)
-    seen = np.where(x * x + y * y < 1.0, 240.0 * (0.45 + 0.55 * lit), behind)
+    seen = np.where(x * x + y * y < 1.0, white * (0.45 + 0.55 * lit), behind)
     image[v0 : v0 + n, u0 : u0 + n] = seen.reshape(n, samples, n, samples).mean(axis=(1, 3))
     return image
 

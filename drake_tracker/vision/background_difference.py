@@ -18,7 +18,7 @@ class BackgroundDifferenceParameters(BinaryDetectorParameters):
         threshold: a pixel shows the object when it differs by more from the static image [grey].
     """
 
-    threshold: float = 5.0
+    threshold: float = 6.0
 
     _LEAST = {**BinaryDetectorParameters._LEAST, "threshold": 1}
 

@@ -29,7 +29,7 @@ class BinaryDetectorParameters:
     Raises DrakeTrackerError on a value outside its range.
     """
 
-    smoothing_size: int = 5
+    smoothing_size: int = 3
     smoothing_sigma: float = 1.0
     min_pixels: int = 6
     centroid: str = "hull"

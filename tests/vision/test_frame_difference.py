@@ -61,14 +61,17 @@ def test_a_ball_at_rest_does_not_show():
 
 def test_a_plain_threshold_cannot_find_white_on_white():
     rng = np.random.default_rng(1)
-    for level in range(20, 240, 20):
-        region = find(
-            StaticThreshold(StaticThresholdParameters(level=level)), shoot(put_ball(BOARD, (40.0, 50.0)), rng)
-        )
-        assert region is None or math.dist(region[:2], (40.0, 50.0)) > 20.0
+    place = (40.0, 50.0)
+    same_white = shoot(put_ball(BOARD, place, white=205.0), rng)
+    for level in range(5, 250, 5):
+        region = find(StaticThreshold(StaticThresholdParameters(level=level)), same_white)
+        assert region is None or math.dist(region[:2], place) > 20.0
     # On a dark board it does.
-    region = find(StaticThreshold(StaticThresholdParameters(level=120)), shoot(put_ball(0.3 * BOARD, (40.0, 50.0)), rng))
-    assert math.dist(region[:2], (40.0, 50.0)) < 0.3
+    region = find(StaticThreshold(StaticThresholdParameters(level=120)), shoot(put_ball(0.3 * BOARD, place), rng))
+    assert math.dist(region[:2], place) < 0.3
+    # And motion does on the white one, by the ball's darker rim.
+    pair = (shoot(put_ball(BOARD, (x, 50.0), white=205.0), rng) for x in (37.0, 43.0))
+    assert math.dist(find(FrameDifference(), *pair)[:2], place) < 0.5
 
 
 def test_flicker_breaks_the_background_difference_and_not_that_of_sequential_images():
@@ -95,7 +98,9 @@ def test_normalised_gain_stands_strong_flicker():
     assert find(normalised, images[0], shoot(0.3 * BOARD, rng)) is None
 
 
-@pytest.mark.parametrize("make", [FrameDifference, lambda window: BackgroundDifference(BOARD.astype(np.uint8), window=window)])
+@pytest.mark.parametrize(
+    "make", [FrameDifference, lambda window: BackgroundDifference(BOARD.astype(np.uint8), window=window)]
+)
 def test_nothing_outside_the_window_shows(make):
     rng = np.random.default_rng(4)
     window = np.zeros(BOARD.shape, np.uint8)

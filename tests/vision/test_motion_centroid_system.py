@@ -174,7 +174,9 @@ def test_shortest_lag_is_the_age_of_the_described_image():
         add_motion_centroid(DiagramBuilder(), "motion", NormalFlow(), lag_cycles=1)
 
 
-@pytest.mark.parametrize("detector", [NormalFlow(), FrameDifference(), FrameDifference(FrameDifferenceParameters(stride=1))])
+@pytest.mark.parametrize(
+    "detector", [NormalFlow(), FrameDifference(), FrameDifference(FrameDifferenceParameters(stride=1))]
+)
 def test_a_new_centroid_every_few_cycles_with_the_same_lag(detector):
     lag = lag_of_throughput(6, detector.buffer_length - 1, detector.stamp_age_cycles)
     offset = vision_slot(ESTIMATOR_SLOT)
