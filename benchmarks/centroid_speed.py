@@ -106,9 +106,9 @@ METHODS = {
 def compare(images, centres, methods, default):
     """Returns {method: {median_us, rms_px, found, times_default}} of methods that all see the same images.
 
-    ``centres`` are the object's true (u, v), NaN where they do not count, ``methods`` {name: constructor}, ``default`` the name to compare with. The
-    methods take turns of `TURN` images; the first quarter of the sequence warms the caches and teaches the backgrounds,
-    and does not count. ``found`` is the share of those images with a centroid.
+    ``centres`` are the object's true (u, v), NaN where they do not count, ``methods`` {name: constructor}, ``default``
+    the name to compare with. The methods take turns of `TURN` images; the first quarter of the sequence warms the
+    caches and teaches the backgrounds, and does not count. ``found`` is the share of those images with a centroid.
     """
     frames = len(images)
     names, methods = list(methods), {name: make() for name, make in methods.items()}
@@ -126,7 +126,8 @@ def compare(images, centres, methods, default):
                 described = k - method.delay
                 true_centre = (centres[math.floor(described)] + centres[math.ceil(described)]) / 2
                 if np.isfinite(true_centre).all():
-                    errors[name].append((np.nan, np.nan) if region is None else np.array(region[:2]) - true_centre)
+                    found = (np.nan, np.nan) if region is None else region[:2]
+                    errors[name].append(np.array(found) - true_centre)
     medians = {name: float(np.median(values)) for name, values in seconds.items()}
     return {
         name: {

@@ -71,7 +71,7 @@ def draw_board(X_CB, circles=CIRCLES, size=SIZE, samples=4, floor=70.0, white=20
 
 
 def put_ball(image, centre, radius=3.8, light=FROM_CAMERA, white=240.0, samples=5):
-    """Returns a float image with a white matt ball at ``centre`` (u, v) [px], lit from ``light`` and from all around."""
+    """Returns a float image with a matt ball at ``centre`` (u, v) [px], lit from ``light`` and from all around."""
     image = np.array(image, dtype=float)
     u0, v0 = (int(np.floor(value - radius - 2)) for value in centre)
     n = int(2 * radius + 6)

@@ -38,6 +38,7 @@ class BoardVisionDiagram(Diagram):
         ball_radius: [m]. plausible: `PlausibleReadings`.
         update_cycles: cycles from one centroid to the next.
         throughput_cycles: cycles from the capture of a centroid's first image until the centroid shows.
+        follow: a `PredictedWindow`, or None for the detector's own window alone.
         period: of a cycle [s]. time_step: of the plant [s], which the slots divide.
 
     Raises DrakeTrackerError when the throughput is too short for the detector's images.
@@ -53,6 +54,7 @@ class BoardVisionDiagram(Diagram):
         *,
         update_cycles=UPDATE_CYCLES,
         throughput_cycles=THROUGHPUT_CYCLES,
+        follow=None,
         period=VISION_PERIOD,
         time_step=TIME_STEP,
     ):
@@ -61,7 +63,7 @@ class BoardVisionDiagram(Diagram):
         builder = DiagramBuilder()
         lag = lag_of_throughput(throughput_cycles, detector.buffer_length - 1, detector.stamp_age_cycles)
         centroid = add_motion_centroid(
-            builder, "motion", detector, lag_cycles=lag, period=period, update_cycles=update_cycles
+            builder, "motion", detector, lag_cycles=lag, period=period, update_cycles=update_cycles, follow=follow
         )
         projector = builder.AddNamedSystem(
             "projector",

@@ -46,10 +46,11 @@ def locate_board(circles, p_BQ, K, distortion=None, *, radius=0.0):
 
     Raises DrakeTrackerError when no order fits, or more than one does.
     """
-    circles, p_BQ, K = np.array(circles, dtype=float), np.asarray(p_BQ, dtype=float), np.asarray(K, dtype=float)
+    circles = np.array(circles, dtype=float)
+    p_BQ, K = np.asarray(p_BQ, dtype=float), np.asarray(K, dtype=float)
     distortion = np.zeros(5) if distortion is None else np.asarray(distortion, dtype=float)
     if p_BQ.shape != (4, 3) or len(circles) < 4:
-        raise DrakeTrackerError(f"{len(circles)} circles were seen and {len(p_BQ)} are on the board; it takes 4 of each")
+        raise DrakeTrackerError(f"{len(circles)} circles were seen and {len(p_BQ)} are on the board; it takes 4")
     # Without distortion from here on: a conic's image is a conic.
     circles[:, :2] = cv2.undistortPoints(circles[:, np.newaxis, :2], K, distortion, P=K)[:, 0]
     orders = _cyclic_orders(circles[:MAX_CIRCLES], p_BQ)

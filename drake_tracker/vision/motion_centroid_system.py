@@ -37,13 +37,14 @@ class MotionEnergy:
 class _Memory:
     """Smoothed images, oldest first, and the newest centroid with the images that it rests on and their mask.
 
-    Never changed in place, hence shared by copies.
+    ``readings`` is what a predicted window remembers. Never changed in place, hence shared by copies.
     """
 
     smoothed: tuple
     described: tuple
     centroid: np.ndarray
     energy: MotionEnergy
+    readings: tuple = ()
 
     def __deepcopy__(self, memo):
         return self
@@ -78,16 +79,18 @@ class MotionCentroidSystem(LeafSystem):
     Args:
         detector: a `NormalFlow`, or another detector with its methods ``smooth``, ``mask``, ``centroid`` and ``images``
             and its properties ``stride``, ``buffer_length`` and ``stamp_age_cycles``.
+        follow: a `PredictedWindow` outside of which nothing is looked at, or None.
 
     Raises DrakeTrackerError when ``update_cycles`` is not a whole number of at least 1.
     """
 
-    def __init__(self, detector, *, image_offset=(0, 0), period=VISION_PERIOD, update_cycles=1):
+    def __init__(self, detector, *, image_offset=(0, 0), period=VISION_PERIOD, update_cycles=1, follow=None):
         super().__init__()
         if update_cycles != int(update_cycles) or update_cycles < 1:
             raise DrakeTrackerError(f"update_cycles is {update_cycles}; it must be a whole number, 1 or more")
         self._detector = detector
         self._period = period
+        self._follow = follow
         self._update_cycles = int(update_cycles)
         self._offset = (int(image_offset[0]), int(image_offset[1]))
         self._stamp_age = detector.stamp_age_cycles * period
@@ -117,19 +120,23 @@ class MotionCentroidSystem(LeafSystem):
             grey = cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY)
             newest = _read_only(self._detector.smooth(grey))
         smoothed = (memory.smoothed + (newest,))[-length:]
-        described, centroid, energy = memory.described, memory.centroid, memory.energy
+        described, centroid, energy, readings = memory.described, memory.centroid, memory.energy, memory.readings
         if len(smoothed) == length and cycle % self._update_cycles == 0:
             stamp = context.get_time() - self._stamp_age
             described = smoothed[::stride]
             mask = self._detector.mask(*described)
+            if self._follow is not None:
+                mask = self._follow.apply(mask, readings, stamp)
             region = self._detector.centroid(mask)
+            if self._follow is not None:
+                readings = self._follow.remember(readings, stamp, region)
             u0, v0 = self._offset
             if region is None:
                 centroid = np.array([stamp, 0.0, 0.0, 0.0, 0.0])
             else:
                 centroid = np.array([stamp, region.u + u0, region.v + v0, region.pixel_count, 1.0])
             energy = MotionEnergy(stamp, _read_only(mask), self._offset)
-        memory = _Memory(smoothed, described, _read_only(centroid), energy)
+        memory = _Memory(smoothed, described, _read_only(centroid), energy, readings)
         state.get_mutable_abstract_state(self._memory).set_value(memory)
 
     def _calc_centroid(self, context, output):
@@ -161,7 +168,15 @@ class LaggedCentroid(NamedTuple):
 
 
 def add_motion_centroid(
-    builder, name, detector, *, image_offset=(0, 0), lag_cycles=LAG_CYCLES, period=VISION_PERIOD, update_cycles=1
+    builder,
+    name,
+    detector,
+    *,
+    image_offset=(0, 0),
+    lag_cycles=LAG_CYCLES,
+    period=VISION_PERIOD,
+    update_cycles=1,
+    follow=None,
 ):
     """Adds a `MotionCentroidSystem` and the delay that makes each centroid appear ``lag_cycles`` after its stamp.
 
@@ -178,7 +193,7 @@ def add_motion_centroid(
     steps = delay_cycles(lag_cycles, detector.stamp_age_cycles)
     if steps == 0:
         raise DrakeTrackerError(f"a lag of {lag_cycles:g} cycles leaves nothing to the delay line; add 1 cycle or more")
-    settings = {"image_offset": image_offset, "period": period, "update_cycles": update_cycles}
+    settings = {"image_offset": image_offset, "period": period, "update_cycles": update_cycles, "follow": follow}
     system = builder.AddNamedSystem(name, MotionCentroidSystem(detector, **settings))
     delay = builder.AddNamedSystem(f"{name}_lag", DiscreteTimeDelay(period, steps, message_size(Centroid)))
     builder.Connect(system.GetOutputPort("centroid"), delay.get_input_port())

@@ -26,6 +26,7 @@ from drake_tracker.vision.background_difference import BackgroundDifference
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.frame_difference import FrameDifference, FrameDifferenceParameters
 from drake_tracker.vision.plane_projection import PlausibleReadings, board_window, camera_on_board
+from drake_tracker.vision.predicted_window import PredictedWindow
 
 TIME_STEP = 1 / 600
 X_CB = camera_pose()
@@ -70,10 +71,10 @@ def make_vision(detector=None, **settings):
     )
 
 
-def watch(vision, duration=1.2):
+def watch(vision, duration=1.2, film=None):
     """Returns (simulator, {port: (times, rows)}) as the estimator reads them, once a cycle."""
     builder = DiagramBuilder()
-    film, vision = builder.AddSystem(Film()), builder.AddSystem(vision)
+    film, vision = builder.AddSystem(film or Film()), builder.AddSystem(vision)
     builder.Connect(film.get_output_port(), vision.GetInputPort("camera"))
     names = ("point", "centroid")
     logs = {name: LogVectorOutput(vision.GetOutputPort(name), builder, publish_period=TIME_STEP / 4) for name in names}
@@ -155,3 +156,27 @@ def test_a_detector_of_single_images_has_the_whole_throughput_for_a_lag():
 def test_a_throughput_that_the_images_do_not_leave_is_refused():
     with pytest.raises(DrakeTrackerError, match="a lag of 1 cycles"):
         make_vision(throughput_cycles=2)
+
+
+def test_a_window_that_goes_with_the_ball_leaves_out_another_thing_that_moves():
+    """A hand's shadow that enters at the lower edge, larger than the ball."""
+
+    class Disturbed(Film):
+        def _draw(self, context, output):
+            super()._draw(context, output)
+            step = max(0, 3 * round((context.get_time() - 0.8) / VISION_PERIOD))
+            u, v = np.rint(CAMERA.project((-0.1, 0.1, 0.0))[0]).astype(int)
+            if step > 0:
+                output.get_mutable_value().mutable_data[v - 8 : v + 8, u - 40 + step : u - 20 + step] //= 2
+
+    def found(follow):
+        _, logged = watch(make_vision(follow=follow), 1.15, Disturbed())
+        return [c for _, c in fresh(*logged["centroid"], Centroid) if c.stamp > 0.85]
+
+    def errors(centroids):
+        return [np.hypot(*(CAMERA.project(path(c.stamp))[0] - (c.u, c.v))) for c in centroids]
+
+    whole, followed = found(None), found(PredictedWindow())
+    assert len(whole) == len(followed) >= 3
+    assert max(errors(whole)) > 20.0
+    assert max(errors(followed)) < 1.5
