@@ -33,7 +33,7 @@ READINGS = 10
 """Images in which the circles are read ("10 histogram readings", section 3)."""
 PROBE_FRAME, PROBE_RADIUS = "probe", 0.004
 """Of the cup: the centre of its spherical tip, and the radius [m]."""
-JOG_HEIGHT = 0.030
+JOG_HEIGHT = 0.012
 """Height [m] over its mark at which the operator leaves the tip."""
 HAND_YAW = np.pi
 """Direction [rad] of the hand's x axis: the cup's stem stands on the arm's side."""

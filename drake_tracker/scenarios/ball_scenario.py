@@ -47,6 +47,7 @@ class BoardCamera:
     height: int = setting(256, "image height", "px", (16, 2048))
     fov_deg: float = setting(45.0, "vertical field of view", "deg", (2.0, 120.0))
     noise: float = setting(2.0, "standard deviation of the sensor noise", "grey levels", (0.0, 64.0))
+    supersampling: int = setting(2, "side of the square of rendered pixels averaged into one, as a lens does", "", (1, 8))
     distance_range: list[float] = setting([1.5, 1.9], "from the board's middle", "m", (0.5, 10.0), shape=(2,))
     azimuth_range_deg: float = setting(50.0, "to both sides of the slope's upward direction", "deg", (0.0, 180.0))
     elevation_range_deg: list[float] = setting([40.0, 65.0], "above the horizon", "deg", (5.0, 85.0), shape=(2,))

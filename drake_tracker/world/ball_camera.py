@@ -91,7 +91,9 @@ def add_ball_camera(builder, scene_graph, config, lighting, X_WC, look_at, *, wi
     if not lighting.shadows:  # a lamp under the board would be in its shadow
         params.lights = [*params.lights, _bounce()]
     scene_graph.AddRenderer(RENDERER_NAME, MakeRenderEngineVtk(params))
-    return add_camera(builder, scene_graph, NAME, X_WC, config, lighting, window=window, seed=seed)
+    return add_camera(
+        builder, scene_graph, NAME, X_WC, config, lighting, window=window, supersampling=config.supersampling, seed=seed
+    )
 
 
 def overhead_lamps(look_at):

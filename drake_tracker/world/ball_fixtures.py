@@ -43,7 +43,7 @@ class ContactMaterial:
         return properties
 
 
-WOOD = ContactMaterial(1e4, 10.0, 0.4)
+WOOD = ContactMaterial(1e5, 10.0, 0.4)
 """Board and gate: the ball sinks in by 5 um and does not bounce."""
 PEG = ContactMaterial(200.0, 0.1, 0.2)
 """Pegs and walls. Drake has no coefficient of restitution, and its implicit steps swallow an impact that is over within

@@ -26,6 +26,7 @@ from pydrake.systems.sensors import CameraInfo, RgbdSensor
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.world.lighting import render_engine_params
+from drake_tracker.world.pixel_binning_system import PixelBinningSystem
 from drake_tracker.world.sensor_noise_system import SensorNoiseSystem
 
 CAMERA_NAMES = ("camera_left", "camera_right")
@@ -129,15 +130,17 @@ def renderable_window(window, width, height):
     return u0, v0, u1 - u0, v1 - v0
 
 
-def camera_info(width, height, fov_deg, window=None):
-    """Returns the `CameraInfo` that renders ``window`` (u0, v0, width, height) of a full image of width x height px.
+def camera_info(width, height, fov_deg, window=None, factor=1):
+    """Returns the `CameraInfo` that renders ``window`` (u0, v0, width, height) of a full image of width x height px,
+    ``factor`` times as fine.
 
     The pixels are those of the full image, only fewer, but for the renderer's rounding at a few in ten thousand.
     ``window`` must be a `renderable_window`; None is all of it.
     """
     u0, v0, window_width, window_height = window or (0, 0, width, height)
     f = focal_length(height, fov_deg)
-    return CameraInfo(window_width, window_height, f, f, 0.5 * width - u0, 0.5 * height - v0)
+    numbers = (f, f, 0.5 * width - u0, 0.5 * height - v0)
+    return CameraInfo(factor * window_width, factor * window_height, *(factor * number for number in numbers))
 
 
 def add_cameras(builder, scene_graph, config, lighting, *, windows=None, seed=0):
@@ -171,7 +174,9 @@ def add_cameras(builder, scene_graph, config, lighting, *, windows=None, seed=0)
     }
 
 
-def add_camera(builder, scene_graph, name, X_WC, config, lighting, *, window=None, seed=0, camera_index=0):
+def add_camera(
+    builder, scene_graph, name, X_WC, config, lighting, *, window=None, supersampling=1, seed=0, camera_index=0
+):
     """Adds one camera at X_WC to a diagram whose scene graph has the renderer `RENDERER_NAME`.
 
     Adds an `RgbdSensor` called ``name``, fixed to the world, and, where the configuration asks for noise or flicker, a
@@ -180,6 +185,7 @@ def add_camera(builder, scene_graph, name, X_WC, config, lighting, *, window=Non
     Parameters:
         config: width, height [px], fov_deg, noise. lighting: flicker, flicker_hz.
         window: (u0, v0, width, height) [px] to render only that part of the image; None renders all.
+        supersampling: side of the square of rendered pixels that is averaged into one.
         seed, camera_index: of the sensor noise.
 
     Returns Camera.
@@ -190,7 +196,7 @@ def add_camera(builder, scene_graph, name, X_WC, config, lighting, *, window=Non
         window = renderable_window(window, config.width, config.height)
     core = RenderCameraCore(
         RENDERER_NAME,
-        camera_info(config.width, config.height, config.fov_deg, window),
+        camera_info(config.width, config.height, config.fov_deg, window, supersampling),
         _CLIPPING,
         RigidTransform(),
     )
@@ -205,6 +211,10 @@ def add_camera(builder, scene_graph, name, X_WC, config, lighting, *, window=Non
     )
     builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
     image_port = sensor.color_image_output_port()
+    if supersampling > 1:
+        binning = builder.AddNamedSystem(f"{name}_pixels", PixelBinningSystem(*window[2:], supersampling))
+        builder.Connect(image_port, binning.GetInputPort("color_image"))
+        image_port = binning.GetOutputPort("color_image")
     if config.noise > 0.0 or lighting.flicker > 0.0:
         noise = builder.AddNamedSystem(
             f"{name}_noise",
