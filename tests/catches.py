@@ -1,7 +1,6 @@
 """What the tests of the catch share: parameters, a board, packets of a ball that rolls down it."""
 
 from bisect import bisect
-from types import SimpleNamespace
 
 import numpy as np
 from slopes import LAG, RADIUS, board_pose, to_world
@@ -19,31 +18,11 @@ from drake_tracker.messages import (
     message_size,
     pack_prediction,
 )
+from drake_tracker.scenarios.ball_scenario import Catch
 
 TIME_STEP, PERIOD = 1.0 / 600.0, 0.005
 X_WB = board_pose()
 ACCELERATION = 0.6 * 9.81 * np.sin(np.deg2rad(10.0))
-
-
-def catch_parameters(**changes):
-    values = dict(
-        rim_height=-0.035,
-        raised_height=0.085,
-        home_duration=1.0,
-        raise_duration=0.6,
-        stop_duration=0.2,
-        shortest_motion=0.15,
-        hand_speed=0.75,
-        hand_acceleration=10.0,
-        manual_speed=0.25,
-        follow_tolerance=0.002,
-        settle_time=0.10,
-        settle_tolerance=0.006,
-        rest_time=0.4,
-        trust_time=0.45,
-        ready_after=0.3,
-    )
-    return SimpleNamespace(**{**values, **changes})
 
 
 def edge(**changes):

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from catches import PERIOD, X_WB, ball_packet, catch_parameters, edge, packets_of, play
+from catches import PERIOD, X_WB, ball_packet, edge, packets_of, play
 from slopes import STEP, points_of, roll, to_world
 
 from drake_tracker.arm.tool_motion import MotionFrame
@@ -10,9 +10,10 @@ from drake_tracker.estimation import make_estimator
 from drake_tracker.grasp.catch_machine import CatchMachine, CatchObservation
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.messages import ArmCommand, Prediction, ServoTarget, ToolStatus, message_size
+from drake_tracker.scenarios.ball_scenario import Catch
 
 NOTHING = np.zeros(message_size(Prediction))
-PARAMETERS = catch_parameters()
+PARAMETERS = Catch()
 LAG = 0.12
 
 
@@ -20,7 +21,7 @@ class Bench:
     """Ticks of a CatchMachine; the hand is at once where it was sent."""
 
     def __init__(self, **changes):
-        self.machine = CatchMachine(catch_parameters(**changes), edge(), PERIOD)
+        self.machine = CatchMachine(Catch(**changes), edge(), PERIOD)
         self.state = self.machine.initial_state()
         self.time = 5.0
         self.commands = []

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from catches import PERIOD, TIME_STEP, ball_packet, catch_parameters, edge
+from catches import PERIOD, TIME_STEP, ball_packet, edge
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
@@ -18,9 +18,10 @@ from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.catch_system import CatchDiagnosis, CatchSystem
 from drake_tracker.messages import Prediction, message_size
+from drake_tracker.scenarios.ball_scenario import Catch
 from drake_tracker.timing import LINK_SLOT, vision_slot
 
-PARAMETERS = catch_parameters()
+PARAMETERS = Catch()
 NEWS = 4.0 / 60.0
 LAG = 0.1
 

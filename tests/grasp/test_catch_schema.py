@@ -1,9 +1,9 @@
 import pytest
-from catches import catch_parameters
 
 from drake_tracker.arm.tool_motion import MotionFrame
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_schema import CATCH_PROGRAMS, CATCH_SAME_MOTION, CATCH_TRANSITIONS, CatchPhase
+from drake_tracker.scenarios.ball_scenario import Catch
 
 
 def successors(phase):
@@ -18,7 +18,7 @@ def test_every_phase_has_a_program_and_transitions():
 def test_every_name_in_the_tables_exists(phase):
     program = CATCH_PROGRAMS[phase]
     for name in filter(None, (program.height, program.duration)):
-        assert isinstance(getattr(catch_parameters(), name), float)
+        assert isinstance(getattr(Catch(), name), float)
     for condition, _ in CATCH_TRANSITIONS[phase]:
         assert callable(getattr(CatchMachine, condition))
 

@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
-from catches import PERIOD, TIME_STEP, ball_packet, catch_parameters, edge
+from catches import PERIOD, TIME_STEP, ball_packet, edge
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.catch_system import CatchDiagnosis, CatchSystem
 from drake_tracker.messages import ArmCommand, Prediction, ServoTarget, ToolStatus, message_size
+from drake_tracker.scenarios.ball_scenario import Catch
 from drake_tracker.timing import GRASP_SLOT, servo_slot
 
 TICK = servo_slot(GRASP_SLOT, TIME_STEP, PERIOD)
@@ -14,14 +15,14 @@ TICK = servo_slot(GRASP_SLOT, TIME_STEP, PERIOD)
 
 @pytest.fixture
 def system():
-    return CatchSystem(CatchMachine(catch_parameters(), edge(), PERIOD), TIME_STEP, PERIOD)
+    return CatchSystem(CatchMachine(Catch(), edge(), PERIOD), TIME_STEP, PERIOD)
 
 
 def with_inputs(system, packet, operator=None):
     """A simulator of the System alone: the hand at home, the ball's packet as given."""
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
-    home = edge().home + [0.0, 0.0, catch_parameters().rim_height, 0.0]
+    home = edge().home + [0.0, 0.0, Catch().rim_height, 0.0]
     system.GetInputPort("target").FixValue(context, np.append(np.zeros(13), Prediction(packet).valid))
     system.GetInputPort("packet").FixValue(context, packet)
     system.GetInputPort("status").FixValue(context, [0.0, 1.0, 0.0, *home, 0.0])
