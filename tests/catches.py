@@ -18,7 +18,6 @@ from drake_tracker.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.scenarios.ball_scenario import Catch
 
 TIME_STEP, PERIOD = 1.0 / 600.0, 0.005
 X_WB = board_pose()
