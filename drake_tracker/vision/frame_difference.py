@@ -48,7 +48,7 @@ class FrameDifference(BinaryDetector):
     A ball that moved by less than its diameter changes two crescents, before and behind it; one that moved farther
     changes two discs. Either way the middle of all changed pixels is that between the ball's two places, and the stamp
     lies midway between the two captures. A ball is not equally visible all over: light from one side shifts the
-    centroid in both places alike, for a ball of 8 px by up to 0.6 px ("hull") or 0.9 px ("mean").
+    centroid in both places alike, for a ball of 8 px by some 0.6 px ("hull") or 0.8 px ("mean").
 
     It holds no image: the caller keeps the last `buffer_length` smoothed images and passes every ``stride``-th of them.
 
