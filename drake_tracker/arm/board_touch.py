@@ -8,7 +8,7 @@ comes from which marks were touched. Errors, for marks at distances r_i from the
 board has them) and errors of std s across the plane and of std p in it, by the placing of the probe over the marks:
 
 - across: s/sqrt(3) at the centre. The tilt about x_B is off by s sqrt(3/2)/0.18 m, about y_B by s/(sqrt(2) 0.20 m): an
-  s of 0.1 mm is 0.04 deg and 0.02 deg. The simulated arm notes a touch 0.01 to 0.05 mm too deep: far less than p.
+  s of 0.1 mm is 0.04 deg and 0.02 deg. The simulated arm notes a touch less than 0.1 mm too deep: far less than p.
 - in the plane: p/sqrt(3) in x and in y at the centre, and p/sqrt(sum r_i^2) = p/0.32 m in rotation: p of 0.5 mm is
   0.3 mm and 0.09 deg, which is 1 mm across the path of a ball at the board's far end but 0.4 mm at the bottom edge.
 """

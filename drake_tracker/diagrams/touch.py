@@ -2,12 +2,7 @@
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
-from drake_tracker.arm.joint_servo import add_joint_feedforward, add_set_point_spline
-from drake_tracker.arm.tool_motion import ToolMotion
-from drake_tracker.arm.transform_equation_system import TransformEquationSystem
-from drake_tracker.grasp.touch_machine import TouchMachine
-from drake_tracker.grasp.touch_system import TouchSystem
+from drake_tracker.arm.touch_diagram import TouchDiagram as ArmTouchDiagram
 
 
 class TouchDiagram(Diagram):
@@ -35,29 +30,12 @@ class TouchDiagram(Diagram):
         self.world = world
         builder = DiagramBuilder()
         builder.AddSystem(world)
-        p_start = model.tool_pose(q_initial).translation()
-        machine = TouchMachine(model, jogs, p_start, period)
-        touch = builder.AddNamedSystem("touch", TouchSystem(machine, time_step, period))
-        motion = ToolMotion(jogs[0], period, symmetric=False)
-        transform = builder.AddNamedSystem(
-            "transform_equation", TransformEquationSystem(motion, model, q_initial, time_step, period)
-        )
-        ik = builder.AddNamedSystem("inverse_kinematics", DifferentialIkSystem(model, q_initial, time_step, period))
-        joints = add_set_point_spline(builder, "joint_spline", ik.GetOutputPort("q_commanded"), q_initial, period)
-        dynamics = add_joint_feedforward(builder, model, joints)
-
-        for port in ("target", "command"):
-            builder.Connect(touch.GetOutputPort(port), transform.GetInputPort(port))
-        builder.Connect(transform.GetOutputPort("status"), touch.GetInputPort("status"))
-        builder.Connect(transform.GetOutputPort("X_WT_desired"), ik.GetInputPort("X_WT_desired"))
-        builder.Connect(ik.GetOutputPort("q_commanded"), transform.GetInputPort("q_commanded"))
-        builder.Connect(joints.GetOutputPort("desired_acceleration"), touch.GetInputPort("desired_acceleration"))
-        builder.Connect(world.GetOutputPort("arm_state"), touch.GetInputPort("arm_state"))
-        builder.Connect(world.GetOutputPort("arm_state"), dynamics.get_input_port_estimated_state())
-        builder.Connect(world.GetOutputPort("arm_effort"), touch.GetInputPort("arm_effort"))
-        builder.Connect(joints.GetOutputPort("desired_state"), world.GetInputPort("arm_desired_state"))
-        builder.Connect(dynamics.get_output_port_generalized_force(), world.GetInputPort("arm_feedforward"))
-        builder.ExportOutput(touch.GetOutputPort("report"), "report")
+        arm = builder.AddSystem(ArmTouchDiagram(model, q_initial, jogs, time_step, period))
+        for port in ("arm_state", "arm_effort"):
+            builder.Connect(world.GetOutputPort(port), arm.GetInputPort(port))
+        for port in ("arm_desired_state", "arm_feedforward"):
+            builder.Connect(arm.GetOutputPort(port), world.GetInputPort(port))
+        builder.ExportOutput(arm.GetOutputPort("report"), "report")
         for port in ("camera", "truth_query"):
             if world.HasOutputPort(port):
                 builder.ExportOutput(world.GetOutputPort(port), port)

@@ -2,7 +2,7 @@
 
 The paper places "the manipulator's end effector at three locations on the board". An operator has jogged the probe over
 each mark beforehand. Here the arm goes there, down slowly until it feels contact, notes where its own encoders put the
-probe, and goes up again.
+probe when the force began, and goes up again.
 """
 
 from dataclasses import replace
@@ -13,10 +13,13 @@ from drake_tracker.arm.contact_sense import contact_force, low_pass
 from drake_tracker.arm.tool_motion import MotionFrame
 from drake_tracker.arm.transform_equation import PEAK_OVER_MEAN
 from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.estimation.alpha_beta_gamma import read_only
 from drake_tracker.grasp.touch_schema import TouchParameters, TouchPhase, TouchReport, TouchState
 
 _SHORTEST = 0.3
 """Shortest motion [s]."""
+_FREE_SHARE = 0.2
+"""Share of the threshold up to which nothing is felt: a soft board is not yet pressed in."""
 
 
 class TouchMachine:
@@ -37,8 +40,9 @@ class TouchMachine:
         self._way = np.vstack([p_start, self.jogs[:, :3]])
 
     def initial_state(self):
-        none = np.zeros((0, 3))
-        return TouchState(TouchPhase.ABOVE, 0, 1, self._travel_time(0), 0.0, 0.0, 0.0, 0, _read_only(none))
+        nowhere = read_only(np.zeros(3))
+        no_points = read_only(np.zeros((0, 3)))
+        return TouchState(TouchPhase.TRAVEL, 0, 1, self._travel_time(0), 0.0, 0.0, 0.0, 0, nowhere, no_points)
 
     def update(self, state, time, status, q, v, acceleration, effort):
         """Returns the state after the tick at ``time`` [s].
@@ -53,21 +57,29 @@ class TouchMachine:
         arrived = status.motion == state.motion and status.fraction >= 1.0
         if state.phase == TouchPhase.DOWN:
             return self._descend(state, time, arrived, q)
+        if state.phase == TouchPhase.TRAVEL and arrived:
+            lower = PEAK_OVER_MEAN * self.parameters.clearance / self.parameters.travel_speed
+            return self._enter(state, TouchPhase.ABOVE, time, max(lower, _SHORTEST))
         if state.phase == TouchPhase.ABOVE and arrived:
             if time - state.since >= state.duration + self.parameters.settle:
                 down = PEAK_OVER_MEAN * self.parameters.reach_below / self.parameters.descent_speed
-                state = replace(state, rest_force=force, felt=0)
+                here = read_only(self.model.tool_pose(q).translation())
+                state = replace(state, rest_force=force, felt=0, last_free=here)
                 return self._enter(state, TouchPhase.DOWN, time, down)
         elif state.phase == TouchPhase.UP and arrived:
             if len(state.points) == len(self.jogs):
                 return self._enter(state, TouchPhase.DONE, time, _SHORTEST)
             state = replace(state, mark=state.mark + 1)
-            return self._enter(state, TouchPhase.ABOVE, time, self._travel_time(state.mark))
+            return self._enter(state, TouchPhase.TRAVEL, time, self._travel_time(state.mark))
         return state
 
     def command(self, state):
         """Returns the `ArmCommand` vector of a state: straight motions about the jogged pose, seen as the object."""
-        height = -self.parameters.reach_below if state.phase in (TouchPhase.DOWN, TouchPhase.MISSED) else 0.0
+        height = self.parameters.clearance
+        if state.phase == TouchPhase.ABOVE:
+            height = 0.0
+        elif state.phase in (TouchPhase.DOWN, TouchPhase.MISSED):
+            height = -self.parameters.reach_below
         return np.array([state.phase, state.motion, state.duration, MotionFrame.OBJECT, height, 0.0, 0.0])
 
     def target(self, state, time):
@@ -81,11 +93,12 @@ class TouchMachine:
         return np.concatenate([[state.phase, state.mark, state.force - state.rest_force], points.ravel()])
 
     def _descend(self, state, time, arrived, q):
-        pushes = state.force - state.rest_force > self.parameters.threshold
-        state = replace(state, felt=state.felt + 1 if pushes else 0)
+        push, threshold = state.force - state.rest_force, self.parameters.threshold
+        if push <= _FREE_SHARE * threshold:
+            state = replace(state, last_free=read_only(self.model.tool_pose(q).translation()))
+        state = replace(state, felt=state.felt + 1 if push > threshold else 0)
         if state.felt >= self.parameters.samples:
-            point = self.model.tool_pose(q).translation()
-            state = replace(state, points=_read_only(np.vstack([state.points, point])))
+            state = replace(state, points=read_only(np.vstack([state.points, state.last_free])))
             return self._enter(state, TouchPhase.UP, time, _SHORTEST)
         if arrived:
             return replace(state, phase=TouchPhase.MISSED)
@@ -113,9 +126,3 @@ def touched_points(report):
     if fields.phase != TouchPhase.DONE:
         raise DrakeTrackerError(f"the arm has not finished touching the board: {TouchPhase(int(fields.phase)).name}")
     return np.asarray(report)[3:].reshape(3, 3)
-
-
-def _read_only(array):
-    array = np.array(array)
-    array.setflags(write=False)
-    return array

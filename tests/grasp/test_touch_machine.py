@@ -61,7 +61,7 @@ def test_it_goes_over_down_and_up_three_times_and_is_done(bench):
         assert ArmCommand(bench.machine.command(bench.state)).height == -PARAMETERS.reach_below
         took = bench.until(TouchPhase.UP, force=10.0)
         assert took <= (PARAMETERS.samples + 1) * PERIOD + 1e-9
-        assert ArmCommand(bench.machine.command(bench.state)).height == 0.0
+        assert ArmCommand(bench.machine.command(bench.state)).height == PARAMETERS.clearance
         assert len(bench.state.points) == mark + 1
         bench.q = bench.q + 0.01
     bench.until(TouchPhase.DONE)
@@ -74,6 +74,26 @@ def test_the_descent_is_as_slow_as_asked(bench):
     bench.until(TouchPhase.DOWN)
     peak = PARAMETERS.reach_below / bench.state.duration / 0.75
     assert peak == pytest.approx(PARAMETERS.descent_speed)
+
+
+def test_what_is_noted_is_where_the_force_began(bench):
+    bench.until(TouchPhase.DOWN)
+    free = bench.model.tool_pose(bench.q).translation()
+    bench.tick()
+    for force in (1.0, 2.0, 3.0, 5.0, 8.0, 12.0):  # a soft board: the probe sinks in
+        bench.q = bench.q + [0.0, 0.002, 0.0, 0.0, 0.0, 0.0]
+        if bench.state.phase == TouchPhase.DOWN:
+            bench.tick(force)
+    assert bench.state.phase == TouchPhase.UP
+    np.testing.assert_allclose(bench.state.points[0], free, atol=1e-9)
+    assert np.linalg.norm(bench.model.tool_pose(bench.q).translation() - free) > 2e-3
+
+
+def test_it_travels_clear_of_the_pegs_and_comes_down_to_the_jogged_pose_first(bench):
+    heights = [ArmCommand(bench.machine.command(bench.state)).height]
+    bench.until(TouchPhase.ABOVE)
+    heights.append(ArmCommand(bench.machine.command(bench.state)).height)
+    assert heights == [PARAMETERS.clearance, 0.0]
 
 
 def test_a_single_sample_is_no_touch(bench):
