@@ -29,10 +29,10 @@ positions of the probe's centre, p_WP [m] in W, zero where there is none yet."""
 class TouchParameters:
     """How the arm touches.
 
-    descent_speed, travel_speed: of the probe [m/s]. clearance: above the jogged poses on the way from one to the next, so
-    that the probe passes over the board's pegs [m]. reach_below: how far below the jogged pose the board is sought [m].
-    threshold: force [N] that counts as a touch when it is felt in so many ``samples`` in a row. settle: rest over the
-    mark before the descent [s]. force_time_constant: of the force's low-pass [s].
+    descent_speed, travel_speed: of the probe [m/s]. clearance: above the jogged poses on the way from one to the next,
+    so that the probe passes over the board's pegs [m]. reach_below: how far below the jogged pose the board is sought
+    [m]. threshold: force [N] that counts as a touch when it is felt in so many ``samples`` in a row. settle: rest over
+    the mark before the descent [s]. force_time_constant: of the force's low-pass [s].
     """
 
     descent_speed: float = 0.006
