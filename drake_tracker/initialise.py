@@ -39,6 +39,8 @@ HAND_YAW = np.pi
 """Direction [rad] of the hand's x axis: the cup's stem stands on the arm's side."""
 START_HEIGHT = 0.20
 """Height [m] over the board's bottom edge at which the tip starts."""
+STILL_SUPERSAMPLING = 4
+"""Rendered pixels averaged into one, to each side, while nothing moves: more exact, and few images are needed."""
 LONGEST = 60.0
 """Simulated time [s] after which the touching is given up."""
 
@@ -65,7 +67,8 @@ def initialise_board(scenario):
     model = make_arm_model(replace(description, tool_frame=PROBE_FRAME))
     p_start = np.array(scenario.board.edge_position) + [0.0, 0.0, START_HEIGHT]
     q_initial = joints_for(model, description.q_start, tool_down(p_start, HAND_YAW))
-    world = BallWorldDiagram(scenario, description, q_initial, ball_on_board=False)
+    still = replace(scenario, camera=replace(scenario.camera, supersampling=STILL_SUPERSAMPLING))
+    world = BallWorldDiagram(still, description, q_initial, ball_on_board=False)
     jogs = operator_jogs(scenario, world.laboratory.X_WB)
     touching = TouchDiagram(world, model, q_initial, jogs, scenario.time_step, BALL_SERVO_PERIOD)
 

@@ -82,9 +82,9 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
         save_log(log, out / "log.npz")
     for recorder in recorders:
         recorder.finish(context)
-    summary = task.summarize(scenario, log, simulated=context.get_time(), interrupted=watch.interrupted)
+    summary = task.summarize(hand_eye, scenario, log, context.get_time(), watch.interrupted)
     if out is not None:
-        task.draw(scenario, log, summary, out)
+        task.draw(hand_eye, scenario, log, summary, out)
     clock["end"] = time.monotonic()
     simulating = clock["write"] - clock["simulate"]
     summary["real_time_factor"] = context.get_time() / simulating

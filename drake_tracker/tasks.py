@@ -14,8 +14,8 @@ class Task:
     make_diagram: scenario -> `HandEyeDiagram`. phases: the IntEnum of `ArmCommand`'s phase. verdict: the named view of
     the judge's findings. ended: such a view -> why the run is over, None while it is not. needs_renderer: scenario ->
     whether images are rendered. add_recorders: (builder, hand_eye, scenario, out) -> recorders of images, each with
-    ``finish(context)``. summarize: (scenario, log, simulated, interrupted) -> dict. draw: (scenario, log, summary, out)
-    leaves the pictures of a run.
+    ``finish(context)``. summarize: (hand_eye, scenario, log, simulated, interrupted) -> dict. draw: (hand_eye, scenario,
+    log, summary, out) leaves the pictures of a run.
     """
 
     make_diagram: Callable
@@ -71,9 +71,35 @@ def _train():
         ended=ended,
         needs_renderer=lambda scenario: not isinstance(scenario.vision, Measured),
         add_recorders=add_recorders,
-        summarize=summarize,
-        draw=lambda scenario, log, summary, out: draw_tracking(scenario, log, summary, out / "tracking.png"),
+        summarize=lambda hand_eye, *rest: summarize(*rest),
+        draw=lambda hand_eye, scenario, log, summary, out: draw_tracking(scenario, log, summary, out / "tracking.png"),
     )
 
 
-_TASKS = {"train": _train}
+def _ball():
+    from drake_tracker.diagrams.ball import make_diagram
+    from drake_tracker.grasp.catch_schema import CatchPhase
+    from drake_tracker.record.ball_summary import summarize_ball
+    from drake_tracker.world.catch_judge_system import CatchVerdict
+
+    def ended(verdict):
+        if verdict.caught:
+            return "the ball was caught"
+        return "the ball is lost" if verdict.lost else None
+
+    def add_recorders(builder, hand_eye, scenario, out):
+        return []
+
+    return Task(
+        make_diagram=make_diagram,
+        phases=CatchPhase,
+        verdict=CatchVerdict,
+        ended=ended,
+        needs_renderer=lambda scenario: True,
+        add_recorders=add_recorders,
+        summarize=summarize_ball,
+        draw=lambda hand_eye, scenario, log, summary, out: None,
+    )
+
+
+_TASKS = {"train": _train, "ball": _ball}

@@ -71,12 +71,14 @@ def board_vision(scenario, poses):
     window = board_window(camera, board.width, board.length, 2.0 * BALL_RADIUS, settings.bottom)
     mask = window.mask((0, 0, config.width, config.height))
     incline = np.arccos(poses.X_WB.rotation().matrix()[2, 2])
-    plausible = PlausibleReadings(board.width, board.length, incline, settings.tolerance)
+    # In the lowest part of the window a ball is cut off, and its centroid with it.
+    seen_from = settings.bottom + 2.0 * BALL_RADIUS
+    plausible = PlausibleReadings(board.width, board.length, incline, seen_from, settings.tolerance)
     return BoardVisionDiagram(
         make_detector(settings.detector, mask, poses.image),
         camera,
         poses.X_WB.GetAsMatrix4(),
-        BALL_RADIUS,
+        settings.centroid_height,
         plausible,
         update_cycles=settings.update_cycles,
         throughput_cycles=settings.throughput_cycles,

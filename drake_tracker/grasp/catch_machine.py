@@ -90,7 +90,7 @@ class CatchMachine(SchemaMachine):
         if crossing is not None:
             state = replace(state, crossing=crossing, stamp=float(seen.packet[0]))
         state = self.advance(state, seen)
-        if state.phase == CatchPhase.FOLLOW:
+        if state.phase == CatchPhase.FOLLOW and self.parameters.follow:
             state = self._approach(state, state.crossing.place, self.parameters.rim_height, seen)
         elif state.phase == CatchPhase.MANUAL and np.all(np.isfinite(seen.operator)):
             state = self._approach(state, seen.operator[1:], 0.0, seen)

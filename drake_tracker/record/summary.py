@@ -73,7 +73,7 @@ def summarize(scenario, log, simulated, interrupted=False):
         **arm_findings(log, limits_of(arm_of(scenario))),
         **_tracking(log, spans),
         **vision,
-        "lag_s": _lag(log, scenario.time_step),
+        "lag_s": lag_of(log, scenario.time_step),
         "closing_onset_error_s": closing_onset_error(scenario, log, spans),
         "simulated_s": simulated,
         "interrupted": bool(interrupted),
@@ -188,7 +188,7 @@ def _vision(log, spans):
     }
 
 
-def _lag(log, time_step):
+def lag_of(log, time_step):
     """Returns the least and the greatest lag [s] of a run.
 
     A packet shows in the log at the cycle after the one in whose slot the estimator made it.

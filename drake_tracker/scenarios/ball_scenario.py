@@ -73,10 +73,10 @@ class FrameDifference:
     stride: int = setting(2, "cycles between the two images; 2 as interlaced, 1 every one", "cycles", (1, 4))
     threshold: float = setting(6.0, "change that counts as motion", "grey levels", (1.0, 255.0))
     normalise_gain: bool = setting(False, "take out changes of the whole image's brightness")
-    smoothing_size: int = setting(5, "side of the Gaussian mask, odd", "px", (1, 31))
+    smoothing_size: int = setting(3, "side of the Gaussian mask, odd", "px", (1, 31))
     smoothing_sigma: float = setting(1.0, "standard deviation of the Gaussian", "px", (0.1, 10.0))
     min_pixels: int = setting(6, "moving pixels that make a valid centroid", "px", (1, 65536))
-    centroid: str = setting("mean", "mean of the moving pixels, or of their convex hull", choices=("mean", "hull"))
+    centroid: str = setting("hull", "mean of the moving pixels, or of their convex hull", choices=("mean", "hull"))
     join_distance: int = setting(12, "gap across which the hull joins fragments", "px", (1, 512))
 
 
@@ -115,7 +115,10 @@ class BoardVision:
     throughput_cycles: int = setting(
         BALL_THROUGHPUT_CYCLES, "cycles from a centroid's first image until it shows", "cycles", (2, 120)
     )
-    bottom: float = setting(0.08, "strip along the bottom edge in which nothing is looked for", "m", (0.0, 0.4))
+    centroid_height: float = setting(
+        0.016, "height over the board at which the moving centroid lies; 0.02 is half the diameter", "m", (0.0, 0.04)
+    )
+    bottom: float = setting(0.05, "strip along the bottom edge in which nothing is looked for", "m", (0.0, 0.4))
     tolerance: float = setting(0.02, "error of a reading allowed before it is called spurious", "m", (0.0, 0.2))
 
 
@@ -134,6 +137,7 @@ class Slope:
 class Catch:
     """The motor schema of catching. Heights are of the cup's rim above the ball's centre where it leaves the board."""
 
+    follow: bool = setting(True, "whether the cup follows the foreseen crossing; else it stays in the middle")
     beyond: float = setting(0.050, "horizontal distance from the edge to the middle of the cup", "m", (0.0, 0.2))
     rim_height: float = setting(-0.035, "height of the rim while it waits", "m", (-0.1, 0.02))
     raised_height: float = setting(0.085, "height of the rim once it holds the ball", "m", (0.0, 0.4))

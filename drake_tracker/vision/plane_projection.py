@@ -10,8 +10,10 @@ import numpy as np
 
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.window import project_window
+from drake_tracker.vision.window import window_around
 
+LOWEST_SIGHT = 2.3
+"""Cotangent of the lowest elevation from which the camera looks at the board."""
 GRAVITY = 9.81
 """[m/s^2]"""
 
@@ -44,16 +46,20 @@ def project_to_plane(camera, uv, z):
 
 
 def board_window(camera, width, length, ball_diameter, bottom=0.0):
-    """Returns the `Window` in which a ball on the board can be seen.
+    """Returns the `Window` in which a ball on the board can be seen, but nothing beyond the bottom edge.
 
     Args:
         camera: a `CameraModel` in the board's frame. width, length: of the board's face [m]. ball_diameter: [m].
-        bottom: width of a strip along the bottom edge that is left out [m]. Beyond that edge the hand moves, and its
-            image touches the ball's there.
+        bottom: width of a strip along the bottom edge that is left out [m]: beyond that edge the hand moves.
 
     Raises DrakeTrackerError when nothing is left, or the camera does not see the board.
     """
-    return project_window(camera, [[-width / 2, bottom, 0.0], [width / 2, length, ball_diameter]])
+    if not bottom + LOWEST_SIGHT * ball_diameter < length:
+        raise DrakeTrackerError(f"a strip of {bottom:g} m along the bottom edge leaves nothing of a board of {length:g} m")
+    half = width / 2
+    # The top of a ball hides what lies behind it, for a camera on the upper side what lies farther down.
+    rims = ((bottom, 0.0), (bottom + LOWEST_SIGHT * ball_diameter, ball_diameter), (length, 0.0), (length, ball_diameter))
+    return window_around(camera, np.array([(x, y, z) for x in (-half, half) for y, z in rims]))
 
 
 @dataclass(frozen=True)
@@ -80,6 +86,7 @@ class PlausibleReadings:
     Attributes:
         width, length: of the board's face [m].
         incline: of the board [rad].
+        bottom: lowest y [m] at which a ball is seen whole.
         tolerance: error of a reading [m], allowed in addition.
         restart_after: readings.
 
@@ -89,6 +96,7 @@ class PlausibleReadings:
     width: float
     length: float
     incline: float
+    bottom: float = 0.0
     tolerance: float = 0.02
     restart_after: int = 3
 
@@ -107,7 +115,7 @@ class PlausibleReadings:
     def judge(self, last, stamp, p_BQ):
         """Returns (believed, `LastReading` to pass next time) for a reading p_BQ (3,) [m] at a stamp [s]."""
         x, y = float(p_BQ[0]), float(p_BQ[1])
-        if not (abs(x) <= self.width / 2 and 0.0 <= y <= self.length):
+        if not (abs(x) <= self.width / 2 and self.bottom <= y <= self.length):
             return False, last
         if last.place and last.rejected < self.restart_after:
             moved = np.hypot(x - last.place[0], y - last.place[1])

@@ -84,7 +84,15 @@ def project_window(camera, work_volume, outline="box", *, padding=4):
     """
     ground = footprint(work_volume, outline)
     rims = [np.column_stack([ground, np.full(len(ground), corner[2])]) for corner in work_volume]
-    corners = camera.project(np.vstack(rims))
+    return window_around(camera, np.vstack(rims), padding)
+
+
+def window_around(camera, points, padding=4):
+    """Returns the `Window` of a camera whose polygon is the hull of the images of points (n, 3) [m, W].
+
+    ``padding`` and the errors raised as for `project_window`.
+    """
+    corners = camera.project(points)
     if np.isnan(corners).any():
         raise DrakeTrackerError("a corner of the work volume lies behind a camera; move the camera or the volume")
     polygon = cv2.convexHull(corners.astype(np.float32)).reshape(-1, 2).astype(float)
