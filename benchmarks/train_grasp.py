@@ -1,6 +1,6 @@
 """How often the train is lifted, with rendered images in the loop: the tables of the README.
 
-    python benchmarks/train_grasp.py                            every cell, all seeds, on all cores; goes on where it was
+    python benchmarks/train_grasp.py                            every cell, all seeds, all cores; goes on where it was
     python benchmarks/train_grasp.py --estimator arc_length     the same with another estimator
     python benchmarks/train_grasp.py --cells oval-0.15 --seeds 3
 

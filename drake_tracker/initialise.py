@@ -124,7 +124,7 @@ def operator_jogs(scenario, X_WB):
 
 
 def pose_error(estimate, truth):
-    """Returns how far a RigidTransform is from the true one: (distance of the origins [m], angle between them [rad])."""
+    """Returns how far a RigidTransform is from the true one: (distance of origins [m], angle between [rad])."""
     distance = np.linalg.norm(estimate.translation() - truth.translation())
     turn = (truth.rotation().inverse() @ estimate.rotation()).ToAngleAxis().angle()
     return float(distance), float(abs(turn))

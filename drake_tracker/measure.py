@@ -18,8 +18,8 @@ from drake_tracker.record.episode import errors, train_pose
 from drake_tracker.record.log import add_loggers, read_log
 from drake_tracker.scenarios.train_scenario import Rendered
 from drake_tracker.vision.measured_error import AXES
-from drake_tracker.vision.measured_error_fit import HEADINGS, Sighting, combine, fit_speed
 from drake_tracker.vision.measured_error_file import save_error
+from drake_tracker.vision.measured_error_fit import HEADINGS, Sighting, combine, fit_speed
 from drake_tracker.world.cameras import describe_rig, focal_length
 
 SEEDS, LAPS = 2, 2

@@ -31,8 +31,8 @@ def run_trials(work, jobs, workers):
       work: a function of a module, called in spawned processes. jobs: an iterable of picklable things; the next one is
       taken when a worker is free. workers: how many processes work at a time.
 
-    A worker that dies, whatever killed it, yields (job, `WorkerDied`) for its own job; another takes its place. When the
-    caller stops early (or on Ctrl-C) the processes are ended.
+    A worker that dies, whatever killed it, yields (job, `WorkerDied`) for its own job; another takes its place. When
+    the caller stops early (or on Ctrl-C) the processes are ended.
     """
     context = multiprocessing.get_context("spawn")
     jobs = iter(jobs)

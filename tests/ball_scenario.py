@@ -1,6 +1,11 @@
 """The ball's scenario with a few of its settings changed: a camera without noise unless told otherwise."""
 
+import numpy as np
+
+from drake_tracker.initialise import BoardPoses
 from drake_tracker.scenarios.ball_scenario import BallScenario
+from drake_tracker.world.ball_board import draw_board_pose
+from drake_tracker.world.ball_camera import draw_camera_pose
 
 
 def make_scenario(seed=0, noise=0.0, start_x=None, release=True, **board):
@@ -12,3 +17,11 @@ def make_scenario(seed=0, noise=0.0, start_x=None, release=True, **board):
         assert hasattr(scenario.board, key), key
         setattr(scenario.board, key, value)
     return scenario
+
+
+def true_poses(scenario):
+    """The board's poses as they are, in the place of those that `initialise_board` finds."""
+    X_WB = draw_board_pose(scenario.board, scenario.seed)
+    X_WC = draw_camera_pose(scenario.camera, scenario.board, X_WB, scenario.seed)
+    size = (scenario.camera.height, scenario.camera.width, 3)
+    return BoardPoses(X_WC.inverse() @ X_WB, X_WB, 0.0, np.zeros((3, 3)), np.zeros(size, np.uint8))

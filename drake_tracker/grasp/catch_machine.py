@@ -35,9 +35,9 @@ BY_HAND = (CatchPhase.STOPPED, CatchPhase.MANUAL)
 class CatchState:
     """All that the machine remembers.
 
-    goal: (x, y, z, yaw) [m, W, rad] of the object, read-only; duration: of the motion to it [s]; tool: the commanded tool
-    (x, y, z, yaw) at the last tick; crossing: the newest `Crossing`, seen at the ``stamp`` [s]; standing: since when the
-    hand waits in its place [s], inf while it does not.
+    goal: (x, y, z, yaw) [m, W, rad] of the object, read-only; duration: of the motion to it [s]; tool: the commanded
+    tool (x, y, z, yaw) at the last tick; crossing: the newest `Crossing`, seen at the ``stamp`` [s]; standing: since
+    when the hand waits in its place [s], inf while it does not.
     """
 
     goal: np.ndarray

@@ -21,10 +21,10 @@ def summarize_ball(hand_eye, scenario, log, simulated, interrupted=False):
 
     Lengths in m, times in s, angles in rad:
 
-    - ``board_in_camera_error``, ``board_in_world_error``: of the initialisation, against truth: distance of the board's
-      origins [m] and angle between the poses [rad].
-    - ``position_rms_m``: points on the board against the ball at their stamps, from `ROLLING` after its release until it
-      leaves the board; ``vision_valid_fraction``: share of the centroids of that time that gave a point.
+    - ``board_in_camera_error``, ``board_in_world_error``: of the initialisation, against truth: distance of the
+      board's origins [m] and angle between the poses [rad].
+    - ``position_rms_m``: points on the board against the ball at their stamps, from `ROLLING` after its release until
+      it leaves the board; ``vision_valid_fraction``: share of the centroids of that time that gave a point.
     - ``lag_s``: from a point's stamp to the instant at which the prediction built on it can be read.
     - ``crossing_error_m``: {time before the crossing [s]: across, foreseen minus true}, of the newest packet then.
     - ``hand_error_m``: across, the cup's middle minus the ball, when the ball leaves the board.
@@ -75,7 +75,8 @@ def failure_reason(verdict, hand_error, interrupted):
         reason = f"the ball lies still on the board, at x {verdict.x:.2f}, y {verdict.y:.2f} m: jammed at a peg"
     elif not verdict.crossing_time:
         over = verdict.lost and verdict.y > 0.0
-        reason = "the ball went over a side of the board" if over else "the ball was still on the board when the run ended"
+        still = "the ball was still on the board when the run ended"
+        reason = "the ball went over a side of the board" if over else still
     elif verdict.in_cup:
         reason = f"the ball was in the cup for {verdict.held:.2f} s when the run ended"
     elif abs(hand_error) > HALF_CUP:

@@ -47,7 +47,7 @@ class BoardCamera:
     height: int = setting(256, "image height", "px", (16, 2048))
     fov_deg: float = setting(45.0, "vertical field of view", "deg", (2.0, 120.0))
     noise: float = setting(2.0, "standard deviation of the sensor noise", "grey levels", (0.0, 64.0))
-    supersampling: int = setting(2, "side of the square of rendered pixels averaged into one, as a lens does", "", (1, 8))
+    supersampling: int = setting(2, "side of the square of rendered pixels averaged into one", "", (1, 8))
     distance_range: list[float] = setting([1.5, 1.9], "from the board's middle", "m", (0.5, 10.0), shape=(2,))
     azimuth_range_deg: float = setting(50.0, "to both sides of the slope's upward direction", "deg", (0.0, 180.0))
     elevation_range_deg: list[float] = setting([40.0, 65.0], "above the horizon", "deg", (5.0, 85.0), shape=(2,))
@@ -62,7 +62,7 @@ class Operator:
         [], "(u0, v0, width, height) around each circle; none: found by themselves", "px", (0.0, 4096.0),
         shape=(None, 4),
     )
-    threshold: float = setting(110.0, "pixels in these windows that are no brighter are dark", "grey levels", (1.0, 254.0))
+    threshold: float = setting(110.0, "pixels in them that are no brighter are dark", "grey levels", (1.0, 254.0))
     placing_std: float = setting(0.0005, "error of the arm's tip over a mark, to each side", "m", (0.0, 0.01))
 
 

@@ -95,7 +95,8 @@ class BaseScenario:
     def timing_problems(self, servo_period):
         """Returns, as `problems` does, what the plant's step does not divide; ``servo_period`` in [s]."""
         found = []
-        for period, what in ((VISION_PERIOD, "image period 1/60 s"), (servo_period, f"servo period {servo_period:g} s")):
+        periods = ((VISION_PERIOD, "image period 1/60 s"), (servo_period, f"servo period {servo_period:g} s"))
+        for period, what in periods:
             steps = period / self.time_step
             if not math.isclose(steps, round(steps), rel_tol=1e-6):
                 default = type(self)().time_step

@@ -55,10 +55,11 @@ def board_window(camera, width, length, ball_diameter, bottom=0.0):
     Raises DrakeTrackerError when nothing is left, or the camera does not see the board.
     """
     if not bottom + LOWEST_SIGHT * ball_diameter < length:
-        raise DrakeTrackerError(f"a strip of {bottom:g} m along the bottom edge leaves nothing of a board of {length:g} m")
+        raise DrakeTrackerError(f"a strip of {bottom:g} m along the bottom edge leaves nothing of {length:g} m")
     half = width / 2
     # The top of a ball hides what lies behind it, for a camera on the upper side what lies farther down.
-    rims = ((bottom, 0.0), (bottom + LOWEST_SIGHT * ball_diameter, ball_diameter), (length, 0.0), (length, ball_diameter))
+    lowest_top = bottom + LOWEST_SIGHT * ball_diameter
+    rims = ((bottom, 0.0), (lowest_top, ball_diameter), (length, 0.0), (length, ball_diameter))
     return window_around(camera, np.array([(x, y, z) for x in (-half, half) for y, z in rims]))
 
 

@@ -26,8 +26,8 @@ class ReleaseSystem(LeafSystem):
         output_ports:
         - gate_desired_state
 
-    ``ready``: 1 element, 1 from when the arm waits; left unconnected, it never does. ``gate_desired_state``: position [m] and speed of the gate's slide,
-    0 while closed. Looks at ``ready`` 60 times a second.
+    ``ready``: 1 element, 1 from when the arm waits; left unconnected, it never does. ``gate_desired_state``: position
+    [m] and speed of the gate's slide, 0 while closed. Looks at ``ready`` 60 times a second.
 
     Args:
       delay: from ready to open [s]; infinite: it never opens. travel: of the open gate [m].

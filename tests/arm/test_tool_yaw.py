@@ -3,8 +3,8 @@ import pytest
 
 from drake_tracker.arm.arm_model import tool_down, tool_yaw
 from drake_tracker.arm.description import PUMA560, joints_for
-from drake_tracker.arm.transform_equation import share_done
 from drake_tracker.arm.tool_yaw import FLIP_ANGLE, best_branch, flip_duration, joint6_at, must_flip
+from drake_tracker.arm.transform_equation import share_done
 
 
 def test_pointing_down_joint_6_turns_the_tool_against_the_world_z_axis(arm_model):

@@ -3,26 +3,22 @@
 import functools
 import types
 
-import numpy as np
 import pytest
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from wires import Wires, controller_rooms, leaves, references
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.diagrams import hand_eye as hand_eye_module
-from drake_tracker.scenarios.train_scenario import TrainScenario
 from drake_tracker.scenarios.train_scenario import Track as TrackSettings
+from drake_tracker.scenarios.train_scenario import TrainScenario
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.world import world_diagram as world_module
 
 MEASURED = "vision=!Measured {}"
 BEHIND_THE_SENSORS = {"camera_left_noise", "camera_right_noise", "jaw_sensor"}
 """Systems of the world between what a sensor measures and the port through which the controller reads it."""
-
-
-def controller_rooms(hand_eye):
-    return {"vision": hand_eye.vision, "host": hand_eye.host, "link": hand_eye.link, "arm": hand_eye.arm}
 
 
 def measured(hand_eye, stand_in):
@@ -42,65 +38,6 @@ def measured(hand_eye, stand_in):
         assert type(hand_eye.vision) is MeasuredVisionDiagram and not world.cameras
         ports["stand-in for cameras"] = hand_eye.vision.GetSubsystemByName("measured_error").GetOutputPort("point")
     return {(port.get_system(), int(port.get_index())): name for name, port in ports.items()}
-
-
-class Wires:
-    """The wires of a diagram and of all diagrams in it, to be followed against the flow."""
-
-    def __init__(self, root):
-        self.parent = {}
-        self._connections = {}
-        self._exported = {}
-        self._enter(root)
-
-    def _enter(self, diagram):
-        for (reader, port), (source, source_port) in diagram.connection_map().items():
-            self._connections[reader, int(port)] = (source, int(source_port))
-        for index in range(diagram.num_input_ports()):
-            for reader, port in diagram.GetInputPortLocators(diagram.get_input_port(index).get_index()):
-                self._exported[reader, int(port)] = (diagram, index)
-        for system in diagram.GetSystems():
-            self.parent[system] = diagram
-            if isinstance(system, Diagram):
-                self._enter(system)
-
-    def source(self, system, index):
-        """The leaf System and output port that drive an input, None when nothing does."""
-        while (system, index) in self._exported:
-            system, index = self._exported[system, index]
-        assert system in self.parent, f"{system.get_name()} is driven from outside the diagram"
-        if (system, index) not in self._connections:
-            return None
-        source, port = self._connections[system, index]
-        while isinstance(source, Diagram):
-            source, port = source.get_output_port_locator(source.get_output_port(port).get_index())
-        return source, int(port)
-
-    def upstream(self, starts, allowed):
-        """Follows the wires from every input of ``starts`` to where they come from, {(leaf, port): way}.
-
-        A leaf's outputs count as made of all its inputs, whatever it says of feedthrough: state carries truth as well.
-        The walk goes on past everything but the ports ``allowed``.
-        """
-        way = {}
-        todo = [(system, index, system.get_name()) for system in starts for index in range(system.num_input_ports())]
-        while todo:
-            system, index, path = todo.pop()
-            found = self.source(system, index)
-            if found is None or found in way:
-                continue
-            way[found] = f"{path} <- {found[0].get_name()}.{found[0].get_output_port(found[1]).get_name()}"
-            if found not in allowed:
-                leaf = found[0]
-                todo += [(leaf, k, way[found]) for k in range(leaf.num_input_ports())]
-        return way
-
-    def inside(self, system, diagram):
-        while system in self.parent:
-            system = self.parent[system]
-            if system is diagram:
-                return True
-        return False
 
 
 def leaks(hand_eye, stand_in=False):
@@ -256,60 +193,12 @@ def test_a_leak_is_found(monkeypatch, module, builder, source):
 
 # References.
 
-PLAIN = (type(None), bool, int, float, complex, str, bytes, np.ndarray, np.generic, type, types.ModuleType)
-DRAKES_OWN = "_pydrake_internal_ref_cycle_peers"
-"""Where pydrake ties the parts of a diagram together, so that they live as long as it does."""
-
-
-def parts(thing):
-    """Yields (name, part) of all that a Python object refers to by itself."""
-    if isinstance(thing, dict):
-        yield from ((f"[{key!r}]", value) for key, value in thing.items())
-        yield from (("key", key) for key in thing)
-    elif isinstance(thing, (list, tuple, set, frozenset)):
-        yield from ((f"[{k}]", value) for k, value in enumerate(thing))
-    elif isinstance(thing, functools.partial):
-        yield from (("func", thing.func), ("args", thing.args), ("keywords", thing.keywords))
-    elif isinstance(thing, types.MethodType):
-        yield from (("self", thing.__self__), ("function", thing.__func__))
-    elif isinstance(thing, types.FunctionType):
-        yield "defaults", (thing.__defaults__, thing.__kwdefaults__)
-        for name, cell in zip(thing.__code__.co_freevars, thing.__closure__ or ()):
-            yield name, cell.cell_contents
-    for name, part in getattr(thing, "__dict__", {}).items():
-        if name != DRAKES_OWN:
-            yield name, part
-    for kind in type(thing).__mro__:
-        slots = getattr(kind, "__slots__", ())
-        for slot in [slots] if isinstance(slots, str) else slots:
-            if hasattr(thing, slot):
-                yield slot, getattr(thing, slot)
-
-
-def references(start):
-    """Yields (way, thing) for all that an object leads to through attributes, containers and closures."""
-    seen, todo = {}, [("", start)]
-    while todo:
-        way, thing = todo.pop()
-        if isinstance(thing, PLAIN) or id(thing) in seen:
-            continue
-        seen[id(thing)] = thing  # held, so that its id is not used again
-        yield way, thing
-        todo += [(f"{way}.{name}", part) for name, part in parts(thing)]
-
-
 def is_truth(thing):
     if isinstance(thing, (SceneGraph, TrainScenario, TrackSettings)):
         return True
     if isinstance(thing, MultibodyPlant):
         return thing.HasModelInstanceNamed("train") or thing.HasModelInstanceNamed("table")
     return type(thing).__module__.startswith("drake_tracker.world")
-
-
-def leaves(system):
-    if not isinstance(system, Diagram):
-        return [system]
-    return [system] + [leaf for part in system.GetSystems() for leaf in leaves(part)]
 
 
 @pytest.mark.parametrize("room", ["vision", "host", "link", "arm"])

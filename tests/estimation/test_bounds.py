@@ -1,11 +1,10 @@
 
+import bounds
 import numpy as np
 import pytest
 
 from drake_tracker.estimation.coordinated_turn import CoordinatedTurn, turn_step
 from drake_tracker.world.tracks import make_track
-
-import bounds
 
 PERIOD = 1.0 / 60.0
 SIGMA = 0.001

@@ -9,7 +9,8 @@ SPEED = 0.2
 
 
 def run(drive, horizon=0.75, points=None):
-    return errors(make_estimator("closed_path"), drive.times, drive.points if points is None else points, drive, horizon)
+    points = drive.points if points is None else points
+    return errors(make_estimator("closed_path"), drive.times, points, drive, horizon)
 
 
 def laps(drive, rows, first, last):

@@ -1,7 +1,6 @@
 
 import numpy as np
 import pytest
-
 from measure import COLUMNS, HORIZONS, run_cell
 from replay import BLOCK, Recording
 from tables import Cell, paired_ratio

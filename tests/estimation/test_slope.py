@@ -44,7 +44,8 @@ def rolled():
 def balls(rolled):
     """What was foreseen of many balls among pegs.
 
-    Rows (horizon [s], error of x [m], error of time [s], std of x, std of time, clean). The horizon is the time to the crossing at which the arm would know it; clean: nothing was hit any more.
+    Rows (horizon [s], error of x [m], error of time [s], std of x, std of time, clean). The horizon is the
+    time to the crossing at which the arm would know it; clean: nothing was hit any more.
     """
     paths, times, hits = rolled
     rng, estimator, rows = np.random.default_rng(3), slope(), []

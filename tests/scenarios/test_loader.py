@@ -12,8 +12,8 @@ from drake_tracker.arm.servo import Servo as ServoFilter
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.link.lossy_link import LossyLink
 from drake_tracker.scenarios import list_scenarios, load_scenario, save_scenario, scenario_file, validate
-from drake_tracker.scenarios.reader import setting_keys
 from drake_tracker.scenarios.ball_scenario import BallScenario
+from drake_tracker.scenarios.reader import setting_keys
 from drake_tracker.scenarios.train_scenario import (
     AlphaBetaGamma,
     ArcLength,
@@ -22,8 +22,8 @@ from drake_tracker.scenarios.train_scenario import (
     Lossy,
     NormalFlow,
     Perfect,
-    TrainScenario,
     Servo,
+    TrainScenario,
 )
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 
