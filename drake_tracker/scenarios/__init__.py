@@ -7,5 +7,12 @@ from drake_tracker.scenarios.ball_scenario import BallScenario
 from drake_tracker.scenarios.loader import list_scenarios, load_scenario, save_scenario, scenario_file, validate
 from drake_tracker.scenarios.train_scenario import TrainScenario
 
-__all__ = ["BallScenario", "TrainScenario", "list_scenarios"]
-__all__ += ["load_scenario", "save_scenario", "scenario_file", "validate"]
+__all__ = [
+    "BallScenario",
+    "TrainScenario",
+    "list_scenarios",
+    "load_scenario",
+    "save_scenario",
+    "scenario_file",
+    "validate",
+]
