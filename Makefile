@@ -1,12 +1,13 @@
 # make setup  everything that is needed, in .venv        make test  the same, then the tests
 # make demo   the same, then the main job                make clean forgets .venv and what tests and builds leave
 # make pins   chooses the versions in constraints.txt anew (UPGRADE=--upgrade for the newest)
+# make bench-ball         how often the ball is caught (BENCH_ARGS="--seeds 5" for a look)
 # make bench-estimation   estimators beside bounds and other libraries' filters (BENCH_ARGS=--quick for a look)
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .ONESHELL:
-.PHONY: setup libraries test demo bench-estimation pins clean
+.PHONY: setup libraries test demo bench-ball bench-estimation pins clean
 
 PYTHONS := python3.11 python3.12 python3.13 python3
 VERSION_OK := import sys, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
@@ -63,6 +64,10 @@ test: setup
 
 demo: setup
 	@.venv/bin/drake-tracker run train
+
+bench-ball: setup
+	@.venv/bin/python benchmarks/ball.py $(BENCH_ARGS)
+	.venv/bin/python benchmarks/ball_detectors.py
 
 # The filters of other libraries are for this benchmark alone, and no part of the set-up.
 bench-estimation: setup
