@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import EventStatus
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.board_touch import board_pose_from_touches
@@ -33,7 +32,7 @@ READINGS = 10
 """Images in which the circles are read ("10 histogram readings", section 3)."""
 PROBE_FRAME, PROBE_RADIUS = "probe", 0.004
 """Of the cup: the centre of its spherical tip, and the radius [m]."""
-JOG_HEIGHT = 0.012
+JOG_HEIGHT = 0.008
 """Height [m] over its mark at which the operator leaves the tip."""
 HAND_YAW = np.pi
 """Direction [rad] of the hand's x axis: the cup's stem stands on the arm's side."""
@@ -41,6 +40,8 @@ START_HEIGHT = 0.20
 """Height [m] over the board's bottom edge at which the tip starts."""
 STILL_SUPERSAMPLING = 4
 """Rendered pixels averaged into one, to each side, while nothing moves: more exact, and few images are needed."""
+LOOK_EVERY = 0.05
+"""Simulated time [s] between looks whether the touching is done."""
 LONGEST = 60.0
 """Simulated time [s] after which the touching is given up."""
 
@@ -83,15 +84,10 @@ def initialise_board(scenario):
     pose = locate_board(candidates, p_BQ, lens_matrix(scenario.camera), radius=CIRCLE_RADIUS)
 
     report = touching.GetOutputPort("report")
-
-    def watch(root_context):
-        phase = TouchReport(report.Eval(root_context)).phase
-        if phase in (TouchPhase.DONE, TouchPhase.MISSED):
-            return EventStatus.ReachedTermination(touching, "the touching has ended")
-        return EventStatus.DidNothing()
-
-    simulator.set_monitor(watch)
-    simulator.AdvanceTo(LONGEST)
+    while TouchReport(report.Eval(context)).phase not in (TouchPhase.DONE, TouchPhase.MISSED):
+        if context.get_time() > LONGEST:
+            break
+        simulator.AdvanceTo(context.get_time() + LOOK_EVERY)
     points = touched_points(report.Eval(context))
     X_WB = board_pose_from_touches(points, TOUCH_MARKS, PROBE_RADIUS)
     return BoardPoses(RigidTransform(pose.X_CB), X_WB, pose.rms, points, images[0])

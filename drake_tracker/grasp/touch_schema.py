@@ -36,7 +36,7 @@ class TouchParameters:
     """
 
     descent_speed: float = 0.006
-    travel_speed: float = 0.3
+    travel_speed: float = 0.5
     clearance: float = 0.03
     reach_below: float = 0.04
     threshold: float = 2.5
