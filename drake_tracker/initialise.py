@@ -23,7 +23,7 @@ from drake_tracker.grasp.touch_machine import touched_points
 from drake_tracker.grasp.touch_schema import TouchPhase, TouchReport
 from drake_tracker.timing import BALL_SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.vision.circle_finder import best_reading, find_circles, read_window
-from drake_tracker.vision.circle_pose import locate_board
+from drake_tracker.vision.circle_pose import image_centres, locate_board
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import lens_matrix
@@ -49,13 +49,15 @@ LONGEST = 60.0
 @dataclass(frozen=True)
 class BoardPoses:
     """What the initialisation found: X_CB and X_WB (RigidTransform), the circles' reprojection error ``rms`` [px], the
-    touched points (3, 3) [m, W], and ``image``, the first reading (h, w, 3) in RGB."""
+    touched points (3, 3) [m, W], ``image``, the first reading (h, w, 3) in RGB, and ``circles``, shape (4, 2) [px]: where
+    the images show `CIRCLES`."""
 
     X_CB: RigidTransform
     X_WB: RigidTransform
     rms: float
     points: np.ndarray
     image: np.ndarray
+    circles: np.ndarray
 
 
 def initialise_board(scenario):
@@ -90,7 +92,8 @@ def initialise_board(scenario):
         simulator.AdvanceTo(context.get_time() + LOOK_EVERY)
     points = touched_points(report.Eval(context))
     X_WB = board_pose_from_touches(points, TOUCH_MARKS, PROBE_RADIUS)
-    return BoardPoses(RigidTransform(pose.X_CB), X_WB, pose.rms, points, images[0])
+    circles = chosen_circles(candidates, image_centres(pose.X_CB, p_BQ, lens_matrix(scenario.camera), CIRCLE_RADIUS))
+    return BoardPoses(RigidTransform(pose.X_CB), X_WB, pose.rms, points, images[0], circles)
 
 
 def read_circles(images, operator):
@@ -106,6 +109,12 @@ def read_circles(images, operator):
     if len(windows) != len(CIRCLES):
         raise DrakeTrackerError(f"operator.windows: {len(windows)} marked; each of {len(CIRCLES)} circles needs one")
     return [best_reading([read_window(image, window, operator.threshold) for image in images]) for window in windows]
+
+
+def chosen_circles(candidates, expected):
+    """Returns the centroids (n, 2) [px] of the `CircleReading`s that lie nearest to the ``expected`` places (n, 2)."""
+    uv = np.array([(reading.u, reading.v) for reading in candidates])
+    return np.array([uv[np.argmin(np.linalg.norm(uv - place, axis=1))] for place in expected])
 
 
 def operator_jogs(scenario, X_WB):

@@ -58,9 +58,8 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
     if meshcat or (out is not None and record):
         from drake_tracker.record.scene import add_scene_recording
 
-        recorders.append(
-            add_scene_recording(builder, hand_eye, out / "recording.html" if out and record else None, announce=meshcat)
-        )
+        recording = out / "recording.html" if out and record else None
+        recorders.append(add_scene_recording(builder, hand_eye, recording, meshcat, task.view(hand_eye, scenario)))
     diagram = builder.Build()
     diagram.set_name("drake_tracker")
     if graphviz is not None:

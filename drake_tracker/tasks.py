@@ -14,8 +14,8 @@ class Task:
     make_diagram: scenario -> `HandEyeDiagram`. phases: the IntEnum of `ArmCommand`'s phase. verdict: the named view of
     the judge's findings. ended: such a view -> why the run is over, None while it is not. needs_renderer: scenario ->
     whether images are rendered. add_recorders: (builder, hand_eye, scenario, out) -> recorders of images, each with
-    ``finish(context)``. summarize: (hand_eye, scenario, log, simulated, interrupted) -> dict. draw: (hand_eye,
-    scenario, log, summary, out) leaves the pictures of a run.
+    ``finish(context)``. view: (hand_eye, scenario) -> `View` of the Meshcat recording. summarize: (hand_eye, scenario,
+    log, simulated, interrupted) -> dict. draw: (hand_eye, scenario, log, summary, out) leaves the pictures of a run.
     """
 
     make_diagram: Callable
@@ -24,6 +24,7 @@ class Task:
     ended: Callable
     needs_renderer: Callable
     add_recorders: Callable
+    view: Callable
     summarize: Callable
     draw: Callable
 
@@ -44,6 +45,7 @@ def _train():
     from drake_tracker.diagrams.train import make_diagram
     from drake_tracker.grasp.schema import Phase
     from drake_tracker.record.figures import draw_tracking
+    from drake_tracker.record.scene import TRAIN_VIEW
     from drake_tracker.record.summary import summarize
     from drake_tracker.scenarios.train_scenario import Measured
     from drake_tracker.world.judge_system import Verdict
@@ -71,6 +73,7 @@ def _train():
         ended=ended,
         needs_renderer=lambda scenario: not isinstance(scenario.vision, Measured),
         add_recorders=add_recorders,
+        view=lambda hand_eye, scenario: TRAIN_VIEW,
         summarize=lambda hand_eye, *rest: summarize(*rest),
         draw=lambda hand_eye, scenario, log, summary, out: draw_tracking(scenario, log, summary, out / "tracking.png"),
     )
@@ -79,6 +82,7 @@ def _train():
 def _ball():
     from drake_tracker.diagrams.ball import make_diagram
     from drake_tracker.grasp.catch_schema import CatchPhase
+    from drake_tracker.record.ball_figures import draw_ball_path, draw_board_found
     from drake_tracker.record.ball_summary import summarize_ball
     from drake_tracker.world.catch_judge_system import CatchVerdict
 
@@ -88,7 +92,21 @@ def _ball():
         return "the ball is lost" if verdict.lost else None
 
     def add_recorders(builder, hand_eye, scenario, out):
-        return []
+        from drake_tracker.record.ball_video import add_ball_snapshot, add_ball_video
+
+        return [
+            add_ball_video(builder, hand_eye, scenario, out / "cameras.mp4"),
+            add_ball_snapshot(builder, hand_eye, scenario, out / "motion.png"),
+        ]
+
+    def view(hand_eye, scenario):
+        from drake_tracker.record.ball_video import ball_view
+
+        return ball_view(hand_eye, scenario)
+
+    def draw(hand_eye, scenario, log, summary, out):
+        draw_ball_path(hand_eye, scenario, log, summary, out / "ball_path.png")
+        draw_board_found(hand_eye, scenario, summary, out / "board.png")
 
     return Task(
         make_diagram=make_diagram,
@@ -97,8 +115,9 @@ def _ball():
         ended=ended,
         needs_renderer=lambda scenario: True,
         add_recorders=add_recorders,
+        view=view,
         summarize=summarize_ball,
-        draw=lambda hand_eye, scenario, log, summary, out: None,
+        draw=draw,
     )
 
 

@@ -44,7 +44,7 @@ def make_diagram(scenario, poses=None):
     description = arm_of(scenario)
     model = make_arm_model(description)
     board, X_WB = scenario.board, poses.X_WB.GetAsMatrix4()
-    edge = BoardEdge(X_WB, width=board.width, ball_radius=BALL_RADIUS, beyond=scenario.catch.beyond, hand_yaw=HAND_YAW)
+    edge = known_edge(scenario, poses)
     waiting = edge.home + [0.0, 0.0, scenario.catch.rim_height, 0.0]
     q_initial = joints_for(model, description.q_start, tool_down(waiting[:3], waiting[3]))
 
@@ -64,11 +64,23 @@ def make_diagram(scenario, poses=None):
     return hand_eye
 
 
+def known_edge(scenario, poses):
+    """Returns the `BoardEdge` of a board found at ``poses`` (`BoardPoses`), as the arm knows it."""
+    X_WB, beyond = poses.X_WB.GetAsMatrix4(), scenario.catch.beyond
+    return BoardEdge(X_WB, width=scenario.board.width, ball_radius=BALL_RADIUS, beyond=beyond, hand_yaw=HAND_YAW)
+
+
+def board_sight(scenario, poses):
+    """Returns the camera as it was found, a `CameraModel` in the board's frame, and the `Window` of interest in it."""
+    config, board = scenario.camera, scenario.board
+    camera = camera_on_board(lens_matrix(config), poses.X_CB.GetAsMatrix4(), config.width, config.height)
+    return camera, board_window(camera, board.width, board.length, 2.0 * BALL_RADIUS, scenario.vision.bottom)
+
+
 def board_vision(scenario, poses):
     """Returns the `BoardVisionDiagram` of a scenario, for a board found at ``poses`` (`BoardPoses`)."""
     config, board, settings = scenario.camera, scenario.board, scenario.vision
-    camera = camera_on_board(lens_matrix(config), poses.X_CB.GetAsMatrix4(), config.width, config.height)
-    window = board_window(camera, board.width, board.length, 2.0 * BALL_RADIUS, settings.bottom)
+    camera, window = board_sight(scenario, poses)
     mask = window.mask((0, 0, config.width, config.height))
     incline = np.arccos(poses.X_WB.rotation().matrix()[2, 2])
     # In the lowest part of the window a ball is cut off, and its centroid with it.

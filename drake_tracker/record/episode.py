@@ -3,6 +3,7 @@
 Errors are horizontal, at the centre of the train's body, and split along and across its true direction of travel.
 """
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -17,13 +18,13 @@ _X, _Y, _YAW = (KNOT_FIELDS.index(field) for field in ("x", "y", "yaw"))
 class PhaseSpan(NamedTuple):
     """A stretch of a run: phase, and its start and end [s]."""
 
-    phase: Phase
+    phase: IntEnum
     start: float
     end: float
 
 
-def phase_spans(log, time_step=TIME_STEP):
-    """Returns the tuple of `PhaseSpan` of a run, in order.
+def phase_spans(log, time_step=TIME_STEP, phases=Phase):
+    """Returns the tuple of `PhaseSpan` of a run, in order; ``phases`` is the task's enumeration of them.
 
     The log shows a command at the end of the servo period in whose last plant step it was given; starts are put back to
     that instant.
@@ -31,11 +32,11 @@ def phase_spans(log, time_step=TIME_STEP):
     command = log["command"]
     if len(command.times) == 0:
         return ()
-    phases = command["phase"].astype(int)
-    first = np.concatenate([[0], np.nonzero(np.diff(phases))[0] + 1])
+    numbers = command["phase"].astype(int)
+    first = np.concatenate([[0], np.nonzero(np.diff(numbers))[0] + 1])
     starts = np.maximum(command.times[first] - (1.0 - GRASP_SLOT) * time_step, 0.0)
     ends = np.append(starts[1:], command.times[-1])
-    return tuple(PhaseSpan(Phase(phases[k]), float(a), float(b)) for k, a, b in zip(first, starts, ends))
+    return tuple(PhaseSpan(phases(numbers[k]), float(a), float(b)) for k, a, b in zip(first, starts, ends))
 
 
 def during(spans, times, *phases):

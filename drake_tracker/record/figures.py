@@ -22,6 +22,7 @@ from drake_tracker.record.style import (
     SEEN,
     SOFT_INK,
     TRUTH,
+    phase_colour,
 )
 
 SHORT, LONG = 0.25, 0.75
@@ -52,7 +53,7 @@ def draw_tracking(scenario, log, summary, path):
             3, 1, left=0.57, right=0.975, top=0.82, bottom=0.075, height_ratios=(0.13, 1.0, 1.0), hspace=0.3
         )
         strip, across, along = (figure.add_subplot(cell) for cell in grid)
-        _draw_phases(strip, spans)
+        draw_phases(strip, spans)
         _draw_errors(across, along, scenario, log, spans)
         _draw_headline(figure, scenario, summary)
         figure.savefig(path, dpi=200)
@@ -128,12 +129,12 @@ def _draw_map(ax, scenario, log, spans):
     train, hand = train_pose(log, times), tool_pose(log, times)
     ax.plot(train[:, 1], train[:, 0], color=TRUTH, lw=1.2, zorder=3)
     ax.plot(point["y"][seen], point["x"][seen], ".", color=SEEN, ms=2.6, zorder=2)
-    line = _broken(filtered["stamp"][kept], filtered["y"][kept], filtered["x"][kept])
+    line = broken(filtered["stamp"][kept], filtered["y"][kept], filtered["x"][kept])
     ax.plot(*line, color=FILTERED, lw=1.8, zorder=4)
     for horizon, colour in ((LONG, FAR_PREDICTED), (SHORT, PREDICTED)):
         ahead = predictions_ahead(log["prediction"], horizon)
         told = inside(ahead.times) & sighted(spans, ahead.stamps)
-        ax.plot(*_broken(ahead.times[told], ahead.xy[told, 1], ahead.xy[told, 0]), color=colour, lw=1.4, zorder=5)
+        ax.plot(*broken(ahead.times[told], ahead.xy[told, 1], ahead.xy[told, 0]), color=colour, lw=1.4, zorder=5)
     ax.plot(hand[:, 1], hand[:, 0], color=HAND, lw=1.6, zorder=6)
     _, close = last_closing(spans)
     if close is not None:
@@ -148,7 +149,7 @@ def _draw_map(ax, scenario, log, spans):
     ax.invert_xaxis()
     ax.margins(0.10)
     ax.set_title(f"From above, {start:.1f} to {end:.1f} s", pad=26)
-    _name_colours(ax, _NAMES)
+    name_colours(ax, _NAMES)
     ax.set_ylabel("x  [m], away from the robot")
     ax.set_xlabel("y  [m], to the robot's left", labelpad=2)
     ax.grid(color="#f0f1f3", lw=0.8)
@@ -183,16 +184,18 @@ def _end(spans):
     return max(spans[-1].end, _SHORTEST) if spans else _SHORTEST
 
 
-def _draw_phases(ax, spans):
+def draw_phases(ax, spans, start=0.0, end=None):
+    """Draws `PhaseSpan`s as a strip, named where there is room, from ``start`` to ``end`` [s] (their own end)."""
     for span in spans:
-        ax.axvspan(span.start, span.end, color=PHASE_COLOURS[span.phase], lw=0)
-    total = _end(spans)
+        ax.axvspan(span.start, span.end, color=phase_colour(span.phase), lw=0)
+    end = _end(spans) if end is None else end
     for span in spans:
         name = span.phase.name.lower()
-        if span.end - span.start > 0.016 * len(name) * total:
-            ax.text(0.5 * (span.start + span.end), 0.5, name, ha="center", va="center", fontsize=10, color="white",
+        low, high = max(span.start, start), min(span.end, end)
+        if high - low > 0.016 * len(name) * (end - start):
+            ax.text(0.5 * (low + high), 0.5, name, ha="center", va="center", fontsize=10, color="white",
                     weight="bold", transform=ax.get_xaxis_transform())
-    ax.set(xlim=(0.0, total), yticks=[], xticks=[])
+    ax.set(xlim=(start, end), yticks=[], xticks=[])
     ax.spines[:].set_visible(False)
     ax.set_title("Phases", pad=7)
 
@@ -217,7 +220,7 @@ def _draw_errors(across, along, scenario, log, spans):
             if colour == SEEN:
                 ax.plot(times, error[:, column], ".", color=colour, ms=1.8, zorder=1)
             else:
-                ax.plot(*_broken(times, error[:, column]), color=colour, lw=1.3, zorder=2)
+                ax.plot(*broken(times, error[:, column]), color=colour, lw=1.3, zorder=2)
     limit = min(max(1.25 * max(largest), 1e3 * clearance(scenario) * 1.3), 80.0)
     total = _end(spans)
     for ax, title in ((across, "Error across the track"), (along, "Error along the track")):
@@ -275,14 +278,14 @@ def _draw_grasp(ax, scenario, log, spans):
     ]
     for _, x, y, colour in curves:
         ax.plot(x - zero, y, color=colour, lw=2)
-    _name_colours(ax, [(name, colour) for name, _, _, colour in curves], y=1.135)
+    name_colours(ax, [(name, colour) for name, _, _, colour in curves], y=1.135)
     ax.set(xlim=(start - zero, end - zero), ylabel="mm")
     ax.set_ylim(bottom=0.0)
     ax.set_xlabel("time from the start of closing  [s]" if close is not None else "time  [s]", labelpad=2)
     ax.set_title("The grasp" if close is not None else "The hand", pad=42)
 
 
-def _name_colours(ax, names, y=1.02):
+def name_colours(ax, names, y=1.02):
     """Writes names in a row above an axes, each in its colour."""
     figure = ax.figure
     renderer = figure.canvas.get_renderer()
@@ -293,7 +296,7 @@ def _name_colours(ax, names, y=1.02):
         x = box.x1 + 0.025
 
 
-def _broken(times, *rows):
+def broken(times, *rows):
     """Returns rows to be drawn as lines, broken where ``times`` [s] jump; with only one row the times come first."""
     rows = rows if len(rows) > 1 else (times, *rows)
     gaps = np.nonzero(np.diff(times) > 0.1)[0] + 1

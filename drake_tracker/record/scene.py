@@ -1,5 +1,6 @@
 """The Meshcat recording of a run: the laboratory in three dimensions, with the predicted path drawn in."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,7 +20,8 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.messages import ArmCommand, Prediction, TrackPoint, evaluate_prediction, message_size
+from drake_tracker.messages import ArmCommand, Prediction, TrackPoint, message_size
+from drake_tracker.record.foresight import path_points
 from drake_tracker.record.style import PHASES_THAT_PREDICT
 
 PREDICTED, SEEN = Rgba(0.30, 0.76, 1.0), Rgba(1.0, 0.69, 0.0)
@@ -30,9 +32,25 @@ _PREFIX = "laboratory"
 _PATH, _TRAIL = "tracking/predicted", "tracking/seen"
 _PATH_TIMES = np.arange(0.0, 1.21, 0.15)
 """From now on, the times [s] at which the predicted path is marked."""
+PATH_MARKS = len(_PATH_TIMES)
 _TRAIL_FRAMES = range(0, 31, 5)
 """From the newest point back, the frames whose triangulated points are marked."""
-_CAMERA, _LOOK_AT, _FIELD_OF_VIEW = np.array([1.95, -1.20, 1.25]), np.array([0.38, 0.02, 0.58]), 37.0
+
+
+@dataclass(frozen=True)
+class View:
+    """How a task is shown: from ``eye`` towards ``target`` (x, y, z) [m, W], with a field of view [deg]; ``phases`` in
+    which a predicted path is drawn; ``path``: (valid packet, now) -> its points, `PATH_MARKS` or none.
+    """
+
+    eye: tuple = (1.95, -1.20, 1.25)
+    target: tuple = (0.38, 0.02, 0.58)
+    fov_deg: float = 37.0
+    phases: tuple = PHASES_THAT_PREDICT
+    path: Callable = lambda packet, now: path_points(packet, now + _PATH_TIMES)
+
+
+TRAIN_VIEW = View()
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,16 +79,19 @@ class TrackingDisplaySystem(LeafSystem):
 
     ``packet`` is a `Prediction`, ``point`` a `TrackPoint`, ``command`` an `ArmCommand`; published `FRAMES_PER_SECOND`
     times a second from time 0. While vision is not used the last packet before is held, as the arm holds it.
+
+    Args:
+      view: a `View`.
     """
 
-    def __init__(self, meshcat):
+    def __init__(self, meshcat, view=TRAIN_VIEW):
         super().__init__()
-        self._meshcat = meshcat
+        self._meshcat, self._view = meshcat, view
         self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
         self._point = self.DeclareVectorInputPort("point", message_size(TrackPoint))
         self._command = self.DeclareVectorInputPort("command", message_size(ArmCommand))
         self._drawn = self.DeclareAbstractState(AbstractValue.Make(_Drawn(np.zeros(message_size(Prediction)))))
-        for path, count, colour in ((_PATH, len(_PATH_TIMES), PREDICTED), (_TRAIL, len(_TRAIL_FRAMES), SEEN)):
+        for path, count, colour in ((_PATH, PATH_MARKS, PREDICTED), (_TRAIL, len(_TRAIL_FRAMES), SEEN)):
             for k in range(count):
                 meshcat.SetObject(f"{path}/{k}", Sphere(0.007 * (1.0 - 0.6 * k / count)), colour)
         self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / FRAMES_PER_SECOND, 0.0, self._remember)
@@ -89,14 +110,14 @@ class TrackingDisplaySystem(LeafSystem):
         now = context.get_time()
         drawn = context.get_abstract_state(self._drawn).get_value()
         phase = int(ArmCommand(self._command.Eval(context)).phase)
-        valid = bool(Prediction(drawn.packet).valid) and phase in PHASES_THAT_PREDICT
-        points = [evaluate_prediction(drawn.packet, now + t)[:3] for t in _PATH_TIMES] if valid else [None]
+        valid = bool(Prediction(drawn.packet).valid) and phase in self._view.phases
+        points = self._view.path(drawn.packet, now) if valid else ()
         self._place(_PATH, points, now)
         self._place(_TRAIL, [drawn.trail[k] for k in _TRAIL_FRAMES if k < len(drawn.trail)], now)
 
     def _place(self, path, points, now):
         """Moves the marks below ``path`` to ``points``; when one of these is None it hides them all."""
-        shown = bool(points) and all(point is not None for point in points)
+        shown = len(points) > 0 and all(point is not None for point in points)
         self._meshcat.SetProperty(path, "visible", shown, now)
         if shown:
             for k, point in enumerate(points):
@@ -120,23 +141,24 @@ class SceneRecorder:
             Path(self._path).write_text(self._meshcat.StaticHtml(), encoding="utf-8")
 
 
-def add_scene_recording(builder, hand_eye, path, announce):
+def add_scene_recording(builder, hand_eye, path, announce, view=TRAIN_VIEW):
     """Shows a `HandEyeDiagram` in Meshcat and records it, `FRAMES_PER_SECOND` times a second.
 
     Meshcat is served to this machine alone, and must be used by the thread that calls this.
 
     Args:
       path: HTML file to write at the end, or None. announce: whether to print the address and to show the run live.
+      view: a `View` of the task.
 
     Returns a `SceneRecorder`.
     """
     meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
-    _set_stage(meshcat)
+    _set_stage(meshcat, view)
     parameters = MeshcatVisualizerParams(
         publish_period=1.0 / FRAMES_PER_SECOND, role=Role.kIllustration, prefix=_PREFIX
     )
     MeshcatVisualizer.AddToBuilder(builder, hand_eye.GetOutputPort("truth_query"), meshcat, parameters)
-    display = builder.AddNamedSystem("tracking_display", TrackingDisplaySystem(meshcat))
+    display = builder.AddNamedSystem("tracking_display", TrackingDisplaySystem(meshcat, view))
     for own, theirs in {"packet": "delivered", "point": "point", "command": "command"}.items():
         builder.Connect(hand_eye.GetOutputPort(theirs), display.GetInputPort(own))
     meshcat.StartRecording(FRAMES_PER_SECOND, set_visualizations_while_recording=True)
@@ -145,10 +167,10 @@ def add_scene_recording(builder, hand_eye, path, announce):
     return SceneRecorder(meshcat, path)
 
 
-def _set_stage(meshcat):
+def _set_stage(meshcat, view):
     """Chooses the viewpoint, the background, a floor and the light."""
-    meshcat.SetCameraPose(_CAMERA, _LOOK_AT)
-    meshcat.SetProperty("/Cameras/default/rotated/<object>", "fov", _FIELD_OF_VIEW)
+    meshcat.SetCameraPose(np.array(view.eye), np.array(view.target))
+    meshcat.SetProperty("/Cameras/default/rotated/<object>", "fov", view.fov_deg)
     for path in ("/Grid", "/Axes"):
         meshcat.SetProperty(path, "visible", False)
     meshcat.SetProperty("/Background/<object>", "top_color", [0.74, 0.79, 0.85])

@@ -10,6 +10,7 @@ import matplotlib
 import numpy as np
 from matplotlib.ft2font import FT2Font
 
+from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
 
 INK, SOFT_INK, RULE = "#1b1f24", "#5f6670", "#c9cdd3"
@@ -29,8 +30,20 @@ PHASE_COLOURS = {
     Phase.RETREAT: "#cc79a7",
 }
 """One colour for each phase of the grasp."""
+CATCH_COLOURS = {
+    CatchPhase.WAIT: "#9aa1ab",
+    CatchPhase.FOLLOW: "#56b4e9",
+    CatchPhase.SETTLE: "#e69f00",
+    CatchPhase.CUP: "#d55e00",
+    CatchPhase.RAISE: "#009e73",
+    CatchPhase.HOLD: "#007a5a",
+    CatchPhase.STOPPED: "#cc79a7",
+    CatchPhase.MANUAL: "#0072b2",
+}
+"""One colour for each phase of the catch."""
 PHASES_THAT_PREDICT = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
 """In these a predicted path is shown; in the others the train is in the hand, or the hand on its way back."""
+CATCH_PHASES_THAT_PREDICT = (CatchPhase.WAIT, CatchPhase.FOLLOW, CatchPhase.SETTLE, CatchPhase.CUP)
 
 PLOT_STYLE = {
     "font.family": "DejaVu Sans",
@@ -49,6 +62,11 @@ PLOT_STYLE = {
     "lines.solid_capstyle": "round",
 }
 """Type, axes and lines of every plot, as Matplotlib's settings."""
+
+def phase_colour(phase):
+    """Returns the colour of a phase of any task. Phases are numbers, and the same ones in each task: the kind tells."""
+    return (CATCH_COLOURS if isinstance(phase, CatchPhase) else PHASE_COLOURS)[phase]
+
 
 _FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 

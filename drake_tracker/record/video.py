@@ -1,6 +1,9 @@
 """The camera video of a run, as a System that writes while the run goes on."""
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from enum import EnumMeta
 
 import cv2
 import numpy as np
@@ -16,18 +19,28 @@ from drake_tracker.messages import (
     ArmCommand,
     Centroid,
     Prediction,
-    evaluate_prediction,
     message_size,
 )
+from drake_tracker.record.foresight import path_points
 from drake_tracker.record.style import PHASES_THAT_PREDICT
 from drake_tracker.record.video_file import VideoFile
-from drake_tracker.record.video_page import SIDES, CameraSight, PageState, VideoPage
+from drake_tracker.record.video_page import SIDES, CameraSight, PageState, VideoPage, port_of
 from drake_tracker.timing import VISION_PERIOD
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
 from drake_tracker.vision.window import project_window
 
 FRAMES_PER_SECOND = 30
 """Of the video: every second camera image."""
+_NOWHERE = np.zeros((0, 3))
+_GATE_WORDS = {
+    Gate.OPEN: "open",
+    Gate.SETTLING: "settling",
+    Gate.FLIPPING: "jaws turn over",
+    Gate.STALE: "no fresh packet",
+    Gate.NO_MEMORY: "not been here before",
+    Gate.PREDICTIONS_FAILED: "failed here a lap ago",
+    Gate.OUT_OF_REACH: "out of reach",
+}
 _PATH_TIMES = np.arange(0.0, 1.01, 0.1)
 """From now on, the times [s] at which the predicted path is marked."""
 
@@ -44,6 +57,33 @@ class _Recent:
 
     def __deepcopy__(self, memo):
         return self
+
+
+def _say_attempt(phase, diagnosis):
+    """Notes of a run of the train: the attempt, and why the machine waits."""
+    attempts, gate = int(diagnosis.attempts), Gate(int(diagnosis.gate))
+    waits = phase == Phase.TRACK and gate in _GATE_WORDS
+    return f"attempt {attempts}" if attempts else "", f"gate: {_GATE_WORDS[gate]}" if waits else ""
+
+
+@dataclass(frozen=True)
+class Script:
+    """What a task's video tells besides images.
+
+    phases: enumeration of the phases; predicting: those in which a path is shown. diagnosis: named view of the
+    machine's; notes: (phase, diagnosis) -> two short lines. path: (valid packet, now) -> points (n, 3) [m, W]; goal:
+    the same, of a `CameraSight.goal`.
+    """
+
+    phases: EnumMeta = Phase
+    predicting: tuple = PHASES_THAT_PREDICT
+    diagnosis: type = GraspDiagnosis
+    notes: Callable = _say_attempt
+    path: Callable = lambda packet, now: path_points(packet, now + _PATH_TIMES)
+    goal: Callable = lambda packet, now: _NOWHERE
+
+
+TRAIN_SCRIPT = Script()
 
 
 class CameraVideoSystem(LeafSystem):
@@ -63,42 +103,48 @@ class CameraVideoSystem(LeafSystem):
         - command
         - diagnosis
 
-    ``camera_*`` are ImageRgba8U, ``motion_*`` hold a `MotionEnergy`, ``centroid_*`` are `Centroid`, ``packet`` is a
-    `Prediction`, ``command`` an `ArmCommand`, ``diagnosis`` a `GraspDiagnosis`. Frames are published
+    These are two cameras' ports; a single one has ``camera``, ``motion``, ``centroid``. ``camera_*`` are ImageRgba8U,
+    ``motion_*`` hold a `MotionEnergy`, ``centroid_*`` are `Centroid`, ``packet`` is a `Prediction`, ``command`` an
+    `ArmCommand`, ``diagnosis`` what the script says. Frames are published
     `FRAMES_PER_SECOND` times a second from time 0, at instants at which the vision reads the cameras too, so that no
-    image is rendered twice. An unrestricted update at 60 Hz keeps the images that late centroids describe. While vision
-    is not used the last packet before is held, as the arm holds it.
+    image is rendered twice. An unrestricted update keeps the images that late centroids describe; where one describes the
+    time between two of them it is the earlier. While vision is not used the last packet before is held, as the arm holds
+    it.
 
     Args:
       video: a `VideoFile`. page: a `VideoPage`. cameras: {side: CameraModel}, calibrated.
       offsets: {side: (u0, v0)}, the full image's pixel that is the first of the images. lag_cycles: from image to
-      centroid.
+      centroid. script: a `Script`. every: cycles from one image kept to the next; others are not rendered for this.
+      update_cycles: from one centroid to the next.
     """
 
-    def __init__(self, video, page, cameras, offsets, lag_cycles):
+    def __init__(
+        self, video, page, cameras, offsets, lag_cycles, script=TRAIN_SCRIPT, every=1, update_cycles=1
+    ):
         super().__init__()
         self._video, self._page, self._cameras, self._offsets = video, page, cameras, offsets
-        self._kept = lag_cycles + 3
+        self._sides, self._script = tuple(cameras), script
+        self._kept = math.ceil((lag_cycles + update_cycles + 2) / every)
         self._images, self._motions, self._centroids = {}, {}, {}
         image = AbstractValue.Make(ImageRgba8U())
         energy = AbstractValue.Make(MotionEnergy(0.0, np.zeros((1, 1), np.uint8), (0, 0)))
-        for side in SIDES:
-            self._images[side] = self.DeclareAbstractInputPort(f"camera_{side}", image)
-            self._motions[side] = self.DeclareAbstractInputPort(f"motion_{side}", energy)
-            self._centroids[side] = self.DeclareVectorInputPort(f"centroid_{side}", message_size(Centroid))
+        for side in self._sides:
+            self._images[side] = self.DeclareAbstractInputPort(port_of("camera", side), image)
+            self._motions[side] = self.DeclareAbstractInputPort(port_of("motion", side), energy)
+            self._centroids[side] = self.DeclareVectorInputPort(port_of("centroid", side), message_size(Centroid))
         self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
         self._command = self.DeclareVectorInputPort("command", message_size(ArmCommand))
-        self._diagnosis = self.DeclareVectorInputPort("diagnosis", message_size(GraspDiagnosis))
+        self._diagnosis = self.DeclareVectorInputPort("diagnosis", message_size(script.diagnosis))
         self._recent = self.DeclareAbstractState(AbstractValue.Make(_Recent(np.zeros(message_size(Prediction)))))
-        self.DeclarePeriodicUnrestrictedUpdateEvent(VISION_PERIOD, 0.0, self._remember)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(every * VISION_PERIOD, 0.0, self._remember)
         self.DeclarePeriodicPublishEvent(1.0 / FRAMES_PER_SECOND, 0.0, self._write)
 
     def _remember(self, context, state):
         recent = context.get_abstract_state(self._recent).get_value()
-        images = {side: self._image(context, side) for side in SIDES}
-        motions = {side: self._motions[side].Eval(context) for side in SIDES}
+        images = {side: self._image(context, side) for side in self._sides}
+        motions = {side: self._motions[side].Eval(context) for side in self._sides}
         masks = {side: motion.mask for side, motion in motions.items()}
-        stamp = motions[SIDES[0]].stamp
+        stamp = motions[self._sides[0]].stamp
         frozen = ArmCommand(self._command.Eval(context)).frozen
         new = _Recent(
             recent.packet if frozen else np.array(self._packet.Eval(context)),
@@ -110,30 +156,32 @@ class CameraVideoSystem(LeafSystem):
     def _write(self, context):
         now = context.get_time()
         recent = context.get_abstract_state(self._recent).get_value()
-        images, masks = dict(recent.images), dict(recent.masks)
-        centroids = {side: Centroid(self._centroids[side].Eval(context)) for side in SIDES}
-        stamp = centroids[SIDES[0]].stamp
+        masks = dict(recent.masks)
+        centroids = {side: Centroid(self._centroids[side].Eval(context)) for side in self._sides}
+        stamp = centroids[self._sides[0]].stamp
         described = _cycle(stamp) if stamp > 0.0 else None
         command = ArmCommand(self._command.Eval(context))
-        phase = Phase(int(command.phase))
-        path = _path_ahead(recent.packet, now) if phase in PHASES_THAT_PREDICT else np.zeros((0, 3))
+        phase = self._script.phases(int(command.phase))
+        late = [] if described is None else [images for cycle, images in recent.images if cycle <= described]
+        path = goal = _NOWHERE
+        if phase in self._script.predicting and Prediction(recent.packet).valid:
+            path, goal = self._script.path(recent.packet, now), self._script.goal(recent.packet, now)
         sights = {
             side: CameraSight(
                 image=self._image(context, side),
                 offset=self._offsets[side],
                 path=self._cameras[side].project(path),
-                late_image=images.get(described, {}).get(side),
+                late_image=late[-1][side] if late else None,
                 energy=masks.get(described, {}).get(side),
                 centroid=(centroids[side].u, centroids[side].v) if centroids[side].valid else None,
+                goal=self._cameras[side].project(goal),
             )
-            for side in SIDES
+            for side in self._sides
         }
-        diagnosis = GraspDiagnosis(self._diagnosis.Eval(context))
         state = PageState(
             time=now,
             phase=phase,
-            attempts=int(diagnosis.attempts),
-            gate=Gate(int(diagnosis.gate)),
+            notes=self._script.notes(phase, self._script.diagnosis(self._diagnosis.Eval(context))),
             stamp=stamp if described is not None else None,
             blind=bool(command.frozen),
         )
@@ -170,24 +218,22 @@ def add_camera_video(builder, hand_eye, scenario, path):
         subtitle=f"seed {scenario.seed}, {scenario.track.speed:g} m/s",
         lag=vision.lag_cycles * VISION_PERIOD,
     )
-    video = VideoFile(path, FRAMES_PER_SECOND, page.size)
     offsets = {side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in SIDES}
-    system = builder.AddNamedSystem(
-        "camera_video", CameraVideoSystem(video, page, cameras, offsets, vision.lag_cycles)
-    )
-    ports = {name: name for name in ("command", "diagnosis")}
-    ports |= {f"{kind}_{side}": f"{kind}_{side}" for kind in ("camera", "motion", "centroid") for side in SIDES}
-    ports["packet"] = "delivered"
-    for own, theirs in ports.items():
-        builder.Connect(hand_eye.GetOutputPort(theirs), system.GetInputPort(own))
+    return film(builder, hand_eye, path, page, cameras, offsets, vision.lag_cycles)
+
+
+def film(builder, hand_eye, path, page, *arguments, **settings):
+    """Adds a `CameraVideoSystem`, wired to a `HandEyeDiagram`, that draws ``page`` into the MP4 file ``path``.
+
+    ``arguments`` and ``settings`` are the System's other ones. Returns a `CameraVideoRecorder`.
+    """
+    video = VideoFile(path, FRAMES_PER_SECOND, page.size)
+    system = builder.AddNamedSystem("camera_video", CameraVideoSystem(video, page, *arguments, **settings))
+    for k in range(system.num_input_ports()):
+        port = system.get_input_port(k)
+        name = port.get_name()
+        builder.Connect(hand_eye.GetOutputPort("delivered" if name == "packet" else name), port)
     return CameraVideoRecorder(video)
-
-
-def _path_ahead(packet, now):
-    """Returns the points (n, 3) [m, W] of a `Prediction` vector from ``now`` [s] on; none when it is not valid."""
-    if not Prediction(packet).valid:
-        return np.zeros((0, 3))
-    return np.array([evaluate_prediction(packet, now + t)[:3] for t in _PATH_TIMES])
 
 
 def _cycle(time):
