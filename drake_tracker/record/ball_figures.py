@@ -2,11 +2,9 @@
 
 import textwrap
 
-import cv2
 import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
@@ -57,11 +55,9 @@ def draw_ball_path(hand_eye, scenario, log, summary, path):
     with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(16, 9), facecolor="white")
         FigureCanvasAgg(figure)
-        _draw_board(figure.add_axes((0.045, 0.065, 0.335, 0.795)), run, scenario)
-        grid = figure.add_gridspec(
-            4, 1, left=0.455, right=0.975, top=0.83, bottom=0.075, height_ratios=(0.12, 1.25, 0.8, 0.8), hspace=0.42
-        )
-        strip, across, errors, left = (figure.add_subplot(cell) for cell in grid)
+        _draw_board(figure.add_axes((0.045, 0.065, 0.335, 0.755)), run, scenario)
+        places = ((0.835, 0.025), (0.505, 0.215), (0.285, 0.140), (0.065, 0.140))
+        strip, across, errors, left = (figure.add_axes((0.41, low, 0.565, height)) for low, height in places)
         draw_phases(strip, run.spans, *run.shown)
         _draw_across(across, run)
         _draw_errors(errors, run)
@@ -116,7 +112,7 @@ def draw_board_found(hand_eye, scenario, summary, path):
             f"Centres of the circles fit the pose to {poses.rms:.2f} px rms. Three marks were touched by the arm "
             "(rings: where they should be, crosses: where the tip was)."
         )
-        figure.text(0.565, 0.085, textwrap.fill(words, 84), fontsize=10.5, color=SOFT_INK, va="top")
+        figure.text(0.565, 0.085, textwrap.fill(words, 72), fontsize=10.5, color=SOFT_INK, va="top")
         figure.savefig(path, dpi=150)
 
 
@@ -128,10 +124,10 @@ def draw_difference_images(images, titles, path):
     """
     columns = tuple(zip("abc", titles, (images.reference, images.smoothed, images.motion_energy)))
     height, width = images.smoothed.shape
-    moving = cv2.findNonZero(images.motion_energy)
+    moving = np.argwhere(images.motion_energy)
     box = None
-    if moving is not None:
-        u, v = np.median(moving[:, 0], axis=0)
+    if len(moving):
+        v, u = np.median(moving, axis=0)
         half = 0.09 * max(width, height)
         box = (np.clip(u, half, width - half), np.clip(v, half, height - half), half)
     with matplotlib.rc_context(PLOT_STYLE):
@@ -151,13 +147,13 @@ def draw_difference_images(images, titles, path):
 class _Run:
     """What several parts of the picture need: the true board, phases, the packets and what each foresaw.
 
-    released, crossing: instants [s] or None. shown: start and end of the time axes [s]. packets, times: of all packets
+    half_width: of the board [m]. released, crossing: instants [s] or None. shown: start and end of the time axes [s]. packets, times: of all packets
     that foresee a crossing, and when each came [s]; foreseen: (n, 3), where x_B [m], when [s] and std [m].
     """
 
     def __init__(self, hand_eye, scenario, log):
         self.log, self.laboratory = log, hand_eye.world.laboratory
-        self.X_BW = self.laboratory.X_WB.inverse()
+        self.X_BW, self.half_width = self.laboratory.X_WB.inverse(), 0.5 * scenario.board.width
         self.spans = phase_spans(log, scenario.time_step, CatchPhase)
         rows = log["truth_verdict"].data
         self.verdict = CatchVerdict(rows[-1]) if len(rows) else CatchVerdict()
@@ -201,12 +197,9 @@ class _Run:
 def _draw_board(ax, run, scenario):
     board = scenario.board
     _draw_furniture(ax, board, run)
-    lines = [LineCollection([], linewidths=0.8)]
     for packet, colour, (_, time, _) in zip(run.packets, run.colours, run.foreseen):
         ahead = [evaluate_prediction(packet, t)[:3] for t in np.linspace(packet[0], time, 40)]
-        lines.append(LineCollection([run.on_board(ahead)[:, :2]], colors=[colour], linewidths=1.1, alpha=0.75, zorder=3))
-    for line in lines[1:]:
-        ax.add_collection(line)
+        ax.plot(*run.on_board(ahead)[:, :2].T, color=colour, lw=1.1, alpha=0.75, zorder=3)
     ax.scatter(run.foreseen[:, 0], np.zeros(len(run.foreseen)), s=26, c=run.colours, ec="white", lw=0.5, zorder=8)
 
     truth, point, filtered = (run.log[name] for name in ("truth_ball_state", "point", "filtered"))
@@ -284,9 +277,9 @@ def _draw_across(ax, run):
     if run.crossing:
         ax.axhline(1e3 * run.verdict.crossing_x, color=TRUTH, lw=1.0, ls=(0, (4, 3)), zorder=1)
         ax.plot(run.crossing, 1e3 * run.verdict.crossing_x, "o", ms=8, mfc="white", mec=TRUTH, mew=1.6, zorder=5)
+    ax.set_ylim(-1e3 * run.half_width, 1e3 * run.half_width)
     _time_axis(ax, run, "Where it comes out, and the cup", "across  [mm]")
-    names = [("ball", TRUTH), ("foreseen, and its std", FAR_PREDICTED), ("cup", HAND)]
-    name_colours(ax, names)
+    name_colours(ax, (("ball", TRUTH), ("foreseen, and its std", FAR_PREDICTED), ("cup", HAND)))
     bar = ax.inset_axes((0.77, 1.11, 0.23, 0.05))
     bar.imshow(np.linspace(0.0, 1.0, 128)[None], cmap=WARM, aspect="auto", extent=(0.0, LONG_BEFORE, 0.0, 1.0))
     bar.set(yticks=[], xticks=(0.0, 0.5, 1.0, 1.5))
@@ -316,10 +309,12 @@ def _draw_errors(ax, run):
 
 def _draw_time_left(ax, run):
     left = run.foreseen[:, 1] - run.times
+    longest = max(LONG_BEFORE, *left)
     ax.scatter(run.times, left, s=30, c=run.colours, ec="white", lw=0.5, zorder=4)
     if run.released and run.crossing:
         ax.plot([run.released, run.crossing], [run.crossing - run.released, 0.0], color=TRUTH, lw=1.2, zorder=2)
-    ax.set_ylim(0.0, max(1.05 * max(left, default=0.0), LONG_BEFORE))
+        longest = max(longest, run.crossing - run.released)
+    ax.set_ylim(0.0, 1.05 * longest)
     _time_axis(ax, run, "Time left until it comes", "s", pad=10)
     ax.tick_params(labelbottom=True)
     ax.set_xlabel("time  [s]")

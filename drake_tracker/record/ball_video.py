@@ -39,7 +39,7 @@ def add_ball_video(builder, hand_eye, scenario, path):
         title=scenario.name,
         subtitle=f"seed {scenario.seed}, board at {scenario.board.incline_deg:g} deg",
         lag=hand_eye.vision.lag,
-        goal="foreseen to come out here",
+        goal="foreseen crossing",
     )
     script = Script(
         phases=CatchPhase,
@@ -82,7 +82,7 @@ def add_ball_snapshot(builder, hand_eye, scenario, path):
     """
     cycles = getattr(scenario.vision.detector, "stride", None)  # the others compare with an image of the empty board
     later = f"Image n + {Fraction(cycles, round(1.0 / VISION_PERIOD))} s" if cycles else "Image"
-    titles = ("Image n" if cycles else "Compared with", later, "What has changed")
+    titles = ("Image n" if cycles else "Compared with", later, "Thresholded difference")
 
     def draw(images, path):
         if isinstance(images[SIDE], DifferenceImages):

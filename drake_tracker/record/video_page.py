@@ -26,8 +26,8 @@ _GROUND, _VOID = "#15181c", "#0c0e10"
 _BRIGHT, _MEDIUM, _DIM = "#f2f4f6", "#a3abb5", "#565e68"
 _ENERGY, _PATH, _OUTLINE, _GOAL = "#ffb000", "#4cc2ff", "#77808a", "#ff8a3d"
 _STATUS_TOP, _STATUS_HEIGHT = 140, 290
-_BORDER = 4
-"""Pixels of the image shown around the windows."""
+_BORDER, _WIDE_BORDER = 4, 44
+"""Pixels of the image shown around the windows of two cameras, and around that of a single one."""
 _SHIFT = 4
 """Fractional bits of the coordinates given to OpenCV's drawing functions."""
 
@@ -83,9 +83,9 @@ class VideoPage:
 
     def __init__(self, polygons, image_size, title, subtitle, lag, goal=None):
         single = len(polygons) == 1
-        # Of a single camera all is shown: there is room, and the hand moves outside of the window.
-        whole = (0, 0, *image_size)
-        u0, v0, width, height = self._view = whole if single else _common_view(polygons.values(), image_size)
+        # Of a single camera more is shown: there is room, and the hand moves outside of the window.
+        border = _WIDE_BORDER if single else _BORDER
+        u0, v0, width, height = self._view = _common_view(polygons.values(), image_size, border)
         tallest, shortest = (_TALLEST_SINGLE, _SHORTEST_SINGLE) if single else (_TALLEST_PANEL, _SHORTEST_PANEL)
         self._scale = min(_PANEL_WIDTH / width, tallest / height)
         panel_height = 2 * math.ceil(max(self._scale * height, shortest) / 2)
@@ -129,8 +129,8 @@ class VideoPage:
         (x_now, y_now), (x_late, y_late) = next(iter(self._places.values()))
         y = y_now - 14
         x = draw_text(page, "Now", x_now, y, 17, _BRIGHT, bold=True)
-        words = "what the camera sees" if single else "what the cameras see"
-        draw_text(page, f"{words}, and the path predicted from here on", x + 12, y, 15, _MEDIUM)
+        words = "camera sees, and the path predicted" if single else "cameras see, and the path predicted from here on"
+        draw_text(page, f"what the {words}", x + 12, y, 15, _MEDIUM)
         y = y_late - (14 if single else 13)
         x = draw_text(page, f"{lag:.2f} s late", x_late, y, 17, _BRIGHT, bold=True)
         words = "what moved, and its centroid" if single else "motion energy and its centroid, the newest to predict from"
@@ -175,7 +175,7 @@ class VideoPage:
         self._place(panel, dim, sight.offset, cv2.INTER_NEAREST_EXACT)
         if sight.centroid is not None:
             (point,) = self._to_panel(np.array([sight.centroid]))
-            _cross(panel, point)
+            _cross(panel, point, gap=7.0 if len(self._places) == 1 else 0.0)
 
     def _place(self, panel, image, offset, interpolation):
         """Puts an image, or the part of it that is in view, into a panel at its place."""
@@ -212,11 +212,11 @@ def _status(phase, notes):
     return status
 
 
-def _common_view(polygons, image_size):
+def _common_view(polygons, image_size, border):
     """Returns the part (u0, v0, width, height) [px] of the full images that shows the windows of both cameras."""
     corners = np.concatenate([np.asarray(polygon) for polygon in polygons])
-    low = np.clip(np.floor(corners.min(axis=0)).astype(int) - _BORDER, 0, image_size)
-    high = np.clip(np.ceil(corners.max(axis=0)).astype(int) + 1 + _BORDER, 0, image_size)
+    low = np.clip(np.floor(corners.min(axis=0)).astype(int) - border, 0, image_size)
+    high = np.clip(np.ceil(corners.max(axis=0)).astype(int) + 1 + border, 0, image_size)
     return int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1])
 
 
@@ -240,11 +240,13 @@ def _ring(image, point, radius, colour):
             cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(shade), width, cv2.LINE_AA, _SHIFT)
 
 
-def _cross(image, point, arm=13.0):
+def _cross(image, point, arm=13.0, gap=0.0):
+    """A cross with arms of that length, open by ``gap`` in its middle, where a small object would not be seen."""
     for width, shade in ((4, _VOID), (2, _BRIGHT)):
         for step in ((1.0, 0.0), (0.0, 1.0)):
-            ends = [np.asarray(point) + sign * arm * np.array(step) for sign in (-1.0, 1.0)]
-            cv2.line(image, _fixed(ends[0]), _fixed(ends[1]), bgr(shade), width, cv2.LINE_AA, _SHIFT)
+            along = [np.asarray(point) + reach * np.array(step) for reach in (-arm - gap, -gap, gap, arm + gap)]
+            for ends in ((along[0], along[3]),) if not gap else (along[:2], along[2:]):
+                cv2.line(image, _fixed(ends[0]), _fixed(ends[1]), bgr(shade), width, cv2.LINE_AA, _SHIFT)
 
 
 def _diamond(image, point, radius, colour):
