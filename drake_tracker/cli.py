@@ -15,16 +15,29 @@ from drake_tracker.errors import DrakeTrackerError
 
 SUCCESS, NOT_TAKEN, TROUBLE, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
 
-_RESULT_ROWS = (
-    ("success", "success", ""),
-    ("failure_reason", "reason", ""),
-    ("attempts", "attempts", ""),
-    ("time_to_grasp_s", "time to grasp", "s"),
-    ("lift_height_m", "lift height", "m"),
-    ("hold_s", "held", "s"),
-    ("prediction_rms_m", "prediction rms", "m"),
-    ("real_time_factor", "real-time factor", ""),
-)
+_RESULT_ROWS = {
+    "train": (
+        ("success", "success", ""),
+        ("failure_reason", "reason", ""),
+        ("attempts", "attempts", ""),
+        ("time_to_grasp_s", "time to grasp", "s"),
+        ("lift_height_m", "lift height", "m"),
+        ("hold_s", "held", "s"),
+        ("prediction_rms_m", "prediction rms", "m"),
+        ("real_time_factor", "real-time factor", ""),
+    ),
+    "ball": (
+        ("success", "caught", ""),
+        ("failure_reason", "reason", ""),
+        ("hand_error_m", "hand error", "m"),
+        ("hold_s", "held", "s"),
+        ("position_rms_m", "position rms", "m"),
+        ("board_in_camera_error", "board in camera", "m, rad"),
+        ("board_in_world_error", "board in world", "m, rad"),
+        ("real_time_factor", "real-time factor", ""),
+    ),
+}
+"""What is printed of a task's summary: key, label, unit."""
 
 
 def main(arguments=None):
@@ -128,10 +141,11 @@ def _run(options):
         raise
     finally:
         progress.close()
-    for key, label, unit in _RESULT_ROWS:
+    for key, label, unit in _RESULT_ROWS[scenario.task]:
         if summary.get(key) is not None:
-            value = summary[key]
-            print(f"{label:<18}{f'{value:.4g}' if isinstance(value, float) else value} {unit}".rstrip())
+            values = summary[key] if isinstance(summary[key], list) else [summary[key]]
+            words = ", ".join(f"{value:.4g}" if isinstance(value, float) else str(value) for value in values)
+            print(f"{label:<18}{words} {unit}".rstrip())
     print(f"{'run directory':<18}{out}")
     if summary.get("interrupted"):
         return INTERRUPTED

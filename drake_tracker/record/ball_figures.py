@@ -12,7 +12,7 @@ from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
 from drake_tracker.diagrams.ball import board_sight, known_edge
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.messages import evaluate_prediction
-from drake_tracker.record.ball_summary import HALF_CUP
+from drake_tracker.record.ball_summary import HALF_CUP, last_verdict
 from drake_tracker.record.episode import fresh_packets, phase_spans
 from drake_tracker.record.figures import broken, draw_phases, name_colours
 from drake_tracker.record.style import (
@@ -29,7 +29,7 @@ from drake_tracker.record.style import (
 )
 from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, PEG_RADIUS, TOUCH_MARKS, face_corners
 from drake_tracker.world.ball_board_visual import WALL_THICKNESS
-from drake_tracker.world.catch_judge_system import BOWL_LOWER, BOWL_UPPER, CatchVerdict
+from drake_tracker.world.catch_judge_system import BOWL_LOWER, BOWL_UPPER
 
 WARM = LinearSegmentedColormap.from_list("warm", ["#7a2b00", FAR_PREDICTED, "#e69f00", "#f7dfa5"])
 """Of what is foreseen: dark when the ball is about to come, pale long before."""
@@ -155,8 +155,7 @@ class _Run:
         self.log, self.laboratory = log, hand_eye.world.laboratory
         self.X_BW, self.half_width = self.laboratory.X_WB.inverse(), 0.5 * scenario.board.width
         self.spans = phase_spans(log, scenario.time_step, CatchPhase)
-        rows = log["truth_verdict"].data
-        self.verdict = CatchVerdict(rows[-1]) if len(rows) else CatchVerdict()
+        self.verdict = last_verdict(log)
         self.released = float(self.verdict.released) or None
         self.crossing = float(self.verdict.crossing_time) or None
         end = self.spans[-1].end if self.spans else 0.1
@@ -309,7 +308,7 @@ def _draw_errors(ax, run):
 
 def _draw_time_left(ax, run):
     left = run.foreseen[:, 1] - run.times
-    longest = max(LONG_BEFORE, *left)
+    longest = max([LONG_BEFORE, *left])
     ax.scatter(run.times, left, s=30, c=run.colours, ec="white", lw=0.5, zorder=4)
     if run.released and run.crossing:
         ax.plot([run.released, run.crossing], [run.crossing - run.released, 0.0], color=TRUTH, lw=1.2, zorder=2)

@@ -37,7 +37,7 @@ def summarize_ball(hand_eye, scenario, log, simulated, interrupted=False):
     laboratory, camera = hand_eye.world.laboratory, hand_eye.world.camera
     X_CB = camera.X_WC.inverse() @ laboratory.X_WB
     verdicts = log["truth_verdict"]
-    last = CatchVerdict(verdicts.data[-1]) if len(verdicts.times) else CatchVerdict()
+    last = last_verdict(log)
     success = bool(last.caught)
     crossing = float(last.crossing_time) or None
     hand_error = None
@@ -65,6 +65,12 @@ def summarize_ball(hand_eye, scenario, log, simulated, interrupted=False):
         "git_commit": git_commit(),
     }
     return tidy(summary)
+
+
+def last_verdict(log):
+    """Returns the last `CatchVerdict` of a log, all zero when there is none."""
+    rows = log["truth_verdict"].data
+    return CatchVerdict(rows[-1] if len(rows) else np.zeros(len(CatchVerdict.get_fields())))
 
 
 def failure_reason(verdict, hand_error, interrupted):

@@ -67,9 +67,10 @@ def ball_view(hand_eye, scenario):
     """Returns the `View` in which the recording shows the laboratory of the ball."""
     foresight = BoardForesight(known_edge(scenario, hand_eye.poses))
     return View(
-        eye=(1.75, -1.55, 1.55),
-        target=(0.62, 0.0, 0.52),
-        fov_deg=38.0,
+        eye=(1.50, -1.75, 1.95),
+        target=(0.58, 0.0, 0.56),
+        fov_deg=36.0,
+        floor=False,
         phases=CATCH_PHASES_THAT_PREDICT,
         path=partial(foresight.path, count=PATH_MARKS),
     )

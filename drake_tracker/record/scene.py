@@ -40,13 +40,15 @@ _TRAIL_FRAMES = range(0, 31, 5)
 @dataclass(frozen=True)
 class View:
     """How a task is shown: from ``eye`` towards ``target`` (x, y, z) [m, W], with a field of view [deg]; ``phases`` in
-    which a predicted path is drawn; ``path``: (valid packet, now) -> its points, `PATH_MARKS` or none.
+    which a predicted path is drawn; ``path``: (valid packet, now) -> its points, `PATH_MARKS` or none;
+    ``floor``: whether one is laid, for a laboratory without.
     """
 
     eye: tuple = (1.95, -1.20, 1.25)
     target: tuple = (0.38, 0.02, 0.58)
     fov_deg: float = 37.0
     phases: tuple = PHASES_THAT_PREDICT
+    floor: bool = True
     path: Callable = lambda packet, now: path_points(packet, now + _PATH_TIMES)
 
 
@@ -175,8 +177,9 @@ def _set_stage(meshcat, view):
         meshcat.SetProperty(path, "visible", False)
     meshcat.SetProperty("/Background/<object>", "top_color", [0.74, 0.79, 0.85])
     meshcat.SetProperty("/Background/<object>", "bottom_color", [0.93, 0.94, 0.95])
-    meshcat.SetObject("stage/floor", Cylinder(2.6, 0.01), Rgba(0.86, 0.87, 0.88))
-    meshcat.SetTransform("stage/floor", RigidTransform([0.4, 0.0, -0.006]))
+    if view.floor:
+        meshcat.SetObject("stage/floor", Cylinder(2.6, 0.01), Rgba(0.86, 0.87, 0.88))
+        meshcat.SetTransform("stage/floor", RigidTransform([0.4, 0.0, -0.006]))
     # One lamp that casts shadows does most, the others fill in. Lights stand in the browser's frame: x, z, -y of W.
     lamp = "/Lights/SpotLight"
     meshcat.SetProperty(lamp, "visible", True)

@@ -1,0 +1,115 @@
+"""A run of the ball that was never simulated: a ball that rolls straight down, with errors put in on purpose."""
+
+from types import SimpleNamespace
+
+import numpy as np
+from catches import ACCELERATION, X_WB, ball_packet
+from pydrake.math import RigidTransform
+
+from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.initialise import BoardPoses
+from drake_tracker.record.log import Signal, signals
+from drake_tracker.scenarios.ball_scenario import BallScenario
+from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.vision.circle_pose import image_centres
+from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS
+from drake_tracker.world.ball_camera import draw_camera_pose
+from drake_tracker.world.cameras import lens_matrix
+
+LAG = 5 * VISION_PERIOD
+EXIT_SPEED = 1.0
+ROLL = EXIT_SPEED / ACCELERATION
+
+
+class BallRun:
+    """Makes a hand-eye diagram's stand-in, the scenario and the log of a run of ``duration`` s.
+
+    The ball is released at ``released`` [s], None: never; it crosses the edge at x = ``x`` [m]. Points are seen
+    ``beside`` [m] and packets foresee the crossing ``foreseen`` [m] to the side of it; the cup stands ``hand`` [m] to
+    its side. ``phases``: (phase, its start [s]).
+    """
+
+    def __init__(self):
+        self.scenario = BallScenario(name="rolling", seed=4)
+        self.duration, self.released, self.x = 4.0, 1.0, 0.10
+        self.beside, self.foreseen, self.hand, self.caught = 0.0, 0.0, 0.0, True
+        self.X_WB = RigidTransform(X_WB)
+        X_WC = draw_camera_pose(self.scenario.camera, self.scenario.board, self.X_WB, self.scenario.seed)
+        X_CB = X_WC.inverse() @ self.X_WB
+        p_BQ = np.column_stack([CIRCLES, np.zeros(4)])
+        circles = image_centres(X_CB.GetAsMatrix4(), p_BQ, lens_matrix(self.scenario.camera), CIRCLE_RADIUS)
+        marks = self.X_WB.multiply(np.column_stack([TOUCH_MARKS, np.full(3, 0.004)]).T).T
+        image = np.full((256, 256, 3), 200, np.uint8)
+        laboratory = SimpleNamespace(X_WB=self.X_WB, pegs=np.array([(0.0, 0.4), (0.1, 0.6)]))
+        self.hand_eye = SimpleNamespace(
+            poses=BoardPoses(X_CB, RigidTransform(self.X_WB), 0.02, marks, image, circles),
+            world=SimpleNamespace(laboratory=laboratory, camera=SimpleNamespace(X_WC=X_WC)),
+        )
+
+    @property
+    def crossing(self):
+        return self.released + ROLL if self.released else None
+
+    def in_world(self, x, y):
+        """p_WQ (n, 3) of the ball's centre at (x, y)_B."""
+        return self.X_WB.multiply(np.column_stack([x, y, np.full(len(y), BALL_RADIUS)]).T).T
+
+    def ball(self, times):
+        """True p_WQ (n, 3) at ``times`` [s]: at rest, rolling, then at rest in the cup, 5 cm beyond the edge."""
+        left = np.clip(self.crossing - times, 0.0, ROLL) if self.released else np.full(len(times), ROLL)
+        y = EXIT_SPEED * left - 0.5 * ACCELERATION * left**2
+        if self.released:
+            y = np.where(times > self.crossing, np.maximum(-EXIT_SPEED * (times - self.crossing), -0.05), y)
+        return self.in_world(np.full(len(y), self.x), y)
+
+    def log(self):
+        cycles = VISION_PERIOD * np.arange(round(self.duration / VISION_PERIOD) + 1)
+        data = {name: np.zeros((len(cycles), len(names))) for name, (_, names) in signals("ball").items()}
+
+        def put(name, **fields):
+            names = signals("ball")[name][1]
+            for field, values in fields.items():
+                data[name][:, names.index(field)] = values
+
+        def xyz(p_WQ):
+            return dict(zip("xyz", p_WQ.T))
+
+        stamps = np.floor((cycles - LAG) / (4 * VISION_PERIOD)) * 4 * VISION_PERIOD  # a new one every fourth cycle
+        rolls = np.zeros(len(cycles), bool)
+        put("truth_ball_state", qw=1.0, **xyz(self.ball(cycles)))
+        if self.released:
+            rolls = (stamps > self.released + 0.1) & (stamps < self.crossing - 0.1)
+            seen = self.ball(stamps) + self.beside * self.X_WB.rotation().matrix()[:, 0]
+            put("point", valid=rolls, **xyz(seen))
+            put("filtered", stamp=stamps, valid=rolls, **xyz(seen))
+            for name in ("prediction", "delivered"):
+                for k in np.flatnonzero(rolls):
+                    packet = ball_packet(stamps[k], self.crossing, self.x + self.foreseen, seq=1 + round(60 * stamps[k]))
+                    data[name][k] = packet
+            put("diagnosis", known=cycles > self.released + 0.2)
+            place = self.in_world(np.full(len(cycles), self.x + self.foreseen), np.full(len(cycles), -0.05))
+            put("diagnosis", x=place[:, 0], y=place[:, 1])
+            over = cycles >= self.crossing
+            put("truth_verdict", released=np.where(cycles >= self.released, self.released, 0.0))
+            put("truth_verdict", crossing_x=over * self.x, crossing_time=over * self.crossing)
+            held = np.clip(cycles - self.crossing - 0.1, 0.0, None) if self.caught else 0.0
+            put("truth_verdict", held=held, in_cup=held > 0.0, caught=held >= 1.0)
+        put("point", stamp=np.maximum(stamps, 0.0))
+        end = self.crossing or self.duration
+        starts = [0.0, (self.released or end) + 0.2, end - 0.1, end, end + 0.4, end + 1.0]
+        phase = np.searchsorted(starts, cycles, side="right") - 1 if self.released else np.zeros(len(cycles))
+        put("command", phase=phase)
+        put("diagnosis", phase=phase)
+        log = {name: Signal(cycles, rows, tuple(signals("ball")[name][1])) for name, rows in data.items()}
+        beside = self.x + self.hand if self.released else 0.0
+        tool = self.in_world(np.where(phase > CatchPhase.WAIT, beside, 0.0), np.full(len(cycles), -0.05))
+        log["tool"] = Signal(cycles, np.column_stack([tool, np.full(len(cycles), np.pi)]), ("x", "y", "z", "yaw"))
+        return log
+
+
+def nothing_logged():
+    """The log of a run that was over before anything was logged."""
+    none = np.zeros(0)
+    log = {name: Signal(none, np.zeros((0, len(names))), tuple(names)) for name, (_, names) in signals("ball").items()}
+    log["tool"] = Signal(none, np.zeros((0, 4)), ("x", "y", "z", "yaw"))
+    return log
