@@ -1,13 +1,31 @@
 """Tests of the keeper of intermediate images."""
 
 import numpy as np
+import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
+from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.record.motion_snapshot import add_motion_snapshot
 from drake_tracker.vision.normal_flow import MotionImages
+
+
+class OneCamera(LeafSystem):
+    """Images whose grey level is the time; the ball is waited for, followed from 1 s to 2 s, and waited for again."""
+
+    def __init__(self):
+        super().__init__()
+        self.DeclareAbstractOutputPort("motion_images", lambda: AbstractValue.Make(object()), self._images)
+        self.DeclareVectorOutputPort("command", 7, self._command)
+
+    def _command(self, context, output):
+        follows = 1.0 <= context.get_time() < 2.0
+        output.SetFromVector([CatchPhase.FOLLOW if follows else CatchPhase.WAIT] + [0.0] * 6)
+
+    def _images(self, context, output):
+        output.set_value(np.full((20, 30), context.get_time()))
 
 
 class Vision(LeafSystem):
@@ -55,3 +73,17 @@ def test_a_hand_that_never_tracks_leaves_nothing(tmp_path):
     vision, kept = run(tmp_path, 9.0, 9.0)
     assert kept is None and vision.looked_at == []
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("duration, expected", [(0.9, 0.8), (3.0, 1.8)])
+def test_a_better_phase_is_not_overwritten_by_a_later_one(tmp_path, duration, expected):
+    builder = DiagramBuilder()
+    drawn = []
+    recorder = add_motion_snapshot(
+        builder, builder.AddSystem(OneCamera()), tmp_path, lambda images, path: drawn.append(images[""][0, 0]),
+        sides=("",), phases=(CatchPhase.WAIT, CatchPhase.FOLLOW), period=0.2,
+    )  # fmt: skip
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(duration)
+    recorder.finish(simulator.get_context())
+    assert drawn == pytest.approx([expected])

@@ -2,13 +2,16 @@
 
 import numpy as np
 
+from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.record.style import PHASE_COLOURS, bgr, draw_text
+from drake_tracker.record.style import CATCH_COLOURS, PHASE_COLOURS, bgr, draw_text, phase_colour
 
 
 def test_every_phase_has_a_colour_of_its_own():
-    assert set(PHASE_COLOURS) == set(Phase)
-    assert len(set(PHASE_COLOURS.values())) == len(Phase)
+    for colours, phases in ((PHASE_COLOURS, Phase), (CATCH_COLOURS, CatchPhase)):
+        assert set(colours) == set(phases)
+        assert len(set(colours.values())) == len(phases)
+        assert [phase_colour(phase) for phase in phases] == [colours[phase] for phase in phases]
 
 
 def test_bgr():

@@ -7,9 +7,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
+from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.grasp.catch_system import CatchDiagnosis
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
-from drake_tracker.record.video import CameraVideoSystem
+from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING, message_size, pack_prediction
+from drake_tracker.record.video import CameraVideoSystem, Script
 from drake_tracker.record.video_page import SIDES, VideoPage
 from drake_tracker.timing import VISION_PERIOD
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
@@ -65,6 +67,39 @@ class Laboratory(LeafSystem):
         output.SetFromVector([Phase.CLOSE if frozen else Phase.TRACK, 0, 0, 0, 0, frozen, 0.08])
 
 
+class OneCamera(LeafSystem):
+    """As above, of one camera that finds a centroid every fourth cycle, from a pair of images two cycles apart."""
+
+    def __init__(self):
+        super().__init__()
+        self.rendered = []
+        self.DeclareAbstractOutputPort("camera", lambda: AbstractValue.Make(ImageRgba8U(80, 60)), self._image)
+        nothing = MotionEnergy(0.0, np.zeros((1, 1), np.uint8), (0, 0))
+        self.DeclareAbstractOutputPort("motion", lambda: AbstractValue.Make(nothing), self._motion)
+        self.DeclareVectorOutputPort("centroid", 5, self._centroid)
+        self.DeclareVectorOutputPort("packet", 160, lambda context, output: output.SetFromVector(np.zeros(160)))
+        follow = [CatchPhase.FOLLOW] + [0.0] * 6
+        self.DeclareVectorOutputPort("command", 7, lambda context, output: output.SetFromVector(follow))
+        diagnosis = np.zeros(message_size(CatchDiagnosis))
+        self.DeclareVectorOutputPort("diagnosis", len(diagnosis), lambda context, out: out.SetFromVector(diagnosis))
+
+    def _image(self, context, output):
+        cycle = round(context.get_time() / VISION_PERIOD)
+        self.rendered.append(cycle)
+        image = ImageRgba8U(80, 60)
+        image.mutable_data[:] = cycle
+        output.set_value(image)
+
+    def _motion(self, context, output):
+        stamp = round(context.get_time() / VISION_PERIOD) // 4 * 4 - 1
+        mask = np.full((60, 80), max(stamp, 0), np.uint8)
+        output.set_value(MotionEnergy(max(stamp, 0) * VISION_PERIOD, mask, (0, 0)))
+
+    def _centroid(self, context, output):
+        shown = (round(context.get_time() / VISION_PERIOD) - 4) // 4 * 4
+        output.SetFromVector([(shown - 1) * VISION_PERIOD, 50.0, 50.0, 9.0, 1.0] if shown >= 4 else np.zeros(5))
+
+
 class Notebook:
     """Stands in for page and video: keeps what would have been drawn."""
 
@@ -98,6 +133,34 @@ def film(duration, frozen_from=np.inf):
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(duration)
     return notebook.pages
+
+
+def film_one(duration):
+    notebook, camera = Notebook(), OneCamera()
+    builder = DiagramBuilder()
+    builder.AddSystem(camera)
+    script = Script(phases=CatchPhase, diagnosis=CatchDiagnosis, notes=lambda phase, diagnosis: (phase.name, ""))
+    video = builder.AddSystem(
+        CameraVideoSystem(
+            notebook, notebook, {"": Camera()}, {"": (0, 0)}, 5.0, script=script, every=2, update_cycles=4
+        )
+    )
+    for k in range(video.num_input_ports()):
+        port = video.get_input_port(k)
+        builder.Connect(camera.GetOutputPort(port.get_name()), port)
+    Simulator(builder.Build()).AdvanceTo(duration)
+    return notebook.pages, camera.rendered
+
+
+def test_a_single_camera_is_filmed_without_images_of_its_own():
+    pages, rendered = film_one(1.0)
+    assert all(cycle % 2 == 0 for cycle in rendered), "cycles whose images nobody else wants"
+    for sights, state in pages[6:]:
+        described = round(state.stamp / VISION_PERIOD)
+        assert state.phase is CatchPhase.FOLLOW and state.notes == ("FOLLOW", "")
+        assert sights[""].late_image[0, 0, 0] == described - 1, "the first image of the pair"
+        assert sights[""].energy[0, 0] == described
+        assert len(sights[""].path) == len(sights[""].goal) == 0
 
 
 def test_thirty_frames_a_second_from_time_zero():

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from drake_tracker.grasp.gate import Gate
+from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.record.style import bgr
-from drake_tracker.record.video_page import _COLUMNS, _ENERGY, CameraSight, PageState, VideoPage
+from drake_tracker.record.video_page import _COLUMNS, _ENERGY, _GOAL, CameraSight, PageState, VideoPage
 
 WINDOW = np.array([[10.0, 80.0], [245.0, 80.0], [245.0, 190.0], [10.0, 190.0]])
-STATE = PageState(12.5, Phase.TRACK, 1, Gate.NO_MEMORY, 12.25)
+STATE = PageState(12.5, Phase.TRACK, ("attempt 1", "gate: settling"), 12.25)
 
 
 @pytest.fixture(scope="module")
@@ -94,5 +94,41 @@ def test_a_path_out_of_the_image_or_behind_the_camera_does_no_harm(page):
 def test_drawing_leaves_nothing_behind(page):
     sights = {"left": sight(), "right": sight()}
     first = page.draw(sights, STATE)
-    page.draw(sights, PageState(99.0, Phase.HOLD, 3, Gate.OPEN, None))
+    page.draw(sights, PageState(99.0, Phase.HOLD, ("attempt 3", ""), None))
     np.testing.assert_array_equal(page.draw(sights, STATE), first)
+
+
+@pytest.fixture(scope="module")
+def single():
+    return VideoPage({"": WINDOW}, (256, 256), "ball", "seed 0", 0.083, goal="foreseen crossing")
+
+
+def test_a_single_camera_stands_beside_its_late_image(single):
+    """A block at pixels 100-110, 120-130 is shown larger than by a pair, twice, at one height."""
+    image = np.zeros((256, 256, 3), np.uint8)
+    image[120:131, 100:111] = 255
+    seen = sight(image=image, offset=(0, 0), late_image=0 * image, energy=image[:, :, 0])
+    frame = single.draw({"": seen}, PageState(1.0, CatchPhase.FOLLOW, ("comes in 0.50 s", ""), 0.9))
+    assert frame.shape[0] % 2 == 0 and frame.shape[1] == 1280
+    width, height = single._panel
+    now, late = (frame[y : y + height, x : x + width] for x, y in single._places[""])
+    expected = single._to_panel(np.array([[105.0, 125.0]]))[0]
+    assert bright_centre(now, (255, 255, 255)) == pytest.approx(expected, abs=0.6)
+    assert bright_centre(late, bgr(_ENERGY)) == pytest.approx(expected, abs=0.6)
+
+
+def test_the_goal_is_marked_where_it_is(single, page):
+    state = PageState(1.0, CatchPhase.SETTLE, ("", ""), None)
+    goal = np.array([[120.0, 180.0], [110.0, 180.0], [130.0, 180.0]])
+    x, y = single._places[""][0]
+    marked = single.draw({"": sight(goal=goal)}, state)[y:, x : x + single._panel[0]]
+    assert bright_centre(marked, bgr(_GOAL)) == pytest.approx(single._to_panel(goal)[0], abs=1.0)
+    for out in (np.full((3, 2), np.nan), np.array([[9e5, 0.0], [np.nan, np.nan], [np.nan, np.nan]])):
+        single.draw({"": sight(goal=out)}, state)
+
+
+def test_phases_of_two_tasks_are_told_apart(single):
+    """They are the same numbers, and what seldom changes is drawn once."""
+    state = {kind: PageState(1.0, kind(1), ("", ""), None) for kind in (Phase, CatchPhase)}
+    frames = [single.draw({"": sight()}, state[kind]) for kind in (Phase, CatchPhase)]
+    assert (frames[0] != frames[1]).any()
