@@ -109,10 +109,10 @@ def draw_board_found(hand_eye, scenario, summary, path):
         figure.text(0.03, 0.915, _pose_words(scenario, summary), fontsize=11.5, color=SOFT_INK, va="center")
         figure.text(0.565, 0.868, "The four circles, enlarged", fontsize=13, weight="bold", va="center")
         words = (
-            f"Centres of the circles fit the pose to {poses.rms:.2f} px rms. Three marks were touched by the arm "
-            "(rings: where they should be, crosses: where the tip was)."
+            f"Centres of the circles fit the pose to {poses.rms:.2f} px rms.\n"
+            "The arm touched three marks: rings where they should be, crosses where the tip was."
         )
-        figure.text(0.565, 0.085, textwrap.fill(words, 72), fontsize=10.5, color=SOFT_INK, va="top")
+        figure.text(0.565, 0.085, words, fontsize=10.5, color=SOFT_INK, va="top")
         figure.savefig(path, dpi=150)
 
 
@@ -333,9 +333,7 @@ def _time_axis(ax, run, title, label, pad=27):
 def _draw_headline(figure, scenario, summary):
     headline = "Ball not caught"
     if summary["success"]:
-        headline = "Ball caught"
-        if summary["hand_error_m"] is not None:
-            headline += f", {1e3 * abs(summary['hand_error_m']):.0f} mm from the middle of the cup"
+        headline = f"Ball caught, {1e3 * abs(summary['hand_error_m']):.0f} mm off the middle of the cup as it came out"
     title = figure.text(0.045, 0.955, headline, fontsize=21, weight="bold", va="center")
     if summary["failure_reason"]:
         end = title.get_window_extent(figure.canvas.get_renderer()).x1 / figure.bbox.width
