@@ -49,8 +49,8 @@ LONGEST = 60.0
 @dataclass(frozen=True)
 class BoardPoses:
     """What the initialisation found: X_CB and X_WB (RigidTransform), the circles' reprojection error ``rms`` [px], the
-    touched points (3, 3) [m, W], ``image``, the first reading (h, w, 3) in RGB, and ``circles``, shape (4, 2) [px]: where
-    the images show `CIRCLES`."""
+    touched points (3, 3) [m, W], ``image``, the first reading (h, w, 3) in RGB, and ``circles``, shape (4, 2) [px]:
+    where the images show `CIRCLES`."""
 
     X_CB: RigidTransform
     X_WB: RigidTransform

@@ -84,8 +84,8 @@ class BallRun:
             put("filtered", stamp=stamps, valid=rolls, **xyz(seen))
             for name in ("prediction", "delivered"):
                 for k in np.flatnonzero(rolls):
-                    packet = ball_packet(stamps[k], self.crossing, self.x + self.foreseen, seq=1 + round(60 * stamps[k]))
-                    data[name][k] = packet
+                    seq = 1 + round(60 * stamps[k])
+                    data[name][k] = ball_packet(stamps[k], self.crossing, self.x + self.foreseen, seq=seq)
             put("diagnosis", known=cycles > self.released + 0.2)
             place = self.in_world(np.full(len(cycles), self.x + self.foreseen), np.full(len(cycles), -0.05))
             put("diagnosis", x=place[:, 0], y=place[:, 1])

@@ -29,6 +29,7 @@ from drake_tracker.record.style import (
 )
 from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, PEG_RADIUS, TOUCH_MARKS, face_corners
 from drake_tracker.world.ball_board_visual import WALL_THICKNESS
+from drake_tracker.world.ball_fixtures import GATE_SIZE
 from drake_tracker.world.catch_judge_system import BOWL_LOWER, BOWL_UPPER
 
 WARM = LinearSegmentedColormap.from_list("warm", ["#7a2b00", FAR_PREDICTED, "#e69f00", "#f7dfa5"])
@@ -147,8 +148,9 @@ def draw_difference_images(images, titles, path):
 class _Run:
     """What several parts of the picture need: the true board, phases, the packets and what each foresaw.
 
-    half_width: of the board [m]. released, crossing: instants [s] or None. shown: start and end of the time axes [s]. packets, times: of all packets
-    that foresee a crossing, and when each came [s]; foreseen: (n, 3), where x_B [m], when [s] and std [m].
+    half_width: of the board [m]. released, crossing: instants [s] or None. shown: start and end of the time axes [s].
+    packets, times: of all packets that foresee a crossing, and when each came [s]; foreseen: (n, 3), where x_B [m], when
+    [s] and std [m].
     """
 
     def __init__(self, hand_eye, scenario, log):
@@ -212,7 +214,8 @@ def _draw_board(ax, run, scenario):
         _ball(ax, way[0], 1.0, zorder=4)
     rolling = (point["stamp"] > 0.0) & (point["stamp"] <= run.end_of_roll)
     seen = rolling & (point["valid"] > 0)
-    ax.plot(*run.on_board(point.view("x", "y", "z")[seen])[:, :2].T, "o", color=SEEN, ms=3.6, mec="white", mew=0.4, zorder=7)
+    places = run.on_board(point.view("x", "y", "z")[seen])
+    ax.plot(*places[:, :2].T, "o", color=SEEN, ms=3.6, mec="white", mew=0.4, zorder=7)
     kept = (filtered["valid"] > 0) & (filtered["stamp"] <= run.end_of_roll)
     places = run.on_board(filtered.view("x", "y", "z")[kept])
     ax.plot(*broken(filtered["stamp"][kept], *places[:, :2].T), color=FILTERED, lw=1.9, zorder=6)
@@ -229,7 +232,8 @@ def _draw_board(ax, run, scenario):
             _ball(ax, way[-1], 1.0, zorder=10)
             ax.annotate("caught", last - [0.0, 0.058], color=HAND, weight="bold", ha="center", va="top")
     half = 0.5 * board.width + 0.035
-    ax.set(xlim=(-half, half), ylim=(-0.155, board.length + 0.02), xlabel="x  [m], across", ylabel="y  [m], up the slope")
+    ax.set(xlim=(-half, half), ylim=(-0.155, board.length + 0.02))
+    ax.set(xlabel="x  [m], across", ylabel="y  [m], up the slope")
     ax.set_aspect("equal", anchor="W")
     ax.set_title("The board from above", pad=27)
     names = (("ball", TRUTH), ("seen", SEEN), ("filtered", FILTERED), ("foreseen", FAR_PREDICTED), ("cup", HAND))
@@ -246,6 +250,10 @@ def _draw_furniture(ax, board, run):
     for centre in CIRCLES:
         ax.add_patch(Circle(centre, CIRCLE_RADIUS, fc="#2a2d31", lw=0, zorder=1))
     ax.plot(*np.transpose(TOUCH_MARKS), "+", color="#2a2d31", ms=8, mew=1.3, zorder=1)
+    start = run.ball(run.log["truth_ball_state"].times[:1])
+    for x, y in start:
+        gate = (x - 0.5 * GATE_SIZE[0], y - BALL_RADIUS - GATE_SIZE[1])
+        ax.add_patch(Rectangle(gate, *GATE_SIZE[:2], fc="#b9b6ab", lw=0, zorder=1))
     for peg in run.laboratory.pegs:
         ax.add_patch(Circle(peg, PEG_RADIUS, fc=WOOD, ec="#7d5a37", lw=0.8, zorder=2))
 

@@ -107,9 +107,9 @@ class CameraVideoSystem(LeafSystem):
     ``motion_*`` hold a `MotionEnergy`, ``centroid_*`` are `Centroid`, ``packet`` is a `Prediction`, ``command`` an
     `ArmCommand`, ``diagnosis`` what the script says. Frames are published
     `FRAMES_PER_SECOND` times a second from time 0, at instants at which the vision reads the cameras too, so that no
-    image is rendered twice. An unrestricted update keeps the images that late centroids describe; where one describes the
-    time between two of them it is the earlier. While vision is not used the last packet before is held, as the arm holds
-    it.
+    image is rendered twice. An unrestricted update keeps the images that late centroids describe; where one describes
+    the time between two of them it is the earlier. While vision is not used the last packet before is held, as the arm
+    holds it.
 
     Args:
       video: a `VideoFile`. page: a `VideoPage`. cameras: {side: CameraModel}, calibrated.

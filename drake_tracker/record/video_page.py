@@ -133,7 +133,7 @@ class VideoPage:
         draw_text(page, f"what the {words}", x + 12, y, 15, _MEDIUM)
         y = y_late - (14 if single else 13)
         x = draw_text(page, f"{lag:.2f} s late", x_late, y, 17, _BRIGHT, bold=True)
-        words = "what moved, and its centroid" if single else "motion energy and its centroid, the newest to predict from"
+        words = "what moved" if single else "motion energy and its centroid, the newest to predict from"
         draw_text(page, words, x + 12, y, 15, _MEDIUM)
         draw_text(page, title, _SIDEBAR, _TOP - 14, 17, _BRIGHT, bold=True)
         draw_text(page, subtitle, _SIDEBAR, _TOP + 8, 13, _MEDIUM)

@@ -72,7 +72,7 @@ class FrameDifference:
 
     stride: int = setting(2, "cycles between the two images; 2 as interlaced, 1 every one", "cycles", (1, 4))
     threshold: float = setting(6.0, "change that counts as motion", "grey levels", (1.0, 255.0))
-    normalise_gain: bool = setting(False, "take out changes of the whole image's brightness")
+    normalise_gain: bool = setting(True, "take out changes of the whole image's brightness; the paper does not")
     smoothing_size: int = setting(3, "side of the Gaussian mask, odd", "px", (1, 31))
     smoothing_sigma: float = setting(1.0, "standard deviation of the Gaussian", "px", (0.1, 10.0))
     min_pixels: int = setting(6, "moving pixels that make a valid centroid", "px", (1, 65536))

@@ -24,7 +24,7 @@ class FrameDifferenceParameters(BinaryDetectorParameters):
 
     stride: int = 2
     threshold: float = 6.0
-    normalise_gain: bool = False
+    normalise_gain: bool = True
 
     _LEAST = {**BinaryDetectorParameters._LEAST, "stride": 1, "threshold": 1}
 
