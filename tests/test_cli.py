@@ -57,6 +57,15 @@ def test_the_result_is_printed_with_units(simulated, capsys):
     assert not any("lift" in row for row in rows)
 
 
+def test_a_ball_has_rows_of_its_own(simulated, capsys):
+    simulated.effect = {"success": True, "hand_error_m": -0.01234, "board_in_world_error": [0.001, 0.00256], "attempts": 1}
+    cli.main(["run", "ball"])
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["caught", "True"] in rows and ["hand", "error", "-0.01234", "m"] in rows
+    assert ["board", "in", "world", "0.001,", "0.00256", "m,", "rad"] in rows
+    assert not any("attempts" in row for row in rows)
+
+
 def test_run_directories_are_new_each_time(simulated, tmp_path, monkeypatch):
     monkeypatch.setattr(cli.time, "strftime", lambda form: "now")
     for _ in range(3):

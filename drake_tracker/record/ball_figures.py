@@ -110,8 +110,8 @@ def draw_board_found(hand_eye, scenario, summary, path):
         figure.text(0.03, 0.915, _pose_words(scenario, summary), fontsize=11.5, color=SOFT_INK, va="center")
         figure.text(0.565, 0.868, "The four circles, enlarged", fontsize=13, weight="bold", va="center")
         words = (
-            f"Centres of the circles fit the pose to {poses.rms:.2f} px rms.\n"
-            "The arm touched three marks: rings where they should be, crosses where the tip was."
+            f"The centres of the circles fit the pose to {poses.rms:.2f} px rms. The arm touched three\n"
+            "marks: rings show where they should be, crosses where the tip was."
         )
         figure.text(0.565, 0.085, words, fontsize=10.5, color=SOFT_INK, va="top")
         figure.savefig(path, dpi=150)
@@ -149,8 +149,8 @@ class _Run:
     """What several parts of the picture need: the true board, phases, the packets and what each foresaw.
 
     half_width: of the board [m]. released, crossing: instants [s] or None. shown: start and end of the time axes [s].
-    packets, times: of all packets that foresee a crossing, and when each came [s]; foreseen: (n, 3), where x_B [m], when
-    [s] and std [m].
+    packets, times: of all packets that foresee a crossing, and when each came [s]; foreseen: (n, 3), where x_B [m],
+    when [s] and std [m].
     """
 
     def __init__(self, hand_eye, scenario, log):
