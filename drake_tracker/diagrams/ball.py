@@ -23,7 +23,7 @@ from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.frame_difference import FrameDifference, FrameDifferenceParameters
 from drake_tracker.vision.normal_flow import NormalFlow
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
-from drake_tracker.vision.plane_projection import PlausibleReadings, board_window, camera_on_board
+from drake_tracker.vision.plane_projection import PlausibleReadings, board_window, camera_on_board, seen_whole_from
 from drake_tracker.vision.static_threshold import StaticThreshold, StaticThresholdParameters
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
@@ -83,8 +83,7 @@ def board_vision(scenario, poses):
     camera, window = board_sight(scenario, poses)
     mask = window.mask((0, 0, config.width, config.height))
     incline = np.arccos(poses.X_WB.rotation().matrix()[2, 2])
-    # In the lowest part of the window a ball is cut off, and its centroid with it.
-    seen_from = settings.bottom + 2.0 * BALL_RADIUS
+    seen_from = seen_whole_from(camera, settings.bottom, BALL_RADIUS)
     plausible = PlausibleReadings(board.width, board.length, incline, seen_from, settings.tolerance)
     return BoardVisionDiagram(
         make_detector(settings.detector, mask, poses.image),

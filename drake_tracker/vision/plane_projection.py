@@ -14,6 +14,8 @@ from drake_tracker.vision.window import window_around
 
 LOWEST_SIGHT = 2.3
 """Cotangent of the lowest elevation from which the camera looks at the board."""
+ROLL = 0.01
+"""How far a ball is on average ahead of its reading [m] when the second of the two images is taken."""
 GRAVITY = 9.81
 """[m/s^2]"""
 
@@ -61,6 +63,19 @@ def board_window(camera, width, length, ball_diameter, bottom=0.0):
     lowest_top = bottom + LOWEST_SIGHT * ball_diameter
     rims = ((bottom, 0.0), (lowest_top, ball_diameter), (length, 0.0), (length, ball_diameter))
     return window_around(camera, np.array([(x, y, z) for x in (-half, half) for y, z in rims]))
+
+
+def seen_whole_from(camera, bottom, ball_radius):
+    """Returns the lowest y_B [m] at which a rolling ball is in sight as a whole, above a strip that is left out.
+
+    Below it the window's rim cuts the ball and shifts its centroid up the slope, by more than its radius in the end. A
+    camera at the elevation e over the slope sees a ball hide the board down to r cot(e / 2) below where it touches it.
+
+    Args:
+        camera: a `CameraModel` in the board's frame. bottom: width of the strip left out [m]. ball_radius: r [m].
+    """
+    _, y, z = camera.X_WC[:3, 3]
+    return bottom + ball_radius / np.tan(0.5 * np.arctan2(z, y - bottom)) + ROLL
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,13 @@ from ball_pictures import BALL_RADIUS, INCLINE, LENGTH, SIZE, WIDTH, camera_pose
 
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.vision.plane_projection import (
+    ROLL,
     LastReading,
     PlausibleReadings,
     board_window,
     camera_on_board,
     project_to_plane,
+    seen_whole_from,
 )
 
 CAMERA = camera_on_board(intrinsics(), camera_pose(), SIZE, SIZE)
@@ -86,6 +88,19 @@ def test_the_window_holds_every_ball_that_is_far_enough_from_the_bottom_and_noth
     assert inner.sum() < 0.9 * mask.sum()
     with pytest.raises(DrakeTrackerError, match="leaves nothing"):
         board_window(CAMERA, WIDTH, LENGTH, 2 * BALL_RADIUS, bottom=2.0)
+
+
+def test_a_ball_is_seen_whole_from_where_its_outline_leaves_the_rim():
+    bottom = 0.2
+    mask = board_window(CAMERA, WIDTH, LENGTH, 2 * BALL_RADIUS, bottom).mask((0, 0, SIZE, SIZE))
+    angles = np.linspace(0.0, 2.0 * np.pi, 60)
+    sphere = BALL_RADIUS * np.array(
+        [[np.cos(a) * np.sin(b), np.sin(a) * np.sin(b), np.cos(b)] for a in angles for b in angles]
+    )
+    lowest = seen_whole_from(CAMERA, bottom, BALL_RADIUS) - ROLL
+    for y, whole in ((lowest + 0.01, True), (lowest - 0.01, False)):
+        u, v = np.rint(CAMERA.project(sphere + [0.0, y, BALL_RADIUS])).astype(int).T
+        assert mask[v, u].all() == whole
 
 
 @pytest.mark.parametrize("change", [{"width": 0.0}, {"incline": -0.1}, {"tolerance": np.nan}, {"restart_after": 0}])
