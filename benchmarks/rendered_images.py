@@ -26,7 +26,7 @@ from drake_tracker.timing import VISION_PERIOD
 from drake_tracker.vision.plane_projection import board_window, camera_on_board
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
-from drake_tracker.world.cameras import lens_matrix, true_camera_model
+from drake_tracker.world.cameras import CAMERA_NAMES, lens_matrix, true_camera_model
 from drake_tracker.world.catch_judge_system import CatchVerdict
 from drake_tracker.world.release_system import draw_delay
 from drake_tracker.world.sensor_noise_system import SensorNoiseSystem
@@ -36,7 +36,7 @@ FOLDER = Path(__file__).resolve().parents[1] / "runs" / "detector_images"
 EMPTY_AT = 1.5
 """When the image without the ball is taken [s]: the gate is open by then, as it is while the ball rolls."""
 ASIDE = (0.0, 0.0, 0.25)
-"""The waiting hand [m] beside the middle of the board's bottom edge (back from it, across, above): out of the window."""
+"""The waiting hand [m] from a point 0.10 m behind the middle of the board's bottom edge: out of the window."""
 BEFORE = 12
 """Images kept from before the release."""
 KNOCK_AFTER = 0.6
@@ -98,6 +98,11 @@ def train_window(seed):
     camera = load_cameras(scenario)["left"]
     window = project_window(camera, scenario.vision.work_volume, scenario.vision.outline)
     return window.mask((0, 0, scenario.cameras.width, scenario.cameras.height))
+
+
+def train_fov(seed):
+    """Returns the vertical field of view [deg] of the train's cameras."""
+    return load_scenario("train", seed=seed).cameras.fov_deg
 
 
 def seen(sequence, noise=2.0, flicker=0.0, flicker_hz=100.0, shake=False, interlaced=False):
@@ -202,7 +207,7 @@ def _record_train(seed, laps):
     q = joints_for(model, description.q_start, above)
     track, start = draw_track(scenario)
     whole = (0, 0, scenario.cameras.width, scenario.cameras.height)
-    world = WorldDiagram(scenario, description, q, track, start, {name: whole for name in ("camera_left", "camera_right")})
+    world = WorldDiagram(scenario, description, q, track, start, dict.fromkeys(CAMERA_NAMES, whole))
     simulator = Simulator(world)
     context = simulator.get_mutable_context()
     _hold(world, context, model, q)

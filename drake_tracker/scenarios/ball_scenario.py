@@ -71,7 +71,7 @@ class FrameDifference:
     """Two consecutive images subtracted: the method that the paper chose."""
 
     stride: int = setting(2, "cycles between the two images; 2 as interlaced, 1 every one", "cycles", (1, 4))
-    threshold: float = setting(6.0, "change that counts as motion", "grey levels", (1.0, 255.0))
+    threshold: float = setting(5.0, "change that counts as motion", "grey levels", (1.0, 255.0))
     normalise_gain: bool = setting(True, "take out changes of the whole image's brightness; the paper does not")
     smoothing_size: int = setting(3, "side of the Gaussian mask, odd", "px", (1, 31))
     smoothing_sigma: float = setting(1.0, "standard deviation of the Gaussian", "px", (0.1, 10.0))
@@ -116,7 +116,7 @@ class BoardVision:
         BALL_THROUGHPUT_CYCLES, "cycles from a centroid's first image until it shows", "cycles", (2, 120)
     )
     centroid_height: float = setting(
-        0.016, "height over the board at which the moving centroid lies; 0.02 is half the diameter", "m", (0.0, 0.04)
+        0.0165, "height over the board at which the moving centroid lies; 0.02 is half the diameter", "m", (0.0, 0.04)
     )
     bottom: float = setting(0.05, "strip along the bottom edge in which nothing is looked for", "m", (0.0, 0.4))
     tolerance: float = setting(0.02, "error of a reading allowed before it is called spurious", "m", (0.0, 0.2))

@@ -23,7 +23,7 @@ class FrameDifferenceParameters(BinaryDetectorParameters):
     """
 
     stride: int = 2
-    threshold: float = 6.0
+    threshold: float = 5.0
     normalise_gain: bool = True
 
     _LEAST = {**BinaryDetectorParameters._LEAST, "stride": 1, "threshold": 1}
