@@ -256,7 +256,9 @@ def measure_ball(seeds, few):
             for name, make in methods(scene.join_distance).items():
                 rows.setdefault(name, []).append(ball_errors(make(scene), sequence, images, camera, heights))
         rows = {name: np.vstack(parts) for name, parts in rows.items()}
-        table[variant] = {name: statistics(part[:, :2], part[:, 2], (part[:, 5:7], part[:, 7:9])) for name, part in rows.items()}
+        table[variant] = {
+            name: statistics(part[:, :2], part[:, 2], (part[:, 5:7], part[:, 7:9])) for name, part in rows.items()
+        }
     for seed in seeds:
         sequence = rendered.ball_sequence(seed)
         images, static, lessons = rendered.seen(sequence)

@@ -35,8 +35,8 @@ from drake_tracker.world.world_diagram import WorldDiagram
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "detector_images"
 EMPTY_AT = 1.5
 """When the image without the ball is taken [s]: the gate is open by then, as it is while the ball rolls."""
-ASIDE = (0.0, 0.0, 0.25)
-"""The waiting hand [m] from a point 0.10 m behind the middle of the board's bottom edge: out of the window."""
+ASIDE = (-0.10, 0.0, 0.25)
+"""The tool's place from the middle of the board's bottom edge [m, W]: out of the window."""
 BEFORE = 12
 """Images kept from before the release."""
 KNOCK_AFTER = 0.6
@@ -188,7 +188,7 @@ def _still_ball_world(scenario, ball_on_board=True):
     """Returns (world, Simulator): the arm holds still, out of the window, and counts as ready from the start."""
     description = arm_of(scenario)
     model = make_arm_model(description)
-    p_WT = np.array(scenario.board.edge_position) - [0.10, 0.0, 0.0] + ASIDE
+    p_WT = np.add(scenario.board.edge_position, ASIDE)
     q = joints_for(model, description.q_start, tool_down(p_WT, HAND_YAW))
     world = BallWorldDiagram(scenario, description, q, ball_on_board=ball_on_board)
     simulator = Simulator(world)
