@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_tracker.estimation import ESTIMATORS, make_estimator
+from drake_tracker.estimation import make_estimator
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.figures.statistics import mean_interval
 from drake_tracker.record.style import FAR_PREDICTED, FILTERED, HAND, INK, PREDICTED, SEEN, SOFT_INK
@@ -28,6 +28,8 @@ LAPS, CLOSED_FROM = 3.0, 2.0
 EVERY = 6
 """A prediction is judged every so many points."""
 STAGES = {"first_lap": "First lap", "after_closure": "From the third lap on"}
+KINDS = ("arc_length", "alpha_beta_gamma", "coordinated_turn", "closed_path")
+"""Estimators of something that drives round a track."""
 LITERAL = "arc_length, literal"
 _LOOKS = {
     "arc_length": (PREDICTED, "-", "arc length"),
@@ -88,7 +90,7 @@ def horizon_errors(estimator, drive, horizons=HORIZONS, every=EVERY):
 
 def estimators():
     """Returns {name: estimator} of every kind at its defaults, and of the arc length read literally."""
-    kinds = {kind: make_estimator(kind) for kind in ESTIMATORS}
+    kinds = {kind: make_estimator(kind) for kind in KINDS}
     return {**kinds, LITERAL: make_estimator("arc_length", mode="literal")}
 
 

@@ -82,7 +82,7 @@ class FrameDifference:
 
 @dataclass
 class BackgroundDifference:
-    """The difference from an image without the ball: weighed and dropped by the paper."""
+    """The difference from an image without the ball, taken while the gate was shut: weighed and dropped by the paper."""
 
     threshold: float = setting(5.0, "difference that counts as the ball", "grey levels", (1.0, 255.0))
     smoothing_size: int = setting(5, "side of the Gaussian mask, odd", "px", (1, 31))

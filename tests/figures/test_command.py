@@ -34,7 +34,7 @@ def test_every_figure_is_drawn_with_its_numbers(tmp_path, monkeypatch, capsys):
     assert 0.0 < numbers["figure_07"]["kolmogorov_smirnov"] < 1.0
     found = numbers["figure_07"]["jitter_correlation"]
     assert found["low"] < found["coefficient"] < found["high"]
-    assert set(numbers["error_against_horizon"]["estimators"]) >= set(horizon.ESTIMATORS)
+    assert set(numbers["error_against_horizon"]["estimators"]) >= set(horizon.KINDS)
     assert numbers["error_against_horizon"]["bounds"] == [CURVE]
     assert "error_against_horizon.png" in capsys.readouterr().out
 
