@@ -1,10 +1,10 @@
-"""Makes the pictures of the README, from one run with the filter of 1991.
+"""Makes the pictures of the README, from a run with the filter of 1991 and a run of the ball.
 
-    python docs/make_pictures.py                     runs `train:paper` with seed 0 first, a few minutes
-    python docs/make_pictures.py --run runs/train-…  takes the log of a run that is there already
+    python docs/make_pictures.py                     runs `train:paper` with seed 0 and `ball` with seed 4 first
+    python docs/make_pictures.py --run runs/train-…  takes the log of a run that is there already, of either task
 
-The laboratory is rendered anew from the logged joints and the logged pose of the train, larger and in better light than
-the tracking cameras see it (`drake_tracker/record/studio.py`).
+The laboratory is rendered anew from the logged joints and the logged pose of the train or the ball, larger and in
+better light than the tracking cameras see it (`drake_tracker/record/studio.py`).
 """
 
 import argparse
@@ -18,11 +18,13 @@ from pydrake.systems.analysis import Simulator
 from drake_tracker import load_scenario, make_diagram, simulate
 from drake_tracker.figures.grasp_frames import moments, render_frames
 from drake_tracker.record.log import load_log
-from drake_tracker.record.studio import Studio
+from drake_tracker.record.studio import ball_studio, train_studio
 
 IMAGES = Path(__file__).parent / "images"
 SHOWN = ("track", "grasp", "lift")
 ENERGY_COLOUR = (0, 176, 255)  # blue, green, red
+BEFORE_CROSSING = 0.3
+"""Time [s] before the ball leaves the board at which it is shown."""
 FIRST_SIGHT = 2.0
 """Simulated time [s] of the images of the two cameras."""
 
@@ -56,25 +58,53 @@ def side_by_side(views):
     return np.hstack([part for view in views for part in (view, gap)][:-1])
 
 
+def train_pictures(run, folder):
+    """Returns {name: BGR image} of a run of the train."""
+    scenario = load_scenario(str(run / "scenario.yaml"))
+    log = load_log(run / "log.npz")
+    times = {moment.name: moment.time for moment in moments(log, scenario)}
+    studio = train_studio(scenario, folder)
+    return {
+        "laboratory": draw_laboratory(studio, log, times),
+        "grasp": side_by_side(render_frames(studio, log, [times[name] for name in SHOWN], 424)),
+        "cameras": draw_cameras(scenario),
+        "tracking": smaller(run / "tracking.png", 1600),
+    }
+
+
+def ball_pictures(run, folder):
+    """Returns {name: BGR image} of a run of the ball."""
+    scenario = load_scenario(str(run / "scenario.yaml"))
+    log = load_log(run / "log.npz")
+    studio = ball_studio(scenario, folder)
+    studio.pose(log, log["truth_verdict"]["crossing_time"][-1] - BEFORE_CROSSING)
+    return {
+        "ball": studio.render((1.62, -1.95, 1.42), (0.66, 0.0, 0.56), 1280, 700, 36.0),
+        "ball_path": smaller(run / "ball_path.png", 1600),
+    }
+
+
+def smaller(path, width):
+    image = cv2.imread(str(path))
+    height = round(width * image.shape[0] / image.shape[1])
+    return cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--run", type=Path, metavar="DIR", help="run directory of a train that was lifted")
+    parser.add_argument("--run", type=Path, metavar="DIR", help="run directory of a train lifted or a ball caught")
     options = parser.parse_args()
     IMAGES.mkdir(exist_ok=True)
+    pictures = {}
     with tempfile.TemporaryDirectory() as folder:
-        run = options.run or Path(folder) / "run"
+        runs = [options.run]
         if not options.run:
-            simulate(load_scenario("train:paper", seed=0), out=run, record=False)
-        scenario = load_scenario(str(run / "scenario.yaml"))
-        log = load_log(run / "log.npz")
-        times = {moment.name: moment.time for moment in moments(log, scenario)}
-        studio = Studio(scenario, folder)
-        pictures = {
-            "laboratory": draw_laboratory(studio, log, times),
-            "grasp": side_by_side(render_frames(studio, log, [times[name] for name in SHOWN], 424)),
-            "cameras": draw_cameras(scenario),
-            "tracking": cv2.resize(cv2.imread(str(run / "tracking.png")), (1600, 900), interpolation=cv2.INTER_AREA),
-        }
+            runs = [Path(folder) / task for task in ("train", "ball")]
+            for run, (name, seed) in zip(runs, (("train:paper", 0), ("ball", 4))):
+                simulate(load_scenario(name, seed=seed), out=run, record=False)
+        for run in runs:
+            task = load_scenario(str(run / "scenario.yaml")).task
+            pictures |= (train_pictures if task == "train" else ball_pictures)(run, folder)
     for name, picture in pictures.items():
         path = IMAGES / f"{name}.png"
         cv2.imwrite(str(path), picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])

@@ -27,7 +27,7 @@ from drake_tracker.figures.measured_arc import (
 )
 from drake_tracker.figures.paper_style import save
 from drake_tracker.figures.trajectory import draw_trajectory, trajectory
-from drake_tracker.record.studio import Studio
+from drake_tracker.record.studio import train_studio
 from drake_tracker.record.summary import git_commit, package_versions
 
 RUNS, QUICK_RUNS = 12, 1
@@ -86,7 +86,7 @@ def make_figures(out, seed=0, quick=False, bounds=None, say=print):
         numbers["grasp_run"] = _told(scenario, summary)
     shown = shown_moments(log, scenario)
     with tempfile.TemporaryDirectory() as folder:
-        frames = render_frames(Studio(scenario, folder), log, [moment.time for moment in shown])
+        frames = render_frames(train_studio(scenario, folder), log, [moment.time for moment in shown])
     keep("figure_14", [moment._asdict() for moment in shown], draw_grasp_frames(frames, shown))
 
     rows = (f"{json.dumps(name)}: {json.dumps(found)}" for name, found in rounded(numbers).items())

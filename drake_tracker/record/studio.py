@@ -29,6 +29,8 @@ from pydrake.systems.sensors import CameraInfo
 
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.train_track import draw_track
+from drake_tracker.world.ball_fixtures import GATE_TRAVEL
+from drake_tracker.world.ball_plant import add_ball_laboratory
 from drake_tracker.world.cameras import camera_poses
 from drake_tracker.world.plant import add_laboratory
 from drake_tracker.world.track_visual import add_track_visual
@@ -42,41 +44,27 @@ LAMP, AMBIENT = 5.4, 0.45
 
 
 class Studio:
-    """Renders the laboratory of a scenario in any posture.
+    """Renders a laboratory in any posture.
 
     Args:
-      scenario: whose track, train and cameras are shown. folder: where the studio's light may be written.
+      laboratory: with the attributes plant and scene_graph, in a ``builder`` to which nothing else is added.
+      places: model instances and functions (log, time [s]) -> their positions.
+      folder: where the studio's light may be written.
     """
 
-    def __init__(self, scenario, folder):
-        track, _ = draw_track(scenario)
-        builder = DiagramBuilder()
-
-        def decorate(plant):
-            add_track_visual(plant, track, scenario.table_height)
-            add_cove(plant)
-            for X_WC in camera_poses(scenario.cameras).values():
-                add_camera_stand(plant, X_WC)
-
-        self._laboratory = add_laboratory(
-            builder, arm_of(scenario), scenario.train.body, scenario.table_height, scenario.time_step,
-            decorate,
-        )
-        self._scene_graph = self._laboratory.scene_graph
+    def __init__(self, laboratory, builder, places, folder):
+        self._laboratory, self._places = laboratory, places
+        self._scene_graph = laboratory.scene_graph
         self._scene_graph.AddRenderer(RENDERER, MakeRenderEngineVtk(studio_light(folder)))
         self._diagram = builder.Build()
         self._context = self._diagram.CreateDefaultContext()
 
     def pose(self, log, time):
-        """Puts arm, fingers and train where they were at ``time`` [s] of a log."""
-        laboratory, plant = self._laboratory, self._laboratory.plant
+        """Puts everything where it was at ``time`` [s] of a log."""
+        plant = self._laboratory.plant
         context = plant.GetMyMutableContextFromRoot(self._context)
-        joints = sample(log["arm_state"], time)[: plant.num_positions(laboratory.arm)]
-        plant.SetPositions(context, laboratory.arm, joints)
-        plant.SetPositions(context, laboratory.gripper, [0.5 * sample(log["jaws"], time)[0]] * 2)
-        train = sample(log["truth_train_state"], time)
-        train[:4] /= np.linalg.norm(train[:4])
-        plant.SetPositions(context, laboratory.train, train[:7])
+        for instance, positions in self._places:
+            plant.SetPositions(context, instance, positions(log, time))
 
     def render(self, eye, target, width, height, fov_deg):
         """Returns a BGR image seen from ``eye`` towards ``target`` [m, W]; ``fov_deg`` is vertical."""
@@ -91,6 +79,51 @@ class Studio:
         )
         bgr = cv2.cvtColor(np.array(image.data), cv2.COLOR_RGBA2BGR)
         return cv2.resize(bgr, (width, height), interpolation=cv2.INTER_AREA)
+
+
+def train_studio(scenario, folder):
+    """Returns the `Studio` of a `TrainScenario`: its track, train and cameras."""
+    track, _ = draw_track(scenario)
+    builder = DiagramBuilder()
+
+    def decorate(plant):
+        add_track_visual(plant, track, scenario.table_height)
+        add_cove(plant)
+        for X_WC in camera_poses(scenario.cameras).values():
+            add_camera_stand(plant, X_WC)
+
+    laboratory = add_laboratory(
+        builder, arm_of(scenario), scenario.train.body, scenario.table_height, scenario.time_step, decorate
+    )
+    places = [
+        (laboratory.arm, _joints(laboratory)),
+        (laboratory.gripper, lambda log, time: [0.5 * sample(log["jaws"], time)[0]] * 2),
+        (laboratory.train, lambda log, time: _body(log["truth_train_state"], time)),
+    ]
+    return Studio(laboratory, builder, places, folder)
+
+
+def ball_studio(scenario, folder):
+    """Returns the `Studio` of a `BallScenario`: its board and ball, the gate open."""
+    builder = DiagramBuilder()
+    laboratory = add_ball_laboratory(builder, arm_of(scenario), scenario, decorate=add_cove)
+    places = [
+        (laboratory.arm, _joints(laboratory)),
+        (laboratory.gate, lambda log, time: [GATE_TRAVEL]),
+        (laboratory.ball, lambda log, time: _body(log["truth_ball_state"], time)),
+    ]
+    return Studio(laboratory, builder, places, folder)
+
+
+def _joints(laboratory):
+    return lambda log, time: sample(log["arm_state"], time)[: laboratory.plant.num_positions(laboratory.arm)]
+
+
+def _body(state, time):
+    """Returns the positions of a free body from its logged state."""
+    body = sample(state, time)
+    body[:4] /= np.linalg.norm(body[:4])
+    return body[:7]
 
 
 def looking(eye, target):
