@@ -17,11 +17,11 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker import load_scenario
 from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.arm.crossing import HAND_YAW
 from drake_tracker.arm.description import joints_for, make_arm_model
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.train import home_reference, load_cameras, project_window
 from drake_tracker.diagrams.train_track import draw_track
-from drake_tracker.initialise import HAND_YAW
 from drake_tracker.timing import VISION_PERIOD
 from drake_tracker.vision.plane_projection import board_window, camera_on_board
 from drake_tracker.world.ball_board import BALL_RADIUS

@@ -5,7 +5,7 @@ coplanar points give the board's pose before the camera, X_CB; the plane through
 world, X_WB. After that neither is looked at again: a board that is moved later is where it was, to the system.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -14,6 +14,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.board_touch import board_pose_from_touches
+from drake_tracker.arm.crossing import HAND_YAW
 from drake_tracker.arm.description import joints_for, make_arm_model
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.touch import TouchDiagram
@@ -22,6 +23,7 @@ from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.grasp.touch_machine import touched_points
 from drake_tracker.grasp.touch_schema import TouchPhase, TouchReport
 from drake_tracker.timing import BALL_SERVO_PERIOD, VISION_PERIOD
+from drake_tracker.vision.board_poses import BoardPoses
 from drake_tracker.vision.circle_finder import best_reading, find_circles, read_window
 from drake_tracker.vision.circle_pose import image_centres, locate_board
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
@@ -34,8 +36,6 @@ PROBE_FRAME, PROBE_RADIUS = "probe", 0.004
 """Of the cup: the centre of its spherical tip, and the radius [m]."""
 JOG_HEIGHT = 0.008
 """Height [m] over its mark at which the operator leaves the tip."""
-HAND_YAW = np.pi
-"""Direction [rad] of the hand's x axis: the cup's stem stands on the arm's side."""
 START_HEIGHT = 0.20
 """Height [m] over the board's bottom edge at which the tip starts."""
 STILL_SUPERSAMPLING = 4
@@ -44,20 +44,6 @@ LOOK_EVERY = 0.05
 """Simulated time [s] between looks whether the touching is done."""
 LONGEST = 60.0
 """Simulated time [s] after which the touching is given up."""
-
-
-@dataclass(frozen=True)
-class BoardPoses:
-    """What the initialisation found: X_CB and X_WB (RigidTransform), the circles' reprojection error ``rms`` [px], the
-    touched points (3, 3) [m, W], ``image``, the first reading (h, w, 3) in RGB, and ``circles``, shape (4, 2) [px]:
-    where the images show `CIRCLES`."""
-
-    X_CB: RigidTransform
-    X_WB: RigidTransform
-    rms: float
-    points: np.ndarray
-    image: np.ndarray
-    circles: np.ndarray
 
 
 def initialise_board(scenario):
@@ -126,10 +112,3 @@ def operator_jogs(scenario, X_WB):
     marks = np.array(TOUCH_MARKS) + draw_placing_errors(scenario.operator, scenario.seed)
     touching = X_WB.multiply(np.column_stack([marks, np.full(3, PROBE_RADIUS)]).T).T  # the tip's centre, on the mark
     return np.column_stack([touching + [0.0, 0.0, JOG_HEIGHT], np.full(3, HAND_YAW)])
-
-
-def pose_error(estimate, truth):
-    """Returns how far a RigidTransform is from the true one: (distance of origins [m], angle between [rad])."""
-    distance = np.linalg.norm(estimate.translation() - truth.translation())
-    turn = (truth.rotation().inverse() @ estimate.rotation()).ToAngleAxis().angle()
-    return float(distance), float(abs(turn))

@@ -82,6 +82,7 @@ def _train():
 def _ball():
     from drake_tracker.diagrams.ball import make_diagram
     from drake_tracker.grasp.catch_schema import CatchPhase
+    from drake_tracker.initialise import initialise_board
     from drake_tracker.record.ball_figures import draw_ball_path, draw_board_found
     from drake_tracker.record.ball_summary import summarize_ball
     from drake_tracker.world.catch_judge_system import CatchVerdict
@@ -109,7 +110,7 @@ def _ball():
         draw_board_found(hand_eye, scenario, summary, out / "board.png")
 
     return Task(
-        make_diagram=make_diagram,
+        make_diagram=lambda scenario: make_diagram(scenario, initialise_board(scenario)),
         phases=CatchPhase,
         verdict=CatchVerdict,
         ended=ended,

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from drake_tracker.initialise import BoardPoses
 from drake_tracker.scenarios.ball_scenario import BallScenario
+from drake_tracker.vision.board_poses import BoardPoses
 from drake_tracker.world.ball_board import draw_board_pose
 from drake_tracker.world.ball_camera import draw_camera_pose
 
@@ -24,4 +24,5 @@ def true_poses(scenario):
     X_WB = draw_board_pose(scenario.board, scenario.seed)
     X_WC = draw_camera_pose(scenario.camera, scenario.board, X_WB, scenario.seed)
     size = (scenario.camera.height, scenario.camera.width, 3)
-    return BoardPoses(X_WC.inverse() @ X_WB, X_WB, 0.0, np.zeros((3, 3)), np.zeros(size, np.uint8))
+    nothing = np.zeros((3, 3)), np.zeros(size, np.uint8), np.zeros((4, 2))
+    return BoardPoses(X_WC.inverse() @ X_WB, X_WB, 0.0, *nothing)

@@ -58,7 +58,8 @@ def test_the_result_is_printed_with_units(simulated, capsys):
 
 
 def test_a_ball_has_rows_of_its_own(simulated, capsys):
-    simulated.effect = {"success": True, "hand_error_m": -0.01234, "board_in_world_error": [0.001, 0.00256], "attempts": 1}
+    found = {"success": True, "hand_error_m": -0.01234, "board_in_world_error": [0.001, 0.00256]}
+    simulated.effect = {**found, "attempts": 1}
     cli.main(["run", "ball"])
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert ["caught", "True"] in rows and ["hand", "error", "-0.01234", "m"] in rows

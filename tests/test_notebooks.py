@@ -8,7 +8,11 @@ from nbclient import NotebookClient
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
 
-SAYS = {"01_train.ipynb": "vision_valid_fraction  1.0", "02_arc_length.ipynb": "recovered s_0 2.5", "03_ball.ipynb": "caught at"}
+SAYS = {
+    "01_train.ipynb": "vision_valid_fraction  1.0",
+    "02_arc_length.ipynb": "recovered s_0 2.5",
+    "03_ball.ipynb": "caught at",
+}
 """What must be among the text that each prints."""
 
 

@@ -120,3 +120,13 @@ def leaves(system):
     if not isinstance(system, Diagram):
         return [system]
     return [system] + [leaf for part in system.GetSystems() for leaf in leaves(part)]
+
+
+def truths(room, is_truth):
+    """What of the truth the objects of a room refer to, by its Systems' names: none, one hopes."""
+    found = {}
+    for system in leaves(room):
+        ways = [(way, type(thing).__name__) for way, thing in references(system) if is_truth(thing)]
+        if ways:
+            found[system.get_name()] = ways
+    return found

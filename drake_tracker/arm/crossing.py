@@ -11,6 +11,9 @@ import numpy as np
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.messages import Prediction, prediction_knots
 
+HAND_YAW = math.pi
+"""Direction [rad] of the hand's x axis from the board's upward direction: the cup's stem stands on the arm's side."""
+
 
 class Crossing(NamedTuple):
     """A crossing of the bottom edge: ``time`` [s], ``p_WQ`` (3,) [m] of the ball's centre there, ``place``: pose (x, y,
@@ -34,7 +37,7 @@ class BoardEdge:
     Raises DrakeTrackerError for an X_WB that is no pose of a board that rises.
     """
 
-    def __init__(self, X_WB, width=0.60, ball_radius=0.020, beyond=0.050, hand_yaw=math.pi):
+    def __init__(self, X_WB, width=0.60, ball_radius=0.020, beyond=0.050, hand_yaw=HAND_YAW):
         X_WB = np.asarray(X_WB, dtype=float)
         if X_WB.size not in (12, 16) or not np.all(np.isfinite(X_WB)):
             raise DrakeTrackerError("board edge: X_WB must be 4 x 4 numbers, or the 12 of its upper three rows")

@@ -16,7 +16,6 @@ from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_system import CatchSystem
-from drake_tracker.initialise import HAND_YAW, initialise_board
 from drake_tracker.timing import BALL_SERVO_PERIOD, ESTIMATOR_SLOT, vision_slot
 from drake_tracker.vision.background_difference import BackgroundDifference, BackgroundDifferenceParameters
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
@@ -30,17 +29,15 @@ from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import lens_matrix
 
 
-def make_diagram(scenario, poses=None):
+def make_diagram(scenario, poses):
     """Returns the `HandEyeDiagram` of a `BallScenario`, with the attribute ``poses``.
 
     Args:
       scenario: everything random is drawn from its ``seed``.
-      poses: `BoardPoses`; None initialises the board first, which simulates some 10 s (`initialise_board`).
+      poses: `BoardPoses`, as `initialise.initialise_board` finds them.
 
     Raises DrakeTrackerError, in one line, when the scenario cannot be built or the board is not found.
     """
-    if poses is None:
-        poses = initialise_board(scenario)
     description = arm_of(scenario)
     model = make_arm_model(description)
     board, X_WB = scenario.board, poses.X_WB.GetAsMatrix4()
@@ -67,7 +64,7 @@ def make_diagram(scenario, poses=None):
 def known_edge(scenario, poses):
     """Returns the `BoardEdge` of a board found at ``poses`` (`BoardPoses`), as the arm knows it."""
     X_WB, beyond = poses.X_WB.GetAsMatrix4(), scenario.catch.beyond
-    return BoardEdge(X_WB, width=scenario.board.width, ball_radius=BALL_RADIUS, beyond=beyond, hand_yaw=HAND_YAW)
+    return BoardEdge(X_WB, width=scenario.board.width, ball_radius=BALL_RADIUS, beyond=beyond)
 
 
 def board_sight(scenario, poses):

@@ -3,9 +3,9 @@
 import numpy as np
 
 from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.initialise import pose_error
 from drake_tracker.record.arm_limits import arm_findings, limits_of
 from drake_tracker.record.summary import git_commit, lag_of, package_versions, tidy
+from drake_tracker.vision.board_poses import pose_error
 from drake_tracker.world.catch_judge_system import CatchVerdict
 
 ROLLING = 0.10

@@ -67,41 +67,37 @@ class Operator:
 
 
 @dataclass
-class FrameDifference:
+class BinaryImage:
+    """What all detectors share that make a binary image."""
+
+    smoothing_size: int = setting(3, "side of the Gaussian mask, odd", "px", (1, 31))
+    smoothing_sigma: float = setting(1.0, "standard deviation of the Gaussian", "px", (0.1, 10.0))
+    min_pixels: int = setting(6, "white pixels that make a valid centroid", "px", (1, 65536))
+    centroid: str = setting("hull", "mean of the white pixels, or of their convex hull", choices=("mean", "hull"))
+    join_distance: int = setting(12, "gap across which the hull joins fragments", "px", (1, 512))
+
+
+@dataclass
+class FrameDifference(BinaryImage):
     """Two consecutive images subtracted: the method that the paper chose."""
 
     stride: int = setting(2, "cycles between the two images; 2 as interlaced, 1 every one", "cycles", (1, 4))
     threshold: float = setting(5.0, "change that counts as motion", "grey levels", (1.0, 255.0))
     normalise_gain: bool = setting(True, "take out changes of the whole image's brightness; the paper does not")
-    smoothing_size: int = setting(3, "side of the Gaussian mask, odd", "px", (1, 31))
-    smoothing_sigma: float = setting(1.0, "standard deviation of the Gaussian", "px", (0.1, 10.0))
-    min_pixels: int = setting(6, "moving pixels that make a valid centroid", "px", (1, 65536))
-    centroid: str = setting("hull", "mean of the moving pixels, or of their convex hull", choices=("mean", "hull"))
-    join_distance: int = setting(12, "gap across which the hull joins fragments", "px", (1, 512))
 
 
 @dataclass
-class BackgroundDifference:
-    """The difference from an image without the ball, taken while the gate was shut: weighed and dropped by the paper."""
+class BackgroundDifference(BinaryImage):
+    """The difference from an image without the ball, taken while the gate was shut: the paper dropped it."""
 
     threshold: float = setting(5.0, "difference that counts as the ball", "grey levels", (1.0, 255.0))
-    smoothing_size: int = setting(5, "side of the Gaussian mask, odd", "px", (1, 31))
-    smoothing_sigma: float = setting(1.0, "standard deviation of the Gaussian", "px", (0.1, 10.0))
-    min_pixels: int = setting(6, "pixels that make a valid centroid", "px", (1, 65536))
-    centroid: str = setting("mean", "mean of the pixels, or of their convex hull", choices=("mean", "hull"))
-    join_distance: int = setting(12, "gap across which the hull joins fragments", "px", (1, 512))
 
 
 @dataclass
-class StaticThreshold:
+class StaticThreshold(BinaryImage):
     """A plain threshold of the image: cannot find white on white, as the paper says."""
 
     level: float = setting(200.0, "pixels that are brighter are taken for the ball", "grey levels", (0.0, 255.0))
-    smoothing_size: int = setting(5, "side of the Gaussian mask, odd", "px", (1, 31))
-    smoothing_sigma: float = setting(1.0, "standard deviation of the Gaussian", "px", (0.1, 10.0))
-    min_pixels: int = setting(6, "pixels that make a valid centroid", "px", (1, 65536))
-    centroid: str = setting("mean", "mean of the pixels, or of their convex hull", choices=("mean", "hull"))
-    join_distance: int = setting(12, "gap across which the hull joins fragments", "px", (1, 512))
 
 
 @dataclass
