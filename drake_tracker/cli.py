@@ -87,9 +87,18 @@ def _parser():
     doctor = commands.add_parser("doctor", help="look whether this machine can run it")
     doctor.set_defaults(action=_doctor)
 
-    calibrate = commands.add_parser("calibrate", help="calibrate a scenario's cameras from rendered images of a board")
-    _add_scenario(calibrate)
+    calibrate = commands.add_parser(
+        "calibrate", help="calibrate a scenario's cameras from rendered images of a board, or your own from photographs",
+        description="One SCENARIO: its cameras, from rendered images. With --board: your own, from photographs of a "
+        "chessboard, a folder or a quoted pattern for each camera, two for a pair of cameras.",
+    )
+    calibrate.add_argument("source", nargs="+", metavar="SCENARIO|IMAGES", help="a scenario, or one or two image sets")
+    _add_overrides(calibrate)
     calibrate.add_argument("-o", "--out", type=Path, metavar="FILE", help="calibration file to write")
+    calibrate.add_argument("--board", metavar="CxR", help="the board's inner corners, for example 9x6")
+    calibrate.add_argument("--square", type=float, metavar="M", help="side of one of its squares [m]")
+    calibrate.add_argument("--world", action="store_true",
+                           help="the world's frame is the board of the first photograph, not the left camera")
     calibrate.set_defaults(action=_calibrate)
 
     measure = commands.add_parser(
@@ -114,6 +123,10 @@ def _parser():
 
 def _add_scenario(command):
     command.add_argument("scenario", metavar="SCENARIO[:NAME]", help="a scenario of the list, or FILE.yaml[:NAME]")
+    _add_overrides(command)
+
+
+def _add_overrides(command):
     command.add_argument("--set", action="append", default=[], metavar="KEY.PATH=VALUE", dest="overrides",
                          help="change one setting, for example --set track.speed=0.2; may be given again")
 
@@ -195,10 +208,25 @@ def _doctor(options):
 
 
 def _calibrate(options):
-    from drake_tracker.calibrate import calibrate
     from drake_tracker.scenarios import load_scenario
 
-    calibrate(load_scenario(options.scenario, overrides=options.overrides), options.out)
+    sources, board = options.source, options.board
+    if board is None and (len(sources) > 1 or options.square is not None or options.world):
+        raise DrakeTrackerError("calibrate: photographs need --board, the chessboard's inner corners, for example 9x6")
+    if board is None:
+        from drake_tracker.calibrate import calibrate
+
+        calibrate(load_scenario(sources[0], overrides=options.overrides), options.out)
+        return SUCCESS
+    if len(sources) > 2:
+        raise DrakeTrackerError(f"calibrate: {len(sources)} image sets; give one or two, and put patterns in quotes")
+    if options.overrides:
+        raise DrakeTrackerError("calibrate: --set changes a scenario, and photographs have none")
+    if options.out is None:
+        raise DrakeTrackerError("calibrate: -o FILE is missing: the calibration file to write")
+    from drake_tracker.calibrate_photographs import calibrate_photographs, parse_board
+
+    calibrate_photographs(sources, parse_board(board, options.square), options.out, world=options.world)
     return SUCCESS
 
 

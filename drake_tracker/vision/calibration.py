@@ -6,6 +6,7 @@ places. Each camera is located by itself, because a chain through the other came
 """
 
 import dataclasses
+import os
 from pathlib import Path
 
 import cv2
@@ -115,14 +116,16 @@ def calibrate_stereo(images_left, images_right, board, **options):
     return stereo_from_corners(*zip(*pairs), board, images_left[0].shape, **options)
 
 
-def stereo_from_corners(views_left, views_right, board, shape, **options):
+def stereo_from_corners(views_left, views_right, board, shape, shape_right=None, **options):
     """Returns (left, right, rms): two `CameraModel`s from the corners (n, 2) [px] of one board in pairs of images.
 
     For cameras whose world is not known: W is the left camera's own frame and the board's square the unit of length.
-    ``shape`` (h, w) is that of the images, ``options`` are those of `lens_from_corners`, and rms is the reprojection
-    error [px] of both cameras together.
+    ``shape`` (h, w) is that of the images, ``shape_right`` of the right ones if they differ, ``options`` are those of
+    `lens_from_corners`, and rms is the reprojection error [px] of both cameras together.
     """
-    left, right = (lens_from_corners(views, board, shape, **options) for views in (views_left, views_right))
+    shape_right = shape_right or shape
+    left = lens_from_corners(views_left, board, shape, **options)
+    right = lens_from_corners(views_right, board, shape_right, **options)
     points, pixels_left = _opencv_lists(board, views_left)
     _, pixels_right = _opencv_lists(board, views_right)
     rms, _, _, _, _, R, t, *_ = cv2.stereoCalibrate(
@@ -136,12 +139,17 @@ def stereo_from_corners(views_left, views_right, board, shape, **options):
         shape[::-1],
         flags=cv2.CALIB_FIX_INTRINSIC,
     )
-    height, width = shape
     return (
-        CameraModel(left.K, left.distortion, np.eye(4), width, height),
-        CameraModel(right.K, right.distortion, _transform(R, t), width, height),
+        CameraModel(left.K, left.distortion, np.eye(4), *shape[::-1]),
+        CameraModel(right.K, right.distortion, _transform(R, t), *shape_right[::-1]),
         rms,
     )
+
+
+def board_pose(corners, camera, board):
+    """Returns X_CB (4, 4) of a board from the pixels (n, 2) of its corners in one image of a `CameraModel`."""
+    _, rotation, translation = cv2.solvePnP(board.corners(), corners, camera.K, camera.distortion)
+    return _transform(cv2.Rodrigues(rotation)[0], translation)
 
 
 def _opencv_lists(board, views):
@@ -160,7 +168,8 @@ def save_calibration(path, cameras, *, rig=None, notes=None):
     """Writes {name: CameraModel} to a YAML file.
 
     ``rig`` {name: value} says for which arrangement of cameras the file was made, ``notes`` {name: value} is anything
-    worth keeping: the board, the errors. Both are plain numbers, texts and lists.
+    worth keeping: the board, the errors. Both are plain numbers, texts and lists. Raises DrakeTrackerError when the
+    file cannot be written; one that was there before is then left as it was.
     """
     data = {"rig": rig or {}, "notes": notes or {}, "cameras": {}}
     for name, camera in cameras.items():
@@ -168,7 +177,13 @@ def save_calibration(path, cameras, *, rig=None, notes=None):
             key: np.round(getattr(camera, key), _DIGITS).tolist() for key in _CAMERA_ARRAYS
         }
     text = yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=120)
-    Path(path).write_text("# Camera matrices found from images of a chessboard.\n" + text, encoding="utf-8")
+    part = Path(f"{path}.part")
+    try:
+        part.write_text("# Camera matrices found from images of a chessboard.\n" + text, encoding="utf-8")
+        os.replace(part, path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise DrakeTrackerError(f"{path}: the calibration cannot be written: {error.strerror}") from None
 
 
 def load_calibration(path, rig=None):
@@ -179,8 +194,33 @@ def load_calibration(path, rig=None):
     Raises DrakeTrackerError, one line naming the file and the key, when the file is missing or not YAML, a value is
     missing, of another shape or not finite, when X_CW is not a pose or K not a camera matrix, or when the rig differs.
     """
+    data = _read_yaml(path)
+    entries = _mapping(path, data, "cameras")
+    if rig is not None:
+        _check_rig(path, _mapping(path, data, "rig"), rig)
+    return {name: _read_camera(path, f"cameras.{name}", _mapping(path, entries, name)) for name in entries}
+
+
+def load_pose(path, *keys):
+    """Returns the pose (4, 4) that stands under a path of keys in a YAML file.
+
+    Raises DrakeTrackerError, one line naming the file and the key, when the file cannot be read or it is no pose.
+    """
+    entry, name = _read_yaml(path), ".".join(keys)
+    for key in keys:
+        entry = entry.get(key) if isinstance(entry, dict) else None
     try:
-        data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        X = np.array(entry, dtype=float)
+    except (TypeError, ValueError):
+        X = np.empty(0)
+    if X.shape != (4, 4) or not _is_pose(X):
+        raise DrakeTrackerError(f"{path}: {name} must hold 4 x 4 numbers, a rotation and a translation above 0 0 0 1")
+    return X
+
+
+def _read_yaml(path):
+    try:
+        return yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise DrakeTrackerError(
             f"{path}: the calibration cannot be read ({getattr(error, 'strerror', None) or 'it is not text'}); "
@@ -190,10 +230,6 @@ def load_calibration(path, rig=None):
         mark = getattr(error, "problem_mark", None)
         where = f" line {mark.line + 1}" if mark else ""
         raise DrakeTrackerError(f"{path}{where}: {getattr(error, 'problem', None) or 'this is not YAML'}") from None
-    entries = _mapping(path, data, "cameras")
-    if rig is not None:
-        _check_rig(path, _mapping(path, data, "rig"), rig)
-    return {name: _read_camera(path, f"cameras.{name}", _mapping(path, entries, name)) for name in entries}
 
 
 def _mapping(path, data, key):
@@ -229,8 +265,12 @@ def _read_camera(path, key, entry):
     K, X_CW = arrays["K"], arrays["X_CW"]
     if K[0, 0] <= 0.0 or K[1, 1] <= 0.0 or not np.allclose(K[[1, 2, 2, 2], [0, 0, 1, 2]], [0.0, 0.0, 0.0, 1.0]):
         raise DrakeTrackerError(f"{path}: {key}.K must be [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with fx, fy above 0")
-    R_CW = X_CW[:3, :3]
-    proper = np.allclose(R_CW @ R_CW.T, np.eye(3), atol=_ROTATION_TOLERANCE) and np.linalg.det(R_CW) > 0.0
-    if not proper or not np.array_equal(X_CW[3], [0.0, 0.0, 0.0, 1.0]):
+    if not _is_pose(X_CW):
         raise DrakeTrackerError(f"{path}: {key}.X_CW must be a rotation and a translation, last row 0 0 0 1")
     return CameraModel(**arrays, **sizes)
+
+
+def _is_pose(X):
+    R = X[:3, :3]
+    proper = np.allclose(R @ R.T, np.eye(3), atol=_ROTATION_TOLERANCE) and np.linalg.det(R) > 0.0
+    return proper and np.isfinite(X).all() and np.array_equal(X[3], [0.0, 0.0, 0.0, 1.0])

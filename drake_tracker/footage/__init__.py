@@ -1,0 +1,1 @@
+"""Images that were not rendered: video files, folders of images, cameras, bags."""

@@ -1,0 +1,60 @@
+"""Which files a folder of images, or a pattern, means, and in which order."""
+
+import glob
+import re
+from pathlib import Path
+
+import cv2
+
+from drake_tracker.errors import DrakeTrackerError
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")
+
+
+def list_images(spec):
+    """Returns the image files (`Path`) that a folder holds or a pattern such as ``'shots/left*.jpg'`` means.
+
+    They come in the order of the numbers in their names. Raises DrakeTrackerError when there is none.
+    """
+    path = Path(spec)
+    if path.is_dir():
+        files = [file for file in path.iterdir() if file.suffix.lower() in SUFFIXES]
+        nothing = f"{spec}: there are no images ({', '.join(SUFFIXES)}) in this folder"
+    else:
+        files = [Path(file) for file in glob.glob(str(spec))]
+        nothing = f"{spec}: there is no such folder of images, and no file that fits it as a pattern"
+    if not files:
+        raise DrakeTrackerError(nothing)
+    return sorted(files, key=_natural)
+
+
+def read_image(path, flags=cv2.IMREAD_COLOR):
+    """Returns an image file as OpenCV reads it, BGR (h, w, 3) or, as ``flags`` say, grey (h, w), uint8.
+
+    Raises DrakeTrackerError when it cannot be read.
+    """
+    with quiet_opencv():
+        try:
+            image = cv2.imread(str(path), flags)
+        except cv2.error:
+            image = None
+    if image is None:
+        raise DrakeTrackerError(f"{path}: this image cannot be read")
+    return image
+
+
+class quiet_opencv:
+    """Within it OpenCV prints no warnings of its own: what goes wrong is said in one line."""
+
+    def __enter__(self):
+        self._level = cv2.utils.logging.getLogLevel()
+        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+
+    def __exit__(self, *_):
+        cv2.utils.logging.setLogLevel(self._level)
+
+
+def _natural(path):
+    """Sorts left2 before left10."""
+    parts = re.split(r"(\d+)", path.name)
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in parts]
