@@ -88,7 +88,7 @@ def _parser():
     doctor.set_defaults(action=_doctor)
 
     calibrate = commands.add_parser(
-        "calibrate", help="calibrate a scenario's cameras from rendered images of a board, or your own from photographs",
+        "calibrate", help="calibrate a scenario's cameras, or your own from photographs of a board",
         description="One SCENARIO: its cameras, from rendered images. With --board: your own, from photographs of a "
         "chessboard, a folder or a quoted pattern for each camera, two for a pair of cameras.",
     )

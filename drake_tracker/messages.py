@@ -15,6 +15,9 @@ KNOT_SPACING = 0.05
 KNOT_FIELDS = ("x", "y", "z", "yaw", "std")
 """Columns of a knot: position in W [m], yaw about W's z axis, continuous along the path [rad], predicted error [m]."""
 
+FrameInfo = namedview("FrameInfo", ["stamp", "fresh"])
+"""What a `VideoSource` says of the image it shows: capture time [s], and 0 when none was captured in this cycle."""
+
 Centroid = namedview("Centroid", ["stamp", "u", "v", "pixel_count", "valid"])
 """Motion centroid in one image: stamp [s], u and v [px] (full-frame pixel coordinates, a pixel's centre is whole)."""
 

@@ -2,7 +2,6 @@
 
 from dataclasses import asdict
 
-import cv2
 import numpy as np
 
 from drake_tracker.arm.arm_diagram import ArmDiagram
@@ -10,6 +9,7 @@ from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.crossing import BoardEdge
 from drake_tracker.arm.description import joints_for, make_arm_model
 from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.detectors import make_detector
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.diagrams.train import scenario_link
 from drake_tracker.estimation import make_estimator
@@ -17,13 +17,8 @@ from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_system import CatchSystem
 from drake_tracker.timing import BALL_SERVO_PERIOD, ESTIMATOR_SLOT, vision_slot
-from drake_tracker.vision.background_difference import BackgroundDifference, BackgroundDifferenceParameters
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
-from drake_tracker.vision.frame_difference import FrameDifference, FrameDifferenceParameters
-from drake_tracker.vision.normal_flow import NormalFlow
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.plane_projection import PlausibleReadings, board_window, camera_on_board, seen_whole_from
-from drake_tracker.vision.static_threshold import StaticThreshold, StaticThresholdParameters
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import lens_matrix
@@ -92,19 +87,3 @@ def board_vision(scenario, poses):
         throughput_cycles=settings.throughput_cycles,
         time_step=scenario.time_step,
     )
-
-
-def make_detector(settings, window, image):
-    """Returns the motion detector that a scenario names by its tag.
-
-    ``window``: where to look, uint8 of the image's shape. ``image``: the scene without the ball, RGB.
-    """
-    kind, values = type(settings).__name__, asdict(settings)
-    if kind == "NormalFlow":
-        return NormalFlow(NormalFlowParameters.preset(values.pop("preset"), **values), window=window)
-    if kind == "BackgroundDifference":
-        background = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-        return BackgroundDifference(background, BackgroundDifferenceParameters(**values), window)
-    if kind == "StaticThreshold":
-        return StaticThreshold(StaticThresholdParameters(**values), window)
-    return FrameDifference(FrameDifferenceParameters(**values), window)

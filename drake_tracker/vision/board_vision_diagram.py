@@ -39,6 +39,7 @@ class BoardVisionDiagram(Diagram):
         update_cycles: cycles from one centroid to the next.
         throughput_cycles: cycles from the capture of a centroid's first image until the centroid shows.
         follow: a `PredictedWindow`, or None for the detector's own window alone.
+        own_stamps: whether there is an input ``frame``, a `FrameInfo`.
         period: of a cycle [s]. time_step: of the plant [s], which the slots divide.
 
     Raises DrakeTrackerError when the throughput is too short for the detector's images.
@@ -55,6 +56,7 @@ class BoardVisionDiagram(Diagram):
         update_cycles=UPDATE_CYCLES,
         throughput_cycles=THROUGHPUT_CYCLES,
         follow=None,
+        own_stamps=False,
         period=VISION_PERIOD,
         time_step=TIME_STEP,
     ):
@@ -63,7 +65,14 @@ class BoardVisionDiagram(Diagram):
         builder = DiagramBuilder()
         lag = lag_of_throughput(throughput_cycles, detector.buffer_length - 1, detector.stamp_age_cycles)
         centroid = add_motion_centroid(
-            builder, "motion", detector, lag_cycles=lag, period=period, update_cycles=update_cycles, follow=follow
+            builder,
+            "motion",
+            detector,
+            lag_cycles=lag,
+            period=period,
+            update_cycles=update_cycles,
+            follow=follow,
+            own_stamps=own_stamps,
         )
         projector = builder.AddNamedSystem(
             "projector",
@@ -77,6 +86,8 @@ class BoardVisionDiagram(Diagram):
             ),
         )
         builder.ExportInput(centroid.image_input_port, "camera")
+        if own_stamps:
+            builder.ExportInput(centroid.frame_input_port, "frame")
         builder.Connect(centroid.output_port, projector.GetInputPort("centroid"))
         builder.ExportOutput(projector.GetOutputPort("point"), "point")
         builder.ExportOutput(centroid.output_port, "centroid")

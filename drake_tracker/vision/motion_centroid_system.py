@@ -11,7 +11,7 @@ from pydrake.systems.primitives import DiscreteTimeDelay
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.messages import Centroid, message_size
+from drake_tracker.messages import Centroid, FrameInfo, message_size
 from drake_tracker.timing import LAG_CYCLES, VISION_PERIOD, delay_cycles
 
 
@@ -37,7 +37,8 @@ class MotionEnergy:
 class _Memory:
     """Smoothed images, oldest first, and the newest centroid with the images that it rests on and their mask.
 
-    ``readings`` is what a predicted window remembers. Never changed in place, hence shared by copies.
+    ``readings`` is what a predicted window remembers, ``stamps`` are those of the smoothed images. Never changed in
+    place, hence shared by copies.
     """
 
     smoothed: tuple
@@ -45,6 +46,7 @@ class _Memory:
     centroid: np.ndarray
     energy: MotionEnergy
     readings: tuple = ()
+    stamps: tuple = ()
 
     def __deepcopy__(self, memo):
         return self
@@ -76,15 +78,31 @@ class MotionCentroidSystem(LeafSystem):
     update rate of 66.8 ms, 4 cycles); the outputs stay as they are meanwhile, and images that no centroid will rest on
     are not read.
 
+    With ``own_stamps`` there is one more input, ``frame``, a `FrameInfo`: for images from a camera that drops some or
+    takes them a little early or late. In a cycle without a fresh image nothing is put into the buffer, and each
+    centroid that would rest on that cycle is invalid: the image before, taken twice, would look as if everything had
+    stopped. The others count, since their images lie as far apart as ever. The stamp is then that of the images
+    described, interpolated between those used, instead of the cycle's.
+
     Args:
         detector: a `NormalFlow`, or another detector with its methods ``smooth``, ``mask``, ``centroid`` and ``images``
             and its properties ``stride``, ``buffer_length`` and ``stamp_age_cycles``.
+        own_stamps: whether there is the input ``frame``.
         follow: a `PredictedWindow` outside of which nothing is looked at, or None.
 
     Raises DrakeTrackerError when ``update_cycles`` is not a whole number of at least 1.
     """
 
-    def __init__(self, detector, *, image_offset=(0, 0), period=VISION_PERIOD, update_cycles=1, follow=None):
+    def __init__(
+        self,
+        detector,
+        *,
+        image_offset=(0, 0),
+        period=VISION_PERIOD,
+        update_cycles=1,
+        follow=None,
+        own_stamps=False,
+    ):
         super().__init__()
         if update_cycles != int(update_cycles) or update_cycles < 1:
             raise DrakeTrackerError(f"update_cycles is {update_cycles}; it must be a whole number, 1 or more")
@@ -95,6 +113,7 @@ class MotionCentroidSystem(LeafSystem):
         self._offset = (int(image_offset[0]), int(image_offset[1]))
         self._stamp_age = detector.stamp_age_cycles * period
         self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
+        self._frame = self.DeclareVectorInputPort("frame", message_size(FrameInfo)) if own_stamps else None
         nothing = MotionEnergy(0.0, _read_only(np.zeros((1, 1), np.uint8)), self._offset)
         blank = _Memory((), (), _read_only(np.zeros(message_size(Centroid))), nothing)
         self._memory = self.DeclareAbstractState(AbstractValue.Make(blank))
@@ -115,19 +134,24 @@ class MotionCentroidSystem(LeafSystem):
         cycle = round(context.get_time() / self._period)
         memory = self._get_memory(context)
         length, stride = self._detector.buffer_length, self._detector.stride
+        frame = None if self._frame is None else FrameInfo(self._frame.Eval(context))
         newest = None
-        if any((cycle + age) % self._update_cycles == 0 for age in range(0, length, stride)):
+        if (frame is None or frame.fresh) and any((cycle + age) % self._update_cycles == 0 for age in range(0, length, stride)):
             grey = cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY)
             newest = _read_only(self._detector.smooth(grey))
         smoothed = (memory.smoothed + (newest,))[-length:]
+        stamps = memory.stamps if frame is None else (memory.stamps + (float(frame.stamp),))[-length:]
         described, centroid, energy, readings = memory.described, memory.centroid, memory.energy, memory.readings
         if len(smoothed) == length and cycle % self._update_cycles == 0:
-            stamp = context.get_time() - self._stamp_age
+            stamp = context.get_time() - self._stamp_age if frame is None else self._described_stamp(stamps)
             described = smoothed[::stride]
-            mask = self._detector.mask(*described)
-            if self._follow is not None:
-                mask = self._follow.apply(mask, readings, stamp)
-            region = self._detector.centroid(mask)
+            if any(image is None for image in described):
+                described, mask, region = (), np.zeros_like(energy.mask), None
+            else:
+                mask = self._detector.mask(*described)
+                if self._follow is not None:
+                    mask = self._follow.apply(mask, readings, stamp)
+                region = self._detector.centroid(mask)
             if self._follow is not None:
                 readings = self._follow.remember(readings, stamp, region)
             u0, v0 = self._offset
@@ -136,8 +160,14 @@ class MotionCentroidSystem(LeafSystem):
             else:
                 centroid = np.array([stamp, region.u + u0, region.v + v0, region.pixel_count, 1.0])
             energy = MotionEnergy(stamp, _read_only(mask), self._offset)
-        memory = _Memory(smoothed, described, _read_only(centroid), energy, readings)
+        memory = _Memory(smoothed, described, _read_only(centroid), energy, readings, stamps)
         state.get_mutable_abstract_state(self._memory).set_value(memory)
+
+    def _described_stamp(self, stamps):
+        """Returns the stamp [s] of the image described, interpolated between those of the images used."""
+        used = stamps[:: self._detector.stride]
+        position = (len(stamps) - 1 - self._detector.stamp_age_cycles) / self._detector.stride
+        return float(np.interp(position, np.arange(len(used)), used))
 
     def _calc_centroid(self, context, output):
         output.SetFromVector(self._get_memory(context).centroid)
@@ -162,6 +192,11 @@ class LaggedCentroid(NamedTuple):
         return self.system.GetInputPort("color_image")
 
     @property
+    def frame_input_port(self):
+        """Where the image's own stamp goes in, if there is such a port."""
+        return self.system.GetInputPort("frame")
+
+    @property
     def output_port(self):
         """The lagged centroid."""
         return self.delay.get_output_port()
@@ -177,6 +212,7 @@ def add_motion_centroid(
     period=VISION_PERIOD,
     update_cycles=1,
     follow=None,
+    own_stamps=False,
 ):
     """Adds a `MotionCentroidSystem` and the delay that makes each centroid appear ``lag_cycles`` after its stamp.
 
@@ -194,6 +230,7 @@ def add_motion_centroid(
     if steps == 0:
         raise DrakeTrackerError(f"a lag of {lag_cycles:g} cycles leaves nothing to the delay line; add 1 cycle or more")
     settings = {"image_offset": image_offset, "period": period, "update_cycles": update_cycles, "follow": follow}
+    settings["own_stamps"] = own_stamps
     system = builder.AddNamedSystem(name, MotionCentroidSystem(detector, **settings))
     delay = builder.AddNamedSystem(f"{name}_lag", DiscreteTimeDelay(period, steps, message_size(Centroid)))
     builder.Connect(system.GetOutputPort("centroid"), delay.get_input_port())

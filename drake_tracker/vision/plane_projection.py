@@ -91,6 +91,15 @@ class LastReading:
 
 
 @dataclass(frozen=True)
+class EveryReading:
+    """Believes every reading: in place of `PlausibleReadings` where nothing is known of what moves, or how."""
+
+    def judge(self, last, stamp, p_BQ):
+        """Returns (True, `LastReading`), as `PlausibleReadings.judge` does."""
+        return True, LastReading(stamp, (float(p_BQ[0]), float(p_BQ[1])))
+
+
+@dataclass(frozen=True)
 class PlausibleReadings:
     """Tells readings of a ball that rolls down a board from spurious ones (section 5, last paragraph).
 

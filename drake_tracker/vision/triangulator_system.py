@@ -28,12 +28,25 @@ class TriangulatorSystem(LeafSystem):
     rays do not meet or pass each other by more than ``max_gap`` [m], and, if a ``work_volume`` is given (shape (2, 3),
     lower and upper corner in W [m]), when the point lies outside it by more than ``margin`` [m]. An invalid point
     carries the newer of the two stamps and zeros, except for the gap where one was found.
+
+    Cameras that nothing synchronises take their images at somewhat different instants; ``stamp_tolerance`` [s] is what
+    passes for the same. The point's stamp is the middle between both.
     """
 
-    def __init__(self, camera_left, camera_right, *, max_gap=0.03, work_volume=None, margin=0.05):
+    def __init__(
+        self,
+        camera_left,
+        camera_right,
+        *,
+        max_gap=0.03,
+        work_volume=None,
+        margin=0.05,
+        stamp_tolerance=STAMP_TOLERANCE,
+    ):
         super().__init__()
         self._cameras = (camera_left, camera_right)
         self._max_gap = float(max_gap)
+        self._stamp_tolerance = float(stamp_tolerance)
         self._box = None
         if work_volume is not None:
             lower, upper = check_box(work_volume)
@@ -51,7 +64,8 @@ class TriangulatorSystem(LeafSystem):
         left, right = Centroid(self._left.Eval(context)), Centroid(self._right.Eval(context))
         point = TrackPoint(np.zeros(message_size(TrackPoint)))
         point.stamp = max(left.stamp, right.stamp)
-        if left.valid and right.valid and abs(left.stamp - right.stamp) < STAMP_TOLERANCE:
+        if left.valid and right.valid and abs(left.stamp - right.stamp) < self._stamp_tolerance:
+            point.stamp = (left.stamp + right.stamp) / 2.0
             meeting = triangulate(*self._cameras, (left.u, left.v), (right.u, right.v))
             if meeting is not None:
                 point.gap = meeting.gap
