@@ -55,13 +55,16 @@ class VideoFile:
 def _join_fragments(path):
     """Rewrites a fragmented MP4 as one piece with its index in front, without coding the images again."""
     whole = path.with_name(path.name + ".part")
-    with av.open(str(path)) as source, av.open(
-        str(whole), "w", format="mp4", options={"movflags": "faststart"}
-    ) as target:
-        stream = source.streams.video[0]
-        copy = target.add_stream_from_template(stream)
-        for packet in source.demux(stream):
-            if packet.dts is not None:
-                packet.stream = copy
-                target.mux(packet)
-    os.replace(whole, path)
+    try:
+        with av.open(str(path)) as source, av.open(
+            str(whole), "w", format="mp4", options={"movflags": "faststart"}
+        ) as target:
+            stream = source.streams.video[0]
+            copy = target.add_stream_from_template(stream)
+            for packet in source.demux(stream):
+                if packet.dts is not None:
+                    packet.stream = copy
+                    target.mux(packet)
+        os.replace(whole, path)
+    finally:
+        whole.unlink(missing_ok=True)  # there only when the disk was full; the fragments stay

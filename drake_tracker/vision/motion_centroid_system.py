@@ -136,7 +136,8 @@ class MotionCentroidSystem(LeafSystem):
         length, stride = self._detector.buffer_length, self._detector.stride
         frame = None if self._frame is None else FrameInfo(self._frame.Eval(context))
         newest = None
-        if (frame is None or frame.fresh) and any((cycle + age) % self._update_cycles == 0 for age in range(0, length, stride)):
+        needed = any((cycle + age) % self._update_cycles == 0 for age in range(0, length, stride))
+        if needed and (frame is None or frame.fresh):
             grey = cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY)
             newest = _read_only(self._detector.smooth(grey))
         smoothed = (memory.smoothed + (newest,))[-length:]

@@ -1,0 +1,71 @@
+"""A folder of images as footage; their times are the numbers in their names, or those numbers over a rate."""
+
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.footage.footage import Footage
+from drake_tracker.footage.image_files import list_images, read_image
+
+_UNITS = {13: 1e-3, 16: 1e-6, 19: 1e-9}
+"""Unit [s] of a whole number that is a time since 1970, by its digits."""
+
+
+def open_images(spec, fps=None):
+    """Returns the `Footage` of a folder, or of a quoted pattern, of images.
+
+    A name that ends in a number of 13, 16 or 19 digits says when the image was taken, in ms, us or ns, one with a
+    decimal point (1305031102.175304.png) in s; such folders share a clock. Any other number counts the images, at
+    ``fps`` per second: one that is missing was dropped. Without numbers the images follow each other.
+
+    Raises DrakeTrackerError when there are none, two have the same time, or ``fps`` is missing.
+    """
+    files = list_images(spec)
+    times, epoch = _stamps(spec, files, fps)
+    order = np.argsort(times, kind="stable")
+    files, times = [files[i] for i in order], times[order] - times.min()
+    same = np.flatnonzero(np.diff(times) <= 0.0)
+    if len(same):
+        first, second = files[same[0]], files[same[0] + 1]
+        raise DrakeTrackerError(f"{spec}: {first.name} and {second.name} have the same number")
+    height, width = read_image(files[0]).shape[:2]
+    return Footage(str(spec), (width, height), lambda: _frames(files, times, (width, height)), times, epoch)
+
+
+def _stamps(spec, files, fps):
+    """Returns (times (n,) [s], epoch or None) that the names of files tell, relative to the earliest if it has one."""
+    texts = [re.search(r"(\d+(?:\.\d+)?)$", Path(file).stem) for file in files]
+    texts = [match[1] if match else "" for match in texts]
+    if all("." in text for text in texts):
+        seconds = [int(text.split(".")[0]) for text in texts]
+        fractions = np.array([float("0." + text.split(".")[1]) for text in texts])
+        return np.array([second - min(seconds) for second in seconds]) + fractions, float(min(seconds)) + _least(
+            seconds, fractions
+        )
+    lengths = {len(text) for text in texts}
+    if len(lengths) == 1 and lengths <= set(_UNITS):
+        unit = _UNITS[lengths.pop()]
+        numbers = [int(text) for text in texts]
+        return unit * np.array([number - min(numbers) for number in numbers], dtype=float), unit * min(numbers)
+    if fps is None:
+        raise DrakeTrackerError(f"{spec}: these images do not tell when they were taken; say --fps N")
+    if all(text and "." not in text for text in texts):
+        return np.array([int(text) for text in texts], dtype=float) / fps, None
+    return np.arange(len(files)) / fps, None
+
+
+def _least(seconds, fractions):
+    return min(fraction for second, fraction in zip(seconds, fractions) if second == min(seconds))
+
+
+def _frames(files, times, size):
+    for file, time in zip(files, times):
+        image = read_image(file)
+        if image.shape[1::-1] != size:
+            raise DrakeTrackerError(
+                f"{file} has {image.shape[1]} x {image.shape[0]} px, the images before it have {size[0]} x {size[1]} px"
+            )
+        yield float(time), cv2.cvtColor(image, cv2.COLOR_BGR2RGB)

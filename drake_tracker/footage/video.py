@@ -1,0 +1,68 @@
+"""A video file as footage; the times of its frames are those of the container."""
+
+import os
+
+import av
+import numpy as np
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.footage.footage import Footage
+
+
+def open_video(path, fps=None):
+    """Returns the `Footage` of a video file.
+
+    Args:
+        fps: frames per second, in place of the container's own times; needed for a file that has none.
+
+    Raises DrakeTrackerError, one line, when the file cannot be read, holds no video, or tells no times.
+    """
+    try:
+        with av.open(str(path)) as container:
+            stream = _video_stream(container, path)
+            size = (stream.codec_context.width, stream.codec_context.height)
+            ticks = [packet.pts for packet in container.demux(stream) if packet.size]
+            base = stream.time_base
+    except (av.error.FFmpegError, OSError) as error:
+        raise DrakeTrackerError(f"{path}: this video cannot be read: {reason(error)}") from None
+    if not ticks or not all(size):
+        raise DrakeTrackerError(f"{path}: there is no image in this video")
+    if fps is not None:
+        times, first = np.arange(len(ticks)) / fps, None
+    elif None in ticks:
+        raise DrakeTrackerError(f"{path}: this video does not tell when its frames were taken; say --fps N")
+    else:
+        ticks = sorted(set(ticks))
+        first = ticks[0]
+        times = np.array([float((tick - first) * base) for tick in ticks])
+    return Footage(str(path), size, lambda: _frames(path, size, first, fps), times)
+
+
+def reason(error):
+    """Returns what went wrong, in words, of an error of FFmpeg or of the system."""
+    code = getattr(error, "errno", None)
+    return getattr(error, "strerror", None) or (os.strerror(code) if code else str(error))
+
+
+def _frames(path, size, first, fps):
+    time = 0.0
+    try:
+        with av.open(str(path)) as container:
+            stream = _video_stream(container, path)
+            stream.thread_type = "AUTO"
+            for index, frame in enumerate(container.decode(stream)):
+                if (frame.width, frame.height) != size:
+                    raise DrakeTrackerError(f"{path}: the images change their size after {time:.2f} s")
+                if fps is not None:
+                    time = index / fps
+                elif frame.pts is not None:
+                    time = float((frame.pts - first) * frame.time_base)
+                yield time, frame.to_ndarray(format="rgb24")
+    except (av.error.FFmpegError, OSError) as error:
+        raise DrakeTrackerError(f"{path}: this video is damaged after {time:.2f} s: {reason(error)}") from None
+
+
+def _video_stream(container, path):
+    if not container.streams.video:
+        raise DrakeTrackerError(f"{path}: there is no video in this file")
+    return container.streams.video[0]
