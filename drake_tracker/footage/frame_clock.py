@@ -8,6 +8,9 @@ from drake_tracker.errors import DrakeTrackerError
 
 LEAST_FRAMES = 8
 """Fewer images show no motion worth tracking."""
+_GIVE_WAY = 0.1
+"""Part of what a time is off by which the counting clock is set."""
+_PASSES = 3
 
 
 @dataclass(frozen=True)
@@ -35,15 +38,29 @@ class FrameClock:
 def fit_clock(times, name=""):
     """Returns the `FrameClock` to which image times (n,) [s] keep, up to dropped images and jitter.
 
-    Steps are counted in multiples of the median step, and a line is laid through the times over the counts, so that
-    neither a dropped image nor times that a container has rounded to a millisecond put it off. ``name`` is for the
-    error: raises DrakeTrackerError when there are fewer than `LEAST_FRAMES` images.
+    Ticks are counted by a clock of the median step that slowly gives way to the times, and a line is laid through the
+    times over the counts: neither a dropped image, nor jitter, nor times that a container has rounded to a millisecond
+    put it off. ``name`` is for the error: raises DrakeTrackerError when there are fewer than `LEAST_FRAMES` images.
     """
     times = np.asarray(times, dtype=float)
     if len(times) < LEAST_FRAMES:
         raise DrakeTrackerError(f"{name}: there are {len(times)} images; at least {LEAST_FRAMES} are needed")
-    steps = np.diff(times)
-    counts = np.concatenate([[0.0], np.cumsum(np.maximum(np.rint(steps / np.median(steps)), 1.0))])
-    middle = counts.mean()
-    period = (counts - middle) @ (times - times.mean()) / ((counts - middle) @ (counts - middle))
-    return FrameClock(float(period), float(times.mean() - middle * period))
+    clock = FrameClock(float(np.median(np.diff(times))), float(times[0]))
+    for _ in range(_PASSES):  # the first image's own jitter is known after the first
+        counts = _count_ticks(times.tolist(), clock)
+        middle = counts.mean()
+        period = (counts - middle) @ (times - times.mean()) / ((counts - middle) @ (counts - middle))
+        clock = FrameClock(float(period), float(times.mean() - middle * period))
+    return clock
+
+
+def _count_ticks(times, clock):
+    """Returns the number (n,) of the tick nearest to each of the times [s], counted from the first."""
+    now, counts = clock.start, [0]
+    now += _GIVE_WAY * (times[0] - now)
+    for time in times[1:]:
+        steps = max(1, round((time - now) / clock.period))
+        now += steps * clock.period
+        now += _GIVE_WAY * (time - now)
+        counts.append(counts[-1] + steps)
+    return np.array(counts, dtype=float)

@@ -11,7 +11,7 @@ from drake_tracker.record.style import bgr, draw_text
 from drake_tracker.record.video_file import VideoFile
 
 _WIDEST, _TALLEST = 640, 480
-_BAND = 36
+_BAND, _BETWEEN = 36, 4
 _ENERGY, _PATH, _BRIGHT, _DIM, _GROUND = "#ffb000", "#4cc2ff", "#f2f4f6", "#a3abb5", "#15181c"
 _AHEAD = np.arange(0.0, 1.01, 0.1)
 """Times [s] from the stamp on at which the predicted path is marked."""
@@ -30,7 +30,7 @@ class TrackOverlay:
         self._cameras = cameras
         self._scales = [min(1.0, _WIDEST / width, _TALLEST / height) for width, height in sizes]
         self._panels = [(round(s * width), round(s * height)) for s, (width, height) in zip(self._scales, sizes)]
-        width = sum(panel[0] for panel in self._panels)
+        width = sum(panel[0] for panel in self._panels) + _BETWEEN * (len(sizes) - 1)
         height = max(panel[1] for panel in self._panels) + _BAND
         self.size = (width + width % 2, height + height % 2)
         self._images, self._kept = deque(), ceil(age_cycles) + 1
@@ -63,7 +63,7 @@ class TrackOverlay:
                 _draw_cross(view, centroid, scale)
             if not fresh:
                 draw_text(view, "no image taken", 10, 24, 15, _ENERGY, bold=True)
-            x += panel[0]
+            x += panel[0] + _BETWEEN
         draw_text(page, f"{seen[0][1]:.2f} s", 12, self.size[1] - 12, 15, _BRIGHT, bold=True)
         draw_text(page, _words(centroids[0], point), 110, self.size[1] - 12, 15, _DIM)
         self._video.write(page)

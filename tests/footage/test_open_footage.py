@@ -1,0 +1,139 @@
+import itertools
+
+import cv2
+import numpy as np
+import pytest
+from films import film, write_images, write_video
+
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.footage.live_camera import open_camera
+from drake_tracker.footage.open_footage import open_footage
+
+TIMES = np.arange(12) / 30.0
+GREY = [np.full((16, 24), 10 * k, np.uint8) for k in range(12)]
+
+
+def levels(footage):
+    return [round(float(image.mean()) / 10) for _, image in footage.frames()]
+
+
+def test_a_video_has_the_containers_times(tmp_path):
+    kept = [0, 1, 2, 5, 6, 7, 8, 9, 10, 11]
+    path = write_video(tmp_path / "a.mkv", [GREY[k] for k in kept], TIMES[kept] + 7.0)
+    footage = open_footage(path)
+    assert footage.size == (24, 16) and not footage.live
+    np.testing.assert_allclose(footage.times, TIMES[kept], atol=1.1e-3)
+    times, images = zip(*footage.frames())
+    np.testing.assert_allclose(times, footage.times)
+    assert [round(float(image.mean()) / 10) for image in images] == kept
+    np.testing.assert_allclose(open_footage(path, fps=10.0).times, np.arange(10) / 10.0)
+
+
+def test_images_are_timed_by_the_numbers_in_their_names(tmp_path):
+    counted = open_footage(write_images(tmp_path / "counted", GREY[:3], [9, 10, 12]), fps=20.0)
+    np.testing.assert_allclose(counted.times, [0.0, 0.05, 0.15])
+    assert levels(counted) == [0, 1, 2] and counted.epoch is None
+    for folder, names, epoch in (
+        ("ns", ["1700000000000000000", "1700000000050000000"], 1.7e9),
+        ("seconds", ["1305031102.175304", "1305031102.225304"], 1305031102.175304),
+    ):
+        (tmp_path / folder).mkdir()
+        for name, image in zip(names, GREY):
+            cv2.imwrite(str(tmp_path / folder / f"{name}.png"), image)
+        footage = open_footage(str(tmp_path / folder))
+        np.testing.assert_allclose(footage.times, [0.0, 0.05], atol=1e-6)
+        assert footage.epoch == pytest.approx(epoch, abs=1e-6)
+    assert len(open_footage(str(tmp_path / "counted" / "image*9.png"), fps=1.0).times) == 1
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda folder: str(folder / "nowhere.mp4"), "nowhere.mp4: there is no such file, folder or camera"),
+        (lambda folder: text_file(folder / "a.mp4"), "a.mp4: this video cannot be read: "),
+        (lambda folder: str(folder), "there are no images"),
+        (lambda folder: str(folder / "no*.png"), "no file that fits it"),
+        (lambda folder: write_images(folder / "images", GREY), "say --fps N"),
+        (lambda folder: write_images(folder / "images", GREY[:2]) + "/*.txt", "no file that fits it"),
+        (lambda folder: "97", "camera 97: there is no such camera"),
+    ],
+)
+def test_what_cannot_be_read_is_one_line(tmp_path, make, message, capfd):
+    with pytest.raises(DrakeTrackerError, match=message) as caught:
+        open_footage(make(tmp_path))
+    assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def text_file(path):
+    path.write_text("this is no video")
+    return str(path)
+
+
+def test_a_broken_image_and_one_of_another_size_are_named(tmp_path, capfd):
+    folder = write_images(tmp_path / "images", GREY[:3])
+    (tmp_path / "images" / "image00003.png").write_text("this is no image")
+    with pytest.raises(DrakeTrackerError, match="image00003.png: this image cannot be read"):
+        list(open_footage(folder, fps=1.0).frames())
+    cv2.imwrite(str(tmp_path / "images" / "image00003.png"), np.zeros((4, 4), np.uint8))
+    with pytest.raises(DrakeTrackerError, match="image00003.png has 4 x 4 px, .* have 24 x 16"):
+        list(open_footage(folder, fps=1.0).frames())
+    assert capfd.readouterr().err == ""
+
+
+def test_a_video_that_breaks_off_gives_what_it_has(tmp_path):
+    path = tmp_path / "a.mkv"
+    write_video(path, film("left", np.arange(30) / 30.0), np.arange(30) / 30.0)
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2 :] = bytes(len(data) - len(data) // 2)
+    path.write_bytes(data)
+    seen = []
+    try:
+        for time, _ in open_footage(str(path)).frames():
+            seen.append(time)
+    except DrakeTrackerError as error:
+        assert "damaged after" in str(error)
+    assert 5 < len(seen) < 30
+
+
+class Device:
+    """Stands in for an OpenCV camera that stops after some images."""
+
+    def __init__(self, number, count=5):
+        self.left, self.number = count, number
+        self.released = False
+
+    def isOpened(self):
+        return self.number == 0
+
+    def set(self, key, value):
+        self.rate = value
+
+    def get(self, key):
+        return 0.0
+
+    def grab(self):
+        self.left -= 1
+        return self.left >= 0
+
+    def retrieve(self):
+        return True, np.full((4, 6, 3), (0, 0, 200), np.uint8)
+
+    def read(self):
+        return self.grab(), self.retrieve()[1]
+
+    def release(self):
+        self.released = True
+
+
+def test_a_camera_stamps_by_the_clock():
+    clock = itertools.count(100.0, 0.05)
+    footage = open_camera(0, device=Device, clock=lambda: next(clock))
+    assert footage.live and footage.size == (6, 4) and (footage.epoch, footage.rate) == (100.0, 30.0)
+    seen = []
+    with pytest.raises(DrakeTrackerError, match="camera 0: it gives no more images"):
+        for time, image in footage.frames():
+            seen.append((round(time, 6), tuple(image[0, 0].tolist())))
+    assert seen == [(t, (200, 0, 0)) for t in (0.0, 0.05, 0.1, 0.15, 0.2)]
+    with pytest.raises(DrakeTrackerError, match="camera 1: there is no such camera"):
+        open_camera(1, device=Device)
