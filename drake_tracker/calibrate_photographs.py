@@ -111,7 +111,7 @@ def _find_boards(rows, board):
     names: of the row's files. views: for each camera the corners (n, 2) [px]. shapes: of each camera's images (h, w).
     Rows in which a camera misses it are named and passed over.
     """
-    names, found, shapes, missed = [], [], None, 0
+    names, found, shapes = [], [], None
     for row in rows:
         images = [read_image(file, cv2.IMREAD_GRAYSCALE) for file in row]
         here = [image.shape for image in images]
@@ -123,12 +123,11 @@ def _find_boards(rows, board):
                     "a camera's images must be of one size"
                 )
         corners = [find_corners(image, board) for image in images]
-        without = [file.name for file, each in zip(row, corners) if each is None]
+        without = [str(file) for file, each in zip(row, corners) if each is None]
         if without:
-            missed += 1
-            print(f"passed over {' and '.join(file.name for file in row)}: no board in {' and '.join(without)}")
+            print(f"passed over {' and '.join(map(str, row))}: no board in {' and '.join(without)}")
             continue
-        names.append(" and ".join(file.name for file in row))
+        names.append(" and ".join(map(str, row)))
         found.append(corners)
     if len(found) < LEAST_VIEWS:
         what = "pairs of images" if len(rows[0]) == 2 else "images"
