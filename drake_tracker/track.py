@@ -168,9 +168,9 @@ def run(tracking, out, *, overlay=True, progress=None):
     if table is not None:
         data = table.data()
         summary = summarize_track(data, timeline.period) | {"dropped": dropped, "interrupted": interrupted}
-        with _kept(trouble, out):
+        with _kept(trouble, out, "summary.json"):
             save_summary(describe_run(**summary, **tracking.facts), out / "summary.json")
-        with _kept(trouble, out):
+        with _kept(trouble, out, "track.png"):
             names = " and ".join(each.name for each in tracking.footage)
             world = tracking.world or "board"
             draw_track(data, out / "track.png", world=world, title=names, period=timeline.period)
@@ -180,10 +180,10 @@ def run(tracking, out, *, overlay=True, progress=None):
 
 
 class _kept:
-    """Collects trouble, so that what has been made is kept and the rest is tried."""
+    """Collects trouble, so that what has been made is kept and the rest is tried; a file cut short is taken away."""
 
-    def __init__(self, trouble, out):
-        self._trouble, self._out = trouble, out
+    def __init__(self, trouble, out, whole=None):
+        self._trouble, self._out, self._whole = trouble, out, whole
 
     def __enter__(self):
         pass
@@ -194,6 +194,8 @@ class _kept:
         elif isinstance(error, (OSError, av.error.FFmpegError)):
             words = f"{self._out}: cannot be written: {reason(error)}; what was written before is kept"
             self._trouble.append(DrakeTrackerError(words))
+            if self._whole is not None:
+                (self._out / self._whole).unlink(missing_ok=True)
         else:
             return False
         return True

@@ -16,6 +16,7 @@ class VideoFile:
 
     While it grows it is written in fragments of one second, each playable on its own, so that nothing but the last
     second is lost even when the process is killed. `close` rewrites it as one piece, which players seek in at once.
+    When it cannot be written, on a full disk, the error of the system is raised once and the fragments stay.
 
     Args:
       path: file to write. rate: frames per second. size: (width, height) [px], both even.
@@ -39,17 +40,26 @@ class VideoFile:
         frame = av.VideoFrame.from_ndarray(cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420), format="yuv420p")
         frame.pts = self._count
         self._count += 1
-        self._container.mux(self._stream.encode(frame))
+        self._mux(frame)
 
     def close(self):
         """Writes what is left and joins the fragments. May be called again, and then does nothing."""
         if self._container is None:
             return
-        self._container.mux(self._stream.encode())
+        self._mux(None)
         self._container.close()
         self._container = None
         if self._count:
             _join_fragments(self._path)
+
+    def _mux(self, frame):
+        try:
+            self._container.mux(self._stream.encode(frame))
+        except BaseException:
+            # FFmpeg must not be given more: without a header, one packet more ends the process.
+            container, self._container = self._container, None
+            container.close()
+            raise
 
 
 def _join_fragments(path):

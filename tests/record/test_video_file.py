@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+import pytest
 
 from drake_tracker.record.video_file import VideoFile
 
@@ -49,4 +50,12 @@ def test_what_was_written_is_there_before_the_end(tmp_path):
 def test_closing_twice_and_closing_nothing(tmp_path):
     video = VideoFile(tmp_path / "v.mp4", 30, (160, 96))
     video.close()
+    video.close()
+
+
+def test_a_full_disk_is_an_error_once_and_no_end_of_the_process():
+    video = VideoFile("/dev/full", 10, (160, 96))
+    with pytest.raises(OSError, match="No space left"):
+        for k in range(35):
+            video.write(frame(k))
     video.close()

@@ -11,13 +11,14 @@ from drake_tracker.vision.calibration import (
     calibrate_stereo,
     lens_from_corners,
     load_calibration,
+    load_pose,
     locate_camera,
     save_calibration,
     stereo_from_corners,
 )
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.chessboard import Chessboard, draw_board, find_corners
-from drake_tracker.vision.triangulation import triangulate
+from drake_tracker.vision.left_out import left_out_errors
 
 BOARD = Chessboard(9, 6, 0.03)
 SIZE = 240
@@ -123,22 +124,10 @@ def test_photographs_squares_of_a_pair_that_was_left_out():
     shape = left[0].shape
     left, right = ([find_corners(image, board) for image in images] for images in (left, right))
     assert all(corners is not None for corners in left + right)
-    errors = []
-    for k in range(13):
-        cameras = stereo_from_corners(
-            left[:k] + left[k + 1 :],
-            right[:k] + right[k + 1 :],
-            board,
-            shape,
-            fix_principal_point=False,
-            fix_aspect_ratio=False,
-            radial_terms=2,
-            tangential=True,
-        )
-        assert cameras[2] < 0.3
-        grid = np.array([triangulate(*cameras[:2], *uv).p_WQ for uv in zip(left[k], right[k])]).reshape(6, 9, 3)
-        sides = [np.linalg.norm(np.diff(grid, axis=axis), axis=2).ravel() for axis in (0, 1)]
-        errors.append(abs(np.concatenate(sides).mean() - 1.0))
+    free = {"fix_principal_point": False, "fix_aspect_ratio": False, "radial_terms": 2, "tangential": True}
+    assert stereo_from_corners(left, right, board, shape, **free)[2] < 0.3
+    errors = left_out_errors(left, right, board, shape, **free)
+    assert len(errors) == 13
     assert np.mean(errors) <= 0.002
     assert np.max(errors) <= 0.006
 
@@ -196,3 +185,18 @@ def test_a_missing_file_and_a_mirrored_camera_are_refused(tmp_path):
 def test_a_calibration_of_another_rig_is_refused(tmp_path, rig):
     with pytest.raises(DrakeTrackerError, match=f"rig.{next(iter(rig))} is .* calibrate"):
         load_calibration(stored(tmp_path / "cameras.yaml"), rig=rig)
+
+
+def test_a_pose_of_a_file_is_found_by_its_keys(tmp_path):
+    path = tmp_path / "plane.yaml"
+    X = pose([0.1, 0.2, 0.3], [1.0, 2.0, 3.0])
+    path.write_text(f"notes: {{X_WP: {X.tolist()}, X_WQ: {(2 * X).tolist()}}}", encoding="utf-8")
+    np.testing.assert_allclose(load_pose(path, "notes", "X_WP"), X)
+    for keys in (("X_WP",), ("notes", "X_WQ"), ("notes", "X_WP", "more")):
+        with pytest.raises(DrakeTrackerError, match=f"plane.yaml: {'.'.join(keys)} must hold 4 x 4 numbers"):
+            load_pose(path, *keys)
+
+
+def test_a_file_that_cannot_be_written_is_one_line(tmp_path):
+    with pytest.raises(DrakeTrackerError, match="the calibration cannot be written: No such file or directory"):
+        save_calibration(tmp_path / "nowhere" / "cameras.yaml", {})

@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.messages import Centroid, message_size
+from drake_tracker.messages import Centroid, FrameInfo, message_size
 from drake_tracker.timing import (
     ESTIMATOR_SLOT,
     LAG_CYCLES,
@@ -233,3 +233,49 @@ def test_images_that_no_centroid_rests_on_are_not_read():
 def test_a_number_of_update_cycles_that_is_none_is_refused(cycles):
     with pytest.raises(DrakeTrackerError, match="update_cycles is"):
         MotionCentroidSystem(FrameDifference(), update_cycles=cycles)
+
+
+class Shutter(LeafSystem):
+    """Says that the images of some cycles were dropped, and that all others were taken a little late."""
+
+    late = 0.002
+
+    def __init__(self, dropped):
+        super().__init__()
+        self._dropped = dropped
+        self.DeclareVectorOutputPort("frame", message_size(FrameInfo), self._calc)
+
+    def _calc(self, context, output):
+        cycle = round(context.get_time() / VISION_PERIOD)
+        dropped = cycle in self._dropped
+        output.SetFromVector([context.get_time() + (0.0 if dropped else self.late), float(not dropped)])
+
+
+@pytest.mark.parametrize(
+    "detector, described_by",
+    [
+        (NormalFlow(), (-2, 0, 2)),
+        (FrameDifference(FrameDifferenceParameters(stride=2)), (-1, 1)),
+        (FrameDifference(FrameDifferenceParameters(stride=1)), (-0.5, 0.5)),
+    ],
+)
+def test_a_dropped_image_makes_the_centroids_invalid_that_would_rest_on_it(detector, described_by):
+    dropped = {14, 15, 22}
+    builder = DiagramBuilder()
+    film, shutter = builder.AddSystem(Film()), builder.AddSystem(Shutter(dropped))
+    system = builder.AddSystem(MotionCentroidSystem(detector, own_stamps=True))
+    builder.Connect(film.get_output_port(), system.GetInputPort("color_image"))
+    builder.Connect(shutter.get_output_port(), system.GetInputPort("frame"))
+    recorder = builder.AddSystem(Recorder(VISION_PERIOD, VISION_PERIOD / 2))
+    builder.Connect(system.GetOutputPort("centroid"), recorder.get_input_port())
+    Simulator(builder.Build()).AdvanceTo(0.6)
+    seen = [c for _, c in recorder.rows if c.stamp > 0.0]
+    assert len(seen) > 28
+    for c in seen:
+        described = round(2.0 * (c.stamp - Shutter.late) / VISION_PERIOD) / 2.0
+        used = {described + age for age in described_by}
+        assert c.valid == float(not used & dropped), described
+        if c.valid:
+            assert c.stamp == pytest.approx(described * VISION_PERIOD + Shutter.late, abs=1e-9)
+            # The film goes on by the cycle's time.
+            assert (c.u, c.v) == pytest.approx(true_centre(c.stamp - Shutter.late), abs=0.6)

@@ -77,3 +77,10 @@ def test_invalid_outside_the_work_volume():
 def test_parallel_rays_are_invalid():
     middle = np.array([2.0, 127.5, 127.5, 200.0, 1.0])
     assert evaluate(middle, middle).valid == 0.0
+
+
+def test_cameras_that_nothing_synchronises_have_a_tolerance():
+    early, late = centroid(LEFT, stamp=2.0), centroid(RIGHT, stamp=2.01)
+    assert not evaluate(early, late).valid
+    point = evaluate(early, late, stamp_tolerance=0.012)
+    assert point.valid and point.stamp == pytest.approx(2.005)
