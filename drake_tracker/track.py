@@ -81,6 +81,9 @@ def prepare(
     for name, value, least in (("fps", fps, 0.0), ("duration", duration, 0.0), ("max-gap", max_gap, 0.0)):
         if value is not None and not least < value < np.inf:
             raise DrakeTrackerError(f"--{name} {value:g}: must be above {least:g}")
+    for name, value in (("height", height), ("offset", offset)):
+        if not np.isfinite(value):
+            raise DrakeTrackerError(f"--{name} {value:g}: must be a finite number")
     detecting = read_option(detector, DETECTORS, "detector")
     estimating = read_option(estimator, ESTIMATORS, "estimator")
     names = ["camera_left", "camera_right"] if len(specs) == 2 else [camera]

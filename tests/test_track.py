@@ -1,6 +1,7 @@
 """Tracks before one's own cameras, from files to files: synthetic cameras see a ball on a known circle in space."""
 
 import errno
+import itertools
 import json
 
 import numpy as np
@@ -9,6 +10,8 @@ import yaml
 from films import BALL, CAMERAS, film, on_circle, read_track, write_calibration, write_images, write_video
 
 from drake_tracker import cli
+from drake_tracker.footage import open_footage
+from drake_tracker.footage.live_camera import open_camera
 from drake_tracker.record import track_table
 from drake_tracker.vision.camera_model import CameraModel
 
@@ -153,6 +156,7 @@ def test_nothing_that_moves_is_no_success(folder, capsys):
         ("left.mkv --detector Eye", ["detector must be one of !NormalFlow, !FrameDifference"]),
         ("left.mkv --estimator Oracle", ["estimator must be one of !CoordinatedTurn"]),
         ("left.mkv --fps -1", ["--fps -1: must be above 0"]),
+        ("left.mkv --offset nan", ["--offset nan: must be a finite number"]),
         ("a b c", ["3 sources"]),
     ],
 )
@@ -165,6 +169,58 @@ def test_bad_input_is_one_line_and_leaves_nothing(folder, capfd, arguments, word
     assert track(*arguments.split()) == 2
     one_line(capfd, *words)
     assert not (folder / "out").exists()
+
+
+class Device:
+    """Two plugged-in cameras, 0 and 1: images of the films, one after the other, until they are pulled out."""
+
+    def __init__(self, number):
+        self._images = iter(images(("left", "right")[number])[:40])
+
+    def isOpened(self):
+        return True
+
+    def set(self, key, value):
+        return True
+
+    def get(self, key):
+        return 30.0
+
+    def grab(self):
+        self._image = next(self._images, None)
+        return self._image is not None
+
+    def retrieve(self):
+        return True, np.repeat(self._image[..., None], 3, axis=2)
+
+    def read(self):
+        return self.grab(), self.retrieve()[1]
+
+    def release(self):
+        pass
+
+
+@pytest.fixture
+def plugged_in(monkeypatch):
+    """Each camera has a clock of its own making, so that both take an image every 1/30 s."""
+
+    def opened(number, fps=None):
+        clock = itertools.count()
+        return open_camera(number, fps, device=Device, clock=lambda: 100.0 + next(clock) / 30.0)
+
+    monkeypatch.setattr(open_footage, "open_camera", opened)
+
+
+def test_two_live_cameras_until_the_time_is_over(folder, plugged_in):
+    assert track("0", "1", "--calibration", "stereo.yaml", "--duration", "1", "--no-overlay") == 0
+    data = read_track(folder / "out")
+    assert data["valid"].all() and len(data["valid"]) == 28 and errors(data).max() < 0.002
+
+
+def test_a_camera_that_is_pulled_out_leaves_the_track_up_to_there(folder, plugged_in, capfd):
+    assert track("0", "--no-overlay") == 2
+    one_line(capfd, "camera 0: it gives no more images")
+    assert len(read_track(folder / "out")["stamp"]) > 30
 
 
 def test_a_damaged_video_leaves_the_track_up_to_there(folder, capfd):

@@ -28,6 +28,7 @@ def open_camera(number, fps=None, *, device=cv2.VideoCapture, clock=time.monoton
         if not camera.isOpened():
             camera.release()
             raise DrakeTrackerError(f"camera {number}: there is no such camera, or another program uses it")
+        camera.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # an image that waits would be stamped late
         if fps is not None:
             camera.set(cv2.CAP_PROP_FPS, fps)
         good, image = camera.read()
