@@ -21,6 +21,7 @@ _PUBLIC = {
     "list_scenarios": "drake_tracker.scenarios",
     "make_diagram": "drake_tracker.tasks",
     "make_estimator": "drake_tracker.estimation",
+    "run_campaign": "drake_tracker.campaign.run",
     "simulate": "drake_tracker.simulation",
 }
 __all__ = sorted(_PUBLIC)

@@ -1,8 +1,8 @@
 """The command ``drake-tracker``.
 
-Exit codes: 0 the job succeeded; 1 it ran and the object was not taken; 2 bad input or a broken machine, with one clear
-line and no traceback; 3 a fault of the program, with its traceback; 130 interrupted, with what was recorded so far
-kept.
+Exit codes: 0 the job succeeded (a campaign: it ran, whatever its rates); 1 it ran and the object was not taken; 2 bad
+input or a broken machine, with one clear line and no traceback; 3 a fault of the program, with its traceback; 130
+interrupted, with what was recorded so far kept.
 """
 
 import argparse
@@ -135,6 +135,24 @@ def _parser():
     measure.add_argument("--speeds", metavar="V,V,...", help="speeds of the train [m/s] (default: 0.05 to 0.6, seven)")
     measure.set_defaults(action=_measure)
 
+    campaign = commands.add_parser(
+        "campaign", help="run many trials, over seeds and a grid of settings",
+        description="Runs every trial of a campaign that its directory does not hold yet, and leaves a table of all, "
+        "success rates with their Wilson intervals, and a picture. With --out it goes on where it was stopped.",
+    )
+    _add_scenario(campaign)
+    campaign.add_argument("--trials", type=int, required=True, metavar="N", help="seeds for each combination")
+    campaign.add_argument("--vary", action="append", default=[], metavar="KEY.PATH=A,B,C",
+                          help="values of a setting to go through; given again, every combination is run")
+    campaign.add_argument("--vision", choices=["measured"], help="measured: render no images")
+    campaign.add_argument("--first-seed", type=int, default=0, metavar="N", help="seeds count up from it (default 0)")
+    campaign.add_argument("--workers", type=int, metavar="W", help="processes of this machine (default: all cores)")
+    campaign.add_argument("--scheduler", metavar="ADDRESS", help="run on the workers of a dask scheduler, tcp://HOST:PORT")
+    campaign.add_argument("--out", type=Path, metavar="DIR",
+                          help="campaign directory, new or to go on with (default: runs/campaign-NAME-TIME)")
+    campaign.add_argument("--parquet", action="store_true", help="write the table as Parquet, too")
+    campaign.set_defaults(action=_campaign)
+
     figures = commands.add_parser("figures", help="draw the paper's figures from runs of this system")
     figures.add_argument("--out", type=Path, required=True, metavar="DIR", help="directory for them, new or empty")
     figures.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random draw (default: 0)")
@@ -195,11 +213,7 @@ def _run_directory(out, name, what="run"):
     """
     chosen = out is not None
     if not chosen:
-        stem = Path("runs") / f"{name.replace(':', '-')}-{time.strftime('%Y%m%d-%H%M%S')}"
-        out, count = stem, 1
-        while out.exists():
-            count += 1
-            out = stem.with_name(f"{stem.name}-{count}")
+        out = _free_name(name)
     try:
         out.mkdir(parents=True, exist_ok=chosen)
         occupied = any(out.iterdir())
@@ -207,6 +221,16 @@ def _run_directory(out, name, what="run"):
         raise DrakeTrackerError(f"the {what} directory {out} cannot be made: {error.strerror}") from None
     if occupied:
         raise DrakeTrackerError(f"the {what} directory {out} is not empty; name a new one, nothing is ever overwritten")
+    return out
+
+
+def _free_name(name):
+    """Returns the path of a directory in runs/ that is not there yet, named by a name and the time."""
+    stem = Path("runs") / f"{name.replace(':', '-')}-{time.strftime('%Y%m%d-%H%M%S')}"
+    out, count = stem, 1
+    while out.exists():
+        count += 1
+        out = stem.with_name(f"{stem.name}-{count}")
     return out
 
 
@@ -297,6 +321,30 @@ def _figures(options):
         if not any(out.iterdir()):
             out.rmdir()
         raise
+    return SUCCESS
+
+
+def _campaign(options):
+    from drake_tracker.campaign.grid import parse_vary
+    from drake_tracker.campaign.run import RATES, TABLE, run_campaign
+    from drake_tracker.progress import TrialsProgress
+
+    vary = parse_vary(options.vary)
+    out = options.out or _free_name("campaign-" + Path(options.scenario).stem)
+    progress = TrialsProgress()
+    try:
+        campaign = run_campaign(
+            options.scenario, options.trials, vary, options.overrides, options.first_seed, options.vision,
+            options.workers, options.scheduler, out, options.parquet, progress,
+        )
+    finally:
+        progress.close()
+    for line in campaign.lines():
+        print(line)
+    print(f"campaign directory  {out}: {TABLE} has a line for each trial, {RATES} one for each rate")
+    if campaign.interrupted:
+        print(f"drake-tracker: interrupted; what has ended is kept, go on with --out {out}", file=sys.stderr)
+        return INTERRUPTED
     return SUCCESS
 
 

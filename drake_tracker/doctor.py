@@ -7,7 +7,7 @@ import platform
 import subprocess
 import sys
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.errors import DrakeTrackerError, MachineError
 from drake_tracker.models_path import models_path
 
 APT_LINE = "apt-get install -y libglib2.0-0 libegl1 libgl1-mesa-dri"
@@ -44,10 +44,10 @@ def probe_renderer(timeout=60.0):
 
 
 def require_renderer():
-    """Raises DrakeTrackerError when this machine cannot render, in about a second; call it before the first image."""
+    """Raises MachineError when this machine cannot render, in about a second; call it before the first image."""
     trouble = probe_renderer()
     if trouble:
-        raise DrakeTrackerError(f"the renderer does not work ({trouble}); as root: {APT_LINE}")
+        raise MachineError(f"the renderer does not work ({trouble}); as root: {APT_LINE}")
 
 
 def examine():

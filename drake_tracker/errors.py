@@ -7,3 +7,7 @@ class DrakeTrackerError(Exception):
     The message is one clear line: what is wrong, where, and what is allowed or what to do. The command line prints
     it and exits with code 2.
     """
+
+
+class MachineError(DrakeTrackerError):
+    """The machine cannot do what it is asked for, whatever the scenario: there is no renderer, say."""

@@ -155,6 +155,19 @@ def setting_keys(schema, prefix=""):
             yield from setting_keys(part, f"{prefix}{field.name}.")
 
 
+def setting_unit(schema, key):
+    """Returns the unit of the setting at a key path of a dataclass, in any kind of a role; "" when it has none."""
+    name, _, rest = key.partition(".")
+    for field in dataclasses.fields(schema):
+        if field.name == name:
+            if not rest:
+                return field.metadata["unit"]
+            kinds = typing.get_args(field.type) or (field.type,)
+            units = (setting_unit(kind, rest) for kind in kinds if dataclasses.is_dataclass(kind))
+            return next(filter(None, units), "")
+    return ""
+
+
 def describe_settings(part, prefix=""):
     """Returns rows (key path, value, what is allowed, meaning) of every setting of a dataclass instance."""
     rows = []

@@ -1,0 +1,145 @@
+"""Trials on many machines, by dask.distributed: a scheduler that somebody started, and its workers.
+
+    dask scheduler                                   on one machine; it prints its address
+    dask worker tcp://ADDRESS --nthreads 1           on each, as many as it has cores (--nworkers N)
+
+Every worker has this package in the same version, and sees the files that a scenario names at the same path. A worker
+that dies is started again by its nanny; its trial is given to another worker, and is lost once it has taken down more
+than the scheduler allows (``distributed.scheduler.allowed-failures``, 3).
+"""
+
+import time
+from contextlib import contextmanager
+
+from drake_tracker import __version__
+from drake_tracker.campaign.trial import Lost
+from drake_tracker.errors import DrakeTrackerError
+
+CONNECT_TIMEOUT = 10.0
+"""Time [s] in which a scheduler must answer."""
+WORKERS_TIMEOUT = 60.0
+"""Time [s] for which a campaign waits while there is no worker."""
+_LOOK = 2.0
+
+
+def require_distributed():
+    """Raises DrakeTrackerError when dask.distributed is not installed."""
+    try:
+        import distributed  # noqa: F401
+    except ImportError as error:
+        remedy = "pip install 'drake-tracker[cluster]' installs it"
+        raise DrakeTrackerError(f"--scheduler needs dask.distributed, which does not load ({error}); {remedy}") from None
+
+
+def cluster(address):
+    """Returns a runner (see `pool.pool`) on the workers of the scheduler at ``address``, like tcp://host:8786.
+
+    Its ``run`` raises DrakeTrackerError when the scheduler does not answer, is lost on the way, or has no workers, or
+    when a worker has another version of this package.
+    """
+    require_distributed()
+
+    def run(work, jobs):
+        with _quiet(), _connect(address) as client:
+            _await_workers(client, address)
+            _check_versions(client)
+            yield from _run(client, address, work, iter(jobs))
+
+    return run
+
+
+def _run(client, address, work, jobs):
+    from distributed import wait
+
+    running = {}
+    without_workers = None
+    try:
+        while True:
+            # No more at a time than there are threads: what waits at a worker that dies would count as its victim.
+            threads = sum(client.nthreads().values())
+            for job in _take(jobs, max(threads, 1) - len(running)):
+                running[client.submit(work, job, pure=False)] = job
+            if not running:
+                return
+            try:
+                done = wait(list(running), timeout=_LOOK, return_when="FIRST_COMPLETED").done
+            except TimeoutError:
+                done = ()
+            for future in done:
+                yield running.pop(future), _result(future)
+            now = time.monotonic()
+            without_workers = (without_workers or now) if threads == 0 else None
+            if without_workers and now - without_workers > WORKERS_TIMEOUT:
+                raise DrakeTrackerError(f"--scheduler {address}: no worker is left; start one: dask worker {address}")
+    except DrakeTrackerError:
+        raise
+    except Exception as error:  # of many kinds: OSError, CommClosedError, FuturesCancelledError, RuntimeError
+        raise DrakeTrackerError(f"--scheduler {address}: the scheduler is gone ({type(error).__name__})") from None
+    finally:
+        if client.status == "running":
+            client.cancel(list(running), force=True)
+
+
+def _take(jobs, count):
+    for _, job in zip(range(count), jobs):
+        yield job
+
+
+def _result(future):
+    if future.status == "finished":
+        return future.result()
+    if future.status == "error":
+        error = future.exception()
+        return Lost(f"{type(error).__name__}: {' '.join(str(error).split())}")
+    raise ConnectionError(future.status)
+
+
+@contextmanager
+def _connect(address):
+    from distributed import Client
+
+    try:
+        client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        reason = f"no scheduler answers there within {CONNECT_TIMEOUT:g} s"
+        if isinstance(error, (ValueError, TypeError)):
+            reason = f"not an address such as tcp://host:8786 ({error})"
+        raise DrakeTrackerError(f"--scheduler {address}: {reason}") from None
+    try:
+        yield client
+    finally:
+        client.close(timeout=CONNECT_TIMEOUT)
+
+
+@contextmanager
+def _quiet():
+    """Keeps the engine's log off the terminal: what goes wrong is said in one line."""
+    import logging
+
+    logger = logging.getLogger("distributed")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
+
+
+def _await_workers(client, address):
+    try:
+        client.wait_for_workers(1, timeout=WORKERS_TIMEOUT)
+    except TimeoutError:
+        raise DrakeTrackerError(
+            f"--scheduler {address}: it has had no worker for {WORKERS_TIMEOUT:g} s; start one: dask worker {address}"
+        ) from None
+
+
+def _check_versions(client):
+    for worker, found in client.run(_version, on_error="return").items():
+        if found != __version__:
+            what = f"cannot load it ({found})" if isinstance(found, Exception) else f"has {found}"
+            raise DrakeTrackerError(f"the worker {worker} needs drake_tracker {__version__}, and {what}")
+
+
+def _version():
+    return __version__

@@ -1,0 +1,162 @@
+"""A campaign on a cluster: a real scheduler, and two workers that are processes of their own, one of them killed.
+
+dask.distributed is an extra (``pip install 'drake-tracker[cluster]'``) and not part of `make setup`: without it these
+tests skip.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from campaign_trials import die_of_seed_1, quick, slow
+
+from drake_tracker.campaign import cluster as cluster_module
+from drake_tracker.campaign.cluster import cluster
+from drake_tracker.campaign.plan import make_plan
+from drake_tracker.campaign.record import read_lines
+from drake_tracker.campaign.run import carry_out
+from drake_tracker.errors import DrakeTrackerError
+
+pytest.importorskip("distributed", reason="dask.distributed is not installed: pip install 'drake-tracker[cluster]'")
+
+TESTS = Path(__file__).parents[1]
+
+
+class Engine:
+    """A scheduler and workers, started as anybody would start them."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.processes = []
+        self.scheduler = self.start("scheduler", "--port", "0", "--no-dashboard", "--scheduler-file", str(folder / "s"))
+        self.address = self.wait_for(lambda: (folder / "s").exists() and read_lines_of(folder / "s")["address"])
+
+    def start(self, what, *arguments):
+        path = os.pathsep.join([str(TESTS.parent), str(TESTS), os.environ.get("PYTHONPATH", "")])
+        process = subprocess.Popen(
+            [sys.executable, "-m", "distributed.cli.dask_" + what, *arguments], cwd=self.folder,
+            env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )
+        self.processes.append(process)
+        return process
+
+    def worker(self, *arguments):
+        return self.start(
+            "worker", self.address, "--nthreads", "1", "--no-dashboard", "--local-directory", str(self.folder), *arguments
+        )
+
+    @staticmethod
+    def wait_for(condition, timeout=30.0):
+        end = time.monotonic() + timeout
+        while time.monotonic() < end:
+            found = condition()
+            if found:
+                return found
+            time.sleep(0.05)
+        raise AssertionError("it did not come up")
+
+    def close(self):
+        for process in reversed(self.processes):
+            process.terminate()
+        for process in self.processes:
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def read_lines_of(path):
+    import json
+
+    try:
+        return json.loads(path.read_text())
+    except ValueError:  # half written
+        return {"address": None}
+
+
+@pytest.fixture
+def engine(tmp_path):
+    (tmp_path / "engine").mkdir()
+    engine = Engine(tmp_path / "engine")
+    yield engine
+    engine.close()
+
+
+def plan(trials):
+    return make_plan("train", trials, {"track.speed": ["0.1", "0.3"]})
+
+
+def test_a_worker_that_is_killed_costs_no_other_trial(engine, tmp_path):
+    workers = {process.pid: process for process in (engine.worker("--no-nanny"), engine.worker("--no-nanny"))}
+    killed = []
+
+    def progress(ended, trials, taken):
+        lines = read_lines(tmp_path / "c" / "trials.jsonl")
+        if not killed and len({line["process"] for line in lines}) == 2:
+            killed.append(lines[-1]["process"])
+            os.kill(killed[0], signal.SIGKILL)
+
+    campaign = carry_out(plan(6), cluster(engine.address), tmp_path / "c", progress=progress, work=slow)
+    assert killed and killed[0] in workers, "both took part, and one was killed"
+    (survivor,) = set(workers) - set(killed)
+    lines = read_lines(tmp_path / "c" / "trials.jsonl")
+    assert len(lines) == len({(line["settings"]["track.speed"], line["seed"]) for line in lines}) == 12
+    assert campaign.lost == [] and {line["process"] for line in lines[-4:]} == {survivor}
+
+
+def test_a_trial_that_kills_whoever_runs_it_is_lost_alone(engine, tmp_path):
+    engine.worker("--nworkers", "2")
+    campaign = carry_out(make_plan("train", 4), cluster(engine.address), tmp_path / "c", work=die_of_seed_1)
+    assert [row["seed"] for row in campaign.rows] == [0, 2, 3]
+    ((trial, reason),) = campaign.lost
+    assert trial.scenario.seed == 1 and "KilledWorker" in reason
+
+
+def test_a_scheduler_that_dies_is_one_line_and_the_campaign_goes_on_elsewhere(engine, tmp_path):
+    engine.worker("--no-nanny")
+
+    def progress(ended, trials, taken):
+        if ended == 3:
+            engine.scheduler.kill()
+
+    with pytest.raises(DrakeTrackerError) as caught:
+        carry_out(plan(6), cluster(engine.address), tmp_path / "c", progress=progress, work=slow)
+    message = str(caught.value)
+    assert "the scheduler is gone" in message and "of 12 trials are kept, go on with --out" in message
+    assert "\n" not in message
+    kept = read_lines(tmp_path / "c" / "trials.jsonl")
+    assert 3 <= len(kept) < 12
+    from drake_tracker.campaign.pool import pool
+
+    campaign = carry_out(plan(6), pool(1), tmp_path / "c", work=quick)
+    assert len(campaign.rows) == 12 and read_lines(tmp_path / "c" / "trials.jsonl")[: len(kept)] == kept
+
+
+def test_a_scheduler_without_workers_is_one_line(engine, tmp_path, monkeypatch):
+    monkeypatch.setattr(cluster_module, "WORKERS_TIMEOUT", 0.5)
+    with pytest.raises(DrakeTrackerError, match="it has had no worker for 0.5 s; start one: dask worker tcp://"):
+        carry_out(plan(1), cluster(engine.address), tmp_path / "c", work=quick)
+    assert not (tmp_path / "c").exists()
+
+
+@pytest.mark.parametrize("address, said", [
+    ("tcp://127.0.0.1:9", "no scheduler answers there within 0.5 s"), ("sky://there", "not an address such as"),
+    ("nonsense", "scheduler"),
+])
+def test_a_scheduler_that_is_not_there_is_one_line(address, said, tmp_path, monkeypatch):
+    monkeypatch.setattr(cluster_module, "CONNECT_TIMEOUT", 0.5)
+    with pytest.raises(DrakeTrackerError, match=said) as caught:
+        carry_out(plan(1), cluster(address), tmp_path / "c", work=quick)
+    assert "\n" not in str(caught.value) and not (tmp_path / "c").exists()
+
+
+def test_workers_of_another_version_are_refused(engine, tmp_path, monkeypatch):
+    engine.worker("--no-nanny")
+    monkeypatch.setattr(cluster_module, "__version__", "9.9")
+    with pytest.raises(DrakeTrackerError, match="needs drake_tracker 9.9, and has 0"):
+        carry_out(plan(1), cluster(engine.address), tmp_path / "c", work=quick)

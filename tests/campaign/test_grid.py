@@ -1,0 +1,101 @@
+"""The grid of a campaign: what is varied, and that every error is named before anything runs."""
+
+import pytest
+
+from drake_tracker.campaign.grid import make_cells, parse_vary, plain_value, split_values, yaml_text
+from drake_tracker.campaign.plan import make_plan
+from drake_tracker.errors import DrakeTrackerError
+
+
+@pytest.mark.parametrize(
+    "text, values",
+    [
+        ("0.1,0.2", ["0.1", "0.2"]),
+        (" a , b", ["a", "b"]),
+        ("!ArcLength {order: 30, mode: literal},!ClosedPath {}", ["!ArcLength {order: 30, mode: literal}", "!ClosedPath {}"]),
+        ("[0.5, 0.0],[0.6, 0.0]", ["[0.5, 0.0]", "[0.6, 0.0]"]),
+        ("'a,b',\"c,d\"", ["'a,b'", '"c,d"']),
+        ("1,,2", ["1", "", "2"]),
+    ],
+)
+def test_values_are_split_at_their_own_commas(text, values):
+    assert split_values(text) == values
+
+
+def test_every_combination_is_a_cell_with_its_scenario():
+    vary = parse_vary(["track.speed=0.1,0.2", "track.kind=oval,circle,stadium"])
+    cells = make_cells("train", ["duration=5"], vary)
+    assert [cell.settings["track.speed"] for cell in cells] == ["0.1"] * 3 + ["0.2"] * 3
+    assert [cell.scenario.track.kind for cell in cells] == ["oval", "circle", "stadium"] * 2
+    assert [cell.scenario.track.speed for cell in cells] == [0.1] * 3 + [0.2] * 3
+    assert {cell.scenario.duration for cell in cells} == {5.0}
+
+
+def test_without_a_grid_there_is_one_cell():
+    (cell,) = make_cells("ball", [], {})
+    assert cell.settings == {} and cell.scenario.task == "ball"
+
+
+@pytest.mark.parametrize(
+    "texts, said",
+    [
+        (["track.speed"], ["--vary track.speed: write it as key.path=a,b,c"]),
+        (["track.speed=1", "track.speed=2"], ["track.speed is varied twice"]),
+        (["track.sped=0.1,0.2"], ["--vary track.sped=0.1: there is no", "--vary track.sped=0.2: there is no"]),
+        (["track.speed=0.1,9"], ["--vary track.speed=9: track.speed must be a number from 0 to 1 m/s, not 9"]),
+        (["track.speed=0.1,,0.2"], ["--vary track.speed: a value is empty"]),
+        (["track.speed=0.1,0.1"], ["--vary track.speed: 0.1 is given twice"]),
+        (["seed=1,2"], ["--vary seed: every trial has a seed of its own"]),
+        (["estimator=!Arc {}"], ["--vary estimator=!Arc {}: estimator must be one of"]),
+        (["time_step=0.004"], ["--vary time_step=0.004: time_step must divide the image", "must divide the servo"]),
+    ],
+)
+def test_bad_grids_are_one_line_each(texts, said):
+    with pytest.raises(DrakeTrackerError) as caught:
+        make_cells("train", [], parse_vary(texts))
+    lines = str(caught.value).splitlines()
+    assert len(lines) == len(said), lines
+    assert all(words in line for words, line in zip(said, lines))
+
+
+def test_an_error_of_many_cells_is_told_once():
+    with pytest.raises(DrakeTrackerError) as caught:
+        make_cells("train", [], parse_vary(["track.speed=9", "track.kind=oval,circle,line"]))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        ({"trials": 0}, "--trials 0"),
+        ({"first_seed": -1}, "--first-seed -1: seed must be"),
+        ({"first_seed": 2**32 - 1, "trials": 2}, f"the last seed {2**32}: seed must be"),
+        ({"overrides": ["seed=3"]}, "--set seed=3: every trial has a seed of its own"),
+        ({"vision": "felt"}, "--vision felt: must be one of measured"),
+        ({"spec": "ball", "vision": "measured"}, "--vision measured: vision must be one of !BoardVision"),
+        ({"spec": "trian"}, "did you mean train?"),
+    ],
+)
+def test_bad_plans_are_one_line(arguments, said):
+    with pytest.raises(DrakeTrackerError) as caught:
+        make_plan(**{"spec": "train", "trials": 1, **arguments})
+    assert said in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_trials_go_seed_by_seed_and_the_vision_can_be_set_further():
+    plan = make_plan("train", 2, {"track.speed": [0.1, 0.2]}, ["vision.lag_cycles=6"], 7, "measured")
+    assert [(t.scenario.seed, t.scenario.track.speed) for t in plan.jobs()] == [(7, 0.1), (7, 0.2), (8, 0.1), (8, 0.2)]
+    assert {type(t.scenario.vision).__name__ for t in plan.jobs()} == {"Measured"}
+    assert {t.scenario.vision.lag_cycles for t in plan.jobs()} == {6}
+    assert len({t.key for t in plan.jobs()}) == len(plan) == 4
+
+
+@pytest.mark.parametrize("value, text", [(0.2, "0.2"), (3, "3"), (True, "true"), ([0.5, 1.0], "[0.5, 1.0]"), ("x y", "x y")])
+def test_values_of_python_are_written_as_yaml(value, text):
+    assert yaml_text(value) == text
+
+
+def test_texts_are_read_as_numbers_where_they_are():
+    assert [plain_value(text) for text in ("0.20", "3", "false", "oval", "!ArcLength {}", "[1, 2]")] == [
+        0.2, 3, False, "oval", "!ArcLength {}", "[1, 2]",
+    ]
