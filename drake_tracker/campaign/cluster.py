@@ -8,7 +8,9 @@ that dies is started again by its nanny; its trial is given to another worker, a
 than the scheduler allows (``distributed.scheduler.allowed-failures``, 3).
 """
 
+import logging
 import time
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 
 from drake_tracker import __version__
@@ -71,9 +73,9 @@ def _run(client, address, work, jobs):
             without_workers = (without_workers or now) if threads == 0 else None
             if without_workers and now - without_workers > WORKERS_TIMEOUT:
                 raise DrakeTrackerError(f"--scheduler {address}: no worker is left; start one: dask worker {address}")
-    except DrakeTrackerError:
-        raise
-    except Exception as error:  # of many kinds: OSError, CommClosedError, FuturesCancelledError, RuntimeError
+    except Exception as error:
+        if client.status == "running" and not isinstance(error, (OSError, CancelledError)):
+            raise
         raise DrakeTrackerError(f"--scheduler {address}: the scheduler is gone ({type(error).__name__})") from None
     finally:
         if client.status == "running":
@@ -99,7 +101,7 @@ def _connect(address):
     from distributed import Client
 
     try:
-        client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
+        client = Client(address, timeout=CONNECT_TIMEOUT)
     except (OSError, ValueError, TypeError) as error:
         reason = f"no scheduler answers there within {CONNECT_TIMEOUT:g} s"
         if isinstance(error, (ValueError, TypeError)):
@@ -114,15 +116,17 @@ def _connect(address):
 @contextmanager
 def _quiet():
     """Keeps the engine's log off the terminal: what goes wrong is said in one line."""
-    import logging
+    import distributed  # noqa: F401 (its loggers are made when it is loaded)
 
-    logger = logging.getLogger("distributed")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL + 1)
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] == "distributed"]
+    levels = {logger: logger.level for logger in map(logging.getLogger, names)}
+    for logger in levels:
+        logger.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        logger.setLevel(level)
+        for logger, level in levels.items():
+            logger.setLevel(level)
 
 
 def _await_workers(client, address):

@@ -32,7 +32,7 @@ class Engine:
     def __init__(self, folder):
         self.folder = folder
         self.processes = []
-        self.scheduler = self.start("scheduler", "--port", "0", "--no-dashboard", "--scheduler-file", str(folder / "s"))
+        self.scheduler = self.start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(folder / "s"))
         self.address = self.wait_for(lambda: (folder / "s").exists() and read_lines_of(folder / "s")["address"])
 
     def start(self, what, *arguments):
@@ -46,7 +46,8 @@ class Engine:
 
     def worker(self, *arguments):
         return self.start(
-            "worker", self.address, "--nthreads", "1", "--no-dashboard", "--local-directory", str(self.folder), *arguments
+            "worker", self.address, "--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard",
+            "--local-directory", str(self.folder), *arguments,
         )
 
     @staticmethod
@@ -60,14 +61,9 @@ class Engine:
         raise AssertionError("it did not come up")
 
     def close(self):
-        for process in reversed(self.processes):
-            process.terminate()
-        for process in self.processes:
-            try:
-                process.wait(10)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+        for process in reversed(self.processes):  # the workers of a nanny end when they miss it
+            process.kill()
+            process.wait()
 
 
 def read_lines_of(path):
