@@ -13,11 +13,14 @@ import argparse
 import math
 import os
 import statistics
-import time
 from pathlib import Path
 
-from common import append_results, print_table, read_lines
-from train_grasp import wilson
+from common import append_results, print_table
+
+from drake_tracker.campaign.record import read_lines
+from drake_tracker.campaign.trial import run_line
+from drake_tracker.campaign.wilson import wilson
+from drake_tracker.scenarios import load_scenario
 
 RESULTS = Path(__file__).parent / "results" / "ball.jsonl"
 FIRST_SEED, SEEDS = 1000, 100
@@ -30,16 +33,9 @@ CELLS = {  # name: scenario, overrides
 
 
 def run_one(job):
-    """Runs one trial in a worker; returns its line."""
+    """Runs one trial in a worker; returns its line, or `Lost`."""
     cell, seed, scenario, overrides = job
-    from drake_tracker import load_scenario, simulate
-
-    start = time.monotonic()
-    try:
-        summary = simulate(load_scenario(scenario, seed=seed, overrides=overrides))
-    except Exception as error:  # one broken trial must not cost the others
-        summary = {"success": False, "failure_reason": f"{type(error).__name__}: {error}"}
-    return {"cell": cell, "seed": seed, "wall_s": time.monotonic() - start, **summary}
+    return run_line(load_scenario(scenario, seed=seed, overrides=overrides), cell=cell)
 
 
 def rms(values):

@@ -18,8 +18,12 @@ import argparse
 import os
 from pathlib import Path
 
-from common import append_results, print_table, read_lines
-from train_grasp import ESTIMATORS, outcome, run_one, wilson
+from common import append_results, print_table
+from train_grasp import ESTIMATORS, outcome, run_one
+
+from drake_tracker.campaign.record import read_lines
+from drake_tracker.campaign.trial import Lost
+from drake_tracker.campaign.wilson import wilson
 
 LAGS = (0, 6, 12, 15, 24, 30)
 """Of vision [cycles of 1/60 s]."""
@@ -57,9 +61,12 @@ def make_job(vision, estimator, lag, speed, seed):
 
 
 def trial(keyed):
-    """Runs one trial in a worker; returns its line."""
+    """Runs one trial in a worker; returns its line, or `Lost`."""
     (vision, _, lag, speed, _), job = keyed
-    row = {**run_one(job), "vision": vision, "lag_cycles": lag, "speed": speed}
+    row = run_one(job)
+    if isinstance(row, Lost):
+        return row
+    row = {**row, "vision": vision, "lag_cycles": lag, "speed": speed}
     return {key: row.get(key) for key in KEPT}
 
 
@@ -118,32 +125,26 @@ def print_map(rows, estimator):
 def draw(rows, path):
     """Draws the maps side by side: share lifted as colour and number, cells that were not run left white."""
     import matplotlib
-    import numpy as np
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+
+    from drake_tracker.campaign.plots import draw_map
+    from drake_tracker.record.style import PLOT_STYLE
 
     maps = {estimator: rates(rows, "Measured", estimator) for estimator in MAPPED}
     cells = [cell for found in maps.values() for cell in found]
     if not cells:
         return
     lags, speeds = (sorted({cell[k] for cell in cells}) for k in (0, 1))
-    with matplotlib.rc_context({"font.size": 11, "axes.titleweight": "bold", "axes.titlelocation": "left"}):
+    with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(14, 5.2), facecolor="white", layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.subplots(1, len(maps), sharey=True, squeeze=False)[0]
         for ax, (estimator, found) in zip(axes, maps.items()):
-            share = np.full((len(lags), len(speeds)), np.nan)
-            for (lag, speed), (lifted, runs) in found.items():
-                share[lags.index(lag), speeds.index(speed)] = 100.0 * lifted / runs
-            image = ax.imshow(share, origin="lower", cmap="viridis", vmin=0, vmax=100, aspect="auto")
-            for (row, column), value in np.ndenumerate(share):
-                if np.isfinite(value):
-                    colour = "black" if value > 60 else "white"
-                    ax.text(column, row, f"{value:.0f}", ha="center", va="center", color=colour)
-            ax.set_xticks(range(len(speeds)), [f"{speed:.2f}" for speed in speeds])
+            shares = {(speed, lag): lifted / runs for (lag, speed), (lifted, runs) in found.items()}
+            image = draw_map(ax, shares, speeds, lags)
             ax.set_yticks(range(len(lags)), [f"{lag / 60:.2f}" for lag in lags])
             ax.set(title=estimator, xlabel="speed of the train  [m/s]")
-            ax.spines[:].set_visible(False)
         axes[0].set_ylabel("lag of vision  [s]")
         figure.colorbar(image, ax=axes, label="trains lifted  [%]", pad=0.02)
         path.parent.mkdir(parents=True, exist_ok=True)

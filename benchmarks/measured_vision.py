@@ -13,8 +13,12 @@ import statistics
 import time
 from pathlib import Path
 
-from common import append_results, print_table, read_lines, save_json
-from train_grasp import CELLS, ESTIMATORS, TRACKS, outcome, run_one, wilson
+from common import append_results, print_table, save_json
+from train_grasp import CELLS, ESTIMATORS, TRACKS, outcome, run_one
+
+from drake_tracker.campaign.record import read_lines
+from drake_tracker.campaign.trial import Lost
+from drake_tracker.campaign.wilson import wilson
 
 HERE = Path(__file__).parent
 CAMERAS = HERE / "results" / "train_grasp.jsonl"
@@ -34,9 +38,9 @@ def key_of(row):
 
 
 def trial(job):
-    """Runs one trial in a worker; returns its line."""
+    """Runs one trial in a worker; returns its line, or `Lost`."""
     row = run_one(job)
-    return {key: row.get(key) for key in KEPT}
+    return row if isinstance(row, Lost) else {key: row.get(key) for key in KEPT}
 
 
 def run_all(keys, path, workers):

@@ -11,10 +11,14 @@ were chosen on seeds below 200, and the filter of 1991 was measured on seeds 200
 import argparse
 import os
 import statistics
-import time
 from pathlib import Path
 
-from common import append_results, read_lines
+from common import append_results
+
+from drake_tracker.campaign.record import read_lines
+from drake_tracker.campaign.trial import run_line
+from drake_tracker.campaign.wilson import wilson
+from drake_tracker.scenarios import load_scenario
 
 FIRST_SEED = 300
 SEEDS = 20
@@ -43,27 +47,9 @@ CELLS = {  # name: overrides
 
 
 def run_one(job):
-    """Runs one trial in a worker; returns its line."""
+    """Runs one trial in a worker; returns its line, or `Lost`."""
     estimator, cell, seed, overrides = job
-    from drake_tracker import load_scenario, simulate
-
-    start = time.monotonic()
-    try:
-        summary = simulate(load_scenario("train", seed=seed, overrides=overrides))
-    except Exception as error:  # one broken trial must not cost the others
-        summary = {"success": False, "failure_reason": f"{type(error).__name__}: {error}"}
-    return {"estimator": estimator, "cell": cell, "seed": seed, "wall_s": time.monotonic() - start, **summary}
-
-
-def wilson(successes, trials, z=1.959964):
-    """Returns the Wilson 95 % interval of a rate."""
-    if trials == 0:
-        return 0.0, 1.0
-    p = successes / trials
-    centre = p + z * z / (2 * trials)
-    spread = z * (p * (1 - p) / trials + z * z / (4 * trials * trials)) ** 0.5
-    scale = 1 + z * z / trials
-    return (centre - spread) / scale, (centre + spread) / scale
+    return run_line(load_scenario("train", seed=seed, overrides=overrides), estimator=estimator, cell=cell)
 
 
 def outcome(row):

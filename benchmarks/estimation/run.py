@@ -26,7 +26,7 @@ from pathlib import Path
 
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))  # what all benchmarks share
 
-from common import append_results, read_lines
+from common import append_results
 from contestants import BASELINES, OURS, read_parameters
 from measure import run_cell
 from speed import update_times
@@ -34,6 +34,8 @@ from tables import cells_of, print_rows, table_rows
 from trials import TRIALS
 from verdicts import print_verdicts, verdicts
 from worlds import NOISES, PATHS, SPEED_LAWS
+
+from drake_tracker.campaign.record import read_lines
 
 HERE = Path(__file__).resolve().parent
 RESULTS = HERE.parent / "results" / "estimation.jsonl"

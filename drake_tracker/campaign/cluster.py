@@ -30,7 +30,7 @@ def require_distributed():
         import distributed  # noqa: F401
     except ImportError as error:
         remedy = "pip install 'drake-tracker[cluster]' installs it"
-        raise DrakeTrackerError(f"--scheduler needs dask.distributed, which does not load ({error}); {remedy}") from None
+        raise DrakeTrackerError(f"--scheduler: dask.distributed does not load ({error}); {remedy}") from None
 
 
 def cluster(address):

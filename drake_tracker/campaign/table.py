@@ -42,7 +42,7 @@ def require_parquet():
         import pyarrow.parquet
     except ImportError as error:
         remedy = "pip install 'drake-tracker[parquet]' installs it"
-        raise DrakeTrackerError(f"--parquet needs pyarrow, which does not load ({error}); {remedy}") from None
+        raise DrakeTrackerError(f"--parquet: pyarrow does not load ({error}); {remedy}") from None
     return pyarrow, pyarrow.parquet
 
 

@@ -4,6 +4,7 @@ dask.distributed is an extra (``pip install 'drake-tracker[cluster]'``) and not 
 tests skip.
 """
 
+import json
 import os
 import signal
 import subprocess
@@ -17,6 +18,7 @@ from campaign_trials import die_of_seed_1, quick, slow
 from drake_tracker.campaign import cluster as cluster_module
 from drake_tracker.campaign.cluster import cluster
 from drake_tracker.campaign.plan import make_plan
+from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.run import carry_out
 from drake_tracker.errors import DrakeTrackerError
@@ -32,22 +34,21 @@ class Engine:
     def __init__(self, folder):
         self.folder = folder
         self.processes = []
-        self.scheduler = self.start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(folder / "s"))
-        self.address = self.wait_for(lambda: (folder / "s").exists() and read_lines_of(folder / "s")["address"])
+        self.scheduler = self.start("scheduler", "--port", "0", "--scheduler-file", str(folder / "scheduler.json"))
+        self.address = self.wait_for(lambda: address_in(folder / "scheduler.json"))
 
     def start(self, what, *arguments):
         path = os.pathsep.join([str(TESTS.parent), str(TESTS), os.environ.get("PYTHONPATH", "")])
         process = subprocess.Popen(
-            [sys.executable, "-m", "distributed.cli.dask_" + what, *arguments], cwd=self.folder,
-            env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            [sys.executable, "-m", "distributed.cli.dask_" + what, "--host", "127.0.0.1", "--no-dashboard", *arguments],
+            cwd=self.folder, env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )
         self.processes.append(process)
         return process
 
     def worker(self, *arguments):
         return self.start(
-            "worker", self.address, "--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard",
-            "--local-directory", str(self.folder), *arguments,
+            "worker", self.address, "--nthreads", "1", "--local-directory", str(self.folder), *arguments
         )
 
     @staticmethod
@@ -66,13 +67,11 @@ class Engine:
             process.wait()
 
 
-def read_lines_of(path):
-    import json
-
+def address_in(path):
     try:
-        return json.loads(path.read_text())
-    except ValueError:  # half written
-        return {"address": None}
+        return json.loads(path.read_text())["address"]
+    except (FileNotFoundError, ValueError):  # not yet written, or half
+        return None
 
 
 @pytest.fixture
@@ -127,8 +126,6 @@ def test_a_scheduler_that_dies_is_one_line_and_the_campaign_goes_on_elsewhere(en
     assert "\n" not in message
     kept = read_lines(tmp_path / "c" / "trials.jsonl")
     assert 3 <= len(kept) < 12
-    from drake_tracker.campaign.pool import pool
-
     campaign = carry_out(plan(6), pool(1), tmp_path / "c", work=quick)
     assert len(campaign.rows) == 12 and read_lines(tmp_path / "c" / "trials.jsonl")[: len(kept)] == kept
 

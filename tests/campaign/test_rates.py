@@ -66,7 +66,8 @@ def test_the_table_has_settings_first_and_names_what_is_nested():
 
 
 def test_the_csv_reads_back(tmp_path):
-    write_csv({"a": [1, None], "b": [True, False], "c": ["x, \"y\"", None], "d": [0.1 + 0.2, math.pi]}, tmp_path / "t.csv")
+    columns = {"a": [1, None], "b": [True, False], "c": ["x, \"y\"", None], "d": [0.1 + 0.2, math.pi]}
+    write_csv(columns, tmp_path / "t.csv")
     with (tmp_path / "t.csv").open(newline="") as file:
         header, first, second = csv.reader(file)
     assert header == ["a", "b", "c", "d"]

@@ -3,6 +3,7 @@
 import csv
 import json
 import resource
+import sys
 
 import pytest
 from campaign_trials import Stops, die_of_seed_1, here, lose_seed_1, quick
@@ -200,7 +201,7 @@ def test_bad_runners_are_one_line(options, said, monkeypatch):
     ("pyarrow", require_parquet), ("distributed", lambda: make_runner(scheduler="tcp://localhost:1")),
 ])
 def test_an_extra_that_is_missing_is_one_line(package, call, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, package, None)
+    monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(DrakeTrackerError, match=r"pip install 'drake-tracker\[(cluster|parquet)\]'"):
         call()
 
