@@ -9,7 +9,7 @@ import pytest
 
 from drake_tracker import cli
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.progress import Progress
+from drake_tracker.progress import Progress, TrialsProgress, time_left
 
 
 @pytest.fixture
@@ -195,3 +195,111 @@ def test_progress_prints_a_line_now_and_then_elsewhere():
     assert run_for(io.StringIO(), 5.0, 0.1) == ""
     lines = run_for(io.StringIO(), 35.0, 0.1).splitlines()
     assert len(lines) == 3 and "\x1b" not in lines[0]
+
+
+def campaign_command(*more):
+    return ["campaign", "train", "--trials", "2", "--vary", "track.speed=0.1,0.3", "--vision", "measured", *more]
+
+
+@pytest.fixture
+def campaign(monkeypatch, tmp_path):
+    """Puts a runner in this very process in place of the workers; ``effect`` is what ends it early."""
+    monkeypatch.chdir(tmp_path)
+    seen = types.SimpleNamespace(effect=None, after=2, workers=None)
+
+    def pool(workers):
+        seen.workers = workers
+
+        def run(work, jobs):
+            for count, trial in enumerate(jobs):
+                if seen.effect is not None and count == seen.after:
+                    raise seen.effect
+                yield trial, {"settings": trial.settings, "seed": trial.scenario.seed, "success": False}
+
+        return run
+
+    monkeypatch.setattr("drake_tracker.campaign.run.pool", pool)
+    return seen
+
+
+def test_a_campaign_that_ran_is_a_success_whatever_its_rates(campaign, capsys, tmp_path):
+    assert cli.main(campaign_command("--workers", "1", "--out", "c")) == 0
+    assert campaign.workers == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split()[:3] == ["track.speed", "taken", "trials"] and lines[1].split()[:3] == ["0.1", "0", "2"]
+    assert "trials.csv" in lines[-1] and (tmp_path / "c" / "success.png").exists()
+
+
+def test_an_interrupted_campaign_says_so_and_goes_on(campaign, capsys, tmp_path):
+    campaign.effect = KeyboardInterrupt()
+    assert cli.main(campaign_command("--out", "c")) == 128 + signal.SIGINT
+    assert "interrupted; what has ended is kept, go on with --out c" in capsys.readouterr().err
+    campaign.effect = None
+    assert cli.main(campaign_command("--out", "c")) == 0
+    captured = capsys.readouterr()
+    assert "2 of 4" in captured.err and captured.out.splitlines()[3].split()[:3] == ["all", "0", "4"]
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (campaign_command("--vary", "track.sped=1"), ["--vary track.sped=1: there is no setting"]),
+        (campaign_command("--vary", "track.speed=1"), ["track.speed is varied twice"]),
+        (campaign_command("--trials", "0"), ["--trials 0: must be"]),
+        (campaign_command("--workers", "0"), ["--workers 0: must be"]),
+        (["campaign", "ball", "--trials", "1", "--vision", "measured"], ["--vision measured: vision must be one of"]),
+    ],
+)
+def test_bad_campaigns_are_one_line_each_and_leave_nothing(campaign, capsys, tmp_path, arguments, said):
+    assert cli.main(arguments) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == len(said) and all(words in line for words, line in zip(said, lines)), lines
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_campaign_into_something_else_is_one_line(campaign, capsys, tmp_path):
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "summary.json").write_text("{}")
+    (tmp_path / "file").write_text("")
+    assert cli.main(campaign_command("--out", "old")) == 2
+    assert cli.main(campaign_command("--out", "file")) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 2 and "old is not empty and holds no campaign" in lines[0] and "file" in lines[1]
+
+
+class Clock:
+    def __init__(self):
+        self.now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+def test_the_progress_of_trials_tells_the_time_left_of_those_that_are_missing():
+    clock, stream = Clock(), Terminal()
+    progress = TrialsProgress(stream, clock)
+    for now, ended in ((0.0, 10), (60.0, 20), (60.1, 21), (120.0, 30)):
+        clock.now = now
+        progress(ended, 40, ended // 2)
+    progress.close()
+    shown = stream.getvalue().split("\r")
+    assert len(shown) == 5 and "\n" not in stream.getvalue() and shown[-1] == "\x1b[K"
+    assert "10 of 40  taken 5" in shown[1] and "left" not in shown[1]
+    assert "20 of 40  taken 10  10.0 a minute  2 min 00 s left" in shown[2]
+    assert shown[2].startswith("[############............]")
+
+
+def test_the_progress_of_trials_is_plain_lines_elsewhere_with_the_first_and_the_last():
+    clock, stream = Clock(), io.StringIO()
+    progress = TrialsProgress(stream, clock)
+    for now in range(13):
+        clock.now = float(now)
+        progress(now, 12, 0)
+    progress.close()
+    lines = stream.getvalue().splitlines()
+    assert [line.split("] ")[1].split("  ")[0] for line in lines] == ["0 of 12", "10 of 12", "12 of 12"]
+
+
+@pytest.mark.parametrize("missing, words", [(5, "50 s"), (10, "1 min 40 s"), (1000, "2 h 46 min")])
+def test_time_left_in_words(missing, words):
+    assert time_left(10.0, 1, missing) == words
