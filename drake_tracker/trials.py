@@ -87,4 +87,8 @@ def _serve(work, pipe):
             job = pipe.recv()
         except EOFError:
             return
-        pipe.send(work(job))
+        result = work(job)
+        try:
+            pipe.send(result)
+        except BrokenPipeError:  # the caller was killed
+            return
