@@ -30,6 +30,7 @@ def line(t):
 def test_every_message_is_known():
     assert {view.__name__ for view in VIEWS} == {
         *("Centroid", "TrackPoint", "Prediction", "ServoTarget", "ArmCommand", "ToolStatus", "JawState"),
+        "FrameInfo",
     }
 
 
