@@ -8,6 +8,7 @@ import types
 import pytest
 
 from drake_tracker import cli
+from drake_tracker.commands import common
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.progress import Progress, TrialsProgress, time_left
 
@@ -68,7 +69,7 @@ def test_a_ball_has_rows_of_its_own(simulated, capsys):
 
 
 def test_run_directories_are_new_each_time(simulated, tmp_path, monkeypatch):
-    monkeypatch.setattr(cli.time, "strftime", lambda form: "now")
+    monkeypatch.setattr(common.time, "strftime", lambda form: "now")
     for _ in range(3):
         assert cli.main(["run", "train:paper"]) == 0
     assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == [

@@ -13,6 +13,7 @@ import pytest
 
 import drake_tracker
 from drake_tracker import cli
+from drake_tracker.commands import common
 from drake_tracker.scenarios import load_scenario
 
 REPOSITORY = Path(__file__).parents[1]
@@ -150,9 +151,9 @@ def test_every_command_and_every_option_of_run_is_told():
 def test_the_exit_codes_told_are_the_programs():
     sentence = re.search(r"Exit codes: (.+?)\n\n", text_of(README), re.DOTALL).group(1)
     assert re.findall(r"\b(\d) (the train was lifted|it was not|bad input)", sentence) == [
-        (str(cli.SUCCESS), "the train was lifted"),
-        (str(cli.NOT_TAKEN), "it was not"),
-        (str(cli.TROUBLE), "bad input"),
+        (str(common.SUCCESS), "the train was lifted"),
+        (str(common.NOT_TAKEN), "it was not"),
+        (str(common.TROUBLE), "bad input"),
     ]
 
 

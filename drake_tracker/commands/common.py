@@ -1,0 +1,54 @@
+"""What several commands share: exit codes, arguments, the directory that a job leaves."""
+
+import time
+from pathlib import Path
+
+from drake_tracker.errors import DrakeTrackerError
+
+SUCCESS, NOT_TAKEN, TROUBLE, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
+
+
+def add_scenario(command):
+    """Adds the argument SCENARIO and ``--set`` to a parser."""
+    command.add_argument("scenario", metavar="SCENARIO[:NAME]", help="a scenario of the list, or FILE.yaml[:NAME]")
+    add_overrides(command)
+
+
+def add_overrides(command):
+    """Adds ``--set`` to a parser."""
+    command.add_argument("--set", action="append", default=[], metavar="KEY.PATH=VALUE", dest="overrides",
+                         help="change one setting, for example --set track.speed=0.2; may be given again")
+
+
+def run_directory(out, name, what="run"):
+    """Returns the new directory of a run; raises DrakeTrackerError rather than touch one that has something in it.
+
+    ``what`` it is for stands in the message.
+    """
+    chosen = out is not None
+    if not chosen:
+        out = free_name(name)
+    try:
+        out.mkdir(parents=True, exist_ok=chosen)
+        occupied = any(out.iterdir())
+    except OSError as error:
+        raise DrakeTrackerError(f"the {what} directory {out} cannot be made: {error.strerror}") from None
+    if occupied:
+        raise DrakeTrackerError(f"the {what} directory {out} is not empty; name a new one, nothing is ever overwritten")
+    return out
+
+
+def forget_if_empty(out):
+    """Removes the directory of a job that came to nothing."""
+    if not any(out.iterdir()):
+        out.rmdir()
+
+
+def free_name(name):
+    """Returns the path of a directory in runs/ that is not there yet, named by a name and the time."""
+    stem = Path("runs") / f"{name.replace(':', '-')}-{time.strftime('%Y%m%d-%H%M%S')}"
+    out, count = stem, 1
+    while out.exists():
+        count += 1
+        out = stem.with_name(f"{stem.name}-{count}")
+    return out
