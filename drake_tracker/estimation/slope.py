@@ -15,11 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_tracker.constants import GRAVITY
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.estimation.alpha_beta_gamma import read_only
 
-GRAVITY = 9.81
-"""[m/s^2] along -z_W."""
 STEEPEST = 1.5
 """A ball is no faster than this times a free roll over the board's whole length."""
 REJECTS = 2

@@ -88,7 +88,7 @@ class FrameDifference(BinaryImage):
 
 @dataclass
 class BackgroundDifference(BinaryImage):
-    """The difference from an image without the ball, taken while the gate was shut: the paper dropped it."""
+    """The difference from an image without the ball, taken with the gate open: the paper dropped it."""
 
     threshold: float = setting(5.0, "difference that counts as the ball", "grey levels", (1.0, 255.0))
 

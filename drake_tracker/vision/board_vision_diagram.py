@@ -3,14 +3,17 @@
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_tracker.timing import PROJECTOR_SLOT, TIME_STEP, VISION_PERIOD, lag_of_throughput, vision_slot
+from drake_tracker.timing import (
+    BALL_THROUGHPUT_CYCLES,
+    BALL_UPDATE_CYCLES,
+    PROJECTOR_SLOT,
+    TIME_STEP,
+    VISION_PERIOD,
+    lag_of_throughput,
+    vision_slot,
+)
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
 from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
-
-UPDATE_CYCLES = 4
-"""Cycles between two centroids ("an update rate of 66.8 ms", section 4)."""
-THROUGHPUT_CYCLES = 6
-"""Cycles from the capture of the first image of a pair until its centroid shows ("a throughput time of 100.2 ms")."""
 
 
 class BoardVisionDiagram(Diagram):
@@ -53,8 +56,8 @@ class BoardVisionDiagram(Diagram):
         ball_radius,
         plausible,
         *,
-        update_cycles=UPDATE_CYCLES,
-        throughput_cycles=THROUGHPUT_CYCLES,
+        update_cycles=BALL_UPDATE_CYCLES,
+        throughput_cycles=BALL_THROUGHPUT_CYCLES,
         follow=None,
         own_stamps=False,
         period=VISION_PERIOD,

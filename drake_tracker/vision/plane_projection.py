@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_tracker.constants import GRAVITY
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.window import window_around
@@ -16,8 +17,6 @@ LOWEST_SIGHT = 2.3
 """Cotangent of the lowest elevation from which the camera looks at the board."""
 ROLL = 0.01
 """How far a ball is on average ahead of its reading [m] when the second of the two images is taken."""
-GRAVITY = 9.81
-"""[m/s^2]"""
 
 
 def camera_on_board(K, X_CB, width, height, distortion=None):

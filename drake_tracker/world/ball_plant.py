@@ -10,7 +10,7 @@ from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from drake_tracker.arm.description import add_arm, models_parser
 from drake_tracker.arm.joint_servo import set_servo_gains
 from drake_tracker.world.ball_board import BALL_RADIUS, draw_board_pose, draw_pegs, draw_start
-from drake_tracker.world.ball_fixtures import TABLE_HEIGHT, WOOD, add_board, add_distractor, add_gate
+from drake_tracker.world.ball_fixtures import GATE_TRAVEL, TABLE_HEIGHT, WOOD, add_board, add_distractor, add_gate
 from drake_tracker.world.plant import TABLE_MODEL_HEIGHT
 
 TABLE_X = 0.49
@@ -48,7 +48,7 @@ def add_ball_laboratory(builder, description, scenario, ball_on_board=True, deco
 
     Args:
       description: an `ArmDescription` whose hand is a cup. scenario: fields board, ball, seed, time_step.
-      ball_on_board: False: the ball lies aside, as while the camera and the board are initialised.
+      ball_on_board: False: the ball lies aside and the gate is open, as while the camera and the board are initialised.
       decorate: called with the plant before it is finalized, to add visuals.
 
     Returns BallLaboratory. Raises DrakeTrackerError for a board on which things do not fit.
@@ -79,6 +79,8 @@ def add_ball_laboratory(builder, description, scenario, ball_on_board=True, deco
     ball_body = plant.GetBodyByName("ball", ball)
     p_WBall = X_WB @ p_BoBall if ball_on_board else ASIDE
     plant.SetDefaultFloatingBaseBodyPose(ball_body, RigidTransform(p_WBall))
+    if not ball_on_board:
+        plant.SetDefaultPositions(gate, [GATE_TRAVEL])
     return BallLaboratory(
         plant=plant,
         scene_graph=scene_graph,

@@ -39,7 +39,7 @@ class BallWorldDiagram(Diagram):
       scenario: fields board, ball, camera, lighting, seed, time_step. description: an `ArmDescription` with a cup.
       q_initial: the arm's start [rad]. window: (u0, v0, width, height) [px] to render, None for the whole image.
       with_camera: False: without the port ``camera`` and without a renderer.
-      ball_on_board: False: the ball lies aside, as while camera and board are initialised.
+      ball_on_board: False: the ball lies aside and the gate stands open, as while camera and board are initialised.
     """
 
     def __init__(self, scenario, description, q_initial, window=None, with_camera=True, ball_on_board=True):
@@ -51,7 +51,7 @@ class BallWorldDiagram(Diagram):
         plant.set_name("plant")
         plant.SetDefaultPositions(laboratory.arm, q_initial)
         delay = draw_delay(scenario.seed) if scenario.ball.release else np.inf
-        release = builder.AddNamedSystem("release", ReleaseSystem(delay, GATE_TRAVEL))
+        release = builder.AddNamedSystem("release", ReleaseSystem(delay, GATE_TRAVEL, is_open=not ball_on_board))
         builder.Connect(
             release.GetOutputPort("gate_desired_state"), plant.get_desired_state_input_port(laboratory.gate)
         )

@@ -31,16 +31,17 @@ class ReleaseSystem(LeafSystem):
 
     Args:
       delay: from ready to open [s]; infinite: it never opens. travel: of the open gate [m].
+      is_open: whether it stands open from the beginning.
     """
 
-    def __init__(self, delay, travel):
+    def __init__(self, delay, travel, is_open=False):
         super().__init__()
         self._delay = delay
         self._travel = travel
         self._ready = self.DeclareVectorInputPort("ready", 1)
         # When to open [s], infinite until the arm is ready; and the set-point, which is the output.
         self._opening_time = self.DeclareDiscreteState([np.inf])
-        self._set_point = self.DeclareDiscreteState(2)
+        self._set_point = self.DeclareDiscreteState([travel if is_open else 0.0, 0.0])
         self.DeclareStateOutputPort("gate_desired_state", self._set_point)
         self.DeclarePeriodicDiscreteUpdateEvent(VISION_PERIOD, 0.0, self._update)
 
