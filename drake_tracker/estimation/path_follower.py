@@ -9,16 +9,20 @@ import numpy as np
 from drake_tracker.estimation.alpha_beta_gamma import read_only
 from drake_tracker.estimation.coordinated_turn import SIGMA_LIMITS
 from drake_tracker.estimation.periodic_path import PeriodicPath, basis, improve_path, slope, straighten
-from drake_tracker.estimation.phase_filter import CRUISE, PhaseFilter, spread
+from drake_tracker.estimation.phase_filter import CRUISE, PhaseFilter, centre, spread
 
 SURPRISE = 9.0
 """Mean square of residuals, over what is expected of it, at which the points have left the path."""
 SURPRISE_TIME = 0.15
 """Time constant of that mean [s]."""
+WILDEST = 20.0
+"""No point counts for more than this in that mean: so many must agree, six at 60 Hz, that a few wild ones do not."""
 NOISIER = 4.0
 """The noise about the path is at most so many times the noise from point to point."""
 BRAKING = 0.01
 """An object that brakes hard may run behind by so much [m], and is still on its path."""
+STRAYING = 0.001
+"""A bias of the cameras may come and go by so much [m], more than the noise tells; the object is still on its path."""
 NOISE_TIME = 4.0
 """Time constant of the noise estimate on the path [s]."""
 MOST_CORRELATED = 0.95
@@ -72,7 +76,7 @@ class Following:
     @property
     def s(self):
         """Arc length now [m]."""
-        return spread(self.modes)[0]
+        return centre(self.modes)
 
     @property
     def cruise_speed(self):
@@ -128,7 +132,7 @@ class PathFollower:
         modes = self._phase.start(s[0], speed, 4.0 * variance, 0.1 * speed**2)
         for dt, point in zip(np.diff(stamps).tolist(), points[1:], strict=True):
             modes = self._phase.propagate(modes, dt)
-            expected, _ = spread(modes)
+            expected = centre(modes)
             place = Place(path, expected)
             along, _ = place.offset(point)
             modes = self._phase.correct(modes, expected + along / place.stretch, variance / place.stretch**2)
@@ -145,21 +149,25 @@ class PathFollower:
         along, across = place.offset(point)
         path_variance = float(place.row @ path.covariance @ place.row)
         # Points about a wrong path look noisy, but not from one to the next.
-        expected = min(noise.variance, (NOISIER * sigma) ** 2) + path_variance
+        expected = min(noise.effective, (NOISIER * sigma) ** 2) + path_variance + STRAYING**2
         square = 0.5 * (along**2 / (expected + phase_variance + BRAKING**2) + across**2 / expected)
-        surprise = following.surprise + (1.0 - math.exp(-dt / SURPRISE_TIME)) * (square - following.surprise)
+        counted = min(square, WILDEST)
+        surprise = following.surprise + (1.0 - math.exp(-dt / SURPRISE_TIME)) * (counted - following.surprise)
         if surprise > SURPRISE:
             return None
-        variance = noise.effective
+        # A point that is off by more than noise explains is believed less, the farther it is off.
+        variance = noise.effective * max(square / SURPRISE, 1.0)
         modes = self._phase.correct(modes, s + along / place.stretch, (variance + path_variance) / place.stretch**2)
-        before, s = following.s, spread(modes)[0]
+        before, s = following.s, centre(modes)
         row = basis(s, path.length, path.harmonics)
         keep = math.exp(-abs(s - before) / (LAPS_KEPT * path.length))
         path = improve_path(path, row, point - row @ path.coefficients, variance, keep)
         if s // path.length > before // path.length:  # a lap is done
             path, straight = straighten(path, s)
             modes = self._phase.shift(modes, straight - s)
-        return Following(path, modes, noise.update(across, 1.0 - math.exp(-dt / NOISE_TIME)), surprise)
+        if square <= SURPRISE:
+            noise = noise.update(across, 1.0 - math.exp(-dt / NOISE_TIME))
+        return Following(path, modes, noise, surprise)
 
     def predict(self, following, taus):
         """Returns rows x, y, z [m, W], yaw [rad] expected ``taus`` (n,) [s] later, shape (n, 4)."""

@@ -7,6 +7,7 @@ a sharp bend needs from following the noise where there is none.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -66,7 +67,8 @@ class PeriodicPath:
 def basis(s, length, harmonics):
     """Returns rows 1, cos w, sin w, cos 2w, sin 2w, ... at w = 2 pi s / length, shape (n, 2 harmonics + 1); one such
     row (2 harmonics + 1,) for a number ``s``."""
-    angle = np.multiply.outer((2.0 * math.pi / length) * np.asarray(s, dtype=float), np.arange(1, harmonics + 1))
+    rates = _rates(length, harmonics)
+    angle = s * rates if isinstance(s, float) else np.multiply.outer(s, rates)
     rows = np.empty((*angle.shape[:-1], 2 * harmonics + 1))
     rows[..., 0] = 1.0
     np.cos(angle, out=rows[..., 1::2])
@@ -76,12 +78,19 @@ def basis(s, length, harmonics):
 
 def slope(rows, length):
     """Returns the derivatives by s of rows of `basis`."""
-    rates = (2.0 * math.pi / length) * np.arange(1, rows.shape[-1] // 2 + 1)
+    rates = _rates(length, rows.shape[-1] // 2)
     slopes = np.empty(rows.shape)
     slopes[..., 0] = 0.0
-    np.multiply(-rates, rows[..., 2::2], out=slopes[..., 1::2])
     np.multiply(rates, rows[..., 1::2], out=slopes[..., 2::2])
+    np.multiply(rates, rows[..., 2::2], out=slopes[..., 1::2])
+    np.negative(slopes[..., 1::2], out=slopes[..., 1::2])
     return slopes
+
+
+@lru_cache(maxsize=64)
+def _rates(length, harmonics):
+    """Returns by how much the angle of each harmonic grows in a metre [rad/m], shape (harmonics,)."""
+    return read_only((2.0 * math.pi / length) * np.arange(1, harmonics + 1))
 
 
 def learn_path(times, s, points, length, variance):

@@ -123,10 +123,15 @@ class PhaseFilter:
         return s, sum(spreads)
 
 
+def centre(modes):
+    """Returns the arc length [m] that the modes expect together."""
+    return sum([mode.probability * mode.mean[0] for mode in modes])
+
+
 def spread(modes):
     """Returns the arc length [m] that the modes expect together, and its variance [m^2]."""
-    s = sum(mode.probability * mode.mean[0] for mode in modes)
-    return s, sum(mode.probability * (mode.covariance[0] + (mode.mean[0] - s) ** 2) for mode in modes)
+    s = centre(modes)
+    return s, sum([mode.probability * (mode.covariance[0] + (mode.mean[0] - s) ** 2) for mode in modes])
 
 
 def _mix(modes, dt):

@@ -109,6 +109,26 @@ def test_noise_that_hangs_together_is_not_taken_for_a_change_of_speed():
     assert rms(laps(drive, rows, 1.3, 3.0)[:, 1]) < 0.004
 
 
+def test_a_few_wild_points_do_not_lose_the_path():
+    drive = Drive(stadium(), SPEED, 18.0)
+    points = np.array(drive.points)
+    for first, count, off in ((900, 1, 0.05), (950, 2, 0.02), (1000, 3, 0.01)):
+        points[first : first + count] += [off, -off, 0.0]
+    state, rows = run(drive, points=points)
+    assert state.following is not None
+    late = rows[rows[:, 0] > 14.8]
+    assert rms(late[:, 1]) < 0.0015
+
+
+def test_a_bias_that_comes_for_a_moment_does_not_lose_the_path():
+    drive = Drive(stadium(), SPEED, 16.0, sigma=0.0003)
+    points = np.array(drive.points)
+    points[840:855] += [-0.0017, 0.0017, 0.0]
+    state, rows = run(drive, points=points)
+    assert state.following is not None
+    assert rms(rows[rows[:, 0] > 13.5, 1]) < 0.002
+
+
 @pytest.mark.parametrize("lag_cycles", [2, 30])
 def test_the_lag_is_data(lag_cycles):
     """Nothing is reckoned from the time of an update: points that come in bursts, late, give the same."""
