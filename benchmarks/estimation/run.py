@@ -1,10 +1,11 @@
 """Estimators beside each other, beside bounds, and beside filters of other libraries, in synthetic worlds.
 
-    python benchmarks/estimation/run.py [--quick] [--cells NAMES] [--workers N] [--seeds N] [--results FILE]
+    python benchmarks/estimation/run.py [--quick] [--cells NAMES] [--renew NAME] [--workers N] [--seeds N] [--results FILE]
 
 A cell is a path, a noise, its standard deviation and a speed law, as `stadium-white-1-constant`; `--cells` takes parts
 of names, separated by commas. Trials (`own_world`, `moved`, `rice`, `link`) are cells as well. Every run of a cell is a
-line of the results as soon as it ends; a run that is there is not run again. At the end the table and the verdicts are
+line of the results as soon as it ends; a run that is there is not run again. After a change of one estimator, `--renew`
+runs that one again on the same points, in lines of its own, and leaves the others' results as they are. At the end the table and the verdicts are
 printed, and written as JSON beside the results. Published are the seeds from 5000 on; parameters were frozen before, in
 `parameters.json`, on seeds 1000 to 1999.
 
@@ -30,8 +31,8 @@ from common import append_results
 from contestants import BASELINES, OURS, read_parameters
 from measure import run_cell
 from speed import update_times
-from tables import cells_of, print_rows, table_rows
-from trials import TRIALS
+from tables import cells_of, merged, print_rows, table_rows
+from trials import SUBJECTS, TRIALS
 from verdicts import print_verdicts, verdicts
 from worlds import NOISES, PATHS, SPEED_LAWS
 
@@ -64,16 +65,16 @@ def all_cells():
 
 
 def run_one(made_by, job):
-    """Runs one seed of one cell in a worker; returns its line."""
-    name, cell, seed = job
+    """Runs one seed of one cell, of all contestants or ``only`` of one, in a worker; returns its line."""
+    name, cell, seed, only = job
     parameters = read_parameters()
     if cell is None:
         found = {"trial": TRIALS[name](seed, parameters)}
     else:
         path, noise, sigma_mm, law = cell
         names = OURS + (BASELINES if (path, noise) == ("oval", "white") else ())
-        found = run_cell(path, noise, sigma_mm, law, seed, DURATION, names, parameters)
-    return {"cell": name, "seed": seed, **found, **made_by}
+        found = run_cell(path, noise, sigma_mm, law, seed, DURATION, (only,) if only else names, parameters)
+    return {"cell": name, "seed": seed, "only": only, **found, **made_by}
 
 
 def circumstances():
@@ -92,6 +93,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="a few cells and seeds, for a look, kept in runs/ only")
     parser.add_argument("--cells", default="", help="parts of names separated by commas (default: all)")
+    parser.add_argument("--renew", metavar="NAME", choices=OURS, help="run this one again where another commit ran it")
     parser.add_argument("--seeds", type=int, help=f"runs a cell (default {SEEDS}, {QUICK_SEEDS} with --quick)")
     parser.add_argument("--first-seed", type=int, help=f"default {FIRST_SEED}, {QUICK_FIRST_SEED} with --quick")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
@@ -106,25 +108,28 @@ def main():
     if not cells:
         parser.error(f"no cell has {options.cells} in its name; there are {', '.join(all_cells())}")
 
-    done = {(line["cell"], line["seed"]) for line in read_lines(path)}
+    made_by, only = circumstances(), options.renew
+    if only:
+        cells = {name: cell for name, cell in cells.items() if cell is not None or SUBJECTS[name] == only}
+    lines = [line for line in read_lines(path) if line.get("only") == only]
+    done = {(line["cell"], line["seed"]) for line in lines if not only or line["commit"] == made_by["commit"]}
     first, count = (QUICK_FIRST_SEED, QUICK_SEEDS) if options.quick else (FIRST_SEED, SEEDS)
     first = options.first_seed if options.first_seed is not None else first
     seeds = range(first, first + (options.seeds or count))
-    jobs = [(name, cells[name], seed) for seed in seeds for name in cells if (name, seed) not in done]
+    jobs = [(name, cells[name], seed, only) for seed in seeds for name in cells if (name, seed) not in done]
     append_results(
-        functools.partial(run_one, circumstances()), jobs, path, options.workers,
+        functools.partial(run_one, made_by), jobs, path, options.workers,
         lambda line: f"{line['cell']} seed {line['seed']}",
     )
 
-    lines = [line for line in read_lines(path) if line["cell"] in cells]
+    lines = merged([line for line in read_lines(path) if line["cell"] in cells])
     lines.sort(key=lambda line: (list(cells).index(line["cell"]), line["seed"]))
     rows, times = table_rows(cells_of(lines)), update_times(read_parameters())
     judged = verdicts(lines, times)
     print_rows(rows)
     print_verdicts(judged)
-    keys = ("commit", "python", "numpy", "scipy", "stonesoup", "filterpy")
-    made_by = [dict(zip(keys, made)) for made in sorted({tuple(line[key] for key in keys) for line in lines})]
-    found = {"made_by": made_by, "seeds": [seeds[0], seeds[-1]], "update_us": times, "verdicts": judged, "table": rows}
+    makers = {json.dumps(maker, sort_keys=True) for line in lines for maker in line["made_by"]}
+    found = {"made_by": [json.loads(maker) for maker in sorted(makers)], "seeds": [seeds[0], seeds[-1]], "update_us": times, "verdicts": judged, "table": rows}
     found = json.loads(json.dumps(found), parse_constant=lambda _: None)  # what is not a number is null
     path.with_suffix(".json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 

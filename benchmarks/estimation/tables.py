@@ -38,6 +38,24 @@ class Cell:
         return paired_ratio(*(self.values(n, stages, horizon, "mean_square_mm2") for n in (name, other)))
 
 
+MADE_BY = ("only", "commit", "python", "numpy", "scipy", "stonesoup", "filterpy")
+"""What a line says of its making; ``only``: the one contestant that it is of, or None."""
+
+
+def merged(lines):
+    """Returns one line for each run: what a later line says of a contestant, or of a trial, takes the earlier's place.
+    ``made_by`` lists what made it, a dict for each part."""
+    runs = {}
+    for line in lines:
+        run = runs.setdefault((line["cell"], line["seed"]), {"made_by": []})
+        made = {key: line.get(key) for key in MADE_BY}
+        run["made_by"] = [other for other in run["made_by"] if other["only"] != line.get("only")] + [made]
+        if "results" in line:
+            run["results"] = run.get("results", {}) | line["results"]
+        run |= {key: line[key] for key in ("cell", "seed", "trial", "bounds") if key in line}
+    return list(runs.values())
+
+
 def root_mean(squares):
     squares = squares[np.isfinite(squares)]
     return float(np.sqrt(np.mean(squares))) if len(squares) else float("nan")

@@ -187,3 +187,5 @@ def _serve(line, packets, until):
 
 
 TRIALS = {"own_world": own_world, "moved": moved, "rice": rice, "link": link}
+SUBJECTS = {"own_world": "coordinated_turn", "moved": "closed_path", "rice": "arc_length", "link": "coordinated_turn"}
+"""Whom each trial tries."""

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from measure import COLUMNS, HORIZONS, run_cell
 from replay import BLOCK, Recording
-from tables import Cell, paired_ratio
+from tables import Cell, merged, paired_ratio
 from worlds import NOISES, draw_noise
 
 SIGMA = 0.001
@@ -58,3 +58,14 @@ def test_a_run_of_a_cell_holds_errors_and_bounds_of_every_stage():
         # An extrapolation is above what one who is told of the track's only bend can reach, to chance.
         square = cell.values("coordinated_turn", ("first",), horizon, COLUMNS[1])
         assert square[0] > 0.3 * cell.bound("first_lap", horizon)[0]
+
+
+def test_a_renewed_contestant_takes_the_place_of_its_old_results_and_leaves_the_others():
+    old = {"cell": "a", "seed": 1, "results": {"x": 1, "y": 2}, "bounds": {"b": 3}, "commit": "one"}
+    other = {"cell": "moved", "seed": 1, "trial": {"n": 1}, "commit": "one"}
+    new = {"cell": "a", "seed": 1, "only": "y", "results": {"y": 5}, "bounds": {"b": 3}, "commit": "two"}
+    newer = new | {"results": {"y": 6}, "commit": "three"}
+    first, second = merged([old, other, new, newer])
+    assert first["results"] == {"x": 1, "y": 6} and first["bounds"] == {"b": 3}
+    assert [(made["only"], made["commit"]) for made in first["made_by"]] == [(None, "one"), ("y", "three")]
+    assert second["trial"] == {"n": 1} and "results" not in second
