@@ -17,7 +17,7 @@ from drake_tracker.arm.board_touch import board_pose_from_touches
 from drake_tracker.arm.crossing import HAND_YAW
 from drake_tracker.arm.description import joints_for, make_arm_model
 from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.diagrams.touch import TouchDiagram
+from drake_tracker.diagrams.board_touching import BoardTouchingDiagram
 from drake_tracker.doctor import require_renderer
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.grasp.touch_machine import touched_points
@@ -59,7 +59,7 @@ def initialise_board(scenario):
     still = replace(scenario, camera=replace(scenario.camera, supersampling=STILL_SUPERSAMPLING))
     world = BallWorldDiagram(still, description, q_initial, ball_on_board=False)
     jogs = operator_jogs(scenario, world.laboratory.X_WB)
-    touching = TouchDiagram(world, model, q_initial, jogs, scenario.time_step, BALL_SERVO_PERIOD)
+    touching = BoardTouchingDiagram(world, model, q_initial, jogs, scenario.time_step, BALL_SERVO_PERIOD)
 
     simulator = Simulator(touching)
     context = simulator.get_mutable_context()

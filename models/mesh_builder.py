@@ -7,6 +7,8 @@ corners of a part point at the middle of their colour's cell.
 A solid is a tuple (vertices (n, 3) [m], normals (n, 3), triangles (m, 3) of indices); a part is (solid, colour's name).
 """
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 
@@ -141,3 +143,11 @@ def write_obj(path, parts, palette):
             faces.append("f " + " ".join(f"{count + i + 1}/{texture}/{normal_index[i]}" for i in triangle))
         count += len(vertices)
     path.write_text("\n".join(lines + list(directions) + faces) + "\n")
+
+
+def write_model(script, links, palette):
+    """Writes the palette and, for each of ``links`` {name: parts}, ``<name>.obj`` beside the file ``script``."""
+    folder = Path(script).resolve().parent
+    write_palette(folder, palette)
+    for link, parts in links.items():
+        write_obj(folder / f"{link}.obj", parts, palette)

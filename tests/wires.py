@@ -11,6 +11,15 @@ def controller_rooms(hand_eye):
     return {"vision": hand_eye.vision, "host": hand_eye.host, "link": hand_eye.link, "arm": hand_eye.arm}
 
 
+def arrows(hand_eye):
+    """Returns the set of (room, its output port, reader, its input port) of all wires between the rooms."""
+    found = set()
+    for (reader, k), (source, j) in hand_eye.connection_map().items():
+        ports = source.get_output_port(int(j)).get_name(), reader.get_input_port(int(k)).get_name()
+        found.add((source.get_name(), ports[0], reader.get_name(), ports[1]))
+    return found
+
+
 class Wires:
     """The wires of a diagram and of all diagrams in it, to be followed against the flow."""
 

@@ -1,13 +1,13 @@
 """Estimators beside each other, beside bounds, and beside filters of other libraries, in synthetic worlds.
 
-    python benchmarks/estimation/run.py [--quick] [--cells NAMES] [--renew NAME] [--workers N] [--seeds N] [--results FILE]
+    python benchmarks/estimation/run.py [--quick] [--cells NAMES] [--renew NAME] [--seeds N] [--results FILE]
 
 A cell is a path, a noise, its standard deviation and a speed law, as `stadium-white-1-constant`; `--cells` takes parts
 of names, separated by commas. Trials (`own_world`, `moved`, `rice`, `link`) are cells as well. Every run of a cell is a
 line of the results as soon as it ends; a run that is there is not run again. After a change of one estimator, `--renew`
-runs that one again on the same points, in lines of its own, and leaves the others' results as they are. At the end the table and the verdicts are
-printed, and written as JSON beside the results. Published are the seeds from 5000 on; parameters were frozen before, in
-`parameters.json`, on seeds 1000 to 1999.
+runs that one again on the same points, in lines of its own, and leaves the others' results as they are. At the end the
+table and the verdicts are printed, and written as JSON beside the results. Published are the seeds from 5000 on;
+parameters were frozen before, in `parameters.json`, on seeds 1000 to 1999.
 
 Of each stage ("first": the first lap, from 1 s on; "after": from 1.2 laps on) and each horizon ("present": 0.25 s after
 the newest point, "grasp": 0.75 s): root mean square of the horizontal error, its 95th percentile (the mean over runs of
@@ -129,7 +129,13 @@ def main():
     print_rows(rows)
     print_verdicts(judged)
     makers = {json.dumps(maker, sort_keys=True) for line in lines for maker in line["made_by"]}
-    found = {"made_by": [json.loads(maker) for maker in sorted(makers)], "seeds": [seeds[0], seeds[-1]], "update_us": times, "verdicts": judged, "table": rows}
+    found = {
+        "made_by": [json.loads(maker) for maker in sorted(makers)],
+        "seeds": [seeds[0], seeds[-1]],
+        "update_us": times,
+        "verdicts": judged,
+        "table": rows,
+    }
     found = json.loads(json.dumps(found), parse_constant=lambda _: None)  # what is not a number is null
     path.with_suffix(".json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 

@@ -20,8 +20,8 @@ def set_servo_gains(plant, instance, inertia, bandwidth):
       inertia: I, the inertia each actuator is to move [kg m^2 or kg], in the order of the actuators.
       bandwidth: w of each [rad/s].
     """
-    for actuator, I, w in zip(actuators_of(plant, instance), inertia, bandwidth, strict=True):
-        actuator.set_controller_gains(PdControllerGains(p=I * w**2, d=2.0 * I * w))
+    for actuator, J, w in zip(actuators_of(plant, instance), inertia, bandwidth, strict=True):
+        actuator.set_controller_gains(PdControllerGains(p=J * w**2, d=2.0 * J * w))
 
 
 def add_joint_feedforward(builder, model, spline):

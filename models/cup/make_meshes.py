@@ -3,11 +3,9 @@
 Run ``python -m models.cup.make_meshes`` at the project's root.
 """
 
-from pathlib import Path
-
 import numpy as np
 
-from models.mesh_builder import box, box_ring, cylinder, ellipsoid, loft, part, write_obj, write_palette
+from models.mesh_builder import box, box_ring, cylinder, ellipsoid, loft, part, write_model
 
 PALETTE = {
     "anodised": (0.19, 0.20, 0.23),
@@ -79,12 +77,5 @@ PARTS = {
 }
 
 
-def main():
-    folder = Path(__file__).resolve().parent
-    write_palette(folder, PALETTE)
-    for link, parts in PARTS.items():
-        write_obj(folder / f"{link}.obj", parts, PALETTE)
-
-
 if __name__ == "__main__":
-    main()
+    write_model(__file__, PARTS, PALETTE)

@@ -3,9 +3,7 @@
 Run ``python -m models.gripper.make_meshes`` at the project's root.
 """
 
-from pathlib import Path
-
-from models.mesh_builder import ALONG_X, ALONG_Y, box, cylinder, part, write_obj, write_palette
+from models.mesh_builder import ALONG_X, ALONG_Y, box, cylinder, part, write_model
 
 PALETTE = {
     "anodised": (0.19, 0.20, 0.23),
@@ -43,12 +41,5 @@ PARTS = {
 }
 
 
-def main():
-    folder = Path(__file__).resolve().parent
-    write_palette(folder, PALETTE)
-    for link, parts in PARTS.items():
-        write_obj(folder / f"{link}.obj", parts, PALETTE)
-
-
 if __name__ == "__main__":
-    main()
+    write_model(__file__, PARTS, PALETTE)

@@ -5,8 +5,6 @@ Run ``python -m models.puma560.make_meshes`` at the project's root.
 Drawn by eye from photographs of the arm; nothing here is physics. Each part is in the frame of its link.
 """
 
-from pathlib import Path
-
 from models.mesh_builder import (
     ALONG_Y,
     box,
@@ -16,8 +14,7 @@ from models.mesh_builder import (
     loft,
     part,
     rounded_slab,
-    write_obj,
-    write_palette,
+    write_model,
 )
 
 PALETTE = {
@@ -116,12 +113,5 @@ PARTS = {
 }
 
 
-def main():
-    folder = Path(__file__).resolve().parent
-    write_palette(folder, PALETTE)
-    for link, parts in PARTS.items():
-        write_obj(folder / f"{link}.obj", parts, PALETTE)
-
-
 if __name__ == "__main__":
-    main()
+    write_model(__file__, PARTS, PALETTE)

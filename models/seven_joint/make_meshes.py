@@ -6,11 +6,9 @@ A design of this project about the axes of the K-1607: a chain of modules, each 
 drum that carries a roll joint. Each part is in the frame of its link.
 """
 
-from pathlib import Path
-
 import numpy as np
 
-from models.mesh_builder import ALONG_Y, box, cylinder, disc_ring, loft, part, rounded_slab, write_obj, write_palette
+from models.mesh_builder import ALONG_Y, box, cylinder, disc_ring, loft, part, rounded_slab, write_model
 
 PALETTE = {
     "pearl": (0.90, 0.90, 0.88),
@@ -135,12 +133,5 @@ PARTS = {
 }
 
 
-def main():
-    folder = Path(__file__).resolve().parent
-    write_palette(folder, PALETTE)
-    for link, parts in PARTS.items():
-        write_obj(folder / f"{link}.obj", parts, PALETTE)
-
-
 if __name__ == "__main__":
-    main()
+    write_model(__file__, PARTS, PALETTE)

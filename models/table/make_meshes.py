@@ -3,9 +3,7 @@
 Run ``python -m models.table.make_meshes`` at the project's root.
 """
 
-from pathlib import Path
-
-from models.mesh_builder import box, part, write_obj, write_palette
+from models.mesh_builder import box, part, write_model
 
 PALETTE = {"edge": (0.13, 0.09, 0.065), "graphite": (0.20, 0.21, 0.23), "foot": (0.08, 0.08, 0.09)}
 
@@ -31,12 +29,5 @@ PARTS = {
 }
 
 
-def main():
-    folder = Path(__file__).resolve().parent
-    write_palette(folder, PALETTE)
-    for link, parts in PARTS.items():
-        write_obj(folder / f"{link}.obj", parts, PALETTE)
-
-
 if __name__ == "__main__":
-    main()
+    write_model(__file__, PARTS, PALETTE)

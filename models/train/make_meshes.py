@@ -5,9 +5,7 @@ Run ``python -m models.train.make_meshes`` at the project's root.
 All parts are in the frame of the train: the centre of its body, x forward, z up, the table at z = -.035.
 """
 
-from pathlib import Path
-
-from models.mesh_builder import ALONG_X, ALONG_Y, box, cylinder, ellipsoid, part, write_obj, write_palette
+from models.mesh_builder import ALONG_X, ALONG_Y, box, cylinder, ellipsoid, part, write_model
 
 PALETTE = {
     "yellow": (0.98, 0.83, 0.30),
@@ -105,16 +103,13 @@ def railcar():
 
 
 def main():
-    folder = Path(__file__).resolve().parent
-    write_palette(folder, PALETTE)
     trains = {
         "plain": locomotive(body="yellow", cab="cream", beam="red", hub="red"),
         "striped": locomotive(body="white", cab="white", beam="navy", hub="white", fittings="white") + stripes(),
         "round": railcar(),
         "dark": locomotive(*["coal"] * 4, *["coal"] * 5) + mark(),
     }
-    for name, parts in trains.items():
-        write_obj(folder / f"{name}.obj", parts, PALETTE)
+    write_model(__file__, trains, PALETTE)
 
 
 if __name__ == "__main__":

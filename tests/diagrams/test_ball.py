@@ -5,7 +5,7 @@ from ball_scenario import make_scenario, true_poses
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
-from wires import Wires, controller_rooms, truths
+from wires import Wires, arrows, controller_rooms, truths
 
 from drake_tracker import load_scenario
 from drake_tracker.diagrams.ball import make_diagram
@@ -35,11 +35,7 @@ def hand_eye():
 
 
 def test_rooms_and_arrows_are_those_of_the_architecture(hand_eye):
-    arrows = set()
-    for (reader, k), (source, j) in hand_eye.connection_map().items():
-        ports = source.get_output_port(int(j)).get_name(), reader.get_input_port(int(k)).get_name()
-        arrows.add((source.get_name(), ports[0], reader.get_name(), ports[1]))
-    assert arrows == ARROWS
+    assert arrows(hand_eye) == ARROWS
 
 
 def test_the_operator_alone_comes_in_from_outside(hand_eye):

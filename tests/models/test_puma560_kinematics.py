@@ -4,14 +4,9 @@ Reference poses, inertias and gravity loads are those of Corke's Robotics Toolbo
 (PyPI roboticstoolbox-python 1.5.0, models.DH.Puma560), printed to twelve digits.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
-
-MODELS = Path(__file__).resolve().parents[2] / "models"
+from arm_plants import arm_plant, frame_pose
 
 # Table of models/puma560/README.md: a [m], alpha [deg], d [m] of joints 1 to 6, and the flange beyond the wrist [m].
 A = [0.0, 0.4318, 0.0203, 0.0, 0.0, 0.0]
@@ -66,13 +61,7 @@ PUBLISHED_GRAVITY = [
 
 @pytest.fixture(scope="module")
 def plant():
-    plant = MultibodyPlant(0.0)
-    parser = Parser(plant)
-    parser.package_map().AddPackageXml(str(MODELS / "package.xml"))
-    parser.AddModelsFromUrl("package://drake_tracker_models/puma560/puma560.sdf")
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
-    plant.Finalize()
-    return plant
+    return arm_plant("puma560")
 
 
 @pytest.fixture
@@ -82,11 +71,6 @@ def context(plant):
 
 def joints(plant):
     return [plant.GetJointByName(f"joint{i}") for i in range(1, 7)]
-
-
-def pose(plant, context, q, frame):
-    plant.SetPositions(context, q)
-    return plant.GetFrameByName(frame).CalcPoseInWorld(context).GetAsMatrix4()
 
 
 def dh_product(q, links=6):
@@ -107,7 +91,7 @@ def test_joints_come_in_order(plant):
 @pytest.mark.parametrize("row", PUBLISHED_WRIST)
 def test_wrist_is_where_the_published_model_puts_it(plant, context, row):
     q, x_axis, z_axis, position = row
-    T = pose(plant, context, q, "link6")
+    T = frame_pose(plant, context, q, "link6")
     np.testing.assert_allclose(T[:3, 0], x_axis, atol=1e-9)
     np.testing.assert_allclose(T[:3, 2], z_axis, atol=1e-9)
     np.testing.assert_allclose(T[:3, 3], position, atol=1e-9)
@@ -117,12 +101,12 @@ def test_every_link_frame_is_its_dh_frame(plant, context):
     lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
     for q in np.random.default_rng(560).uniform(lower, upper, size=(20, 6)):
         for link in range(1, 7):
-            np.testing.assert_allclose(pose(plant, context, q, f"link{link}"), dh_product(q, link), atol=1e-12)
+            np.testing.assert_allclose(frame_pose(plant, context, q, f"link{link}"), dh_product(q, link), atol=1e-12)
 
 
 def test_flange_lies_ahead_of_the_wrist(plant, context):
     expected = dh_product(QN) @ [0.0, 0.0, FLANGE, 1.0]
-    T = pose(plant, context, QN, "flange")
+    T = frame_pose(plant, context, QN, "flange")
     np.testing.assert_allclose(T[:3, 3], expected[:3], atol=1e-12)
     np.testing.assert_allclose(T[:3, :3], dh_product(QN)[:3, :3], atol=1e-12)
 

@@ -1,13 +1,8 @@
 """The seven-joint arm against its table of modified Denavit-Hartenberg parameters, multiplied out here by itself."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
-
-MODELS = Path(__file__).resolve().parents[2] / "models"
+from arm_plants import arm_plant, frame_pose
 
 # Table of models/seven_joint/README.md: alpha [deg], a and d [in] of joints 1 to 7, tool plate beyond the wrist [in].
 ALPHA = [0.0, 90.0, -90.0, 90.0, -90.0, 90.0, -90.0]
@@ -42,23 +37,12 @@ def dh_product(q, links=7):
 
 @pytest.fixture(scope="module")
 def plant():
-    plant = MultibodyPlant(0.0)
-    parser = Parser(plant)
-    parser.package_map().AddPackageXml(str(MODELS / "package.xml"))
-    parser.AddModelsFromUrl("package://drake_tracker_models/seven_joint/seven_joint.sdf")
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
-    plant.Finalize()
-    return plant
+    return arm_plant("seven_joint")
 
 
 @pytest.fixture
 def context(plant):
     return plant.CreateDefaultContext()
-
-
-def pose(plant, context, q, frame):
-    plant.SetPositions(context, q)
-    return plant.GetFrameByName(frame).CalcPoseInWorld(context).GetAsMatrix4()
 
 
 def random_joints(plant, count, seed):
@@ -77,22 +61,22 @@ def test_joints_come_in_order(plant):
 def test_every_link_frame_is_its_dh_frame(plant, context):
     for q in random_joints(plant, 20, 1607):
         for link in range(1, 8):
-            np.testing.assert_allclose(pose(plant, context, q, f"link{link}"), dh_product(q, link), atol=1e-9)
+            np.testing.assert_allclose(frame_pose(plant, context, q, f"link{link}"), dh_product(q, link), atol=1e-9)
 
 
 def test_the_tool_plate_lies_ahead_of_the_wrist_and_is_turned_half_round(plant, context):
     for q in random_joints(plant, 5, 1608):
         expected = dh_product(q) @ translation(0.0, TOOL * INCH) @ rotation("z", np.pi)
-        np.testing.assert_allclose(pose(plant, context, q, "flange"), expected, atol=1e-9)
+        np.testing.assert_allclose(frame_pose(plant, context, q, "flange"), expected, atol=1e-9)
 
 
 def test_stretched_up_it_stands_as_high_as_its_parts(plant, context):
-    T = pose(plant, context, np.zeros(7), "flange")
+    T = frame_pose(plant, context, np.zeros(7), "flange")
     np.testing.assert_allclose(T[:3, 3], [-0.35 + 5.625 * INCH, 0.0, 0.60 + 60.6 * INCH], atol=1e-9)
 
 
 def test_pitches_that_add_up_to_half_a_turn_point_the_tool_down_and_back(plant, context):
-    T = pose(plant, context, np.array([0.0, 5.0, 0.0, 120.0, 0.0, 55.0, 0.0]) * DEG, "flange")
+    T = frame_pose(plant, context, np.array([0.0, 5.0, 0.0, 120.0, 0.0, 55.0, 0.0]) * DEG, "flange")
     np.testing.assert_allclose(T[:3, :3], np.diag([-1.0, 1.0, -1.0]), atol=1e-9)  # yaw 180 deg
     assert 0.4 < T[0, 3] < 0.8  # folded forward, over the work
 

@@ -2,15 +2,15 @@
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_tracker.arm.touch_diagram import TouchDiagram as ArmTouchDiagram
+from drake_tracker.arm.touch_diagram import TouchDiagram
 
 
-class TouchDiagram(Diagram):
+class BoardTouchingDiagram(Diagram):
     """A `BallWorldDiagram` whose arm touches the marks over which an operator has jogged it.
 
     .. pydrake_system::
 
-        name: TouchDiagram
+        name: BoardTouchingDiagram
         output_ports:
         - report
         - camera
@@ -30,7 +30,7 @@ class TouchDiagram(Diagram):
         self.world = world
         builder = DiagramBuilder()
         builder.AddSystem(world)
-        arm = builder.AddSystem(ArmTouchDiagram(model, q_initial, jogs, time_step, period))
+        arm = builder.AddSystem(TouchDiagram(model, q_initial, jogs, time_step, period))
         for port in ("arm_state", "arm_effort"):
             builder.Connect(world.GetOutputPort(port), arm.GetInputPort(port))
         for port in ("arm_desired_state", "arm_feedforward"):

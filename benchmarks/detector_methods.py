@@ -1,0 +1,137 @@
+"""The methods that `ball_detectors.py` compares: the package's detectors, and OpenCV's behind the same interface."""
+
+import cv2
+
+from drake_tracker.vision.background_difference import BackgroundDifference, BackgroundDifferenceParameters
+from drake_tracker.vision.frame_difference import FrameDifference, FrameDifferenceParameters
+from drake_tracker.vision.normal_flow import NormalFlow
+from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.region_centroid import hull_centroid
+from drake_tracker.vision.static_threshold import StaticThreshold, StaticThresholdParameters
+
+FLOW_THRESHOLD = 0.45
+"""Least displacement between consecutive images of a pixel that moves in the dense flow [px]."""
+
+
+class Detector:
+    """The whole path of a detector of the package: smoothing, buffered images, mask, centroid."""
+
+    def __init__(self, detector):
+        self.detector, self._buffer = detector, ()
+        self.delay = detector.stamp_age_cycles
+
+    def __call__(self, grey):
+        self._buffer = (self._buffer + (self.detector.smooth(grey),))[-self.detector.buffer_length :]
+        described = self.described
+        return described and self.detector.centroid(self.detector.mask(*described))
+
+    @property
+    def described(self):
+        """The smoothed images that the newest centroid rests on, or None while there are too few."""
+        full = len(self._buffer) == self.detector.buffer_length
+        return self._buffer[:: self.detector.stride] if full else None
+
+
+class Subtractor:
+    """A background subtractor of OpenCV's, taught the empty scene."""
+
+    delay = 0
+
+    def __init__(self, model, scene):
+        self._model, self._scene = model, scene
+        for image in scene.lessons:
+            model.apply(image)
+
+    def __call__(self, grey):
+        return self._scene.centroid(self._model.apply(grey))
+
+
+class DenseFlow:
+    """DIS optical flow, ultrafast preset: the region that flows."""
+
+    delay = 0.5
+
+    def __init__(self, scene):
+        self._dis = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
+        self._last, self._scene = None, scene
+
+    def __call__(self, grey):
+        last, self._last = self._last, grey
+        if last is None:
+            return None
+        flow = self._dis.calc(last, grey, None)
+        return self._scene.centroid(cv2.compare(cv2.magnitude(flow[..., 0], flow[..., 1]), FLOW_THRESHOLD, cv2.CMP_GT))
+
+
+class Scene:
+    """What a method is told before the object moves: static image, empty scenes, window, and how far its hull joins."""
+
+    def __init__(self, static, lessons, window, join_distance):
+        self.static, self.lessons, self.window, self.join_distance = static, lessons, window, join_distance
+
+    def centroid(self, mask):
+        """Centroid of another library's mask, as the package's detectors find theirs."""
+        region = hull_centroid(cv2.bitwise_and(mask, self.window), self.join_distance)
+        return region if region is not None and region.pixel_count >= 6 else None
+
+
+DEFAULT = "frame difference"
+"""With its gain normalised, the scenario's default."""
+WITHOUT_GAIN = "frame difference, gain left alone"
+AS_THE_PAPER = "frame difference, the paper's mean, gain left alone"
+FLOW_LITERAL = "normal flow, paper literal"
+FLOW_TRAIN = "normal flow, as for the train"
+FLOW_TRAIN_MEAN = "normal flow, as for the train, mean"
+FLOW_BALL = "normal flow, set for the ball"
+BACKGROUND, STATIC, MOG2, KNN = "background difference", "static threshold", "MOG2 (OpenCV)", "KNN (OpenCV)"
+EVERY_IMAGE = "frame difference, every image"
+BALL_FLOW = {"stride": 1, "smoothing_size": 3, "min_pixels": 6, "join_distance": 12}
+"""Over the preset ``scaled``: as fine as the ball's detectors look, on consecutive images."""
+
+
+def methods(join_distance):
+    """Returns {name: constructor of a method from a `Scene`}; the join distance is the hull's for the task."""
+
+    def difference(**settings):
+        settings = {"join_distance": join_distance, **settings}
+        return lambda scene: Detector(FrameDifference(FrameDifferenceParameters(**settings), scene.window))
+
+    def flow(preset, **settings):
+        return lambda scene: Detector(NormalFlow(NormalFlowParameters.preset(preset, **settings), scene.window))
+
+    def background(scene):
+        settings = BackgroundDifferenceParameters(join_distance=join_distance)
+        return Detector(BackgroundDifference(scene.static, settings, scene.window))
+
+    def threshold(scene):
+        settings = StaticThresholdParameters(join_distance=join_distance)
+        return Detector(StaticThreshold(settings, scene.window))
+
+    return {
+        DEFAULT: difference(),
+        WITHOUT_GAIN: difference(normalise_gain=False),
+        AS_THE_PAPER: difference(centroid="mean", normalise_gain=False),
+        EVERY_IMAGE: difference(stride=1),
+        f"{EVERY_IMAGE}, gain left alone": difference(stride=1, normalise_gain=False),
+        BACKGROUND: background,
+        STATIC: threshold,
+        FLOW_LITERAL: flow("paper_literal"),
+        FLOW_TRAIN: flow("scaled"),
+        FLOW_BALL: flow("scaled", **BALL_FLOW),
+        MOG2: lambda scene: Subtractor(cv2.createBackgroundSubtractorMOG2(detectShadows=False), scene),
+        KNN: lambda scene: Subtractor(cv2.createBackgroundSubtractorKNN(detectShadows=False), scene),
+        "DIS flow (OpenCV)": DenseFlow,
+    }
+
+
+def sparser(join_distance):
+    """Returns {(name, stride): constructor}: flow and difference on every, every other and every fourth image."""
+    made = {}
+    for stride in (1, 2, 4):
+        flows = {FLOW_LITERAL: NormalFlowParameters.preset("paper_literal", stride=stride),
+                 FLOW_BALL: NormalFlowParameters.preset("scaled", **{**BALL_FLOW, "stride": stride})}  # fmt: skip
+        for name, flow in flows.items():
+            made[name, stride] = lambda scene, flow=flow: Detector(NormalFlow(flow, scene.window))
+        difference = FrameDifferenceParameters(stride=stride, join_distance=join_distance)
+        made[DEFAULT, stride] = lambda scene, p=difference: Detector(FrameDifference(p, scene.window))
+    return made
