@@ -14,10 +14,10 @@ def actuators_of(plant, instance):
 
 
 def set_servo_gains(plant, instance, inertia, bandwidth):
-    """Gives every actuator of a model instance the PD gains Kp = I w^2, Kd = 2 I w. Call before Finalize().
+    """Gives every actuator of a model instance the PD gains Kp = J w^2, Kd = 2 J w. Call before Finalize().
 
     Args:
-      inertia: I, the inertia each actuator is to move [kg m^2 or kg], in the order of the actuators.
+      inertia: J, the inertia each actuator is to move [kg m^2 or kg], in the order of the actuators.
       bandwidth: w of each [rad/s].
     """
     for actuator, J, w in zip(actuators_of(plant, instance), inertia, bandwidth, strict=True):

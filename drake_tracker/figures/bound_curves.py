@@ -1,4 +1,7 @@
-"""Bounds on the error of any estimator, from a file, to be drawn beside what the estimators reach."""
+"""Bounds on the error of any estimator, from a file, to be drawn beside what the estimators reach.
+
+`OWN` holds those of the figure's own world; ``benchmarks/estimation/bound_curves.py`` makes it.
+"""
 
 import json
 import math
@@ -6,6 +9,7 @@ from pathlib import Path
 
 from drake_tracker.errors import DrakeTrackerError
 
+OWN = Path(__file__).with_name("bounds.json")
 STAGES = ("first_lap", "after_closure", "both")
 _FORM = "a list of {name, stage, horizon_s, rms_m}"
 

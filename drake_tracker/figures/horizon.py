@@ -25,6 +25,8 @@ MARKS = ((0.25, "present"), (0.75, "grasp"))
 """Horizons that matter [s]: the lag of vision, and what a blind grasp takes from the image to the touch."""
 LAPS, CLOSED_FROM = 3.0, 2.0
 """Laps driven, and the lap from whose end on the path counts as known."""
+LEAST_SHOWN = 0.0001
+"""Where the axis of errors begins [m]: a bound without noise goes to nothing."""
 EVERY = 6
 """A prediction is judged every so many points."""
 STAGES = {"first_lap": "First lap", "after_closure": "From the third lap on"}
@@ -149,6 +151,7 @@ def draw_error_against_horizon(numbers):
                     bound["horizon_s"], 1e3 * np.asarray(bound["rms_m"]), color=INK, ls=look, lw=1.6
                 )
             axes.set(yscale="log", xlim=(0, horizons[-1]), xlabel="time ahead of the newest image  [s]")
+            axes.set_ylim(bottom=1e3 * LEAST_SHOWN)
             axes.yaxis.set_major_formatter("{x:g}")
             quiet_grid(axes)
             head(axes, title, _NOTES[stage].format(sigma=1e3 * numbers["sigma_m"], **numbers))

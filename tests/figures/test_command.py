@@ -8,7 +8,7 @@ import pytest
 
 from drake_tracker import cli
 from drake_tracker.figures import command, horizon, loop_runs
-from drake_tracker.figures.bound_curves import read_bounds
+from drake_tracker.figures.bound_curves import OWN, read_bounds
 
 NAMES = [f"figure_{number:02}" for number in (7, 8, 9, 10, 12, 13, 14, 15)]
 NAMES += ["kaiser_response", "error_against_horizon"]
@@ -59,6 +59,13 @@ def test_bad_bounds_are_one_line_and_leave_nothing(tmp_path, capsys, content, sa
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("drake-tracker: --bounds") and said in line
     assert not (tmp_path / "new").exists()
+
+
+def test_the_bounds_of_the_figures_own_world_come_with_the_package():
+    curves = {curve["stage"]: curve for curve in read_bounds(OWN)}
+    assert set(curves) == {"first_lap", "after_closure", "both"}
+    at_grasp = {stage: dict(zip(curve["horizon_s"], curve["rms_m"]))[0.75] for stage, curve in curves.items()}
+    assert at_grasp["after_closure"] < 0.001 < at_grasp["both"] < at_grasp["first_lap"]
 
 
 def test_bounds_come_back_as_they_are(tmp_path):
