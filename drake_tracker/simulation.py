@@ -10,6 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus
 
 from drake_tracker.doctor import require_renderer
+from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.messages import ArmCommand
 from drake_tracker.record.log import add_loggers, read_log, save_log, tool_signal
 from drake_tracker.record.summary import save_summary
@@ -22,7 +23,7 @@ WATCH_PERIOD = 1 / 60
 """Simulated time [s] between looks at the judge's verdict."""
 
 
-def simulate(scenario, out=None, record=True, meshcat=False, progress=None, graphviz=None, stop=True):
+def simulate(scenario, out=None, record=True, meshcat=False, progress=None, graphviz=None, stop=True, images=False):
     """Runs a scenario to its end and returns its summary, a dict.
 
     The run ends when its object was taken (the train lifted), when it is lost (the train thrown off its track), or
@@ -36,12 +37,15 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
       progress: called with (simulated time [s], name of the phase).
       graphviz: file for the picture of the diagram in Graphviz's language.
       stop: False runs for the whole duration whatever happens.
+      images: whether to keep the images that the vision reads, for `replay.replay`.
 
     Raises DrakeTrackerError on a scenario that cannot be built and, when cameras are needed, on a machine that
     cannot render.
     """
     clock = {"start": time.monotonic()}
     task = task_of(scenario)
+    if images and not task.needs_renderer(scenario):
+        raise DrakeTrackerError(f"{scenario.where('vision')}: there are no images to be recorded with measured vision")
     if task.needs_renderer(scenario):
         require_renderer()
     hand_eye = task.make_diagram(scenario)
@@ -53,8 +57,13 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
         out = Path(out)
         out.mkdir(parents=True, exist_ok=True)
         save_scenario(scenario, out / "scenario.yaml")
+        task.keep(hand_eye, out)
     if out is not None and record:
         recorders += task.add_recorders(builder, hand_eye, scenario, out)
+    if out is not None and images:
+        from drake_tracker.record.camera_images import add_camera_images
+
+        recorders.append(add_camera_images(builder, hand_eye, out))
     if meshcat or (out is not None and record):
         from drake_tracker.record.scene import add_scene_recording
 

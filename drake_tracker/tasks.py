@@ -13,7 +13,7 @@ class Task:
 
     make_diagram: scenario -> `HandEyeDiagram`. phases: the IntEnum of `ArmCommand`'s phase. verdict: the named view of
     the judge's findings. ended: such a view -> why the run is over, None while it is not. needs_renderer: scenario ->
-    whether images are rendered. add_recorders: (builder, hand_eye, scenario, out) -> recorders of images, each with
+    whether images are rendered. keep: (hand_eye, out) leaves what was found before the run. add_recorders: (builder, hand_eye, scenario, out) -> recorders of images, each with
     ``finish(context)``. view: (hand_eye, scenario) -> `View` of the Meshcat recording. summarize: (hand_eye, scenario,
     log, simulated, interrupted) -> dict. draw: (hand_eye, scenario, log, summary, out) leaves the pictures of a run.
     """
@@ -23,6 +23,7 @@ class Task:
     verdict: type
     ended: Callable
     needs_renderer: Callable
+    keep: Callable
     add_recorders: Callable
     view: Callable
     summarize: Callable
@@ -72,6 +73,7 @@ def _train():
         verdict=Verdict,
         ended=ended,
         needs_renderer=lambda scenario: not isinstance(scenario.vision, Measured),
+        keep=lambda hand_eye, out: None,
         add_recorders=add_recorders,
         view=lambda hand_eye, scenario: TRAIN_VIEW,
         summarize=lambda hand_eye, *rest: summarize(*rest),
@@ -85,6 +87,7 @@ def _ball():
     from drake_tracker.initialise import initialise_board
     from drake_tracker.record.ball_figures import draw_ball_path, draw_board_found
     from drake_tracker.record.ball_summary import summarize_ball
+    from drake_tracker.vision.board_poses import POSES_FILE, save_poses
     from drake_tracker.world.catch_judge_system import CatchVerdict
 
     def ended(verdict):
@@ -115,6 +118,7 @@ def _ball():
         verdict=CatchVerdict,
         ended=ended,
         needs_renderer=lambda scenario: True,
+        keep=lambda hand_eye, out: save_poses(hand_eye.poses, out / POSES_FILE),
         add_recorders=add_recorders,
         view=view,
         summarize=summarize_ball,

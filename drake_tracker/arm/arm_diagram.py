@@ -6,13 +6,11 @@ from pydrake.systems.primitives import MatrixGain
 
 from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
 from drake_tracker.arm.joint_servo import add_joint_feedforward, add_set_point_spline
-from drake_tracker.arm.servo import Servo
-from drake_tracker.arm.servo_system import ServoSystem
-from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY
+from drake_tracker.arm.servo_system import make_servo_system
 from drake_tracker.arm.tool_motion import ToolMotion
 from drake_tracker.arm.transform_equation_system import TransformEquationSystem
 from drake_tracker.messages import ArmCommand, message_size
-from drake_tracker.timing import SERVO_PERIOD, SERVO_SLOT, servo_slot
+from drake_tracker.timing import SERVO_PERIOD
 
 _ANSWERED = {"target": "servo", "status": "transform_equation", "q_commanded": "inverse_kinematics"}
 """Inputs of the decision that this room answers: {port: the System that has an output of that name}."""
@@ -57,14 +55,7 @@ class ArmDiagram(Diagram):
         self.set_name("arm")
         self.model = model
         builder = DiagramBuilder()
-        # A set-point computed in the servo's slot is sampled at the end of the period, and passed a little later still.
-        lead = (1.0 + SPLINE_DELAY) * period - servo_slot(SERVO_SLOT, time_step, period)
-        servo_system = builder.AddNamedSystem(
-            "servo",
-            ServoSystem(
-                Servo(servo.tracking_index, servo.yaw_tracking_index, servo.stale_after, lead=lead), time_step, period
-            ),
-        )
+        servo_system = builder.AddNamedSystem("servo", make_servo_system(servo, time_step, period))
         builder.AddSystem(decision)
         goal = decision if decision.HasOutputPort("object") else servo_system
         motion = ToolMotion(home, period, model.symmetric_hand, moving=goal is servo_system)

@@ -3,6 +3,8 @@
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
+from drake_tracker.arm.servo import Servo
+from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY
 from drake_tracker.messages import ArmCommand, Prediction, ServoTarget, message_size
 from drake_tracker.timing import SERVO_PERIOD, SERVO_SLOT, TIME_STEP, servo_slot
 
@@ -46,3 +48,13 @@ class ServoSystem(LeafSystem):
 
     def _calc_held_packet(self, context, output):
         output.SetFromVector(context.get_abstract_state(int(self._state)).get_value().packet)
+
+
+def make_servo_system(settings, time_step=TIME_STEP, period=SERVO_PERIOD):
+    """Returns the `ServoSystem` of a scenario's part ``servo``; the plant's step and the set-points' period in [s].
+
+    A set-point computed in the servo's slot is sampled at the end of the period, and passed a little later still.
+    """
+    lead = (1.0 + SPLINE_DELAY) * period - servo_slot(SERVO_SLOT, time_step, period)
+    servo = Servo(settings.tracking_index, settings.yaw_tracking_index, settings.stale_after, lead=lead)
+    return ServoSystem(servo, time_step, period)

@@ -41,6 +41,8 @@ def register(commands):
     command.add_argument("--out", type=Path, metavar="DIR",
                          help="run directory, new or empty (default: runs/NAME-TIME)")
     command.add_argument("--no-record", action="store_true", help="leave no recording and no video")
+    command.add_argument("--record-images", action="store_true",
+                         help="keep the images that the vision reads, for drake-tracker replay --from images")
     command.add_argument("--meshcat", action="store_true", help="show the run in a browser while it goes on")
     command.add_argument("--graphviz", type=Path, metavar="FILE", help="write the picture of the diagram to FILE")
     command.set_defaults(action=execute)
@@ -61,7 +63,7 @@ def execute(options):
     try:
         summary = simulate(
             scenario, out=out, record=not options.no_record, meshcat=options.meshcat, progress=progress,
-            graphviz=options.graphviz,
+            graphviz=options.graphviz, images=options.record_images,
         )
     except DrakeTrackerError:
         forget_if_empty(out)

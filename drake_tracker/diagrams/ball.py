@@ -16,9 +16,10 @@ from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_system import CatchSystem
-from drake_tracker.timing import BALL_SERVO_PERIOD, ESTIMATOR_SLOT, vision_slot
+from drake_tracker.timing import BALL_SERVO_PERIOD, ESTIMATOR_SLOT, PROJECTOR_SLOT, vision_slot
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.plane_projection import PlausibleReadings, board_window, camera_on_board, seen_whole_from
+from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import lens_matrix
@@ -35,25 +36,31 @@ def make_diagram(scenario, poses):
     """
     description = arm_of(scenario)
     model = make_arm_model(description)
-    board, X_WB = scenario.board, poses.X_WB.GetAsMatrix4()
     edge = known_edge(scenario, poses)
     waiting = edge.home + [0.0, 0.0, scenario.catch.rim_height, 0.0]
     q_initial = joints_for(model, description.q_start, tool_down(waiting[:3], waiting[3]))
 
     world = BallWorldDiagram(scenario, description, q_initial)
     vision = board_vision(scenario, poses)
-    slope = make_estimator(
-        "slope", X_WB=X_WB, width=board.width, length=board.length, ball_radius=BALL_RADIUS, walls=board.walls,
-        **asdict(scenario.estimator),
-    )  # fmt: skip
-    host = EstimatorSystem(slope, offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
-    host.set_name("host")
+    host = scenario_host(scenario, poses)
     catch = CatchSystem(CatchMachine(scenario.catch, edge, BALL_SERVO_PERIOD), scenario.time_step, BALL_SERVO_PERIOD)
     catch.set_name("catch")
     arm = ArmDiagram(catch, scenario.servo, model, q_initial, edge.home, scenario.time_step, BALL_SERVO_PERIOD)
     hand_eye = HandEyeDiagram(world, vision, host, scenario_link(scenario), arm)
     hand_eye.poses = poses
     return hand_eye
+
+
+def scenario_host(scenario, poses):
+    """Returns the host of a scenario, its estimator as a System, for a board found at ``poses`` (`BoardPoses`)."""
+    board = scenario.board
+    slope = make_estimator(
+        "slope", X_WB=poses.X_WB.GetAsMatrix4(), width=board.width, length=board.length, ball_radius=BALL_RADIUS,
+        walls=board.walls, **asdict(scenario.estimator),
+    )  # fmt: skip
+    host = EstimatorSystem(slope, offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
+    host.set_name("host")
+    return host
 
 
 def known_edge(scenario, poses):
@@ -71,19 +78,36 @@ def board_sight(scenario, poses):
 
 def board_vision(scenario, poses):
     """Returns the `BoardVisionDiagram` of a scenario, for a board found at ``poses`` (`BoardPoses`)."""
-    config, board, settings = scenario.camera, scenario.board, scenario.vision
+    config, settings = scenario.camera, scenario.vision
     camera, window = board_sight(scenario, poses)
     mask = window.mask((0, 0, config.width, config.height))
-    incline = np.arccos(poses.X_WB.rotation().matrix()[2, 2])
-    seen_from = seen_whole_from(camera, settings.bottom, BALL_RADIUS)
-    plausible = PlausibleReadings(board.width, board.length, incline, seen_from, settings.tolerance)
     return BoardVisionDiagram(
         make_detector(settings.detector, mask, poses.image),
         camera,
         poses.X_WB.GetAsMatrix4(),
         settings.centroid_height,
-        plausible,
+        plausible_readings(scenario, poses, camera),
         update_cycles=settings.update_cycles,
         throughput_cycles=settings.throughput_cycles,
         time_step=scenario.time_step,
+    )
+
+
+def plausible_readings(scenario, poses, camera):
+    """Returns the `PlausibleReadings` of a scenario, for a board and a `CameraModel` found at ``poses``."""
+    board, settings = scenario.board, scenario.vision
+    incline = np.arccos(poses.X_WB.rotation().matrix()[2, 2])
+    seen_from = seen_whole_from(camera, settings.bottom, BALL_RADIUS)
+    return PlausibleReadings(board.width, board.length, incline, seen_from, settings.tolerance)
+
+
+def board_projector(scenario, poses):
+    """Returns the `PlaneProjectorSystem` of a scenario alone, for a board found at ``poses`` (`BoardPoses`)."""
+    camera, _ = board_sight(scenario, poses)
+    return PlaneProjectorSystem(
+        camera,
+        poses.X_WB.GetAsMatrix4(),
+        scenario.vision.centroid_height,
+        plausible_readings(scenario, poses, camera),
+        offset=vision_slot(PROJECTOR_SLOT, scenario.time_step),
     )

@@ -57,9 +57,7 @@ def make_diagram(scenario):
     else:
         vision, windows = rendered_vision(scenario)
     world = WorldDiagram(scenario, description, q_initial, track, start, windows)
-    host = EstimatorSystem(scenario_estimator(scenario), offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
-    host.set_name("host")
-    link = scenario_link(scenario)
+    host, link = scenario_host(scenario), scenario_link(scenario)
     grasp = GraspSystem(GraspMachine(scenario.grasp, model, SERVO_PERIOD), scenario.time_step)
     grasp.set_name("grasp")
     arm = ArmDiagram(
@@ -70,18 +68,34 @@ def make_diagram(scenario):
 
 def rendered_vision(scenario):
     """Returns (VisionDiagram, {camera name: window to render [px]}) of a scenario with ``vision: !Rendered``."""
-    cameras = load_cameras(scenario)
-    volume, outline = scenario.vision.work_volume, scenario.vision.outline
-    windows = {side: project_window(cameras[side], volume, outline) for side in SIDES}
-    whole = (0, 0, scenario.cameras.width, scenario.cameras.height)
-    rendered = {
-        side: renderable_window(windows[side].bounds, *whole[2:]) if scenario.cameras.render_window else whole
-        for side in SIDES
-    }
-    flow = flow_parameters(scenario)
+    rendered = rendered_windows(scenario)
+    return image_vision(scenario, rendered), {f"camera_{side}": rendered[side] for side in SIDES}
+
+
+def rendered_windows(scenario):
+    """Returns {side: (u0, v0, width, height) [px]}, what of the full frame a scenario renders."""
+    config = scenario.cameras
+    if not config.render_window:
+        return {side: (0, 0, config.width, config.height) for side in SIDES}
+    windows = look_windows(scenario, load_cameras(scenario))
+    return {side: renderable_window(windows[side].bounds, config.width, config.height) for side in SIDES}
+
+
+def look_windows(scenario, cameras):
+    """Returns {side: Window} in which a scenario's vision looks for motion."""
+    vision = scenario.vision
+    return {side: project_window(cameras[side], vision.work_volume, vision.outline) for side in SIDES}
+
+
+def image_vision(scenario, rendered):
+    """Returns the `VisionDiagram` of a scenario for images of the windows ``rendered`` {side: (u0, v0, width, height)}.
+
+    Raises DrakeTrackerError when the train would be too slow for it to be seen.
+    """
+    cameras, flow = load_cameras(scenario), flow_parameters(scenario)
     check_visible(scenario, cameras, flow)
-    vision = VisionDiagram(cameras, windows, rendered, flow, scenario.vision.lag_cycles, volume)
-    return vision, {f"camera_{side}": rendered[side] for side in SIDES}
+    windows = look_windows(scenario, cameras)
+    return VisionDiagram(cameras, windows, rendered, flow, scenario.vision.lag_cycles, scenario.vision.work_volume)
 
 
 def measured_vision(scenario):
@@ -167,6 +181,13 @@ def scenario_estimator(scenario):
     """Returns the estimator that a scenario names by its tag."""
     kind = ESTIMATOR_KINDS[type(scenario.estimator).__name__]
     return make_estimator(kind, **asdict(scenario.estimator))
+
+
+def scenario_host(scenario):
+    """Returns the host of a scenario: its estimator as a System."""
+    host = EstimatorSystem(scenario_estimator(scenario), offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
+    host.set_name("host")
+    return host
 
 
 def scenario_link(scenario):

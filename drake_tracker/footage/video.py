@@ -3,6 +3,7 @@
 import os
 
 import av
+import cv2
 import numpy as np
 
 from drake_tracker.errors import DrakeTrackerError
@@ -57,9 +58,16 @@ def _frames(path, size, first, fps):
                     time = index / fps
                 elif frame.pts is not None:
                     time = float((frame.pts - first) * frame.time_base)
-                yield time, frame.to_ndarray(format="rgb24")
+                yield time, _rgb(frame)
     except (av.error.FFmpegError, OSError) as error:
         raise DrakeTrackerError(f"{path}: this video is damaged after {time:.2f} s: {reason(error)}") from None
+
+
+def _rgb(frame):
+    """Returns the RGB image of a frame. A grey one stays as it is to the last bit, which FFmpeg does not promise."""
+    if frame.format.name == "gray":
+        return cv2.cvtColor(frame.to_ndarray(), cv2.COLOR_GRAY2RGB)
+    return frame.to_ndarray(format="rgb24")
 
 
 def _video_stream(container, path):

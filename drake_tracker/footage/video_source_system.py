@@ -2,6 +2,7 @@
 
 from functools import partial
 
+import cv2
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
@@ -45,9 +46,7 @@ class VideoSource(LeafSystem):
         return self._sequence.at(int(np.floor(context.get_time() / self._period + _BEFORE)))
 
     def _calc_image(self, context, output):
-        data = output.get_mutable_value().mutable_data
-        data[..., :3] = self._tick(context).image
-        data[..., 3] = 255
+        cv2.cvtColor(self._tick(context).image, cv2.COLOR_RGB2RGBA, dst=output.get_mutable_value().mutable_data)
 
     def _calc_frame(self, context, output):
         tick = self._tick(context)

@@ -78,8 +78,9 @@ def add_loggers(builder, hand_eye, task="train"):
 
 
 def read_log(loggers, root_context, task="train"):
-    """Returns {name: Signal} of what has been logged so far."""
-    fields = signals(task, loggers["q_commanded"].get_input_port().size())
+    """Returns {name: Signal} of what has been logged so far, of any diagram with ports of these names."""
+    joints = loggers["q_commanded"].get_input_port().size() if "q_commanded" in loggers else 6
+    fields = signals(task, joints)
     log = {}
     for name, logger in loggers.items():
         record = logger.FindLog(root_context)

@@ -11,7 +11,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.diagrams.train import load_cameras
+from drake_tracker.diagrams.train import load_cameras, look_windows
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.grasp_system import GraspDiagnosis
 from drake_tracker.grasp.schema import Phase
@@ -27,7 +27,6 @@ from drake_tracker.record.video_file import VideoFile
 from drake_tracker.record.video_page import SIDES, CameraSight, PageState, VideoPage, port_of
 from drake_tracker.timing import VISION_PERIOD
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
-from drake_tracker.vision.window import project_window
 
 FRAMES_PER_SECOND = 30
 """Of the video: every second camera image."""
@@ -209,17 +208,16 @@ def add_camera_video(builder, hand_eye, scenario, path):
     """
     config = scenario.cameras
     cameras = load_cameras(scenario)
-    vision = scenario.vision
-    windows = {side: project_window(cameras[side], vision.work_volume, vision.outline) for side in SIDES}
+    windows = look_windows(scenario, cameras)
     page = VideoPage(
         {side: windows[side].polygon for side in SIDES},
         (config.width, config.height),
         title=scenario.name,
         subtitle=f"seed {scenario.seed}, {scenario.track.speed:g} m/s",
-        lag=vision.lag_cycles * VISION_PERIOD,
+        lag=scenario.vision.lag_cycles * VISION_PERIOD,
     )
     offsets = {side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in SIDES}
-    return film(builder, hand_eye, path, page, cameras, offsets, vision.lag_cycles)
+    return film(builder, hand_eye, path, page, cameras, offsets, scenario.vision.lag_cycles)
 
 
 def film(builder, hand_eye, path, page, *arguments, **settings):

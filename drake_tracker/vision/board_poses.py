@@ -1,9 +1,17 @@
 """Where the ball's board is, to the camera and in the world: what the initialisation leaves to all that comes after."""
 
-from dataclasses import dataclass
+import zipfile
+import zlib
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from pydrake.math import RigidTransform
+
+from drake_tracker.errors import DrakeTrackerError
+
+POSES_FILE = "board.npz"
+"""Of the directory of a run: what the initialisation found."""
+_TRANSFORMS = ("X_CB", "X_WB")
 
 
 @dataclass(frozen=True)
@@ -25,3 +33,20 @@ def pose_error(estimate, truth):
     distance = np.linalg.norm(estimate.translation() - truth.translation())
     turn = (truth.rotation().inverse() @ estimate.rotation()).ToAngleAxis().angle()
     return float(distance), float(abs(turn))
+
+
+def save_poses(poses, path):
+    """Writes `BoardPoses` as an npz file, from which `load_poses` reads them back to the last bit."""
+    arrays = asdict(poses) | {name: getattr(poses, name).GetAsMatrix4() for name in _TRANSFORMS}
+    np.savez_compressed(path, **arrays)
+
+
+def load_poses(path):
+    """Returns the `BoardPoses` of a file that `save_poses` wrote. Raises DrakeTrackerError when it cannot be read."""
+    try:
+        with np.load(path) as arrays:
+            found = {name: arrays[name] for name in BoardPoses.__dataclass_fields__}
+        poses = {name: RigidTransform(found[name]) for name in _TRANSFORMS}
+        return BoardPoses(**found | poses | {"rms": float(found["rms"])})
+    except (OSError, ValueError, EOFError, KeyError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
+        raise DrakeTrackerError(f"{path}: the board's poses cannot be read: {error}") from None

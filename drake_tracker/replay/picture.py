@@ -1,0 +1,94 @@
+"""The picture of a replay: the errors of run and replay over time, and both tracks from above."""
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from drake_tracker.record.figures import LONG, broken, draw_phases, name_colours
+from drake_tracker.record.style import FAR_PREDICTED, PLOT_STYLE, PREDICTED, RULE, SOFT_INK, TRUTH
+from drake_tracker.replay.judge import HORIZONS
+
+RECORDED, REPLAYED = FAR_PREDICTED, PREDICTED
+_MOST_WORDS = 150
+"""Letters of the line that tells the changes."""
+
+
+def draw_replay(judge, recording, replayed, result, path):
+    """Draws a replay as one picture, 2400 x 1350 px.
+
+    Args:
+      judge: `Judge` of the run. recording: `Recording`. replayed: {name: Signal}. result: what `replay` returns.
+      path: PNG file to write.
+    """
+    logs = ((recording.log, RECORDED, 2.4), (replayed, REPLAYED, 1.0))
+    with matplotlib.rc_context(PLOT_STYLE):
+        figure = Figure(figsize=(16, 9), facecolor="white")
+        FigureCanvasAgg(figure)
+        _draw_map(figure.add_axes((0.05, 0.075, 0.38, 0.70)), judge, recording, logs)
+        strip, *rows = figure.add_gridspec(
+            1 + len(HORIZONS), 1, left=0.50, right=0.975, top=0.815, bottom=0.075, height_ratios=(0.13, 1.0, 1.0),
+            hspace=0.35,
+        )  # fmt: skip
+        draw_phases(figure.add_subplot(strip), judge.spans, 0.0, recording.end)
+        axes = [figure.add_subplot(row) for row in rows]
+        for ax, horizon in zip(axes, HORIZONS):
+            _draw_errors(ax, judge, logs, horizon, recording.end)
+        axes[0].tick_params(labelbottom=False)
+        axes[-1].set_xlabel("time  [s]")
+        _draw_headline(figure, recording, result)
+        figure.savefig(path, dpi=150)
+
+
+def _draw_map(ax, judge, recording, logs):
+    """The track from above: the truth, and where each packet put the object the longer horizon ahead."""
+    times = recording.log["point"].times
+    xy = judge.true_xy(times[judge.runs(times)])
+    ax.plot(xy[:, 1], xy[:, 0], color=TRUTH, lw=1.6, zorder=4)
+    for log, colour, width in logs:
+        ahead = judge.predictions(log, LONG)
+        ax.plot(*broken(ahead.times, ahead.xy[:, 1], ahead.xy[:, 0]), color=colour, lw=width, zorder=2)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.invert_xaxis()
+    ax.margins(0.08)
+    ax.set_title(f"From above, predicted {LONG:g} s ahead", pad=26)
+    name_colours(ax, (("truth", TRUTH), ("recorded", RECORDED), ("replayed", REPLAYED)))
+    ax.set(xlabel="y  [m], to the robot's left", ylabel="x  [m], away from the robot")
+    ax.grid(color="#f0f1f3", lw=0.8)
+    ax.set_axisbelow(True)
+
+
+def _draw_errors(ax, judge, logs, horizon, end):
+    largest = [1.0]
+    for log, colour, width in logs:
+        times, error = judge.ahead(log, horizon)
+        ax.plot(*broken(times, 1e3 * error), color=colour, lw=width)
+        largest.append(1e3 * np.percentile(error, 99) if len(error) else 0.0)
+    ax.axhline(0.0, color=RULE, lw=0.8, zorder=0)
+    ax.set(xlim=(0.0, end), ylim=(0.0, 1.15 * max(largest)), ylabel="mm")
+    ax.set_title(f"Error of what was predicted {horizon:g} s ahead", pad=10)
+    ax.grid(axis="y", color="#f0f1f3", lw=0.8)
+    ax.set_axisbelow(True)
+
+
+def _draw_headline(figure, recording, result):
+    far = f"prediction_{LONG:g}_s_rms_m"
+    before, after = (result[which][far] for which in ("recorded", "replayed"))
+    if result["identical"]:
+        headline = "The same signals, bit for bit"
+    elif before is None or after is None:
+        headline = "Nothing was predicted that could be judged"
+    else:
+        headline = f"Error {LONG:g} s ahead: {1e3 * before:.1f} mm recorded, {1e3 * after:.1f} mm replayed"
+    figure.text(0.05, 0.955, headline, fontsize=21, weight="bold", va="center")
+    facts = f"{recording.folder}, from {recording.start}, {result['real_time_factor']:.0f} times real time"
+    figure.text(0.05, 0.915, facts, fontsize=11.5, color=SOFT_INK, va="center")
+    given = recording.scenario.origins  # a role of another kind changes more than the user named
+    named = {key: pair for key, pair in result["changes"].items() if given.get(key, "").startswith("--set")}
+    changes = "   ·   ".join(f"{key}: {_show(old)} → {_show(new)}" for key, (old, new) in named.items())
+    words = changes if len(changes) <= _MOST_WORDS else changes[: _MOST_WORDS - 1] + "…"
+    figure.text(0.05, 0.885, words or "nothing changed", fontsize=11.5, color=REPLAYED, va="center")
+
+
+def _show(value):
+    return "-" if value is None else f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,71 @@
+"""Runs a replay: the controller of a run on what was recorded of it, far faster than the run."""
+
+import time
+
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_tracker.record.log import add_loggers, read_log, save_log
+from drake_tracker.record.summary import git_commit, package_versions, save_summary
+from drake_tracker.replay.changes import changed_settings
+from drake_tracker.replay.judge import Judge, compare_signals
+from drake_tracker.replay.parts import make_diagram
+from drake_tracker.replay.picture import draw_replay
+
+_STRETCH = 1.0
+"""Simulated time [s] between two reports of progress."""
+
+
+def replay(recording, out=None, progress=None):
+    """Replays a `Recording` and returns what came of it, a dict; lengths in m, times in s.
+
+    - ``identical``: whether all replayed signals are those of the run, bit for bit; ``signals``: `compare_signals`.
+    - ``recorded``, ``replayed``: rms errors from truth, as `Judge.rms` has them.
+    - ``simulated_s``, ``real_time_factor`` and ``wall_time_s``: how long the run was and how long the replay took.
+    - ``changes``: {setting: [before, after]}. ``start``: where the replay began.
+
+    Args:
+        out: directory for log.npz (the replayed signals), replay.json and replay.png; None leaves nothing behind.
+        progress: called with (simulated time [s], word).
+
+    Raises DrakeTrackerError, in one line, when the recording cannot be replayed.
+    """
+    clock = [time.monotonic()]
+    diagram = make_diagram(recording)
+    builder = DiagramBuilder()
+    builder.AddSystem(diagram)
+    loggers = add_loggers(builder, diagram, recording.scenario.task)
+    simulator = Simulator(builder.Build())
+    context = simulator.get_context()
+    clock.append(time.monotonic())
+    simulator.Initialize()
+    while context.get_time() < recording.end:
+        simulator.AdvanceTo(min(context.get_time() + _STRETCH, recording.end))
+        if progress is not None:
+            progress(context.get_time(), "replay")
+    clock.append(time.monotonic())
+
+    replayed = read_log(loggers, context, recording.scenario.task)
+    judge = Judge(recording.recorded, recording.log)
+    signals = compare_signals(recording.log, replayed)
+    result = {
+        "run": str(recording.folder),
+        "start": recording.start,
+        "changes": changed_settings(recording.recorded, recording.scenario),
+        "identical": all(found["identical"] for found in signals.values()),
+        "signals": signals,
+        "recorded": judge.rms(recording.log),
+        "replayed": judge.rms(replayed),
+        "simulated_s": recording.end,
+        "real_time_factor": recording.end / (clock[2] - clock[1]),
+        "package_versions": package_versions(),
+        "git_commit": git_commit(),
+    }
+    if out is not None:
+        save_log(replayed, out / "log.npz")
+        draw_replay(judge, recording, replayed, result, out / "replay.png")
+    build, run, write = clock[1] - clock[0], clock[2] - clock[1], time.monotonic() - clock[2]
+    result["wall_time_s"] = {"build": build, "simulate": run, "write": write}
+    if out is not None:
+        save_summary(result, out / "replay.json")
+    return result
