@@ -13,9 +13,10 @@ class Task:
 
     make_diagram: scenario -> `HandEyeDiagram`. phases: the IntEnum of `ArmCommand`'s phase. verdict: the named view of
     the judge's findings. ended: such a view -> why the run is over, None while it is not. needs_renderer: scenario ->
-    whether images are rendered. keep: (hand_eye, out) leaves what was found before the run. add_recorders: (builder, hand_eye, scenario, out) -> recorders of images, each with
-    ``finish(context)``. view: (hand_eye, scenario) -> `View` of the Meshcat recording. summarize: (hand_eye, scenario,
-    log, simulated, interrupted) -> dict. draw: (hand_eye, scenario, log, summary, out) leaves the pictures of a run.
+    whether images are rendered. keep: (hand_eye, out) leaves what was found before the run. add_recorders: (builder,
+    hand_eye, scenario, out) -> recorders of images, each with ``finish(context)``. view: (hand_eye, scenario) -> `View`
+    of the Meshcat recording. summarize: (hand_eye, scenario, log, simulated, interrupted) -> dict. draw: (hand_eye,
+    scenario, log, summary, out) leaves the pictures of a run.
     """
 
     make_diagram: Callable

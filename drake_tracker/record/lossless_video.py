@@ -7,7 +7,8 @@ class LosslessVideo:
     """A file that grows image by image, and that can be read however it ends, but for the last second.
 
     The images are not compressed. Sensor noise leaves a lossless code little to save: FFV1 made files of 0.6 times the
-    size, and reading them took longer than all of the vision behind it. When it cannot be written, on a full disk, the error of the system is raised once.
+    size, and to read them took as long as all of the vision behind it. When it cannot be written, on a full disk, the
+    error of the system is raised once.
 
     Args:
       path: file to write, ``*.mkv``. rate: images per second. size: (width, height) [px].

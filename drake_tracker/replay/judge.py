@@ -5,7 +5,14 @@ import numpy as np
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.record.ball_summary import ROLLING, last_verdict
-from drake_tracker.record.episode import Predictions, during, phase_spans, predictions_ahead, predictions_of_now, sighted
+from drake_tracker.record.episode import (
+    Predictions,
+    during,
+    phase_spans,
+    predictions_ahead,
+    predictions_of_now,
+    sighted,
+)
 from drake_tracker.record.figures import LONG, SHORT
 
 HORIZONS = (SHORT, LONG)
@@ -27,7 +34,7 @@ def _compare(before, after):
     count = len(after.times)
     times, data = before.times[:count], before.data[:count]
     identical = times.tobytes() == after.times.tobytes() and data.tobytes() == after.data.tobytes()
-    differences = np.max(np.abs(data - after.data), axis=0, initial=0.0)
+    differences = np.max(np.abs(np.nan_to_num(data) - np.nan_to_num(after.data)), axis=0, initial=0.0)
     field = int(np.argmax(differences))
     found = {"identical": identical, "greatest_difference": float(differences[field]), "samples": count}
     return found if identical else found | {"field": after.names[field]}

@@ -72,7 +72,7 @@ def _video_source(recording, name, size):
     """Returns the `VideoSource` of a camera's recorded images; ``size`` (width, height) [px] is what vision expects."""
     path = image_file(recording.folder, name)
     if not path.is_file():
-        raise DrakeTrackerError(f"{path}: there are no such images; drake-tracker run --record-images keeps them")
+        raise DrakeTrackerError(f"{path}: there are no images of this camera")
     footage = open_footage(str(path), fps=1.0 / VISION_PERIOD)
     if footage.size != tuple(size):
         raise DrakeTrackerError(f"{path}: its images have {footage.size} px, and the run's vision reads {tuple(size)}")

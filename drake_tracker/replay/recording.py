@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.record.camera_images import IMAGES_FOLDER
 from drake_tracker.record.log import load_log, signals
 from drake_tracker.record.summary import package_versions
 from drake_tracker.replay.changes import check_changes
@@ -23,8 +24,7 @@ class Recording:
 
     Attributes:
         folder: of the run. recorded: its scenario. scenario: the same with the changes. log: {name: Signal}.
-        start: one of `STARTS`. sources: names of the logged signals with which the replay begins; none with images.
-        warnings: lines for the user.
+        start: one of `STARTS`. warnings: lines for the user.
     """
 
     folder: Path
@@ -65,9 +65,10 @@ def open_recording(folder, overrides=(), start=None):
     log = _load(folder / "log.npz")
     versions, warnings = _versions(folder)
     start = start or ("centroids" if all(name in log for name in _CENTROIDS[recorded.task]) else "points")
-    recording = Recording(folder, recorded, load_scenario(str(scenario_file), overrides=overrides), log, start, warnings)
+    scenario = load_scenario(str(scenario_file), overrides=overrides)
+    recording = Recording(folder, recorded, scenario, log, start, warnings)
     _check_log(recording, versions)
-    check_changes(recorded, recording.scenario, start)
+    check_changes(recorded, scenario, start)
     return recording
 
 
@@ -92,14 +93,17 @@ def _versions(folder):
     others = [f"{name} {versions.get(name)} (now {now[name]})" for name in now if versions.get(name) != now[name]]
     if not others:
         return versions, ()
-    return versions, (f"{folder} was made with {', '.join(others)}: the same signals to the last bit are not promised",)
+    words = f"{folder} was made with {', '.join(others)}; with nothing changed its signals may still differ a little"
+    return versions, (words,)
 
 
 def _check_log(recording, versions):
     """Raises DrakeTrackerError when signals are missing, empty, or have other fields than this version's."""
     folder, task = recording.folder, recording.scenario.task
+    if recording.start == "images" and not (folder / IMAGES_FOLDER).is_dir():
+        raise DrakeTrackerError(f"{folder}: there are no images; drake-tracker run --record-images keeps them")
     if recording.start == "centroids" and not all(name in recording.log for name in recording.sources):
-        raise DrakeTrackerError(f"{folder}: there are no centroids in its log (measured vision has none); --from points")
+        raise DrakeTrackerError(f"{folder}: there are no centroids in its log, measured vision has none; --from points")
     needed = {*recording.sources, "point", "filtered", "prediction", "delivered", "target", "command"}
     needed |= {f"truth_{task}_state", "truth_verdict"}
     known = signals(task)

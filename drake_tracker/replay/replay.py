@@ -1,12 +1,13 @@
 """Runs a replay: the controller of a run on what was recorded of it, far faster than the run."""
 
+import json
 import time
 
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.record.log import add_loggers, read_log, save_log
-from drake_tracker.record.summary import git_commit, package_versions, save_summary
+from drake_tracker.record.summary import git_commit, package_versions
 from drake_tracker.replay.changes import changed_settings
 from drake_tracker.replay.judge import Judge, compare_signals
 from drake_tracker.replay.parts import make_diagram
@@ -49,7 +50,7 @@ def replay(recording, out=None, progress=None):
     judge = Judge(recording.recorded, recording.log)
     signals = compare_signals(recording.log, replayed)
     result = {
-        "run": str(recording.folder),
+        "run": str(recording.folder.resolve()),
         "start": recording.start,
         "changes": changed_settings(recording.recorded, recording.scenario),
         "identical": all(found["identical"] for found in signals.values()),
@@ -67,5 +68,5 @@ def replay(recording, out=None, progress=None):
     build, run, write = clock[1] - clock[0], clock[2] - clock[1], time.monotonic() - clock[2]
     result["wall_time_s"] = {"build": build, "simulate": run, "write": write}
     if out is not None:
-        save_summary(result, out / "replay.json")
+        (out / "replay.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     return result

@@ -43,6 +43,8 @@ def save_poses(poses, path):
 
 def load_poses(path):
     """Returns the `BoardPoses` of a file that `save_poses` wrote. Raises DrakeTrackerError when it cannot be read."""
+    if not path.is_file():
+        raise DrakeTrackerError(f"{path.parent}: there is no {path.name}, which says where the board was found")
     try:
         with np.load(path) as arrays:
             found = {name: arrays[name] for name in BoardPoses.__dataclass_fields__}

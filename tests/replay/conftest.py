@@ -1,0 +1,34 @@
+"""Short runs of which tests replay: a train with measured vision, a rendered one and a ball, both with their images."""
+
+import pytest
+from ball_scenario import true_poses
+
+from drake_tracker.scenarios import load_scenario
+from drake_tracker.simulation import simulate
+
+
+def make_run(out, spec, duration, overrides, **options):
+    simulate(load_scenario(spec, duration=duration, overrides=overrides), out=out, record=False, **options)
+    return out
+
+
+@pytest.fixture(scope="session")
+def measured_run(tmp_path_factory):
+    """From the first prediction on, and over a line that loses packets."""
+    overrides = ["vision=!Measured {}", "link=!Lossy {drop: 0.2, jitter: 0.03}"]
+    return make_run(tmp_path_factory.mktemp("measured") / "run", "train", 2.5, overrides)
+
+
+@pytest.fixture(scope="session")
+def rendered_run(tmp_path_factory):
+    return make_run(tmp_path_factory.mktemp("rendered") / "run", "train", 2.5, [], images=True)
+
+
+@pytest.fixture(scope="session")
+def ball_run(tmp_path_factory):
+    """The ball rolls at once: the arm is told where the board is, and does not look at it or touch it."""
+    overrides = ["catch.ready_after=0", "catch.home_duration=0.2", "vision.update_cycles=2"]
+    overrides += ["camera.supersampling=1"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("drake_tracker.initialise.initialise_board", true_poses)
+        return make_run(tmp_path_factory.mktemp("ball") / "run", "ball", 2.0, overrides, images=True)

@@ -1,0 +1,103 @@
+"""A replay is the run, to the last bit, until something is changed."""
+
+import json
+
+import numpy as np
+import pytest
+
+from drake_tracker import cli
+from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
+from drake_tracker.record.log import Signal, load_log
+from drake_tracker.replay.judge import HORIZONS, Judge, compare_signals
+from drake_tracker.replay.parts import make_diagram
+from drake_tracker.replay.recording import STARTS, open_recording
+from drake_tracker.replay.replay import replay
+
+FROM_POINTS = {"filtered", "prediction", "delivered", "target"}
+CENTROIDS = {"train": {"centroid_left", "centroid_right"}, "ball": {"centroid"}}
+
+
+@pytest.mark.parametrize(
+    "name, task, start",
+    [("measured_run", "train", "points")]
+    + [(f"{name}_run", task, start) for name, task in (("rendered", "train"), ("ball", "ball")) for start in STARTS],
+)
+def test_with_nothing_changed_the_signals_are_the_same_bit_for_bit(request, name, task, start):
+    recording = open_recording(request.getfixturevalue(name), start=start)
+    result = replay(recording)
+    expected = FROM_POINTS | ({"point"} if start != "points" else set())
+    expected |= CENTROIDS[task] if start == "images" else set()
+    assert set(result["signals"]) == expected
+    assert result["identical"], result["signals"]
+    assert result["replayed"] == result["recorded"] and None not in result["recorded"].values()
+    # It did run: packets came, and the last of them near the end.
+    delivered = recording.log["delivered"]
+    assert delivered["valid"][-1] and delivered["seq"][-1] > 5 and recording.end - delivered["stamp"][-1] < 0.5
+
+
+def test_the_default_is_the_centroids_or_else_the_points(measured_run, rendered_run):
+    assert open_recording(measured_run).start == "points"
+    assert open_recording(rendered_run).start == "centroids"
+
+
+def test_no_truth_is_among_the_sources(ball_run):
+    recording = open_recording(ball_run)
+    diagram = make_diagram(recording)
+    names = {system.get_name() for system in diagram.GetSystems()}
+    assert names == {"recorded_centroid", "recorded_command", "projector", "host", "link", "servo"}
+
+
+@pytest.mark.parametrize(
+    "start, change, same",
+    [
+        ("centroids", "estimator=!AlphaBetaGamma {}", {"point"}),
+        ("centroids", "link=!Lossy {delay: 0.1}", {"point", "filtered", "prediction"}),
+        ("centroids", "servo.tracking_index=0.5", {"point", "filtered", "prediction", "delivered"}),
+        ("images", "vision.detector.centroid=mean", set()),
+        ("images", "vision.lag_cycles=10", set()),
+    ],
+)
+def test_a_change_shows_behind_it_and_nowhere_else(rendered_run, start, change, same):
+    result = replay(open_recording(rendered_run, [change], start))
+    assert {name for name, found in result["signals"].items() if found["identical"]} == same
+    assert not result["identical"] and list(result["changes"])
+    assert result["signals"]["target"]["greatest_difference"] > 0.0
+    assert (result["replayed"] == result["recorded"]) == change.startswith("servo")
+
+
+def test_the_command_leaves_log_picture_and_numbers(rendered_run, tmp_path, capsys):
+    out = tmp_path / "out"
+    arguments = ["replay", str(rendered_run), "--set", "estimator=!AlphaBetaGamma {}", "--out", str(out)]
+    assert cli.main(arguments) == 0
+    assert {path.name for path in out.iterdir()} == {"log.npz", "replay.json", "replay.png"}
+    found = json.loads((out / "replay.json").read_text())
+    assert found["changes"]["estimator"] == ["!ClosedPath", "!AlphaBetaGamma"]
+    assert found["real_time_factor"] > 0.0 and found["simulated_s"] == 2.5
+    log = load_log(out / "log.npz")
+    assert set(log) == FROM_POINTS | {"point"}
+    assert compare_signals(load_log(rendered_run / "log.npz"), log)["point"]["identical"]
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    key = "prediction_0.75_s_rms_m"
+    pair = [f"{1e3 * found[which][key]:.2f}" for which in ("recorded", "replayed")]
+    assert ["0.75", "s", "ahead", *pair] in rows and ["bit", "for", "bit", "point"] in rows
+
+
+def test_the_judge_finds_what_the_summary_and_the_truth_say(measured_run):
+    recording = open_recording(measured_run)
+    judge, log = Judge(recording.recorded, recording.log), dict(recording.log)
+    summary = json.loads((measured_run / "summary.json").read_text())
+    assert judge.rms(log)["position_rms_m"] == pytest.approx(summary["position_rms_m"], abs=1e-6)
+
+    signal = log["prediction"]
+    rows = np.zeros_like(signal.data)
+    for k, (stamp, seq, valid) in enumerate(signal.view("stamp", "seq", "valid")):
+        knots = np.zeros((KNOT_COUNT, 5))
+        times = np.minimum(stamp + KNOT_SPACING * np.arange(KNOT_COUNT), recording.end)
+        knots[:, :2] = judge.true_xy(times) + [0.003, -0.004]
+        rows[k] = pack_prediction(stamp, seq, knots) * valid
+    log["prediction"] = Signal(signal.times, rows, signal.names)
+    for horizon in HORIZONS:
+        times, error = judge.ahead(log, horizon)
+        known = times < recording.end - KNOT_SPACING
+        assert np.count_nonzero(known) > 5
+        np.testing.assert_allclose(error[known], 0.005, atol=2e-4)  # between knots the path is taken for straight
