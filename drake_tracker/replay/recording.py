@@ -9,7 +9,7 @@ from pathlib import Path
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.record.camera_images import IMAGES_FOLDER
 from drake_tracker.record.log import load_log, signals
-from drake_tracker.record.summary import package_versions
+from drake_tracker.record.summary import git_commit, package_versions
 from drake_tracker.replay.changes import check_changes
 from drake_tracker.scenarios import load_scenario
 
@@ -86,10 +86,11 @@ def _load(path):
 def _versions(folder):
     """Returns {package: version} of the run, and warnings where they are not those of now."""
     try:
-        versions = dict(json.loads((folder / "summary.json").read_text(encoding="utf-8"))["package_versions"])
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        versions = dict(summary["package_versions"]) | {"commit": summary.get("git_commit")}
     except (OSError, ValueError, KeyError, TypeError):
         return {}, (f"{folder}: no summary.json that can be read; which versions made the run is not known",)
-    now = package_versions()
+    now = package_versions() | {"commit": git_commit()}
     others = [f"{name} {versions.get(name)} (now {now[name]})" for name in now if versions.get(name) != now[name]]
     if not others:
         return versions, ()
