@@ -31,7 +31,8 @@ def register(commands):
 
 
 def execute(options):
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: more threads only get in the way
+    for variable in ("OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
+        os.environ.setdefault(variable, "1")  # matrices and images are small: more threads only get in the way
 
     from drake_tracker.progress import Progress
     from drake_tracker.replay.recording import open_recording
