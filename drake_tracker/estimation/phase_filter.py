@@ -127,7 +127,7 @@ class PhaseFilter:
 
 
     def _arc_lengths(self, taus):
-        """Returns, for each mode, the ``v_to_s``, ``a_to_s`` and noise of s of its motions over ``taus`` [s], (3, n)."""
+        """Returns, for each mode, ``v_to_s``, ``a_to_s`` and the noise of s of its motions over ``taus`` [s], (3, n)."""
         rows = [[(step.v_to_s, step.a_to_s, step.noise[0]) for step in map(motion, taus)] for motion in self._motions]
         return [np.array(columns).reshape(-1, 3).T.copy() for columns in rows]
 
