@@ -8,10 +8,9 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker.diagrams.detectors import make_detector
+from drake_tracker.diagrams.estimators import estimator_of
 from drake_tracker.diagrams.own_cameras import MAX_GAP, OwnCamerasDiagram, Plane
-from drake_tracker.diagrams.train import ESTIMATOR_KINDS
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.estimation import make_estimator
 from drake_tracker.footage.open_footage import open_footage
 from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.footage.video import reason
@@ -22,13 +21,13 @@ from drake_tracker.record.track_summary import describe_run, summarize_track
 from drake_tracker.record.track_table import TrackTable
 from drake_tracker.scenarios.ball_scenario import FrameDifference
 from drake_tracker.scenarios.option import read_option
-from drake_tracker.scenarios.parts import NormalFlow
+from drake_tracker.scenarios.parts import Custom, NormalFlow
 from drake_tracker.scenarios.train_scenario import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn
 from drake_tracker.timing import VISION_PERIOD
 from drake_tracker.vision.calibration import load_calibration, load_pose
 
 DETECTORS = Union[NormalFlow, FrameDifference]
-ESTIMATORS = Union[CoordinatedTurn, ClosedPath, ArcLength, AlphaBetaGamma]
+ESTIMATORS = Union[CoordinatedTurn, ClosedPath, ArcLength, AlphaBetaGamma, Custom]
 _SPAN = 2 * VISION_PERIOD
 """Time [s] between two images that normal flow uses: that of the simulated cameras."""
 _READ_AT = 0.75
@@ -114,7 +113,7 @@ def prepare(
             timeline,
             detectors,
             cameras,
-            _make_estimator(estimating, timeline.period) if cameras else None,
+            estimator_of(estimating, "--estimator", timeline.period) if cameras else None,
             plane=_load_plane(plane, calibration, height) if plane else None,
             max_gap=max_gap,
         )
@@ -246,8 +245,3 @@ def _load_plane(plane, calibration, height):
     if plane == "board":
         return Plane(load_pose(calibration, "notes", "X_WP"), height)
     return Plane(load_pose(plane, "X_WP"), height)
-
-
-def _make_estimator(settings, period):
-    kind = ESTIMATOR_KINDS[type(settings).__name__]
-    return make_estimator(kind, **asdict(settings), **({"period": period} if kind == "arc_length" else {}))

@@ -3,6 +3,9 @@
 import errno
 import itertools
 import json
+import shutil
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -54,6 +57,14 @@ def one_line(capfd, *words):
     said = [line for line in lines if line.startswith("drake-tracker: ")]
     assert len(said) == 1 and not any("Traceback" in line for line in lines)
     assert all(word in said[0] for word in words), said[0]
+
+
+def test_an_estimator_of_ones_own_foresees_the_path(folder, monkeypatch):
+    monkeypatch.setattr("sys.path", list(sys.path))
+    shutil.copy(Path(__file__).parent / "own_estimator.py", "my_track_estimator.py")
+    assert track(*videos(folder), "--calibration", "stereo.yaml", "--no-overlay",
+                 "--estimator", "!Custom {call: my_track_estimator.StraightOn}") == 0  # fmt: skip
+    assert np.sum(np.isfinite(read_track(folder / "out")["predicted_x"])) > 30
 
 
 def test_two_videos_give_the_path_in_space(folder, capsys):

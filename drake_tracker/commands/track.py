@@ -23,7 +23,7 @@ def register(commands):
     command.add_argument("--duration", type=float, metavar="S", help="use no more than this [s]")
     command.add_argument("--detector", default="NormalFlow {}", metavar="TAG", help="NormalFlow or FrameDifference")
     command.add_argument("--estimator", default="CoordinatedTurn {}", metavar="TAG",
-                       help="CoordinatedTurn, ClosedPath, ArcLength or AlphaBetaGamma, for example "
+                       help="CoordinatedTurn, ClosedPath, ArcLength, AlphaBetaGamma or Custom, for example "
                        "'!CoordinatedTurn {speed_noise: 0.01}'")
     command.add_argument("--max-gap", type=float, default=0.03, metavar="M",
                        help="two rays that pass each other by more are not of one point [m]")

@@ -8,10 +8,10 @@ from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import joints_for, make_arm_model
 from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.estimators import estimator_of
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.diagrams.train_track import check_track, draw_track
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspSystem
@@ -29,12 +29,6 @@ from drake_tracker.world.cameras import describe_rig, renderable_window
 from drake_tracker.world.plant import TRAIN_HEIGHT
 from drake_tracker.world.world_diagram import WorldDiagram
 
-ESTIMATOR_KINDS = {
-    "ArcLength": "arc_length",
-    "AlphaBetaGamma": "alpha_beta_gamma",
-    "CoordinatedTurn": "coordinated_turn",
-    "ClosedPath": "closed_path",
-}
 SIDES = ("left", "right")
 
 
@@ -177,15 +171,10 @@ def largest_scale(scenario, camera):
     return np.max(np.linalg.norm(camera.project(ends) - camera.project(centre[None]), axis=1)) / step
 
 
-def scenario_estimator(scenario):
-    """Returns the estimator that a scenario names by its tag."""
-    kind = ESTIMATOR_KINDS[type(scenario.estimator).__name__]
-    return make_estimator(kind, **asdict(scenario.estimator))
-
-
 def scenario_host(scenario):
     """Returns the host of a scenario: its estimator as a System."""
-    host = EstimatorSystem(scenario_estimator(scenario), offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
+    estimator = estimator_of(scenario.estimator, scenario.where("estimator"))
+    host = EstimatorSystem(estimator, offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
     host.set_name("host")
     return host
 

@@ -76,7 +76,8 @@ class EstimatorSystem(LeafSystem):
     def _update(self, context, state):
         memory = state.get_abstract_state(0).get_value()
         point = TrackPoint(self._point.Eval(context))
-        p_WQ = np.array([point.x, point.y, point.z]) if point.valid else None
+        newer = point.valid and point.stamp > memory.estimate.stamp
+        p_WQ = np.array([point.x, point.y, point.z]) if newer else None
         estimate = self._estimator.update(memory.estimate, point.stamp, p_WQ)
         if estimate is memory.estimate:
             return

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Optional, Union
 
-from drake_tracker.scenarios.parts import BaseScenario, Lighting, Lossy, NormalFlow, Perfect, Puma560, Servo
+from drake_tracker.scenarios.parts import BaseScenario, Custom, Lighting, Lossy, NormalFlow, Perfect, Puma560, Servo
 from drake_tracker.scenarios.setting import setting
 from drake_tracker.timing import (
     BALL_SERVO_PERIOD,
@@ -174,7 +174,7 @@ class BallScenario(BaseScenario):
     link: Union[Perfect, Lossy] = setting(Perfect, "from the host to the arm's controller")
     servo: Servo = setting(Servo, "from packets to a pose every 5 ms")
     catch: Catch = setting(Catch, "what the hand does next")
-    arm: Union[Puma560, SevenJoint] = setting(Puma560, "the arm")
+    arm: Union[Puma560, SevenJoint, Custom] = setting(Puma560, "the arm")
 
     def problems(self):
         """Returns the settings that contradict each other: a list of (key, what is wrong and what to do)."""

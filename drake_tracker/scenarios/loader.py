@@ -10,6 +10,8 @@ from pathlib import Path
 
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.scenarios.ball_scenario import BallScenario
+from drake_tracker.scenarios.custom import find_module
+from drake_tracker.scenarios.parts import Custom
 from drake_tracker.scenarios.reader import read, tree_of
 from drake_tracker.scenarios.train_scenario import TrainScenario
 from drake_tracker.scenarios.tree import Value, merge, nest, parse
@@ -45,6 +47,7 @@ def load_scenario(spec, seed=None, duration=None, overrides=()):
     scenario = _check(tree, errors)
     scenario.name = scenario.name or (path.stem if name == path.stem else f"{path.stem}:{name}")
     _find_files(scenario, path.parent)
+    _find_custom(scenario, path.parent)
     return scenario
 
 
@@ -187,3 +190,24 @@ def _find_files(scenario, folder):
             setattr(getattr(scenario, part), name, str(file.resolve()))
         else:
             raise DrakeTrackerError(f"{scenario.where(f'{part}.{name}')}: there is no file {file}")
+
+
+def _find_custom(scenario, folder):
+    """Notes in which folder the user's own parts are, so that workers and later runs find them, and tries them."""
+    for role in ("estimator", "arm"):
+        part = getattr(scenario, role)
+        if not isinstance(part, Custom):
+            continue
+        if part.folder:
+            part.folder = str((folder / part.folder).resolve())
+        else:
+            here = scenario.origins.get(f"{role}.call", "").startswith("--set")
+            part.folder = find_module(part, [Path.cwd(), folder] if here else [folder, Path.cwd()])
+        if role == "arm":
+            from drake_tracker.diagrams.arms import arm_of  # Not above: listing scenarios needs no Drake.
+
+            arm_of(scenario)
+        else:
+            from drake_tracker.diagrams.estimators import estimator_of
+
+            estimator_of(part, scenario.where(role))

@@ -7,7 +7,7 @@ postponed annotations), so that a resolved scenario is an ordinary Drake YAML fi
 
 import math
 from dataclasses import dataclass
-from typing import Optional
+from typing import Optional, Union
 
 from drake_tracker.scenarios.setting import setting
 from drake_tracker.timing import TIME_STEP, VISION_PERIOD
@@ -72,6 +72,15 @@ class Servo:
 @dataclass
 class Puma560:
     """The arm of the 1991 laboratory."""
+
+
+@dataclass
+class Custom:
+    """A part of the user's own: what a class or a function of hers returns."""
+
+    call: str = setting("", "class or function that makes the part, as module.name")
+    parameters: dict[str, Union[float, bool, int, str]] = setting({}, "what it is called with")
+    folder: str = setting("", "folder of the module; empty: the scenario's, the current one, or an installed package")
 
 
 @dataclass

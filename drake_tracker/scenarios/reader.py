@@ -9,11 +9,12 @@ from drake_tracker.scenarios.setting import allowed
 from drake_tracker.scenarios.tree import Value
 
 _NOUNS = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
+_NAMES = "names, each with a number, true or false, or text"
 
 
 def read(value, schema, key, errors, origins, metadata=None, root=None):
-    """Returns ``value`` as an instance of ``schema``: a dataclass, a Union of them, Optional, list, float, int, bool
-    or str.
+    """Returns ``value`` as an instance of ``schema``: a dataclass, a Union of them, Optional, list, float, int, bool,
+    str, or dict of these last four.
 
     Args:
         value: the `Value` to read.
@@ -34,6 +35,8 @@ def read(value, schema, key, errors, origins, metadata=None, root=None):
         return _read_part(value, kinds, key, errors, origins, root)
     if typing.get_origin(kinds[0]) is list:
         return _read_list(value, metadata, key, errors)
+    if typing.get_origin(kinds[0]) is dict:
+        return _read_names(value, kinds[0], key, errors, origins)
     return _read_scalar(value, kinds[0], metadata, key, errors)
 
 
@@ -75,6 +78,20 @@ def _read_list(value, metadata, key, errors):
         return None
     rows = [[float(number) for number in row] for row in rows]
     return rows if len(shape) == 2 else rows[0]
+
+
+def _read_names(value, schema, key, errors, origins):
+    """Returns the dict of a mapping whose names are the user's own."""
+    data = {} if value.data is None else value.data
+    if not isinstance(data, dict) or value.tag:
+        errors.append(f"{value.origin}: {key} must be {_NAMES}, not {_show(value)}")
+        return {}
+    _, kinds = typing.get_args(schema)
+    for name, item in data.items():
+        origins[f"{key}.{name}"] = item.origin
+        if item.tag or not isinstance(item.data, typing.get_args(kinds)):
+            errors.append(f"{item.origin}: {key}.{name} must be a number, true or false, or text, not {_show(item)}")
+    return {name: item.data for name, item in data.items()}
 
 
 def _read_scalar(value, kind, metadata, key, errors):
@@ -182,6 +199,7 @@ def describe_settings(part, prefix=""):
         else:
             shape = field.metadata["shape"]
             noun = _list_noun(shape) if shape else next(_NOUNS[kind] for kind in kinds if kind in _NOUNS)
+            noun = _NAMES if isinstance(value, dict) else noun
             shown = value if isinstance(value, str) else _show(tree_of(value, ""))
             rows.append((key, shown, allowed(field.metadata, noun), field.metadata["help"]))
     return rows
@@ -192,6 +210,8 @@ def tree_of(part, origin):
     if dataclasses.is_dataclass(part):
         data = {field.name: tree_of(getattr(part, field.name), origin) for field in dataclasses.fields(part)}
         return Value(data, origin, type(part).__name__)
+    if isinstance(part, dict):
+        return Value({name: tree_of(item, origin) for name, item in part.items()}, origin)
     if isinstance(part, (list, tuple)):
         return Value([tree_of(item, origin) for item in part], origin)
     return Value(part, origin)

@@ -8,7 +8,8 @@ def setting(default, help, unit="", range=None, choices=None, shape=None):
     """Declares a setting as a dataclass field.
 
     Args:
-        default: value, or a class (a nested part, built with its own defaults). A list is copied for each instance.
+        default: value, or a class (a nested part, built with its own defaults). A list or dict is copied for each
+            instance.
         help: one line, what the setting does.
         unit: unit of a number, empty when it has none.
         range: lowest and highest allowed number, both included; of every element when the setting is a list.
@@ -18,7 +19,7 @@ def setting(default, help, unit="", range=None, choices=None, shape=None):
     metadata = {"help": help, "unit": unit, "range": range, "choices": choices, "shape": shape}
     if isinstance(default, type):
         return dataclasses.field(default_factory=default, metadata=metadata)
-    if isinstance(default, list):
+    if isinstance(default, (list, dict)):
         return dataclasses.field(default_factory=lambda: copy.deepcopy(default), metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)
 

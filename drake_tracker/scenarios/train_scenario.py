@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Union
 
-from drake_tracker.scenarios.parts import BaseScenario, Lighting, Lossy, NormalFlow, Perfect, Puma560, Servo
+from drake_tracker.scenarios.parts import BaseScenario, Custom, Lighting, Lossy, NormalFlow, Perfect, Puma560, Servo
 from drake_tracker.scenarios.setting import setting
 from drake_tracker.timing import SERVO_PERIOD
 
@@ -173,13 +173,13 @@ class TrainScenario(BaseScenario):
     lighting: Lighting = setting(Lighting, "the light")
     cameras: Cameras = setting(Cameras, "the cameras")
     vision: Union[Rendered, Measured] = setting(Rendered, "from images to points")
-    estimator: Union[ClosedPath, CoordinatedTurn, ArcLength, AlphaBetaGamma] = setting(
+    estimator: Union[ClosedPath, CoordinatedTurn, ArcLength, AlphaBetaGamma, Custom] = setting(
         ClosedPath, "from points to predicted path"
     )
     link: Union[Perfect, Lossy] = setting(Perfect, "from the host to the arm's controller")
     servo: Servo = setting(Servo, "from packets to a pose every 30 ms")
     grasp: Grasp = setting(Grasp, "what the hand does next")
-    arm: Puma560 = setting(Puma560, "the arm")
+    arm: Union[Puma560, Custom] = setting(Puma560, "the arm")
 
     def problems(self):
         """Returns the settings that contradict each other: a list of (key, what is wrong and what to do)."""

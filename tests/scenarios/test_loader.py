@@ -166,8 +166,8 @@ def test_all_errors_are_told_at_once_each_with_its_line_key_value_and_what_is_al
         f"{path} line 4: track.semi_axes must be a list of 2 numbers from 0.03 to 1 m, not [0.1]",
         f"{path} line 5: there is no setting track.knid; did you mean track.kind?",
         f"{path} line 7: cameras.noise must be a number from 0 to 64 grey levels, not nan",
-        f"{path} line 8: estimator must be one of !ClosedPath, !CoordinatedTurn, !ArcLength, !AlphaBetaGamma, not "
-        "!ArcLenght; did you mean !ArcLength?",
+        f"{path} line 8: estimator must be one of !ClosedPath, !CoordinatedTurn, !ArcLength, !AlphaBetaGamma, "
+        "!Custom, not !ArcLenght; did you mean !ArcLength?",
         "--set grasp.gate=sometimes: grasp.gate must be one of auto, memory, recent, not 'sometimes'",
     ]
 
