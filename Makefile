@@ -1,13 +1,14 @@
 # make setup  everything that is needed, in .venv        make test  the same, then the tests
 # make demo   the same, then the main job                make clean forgets .venv and what tests and builds leave
 # make pins   chooses the versions in constraints.txt anew (UPGRADE=--upgrade for the newest)
+# make docs   these documents as pages, in docs/_build/html
 # make bench-ball         how often the ball is caught (BENCH_ARGS="--seeds 5" for a look)
 # make bench-estimation   estimators beside bounds and other libraries' filters (BENCH_ARGS=--quick for a look)
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .ONESHELL:
-.PHONY: setup libraries test demo bench-ball bench-estimation pins clean
+.PHONY: setup libraries test demo docs bench-ball bench-estimation pins clean
 
 PYTHONS := python3.11 python3.12 python3.13 python3
 VERSION_OK := import sys, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
@@ -65,6 +66,13 @@ test: setup
 demo: setup
 	@.venv/bin/drake-tracker run train
 
+# What builds the pages is no part of the set-up either. A warning is an error: a link that leads nowhere, for one.
+docs: setup
+	@.venv/bin/python -m uv pip install --quiet --python .venv/bin/python --constraint constraints.txt \
+	    --build-constraint constraints.txt --editable '.[docs]'
+	.venv/bin/python -m sphinx -W --keep-going --quiet --builder html docs docs/_build/html
+	echo "docs: open $$PWD/docs/_build/html/index.html"
+
 bench-ball: setup
 	@.venv/bin/python benchmarks/ball.py $(BENCH_ARGS)
 	.venv/bin/python benchmarks/ball_detectors.py
@@ -81,5 +89,5 @@ pins:
 	sed -i -E "s/ (and|;) implementation_name == 'cpython'//; s/ and sys_platform == 'linux'//" constraints.txt
 
 clean:
-	@rm -rf .venv .pytest_cache build dist
+	@rm -rf .venv .pytest_cache build dist docs/_build
 	find . -name __pycache__ -prune -exec rm -rf {} +

@@ -5,11 +5,14 @@ import ast
 import re
 import runpy
 import shlex
+import sys
 from functools import cache
 from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
+from guides import GUIDES, write_file
+from guides import blocks as guide_blocks
 
 import drake_tracker
 from drake_tracker import cli
@@ -19,7 +22,7 @@ from drake_tracker.scenarios import load_scenario
 REPOSITORY = Path(__file__).parents[1]
 DOCUMENTS = sorted(
     path
-    for pattern in ("*.md", "benchmarks/*.md", "docs/*.md", "models/*/README.md")
+    for pattern in ("*.md", "benchmarks/*.md", "docs/**/*.md", "models/*/README.md")
     for path in REPOSITORY.glob(pattern)
 )
 README = REPOSITORY / "README.md"
@@ -112,9 +115,15 @@ def test_files_and_links_lead_somewhere(path):
 
 
 def anchors(path):
-    """The anchors that GitHub gives to the headings of a document."""
+    """The anchors that GitHub gives to the headings of a document, and those of what a page shows."""
     headings = re.findall(r"^#+ (.+)$", FENCE.sub("", text_of(path)), re.MULTILINE)
-    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+    own = {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+    return own | {anchor[1:] for (_, anchor), page in pages()["shown_where"]().items() if page == path.resolve()}
+
+
+@cache
+def pages():
+    return runpy.run_path(str(REPOSITORY / "docs" / "_ext" / "repository_files.py"))
 
 
 def commands():
@@ -130,8 +139,24 @@ def subparsers():
     return action.choices
 
 
+@pytest.fixture(scope="module")
+def guide_files(tmp_path_factory):
+    """A folder with the files that the guides show."""
+    folder = tmp_path_factory.mktemp("guides")
+    for guide in GUIDES:
+        for _, body in guide_blocks(guide):
+            write_file(body, folder)
+    path, before = list(sys.path), set(sys.modules)
+    yield folder
+    sys.path[:] = path
+    for name in set(sys.modules) - before:
+        if str(folder) in str(getattr(sys.modules[name], "__file__", "")):
+            del sys.modules[name]
+
+
 @pytest.mark.parametrize("line", commands())
-def test_command_is_understood(line):
+def test_command_is_understood(line, guide_files, monkeypatch):
+    monkeypatch.chdir(guide_files)
     _, *arguments = shlex.split(line)
     options = cli._parser().parse_args(arguments)
     scenario = getattr(options, "scenario", None)
@@ -196,6 +221,35 @@ def test_python_of_the_readme_is_the_packages_own():
     assert len(code) == 5
     own = [line.split("#")[0].strip() for line in drake_tracker.__doc__.splitlines()]
     assert all(line in own for line in code)
+
+
+def test_every_system_is_in_the_reference():
+    folders = {path.parent.name for path in (REPOSITORY / "drake_tracker").rglob("*.py")
+               if ".. pydrake_system::" in text_of(path)}  # fmt: skip
+    reference = REPOSITORY / "docs" / "reference"
+    texts = {path.stem: text_of(path) for path in reference.glob("*.rst")}
+    shown = {name for text in texts.values() for name in re.findall(r"^\.\. systems:: (\w+)$", text, re.MULTILINE)}
+    assert shown == folders
+    assert set(texts) <= set(text_of(reference / "index.md").split())
+
+
+def test_links_of_what_a_page_shows_lead_to_pages():
+    shown = pages()["shown_where"]()
+    page, path = REPOSITORY / "docs" / "how_to" / "camera.md", README
+    links = {"ARCHITECTURE.md#time": "../architecture.md#time", "#your-own-cameras": "#your-own-cameras",
+             "#numbers": "../numbers.md#numbers", "docs/images/ball.png": "../images/ball.png",
+             "LICENSE": "path:../../LICENSE"}  # fmt: skip
+    for link, target in links.items():
+        assert pages()["target"](pages()["LINK"].search(f"[x]({link})"), path, page, shown) == target
+
+
+def test_the_pictures_of_the_tour_name_every_system_and_port():
+    graphs = runpy.run_path(str(REPOSITORY / "docs" / "make_diagrams.py"))["graphs"]()
+    for name, graph in graphs.items():
+        svg = text_of(REPOSITORY / "docs" / "images" / f"{name}.svg")
+        picture = re.findall(r"<text[^>]*>([^<]+)</text>", svg)
+        drawn = re.findall(r'label="([^"]+)"|<TD PORT[^>]*>([^<]+)<|<B>([^<]+)<|<BR/>([^<]+)<', graph)
+        assert sorted("".join(words) for words in drawn) == sorted(picture), "python docs/make_diagrams.py draws it anew"
 
 
 def test_pictures_are_small_and_none_is_left_over():

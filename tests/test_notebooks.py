@@ -12,6 +12,7 @@ SAYS = {
     "01_train.ipynb": "vision_valid_fraction  1.0",
     "02_arc_length.ipynb": "recovered s_0 2.5",
     "03_ball.ipynb": "caught at",
+    "04_your_own_estimator.ipynb": "lifted\n",
     "05_campaign.ipynb": "12 trials",
 }
 """What must be among the text that each prints."""

@@ -112,7 +112,7 @@ def test_workers_find_it_whatever_their_folder(folder, name, monkeypatch):
         ("StraightAhead", "{name} has no class or function StraightAhead; it has Newest, StraightOn, "),
         ("WithoutStd", "{name}.WithoutStd has no method predict_std; an estimator has initial_state, update, "),
         ("StraightOn, parameters: [1]", "estimator.parameters must be names, each with a number, true or false, or"),
-        ("StraightOn, parameters: {std: [1]}", "estimator.parameters.std must be a number, true or false, or text, not"),
+        ("StraightOn, parameters: {std: [1]}", "estimator.parameters.std must be a number, true or false, or text"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_one_line_that_says_where(folder, name, call, said):

@@ -1,0 +1,139 @@
+"""Makes the pictures of the tour: the diagram and each of its rooms, as built, and the slots of time.
+
+    python docs/make_diagrams.py     needs the program dot (Debian: apt-get install graphviz)
+
+Drawn is what the built Diagrams say of themselves. Drake's own graph (`drake-tracker run --graphviz`) shows the same and
+the ports that nothing is connected to as well.
+"""
+
+import re
+import subprocess
+from itertools import zip_longest
+from pathlib import Path
+
+import matplotlib
+import matplotlib.pyplot as plt
+import numpy as np
+from pydrake.systems.framework import InputPortIndex, OutputPortIndex
+
+from drake_tracker import load_scenario, make_diagram
+from drake_tracker.record.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, RULE, SOFT_INK
+from drake_tracker.timing import (
+    ESTIMATOR_SLOT,
+    GRASP_SLOT,
+    IK_SLOT,
+    LINK_SLOT,
+    SERVO_PERIOD,
+    SERVO_SLOT,
+    TIME_STEP,
+    TRANSFORM_SLOT,
+    VISION_PERIOD,
+    servo_slot,
+    vision_slot,
+)
+
+IMAGES = Path(__file__).parent / "images"
+ROOMS = ("world", "vision", "arm")
+"""Rooms with more than one System in them."""
+SHOWN = 0.060
+"""Time [s] that the picture of the slots covers."""
+RHYTHM = (
+    ("plant", 0.0, TIME_STEP, INK),
+    ("images, centroids", 0.0, VISION_PERIOD, PREDICTED),
+    ("estimator", vision_slot(ESTIMATOR_SLOT), VISION_PERIOD, PREDICTED),
+    ("link", vision_slot(LINK_SLOT), VISION_PERIOD, PREDICTED),
+    ("servo", servo_slot(SERVO_SLOT), SERVO_PERIOD, HAND),
+    ("grasp machine", servo_slot(GRASP_SLOT), SERVO_PERIOD, HAND),
+    ("transform equation", servo_slot(TRANSFORM_SLOT), SERVO_PERIOD, HAND),
+    ("inverse kinematics", servo_slot(IK_SLOT), SERVO_PERIOD, HAND),
+)
+"""What updates when: name, offset [s], period [s], colour."""
+
+
+def graphs(scenario="train"):
+    """Returns {name of the picture: Graphviz text} of a scenario's diagram and its rooms."""
+    hand_eye = make_diagram(load_scenario(scenario))
+    systems = {"hand_eye": hand_eye} | {room: hand_eye.GetSubsystemByName(room) for room in ROOMS}
+    return {name: graph_of(system) for name, system in systems.items()}
+
+
+def graph_of(diagram):
+    """Returns the Graphviz text of a Diagram: its Systems with those ports that something is connected to."""
+    edges, ports = [], {system: (set(), set()) for system in diagram.GetSystems()}
+
+    def end(system, index, way):
+        ports[system][way].add(int(index))
+        return f'"{system.get_name()}":{"io"[way]}{int(index)}'
+
+    for (reader, i), (source, o) in diagram.connection_map().items():
+        edges.append(f"{end(source, o, 1)}:e -> {end(reader, i, 0)}:w")
+    for k in range(diagram.num_input_ports()):
+        name = diagram.get_input_port(k).get_name()
+        edges.append(f'"in {name}" [label="{name}", shape=plain, fontcolor="{PREDICTED}"]')
+        for reader, i in diagram.GetInputPortLocators(InputPortIndex(k)):
+            edges.append(f'"in {name}":e -> {end(reader, i, 0)}:w [color="{PREDICTED}"]')
+    for k in range(diagram.num_output_ports()):
+        name = diagram.get_output_port(k).get_name()
+        colour = FAR_PREDICTED if name.startswith("truth_") else HAND
+        source, o = diagram.get_output_port_locator(OutputPortIndex(k))
+        edges.append(f'"out {name}" [label="{name}", shape=plain, fontcolor="{colour}"]')
+        edges.append(f'{end(source, o, 1)}:e -> "out {name}":w [color="{colour}"]')
+    outputs = " ".join(f'"out {diagram.get_output_port(k).get_name()}"' for k in range(diagram.num_output_ports()))
+    nodes = [f'"{system.get_name()}" [label=<{box(system, *used)}>]' for system, used in ports.items()]
+    style = "rankdir=LR ranksep=0.45 nodesep=0.12 node [shape=plain fontsize=12] edge [arrowsize=0.6]"
+    return "\n".join(["digraph {", style, *nodes, *edges, f"{{rank=sink {outputs}}}", "}"])
+
+
+def box(system, inputs, outputs):
+    """Returns the label of a System: its class and name above, input ports to the left, output ports to the right."""
+    title = f"<B>{type(system).__name__.removesuffix('_[float]')}</B><BR/>{system.get_name()}"
+    sides = [
+        [f'<TD PORT="i{k}" ALIGN="LEFT">{system.get_input_port(k).get_name()}</TD>' for k in sorted(inputs)],
+        [f'<TD PORT="o{k}" ALIGN="RIGHT">{system.get_output_port(k).get_name()}</TD>' for k in sorted(outputs)],
+    ]
+    rows = [f"<TR>{left}{right}</TR>" for left, right in zip_longest(*sides, fillvalue="<TD></TD>")]
+    frame = f'BORDER="1" COLOR="{SOFT_INK}" CELLBORDER="0" CELLSPACING="0" CELLPADDING="3" STYLE="ROUNDED"'
+    return f'<TABLE {frame}><TR><TD COLSPAN="2">{title}</TD></TR><HR/>{"".join(rows)}</TABLE>'
+
+
+def draw_graph(graph):
+    """Returns the SVG text of a Graphviz text."""
+    fonts = [f"-{part}fontname=Helvetica,Arial,sans-serif" for part in "GNE"]
+    command = ["dot", "-Tsvg", "-Gbgcolor=white", *fonts]
+    svg = subprocess.run(command, input=graph, capture_output=True, text=True, check=True).stdout
+    return re.sub(r"<!--.*?-->\n?|<title>.*?</title>\n?", "", svg, flags=re.DOTALL)
+
+
+def draw_slots():
+    """Returns a figure of when each part updates, over two servo periods, and in one plant step of the last."""
+    with matplotlib.rc_context(PLOT_STYLE | {"svg.fonttype": "none", "svg.hashsalt": "slots"}):
+        figure, (whole, step) = plt.subplots(
+            1, 2, figsize=(10.5, 3.4), sharey=True, width_ratios=(3, 2), layout="constrained"
+        )
+        last = 1e3 * (SHOWN - TIME_STEP)
+        for row, (_, offset, period, colour) in enumerate(RHYTHM):
+            times = 1e3 * np.arange(offset, SHOWN + 1e-9, period)
+            for axis, first in ((whole, 0.0), (step, last)):
+                shown = times[times > first - 1e-6]
+                axis.axhline(row, color=RULE, linewidth=0.6, zorder=0)
+                axis.plot(shown, np.full(len(shown), row), "o", color=colour, markersize=5)
+        whole.axvspan(last, 1e3 * SHOWN, color=RULE, alpha=0.5, linewidth=0)
+        whole.set(xlim=(-0.7, 1e3 * SHOWN + 0.7), xlabel="time [ms]", title="Two periods of the servo")
+        whole.set_yticks(range(len(RHYTHM)), [name for name, *_ in RHYTHM])
+        whole.invert_yaxis()
+        step.set(xlim=(last - 0.06, 1e3 * SHOWN + 0.06), xlabel="time [ms]", title="The last plant step of them")
+        step.set_xticks(last + 1e3 * TIME_STEP * np.arange(5) / 4)
+        step.xaxis.set_major_formatter("{x:.2f}")
+        return figure
+
+
+def main():
+    for name, graph in graphs().items():
+        (IMAGES / f"{name}.svg").write_text(draw_graph(graph), encoding="utf-8")
+    draw_slots().savefig(IMAGES / "slots.svg", metadata={"Date": None})
+    for path in sorted(IMAGES.glob("*.svg")):
+        print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+
+
+if __name__ == "__main__":
+    main()
