@@ -70,7 +70,7 @@ demo: setup
 docs: setup
 	@.venv/bin/python -m uv pip install --quiet --python .venv/bin/python --constraint constraints.txt \
 	    --build-constraint constraints.txt --editable '.[docs]'
-	.venv/bin/python -m sphinx -W --keep-going --quiet --builder html docs docs/_build/html
+	.venv/bin/python -m sphinx --fresh-env -W --keep-going --quiet --builder html docs docs/_build/html
 	echo "docs: open $$PWD/docs/_build/html/index.html"
 
 bench-ball: setup

@@ -13,7 +13,6 @@ author = "The drake_tracker authors"
 project_copyright = author
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "pydrake_system", "repository_files"]
 exclude_patterns = ["_build"]
-nitpicky = False
 
 html_theme = "furo"
 html_title = "drake_tracker"
@@ -27,5 +26,6 @@ myst_heading_anchors = 3
 myst_fence_as_directive = ["mermaid"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
+autodoc_preserve_defaults = True
+toc_object_entries = False
 napoleon_use_param = False
-napoleon_google_docstring = True

@@ -2,8 +2,8 @@
 
     python docs/make_diagrams.py     needs the program dot (Debian: apt-get install graphviz)
 
-Drawn is what the built Diagrams say of themselves. Drake's own graph (`drake-tracker run --graphviz`) shows the same and
-the ports that nothing is connected to as well.
+Drawn is what the built Diagrams say of themselves. Drake's own graph (`drake-tracker run --graphviz`) shows the same,
+and the ports that nothing is connected to as well.
 """
 
 import re

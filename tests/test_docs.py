@@ -249,7 +249,8 @@ def test_the_pictures_of_the_tour_name_every_system_and_port():
         svg = text_of(REPOSITORY / "docs" / "images" / f"{name}.svg")
         picture = re.findall(r"<text[^>]*>([^<]+)</text>", svg)
         drawn = re.findall(r'label="([^"]+)"|<TD PORT[^>]*>([^<]+)<|<B>([^<]+)<|<BR/>([^<]+)<', graph)
-        assert sorted("".join(words) for words in drawn) == sorted(picture), "python docs/make_diagrams.py draws it anew"
+        told = sorted("".join(words) for words in drawn)
+        assert told == sorted(picture), "python docs/make_diagrams.py draws it anew"
 
 
 def test_pictures_are_small_and_none_is_left_over():

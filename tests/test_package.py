@@ -144,7 +144,7 @@ def test_every_requirement_is_pinned_and_the_pins_name_no_host():
     lines = (REPOSITORY / "constraints.txt").read_text(encoding="utf-8").split("\n")
     pinned = set()
     for line in filter(None, lines):
-        match = re.fullmatch(r"([a-z0-9-]+)==[0-9.]+( ; .*)?", line)
+        match = re.fullmatch(r"([a-z0-9-]+)==[0-9.]+(b[0-9]+)?( ; .*)?", line)
         assert match, f"not a pinned version: {line}"
         pinned.add(match[1])
     extras = [name for extra in project["optional-dependencies"].values() for name in extra]

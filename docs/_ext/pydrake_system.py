@@ -7,6 +7,7 @@ import ast
 import html
 import importlib
 import inspect
+import re
 from pathlib import Path
 
 import yaml
@@ -98,7 +99,21 @@ def messages_in(path):
             yield name, fields if len(fields) <= 20 else (*fields[:10], "…"), inspect.cleandoc(below.value.value)
 
 
+def part_parameters(app, what, name, obj, options, lines):
+    """Gives each parameter a line of its own, where a docstring tells of several in one: napoleon wants them so."""
+    try:
+        names = "|".join(inspect.signature(obj).parameters)
+    except (TypeError, ValueError):
+        return
+    if "Args:" in lines and names:
+        first = lines.index("Args:") + 1
+        indent = re.match(" *", lines[first])[0]
+        text = "\n".join(lines[first:])
+        lines[first:] = re.sub(rf"(?<=\.) (?=(?:{names}): )", f"\n{indent}", text).split("\n")
+
+
 def setup(app):
+    app.connect("autodoc-process-docstring", part_parameters, priority=400)  # before napoleon's own
     app.add_directive("pydrake_system", PydrakeSystem)
     app.add_directive("systems", Systems)
     app.add_directive("messages", Messages)
