@@ -1,11 +1,8 @@
 """Tries an estimator on a few seconds of points, and says in one line what it does not do as it should."""
 
-import traceback
-from pathlib import Path
-
 import numpy as np
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.errors import DrakeTrackerError, raised
 from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.timing import VISION_PERIOD
 
@@ -30,10 +27,7 @@ def check_estimator(estimator, name=None):
     try:
         trouble = _drive(estimator)
     except Exception as error:
-        frame = traceback.extract_tb(error.__traceback__)[-1]
-        text = " ".join(str(error).split())
-        place = f"{Path(frame.filename).name} line {frame.lineno}"
-        raise DrakeTrackerError(f"{name} raised {type(error).__name__}: {text} ({place})") from error
+        raise DrakeTrackerError(f"{name} {raised(error)}") from error
     if trouble:
         raise DrakeTrackerError(f"{name}.{trouble}")
 

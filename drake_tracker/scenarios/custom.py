@@ -3,10 +3,9 @@
 import importlib
 import inspect
 import sys
-import traceback
 from pathlib import Path
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.errors import DrakeTrackerError, raised
 
 
 def find_module(part, folders):
@@ -40,13 +39,6 @@ def make_custom(part, where):
         raise DrakeTrackerError(f"{where}: {part.call}: {error}") from None
     except Exception as error:
         raise DrakeTrackerError(f"{where}: {part.call} {raised(error)}") from error
-
-
-def raised(error):
-    """Returns in words which error the user's code raised, and in which of its lines."""
-    frame = traceback.extract_tb(error.__traceback__)[-1]
-    text = " ".join(str(error).split())
-    return f"raised {type(error).__name__}: {text} ({Path(frame.filename).name} line {frame.lineno})"
 
 
 def _find(part, folder, where):

@@ -198,11 +198,11 @@ def _find_custom(scenario, folder):
         part = getattr(scenario, role)
         if not isinstance(part, Custom):
             continue
-        if part.folder:
-            part.folder = str((folder / part.folder).resolve())
-        else:
-            here = scenario.origins.get(f"{role}.call", "").startswith("--set")
-            part.folder = find_module(part, [Path.cwd(), folder] if here else [folder, Path.cwd()])
+        here = scenario.origins.get(f"{role}.call", "").startswith("--set")
+        folders = [Path.cwd(), folder] if here else [folder, Path.cwd()]
+        if part.folder:  # by the user, or by an earlier run, perhaps on another machine
+            folders.insert(0, folder / part.folder)
+        part.folder = find_module(part, folders) or part.folder
         if role == "arm":
             from drake_tracker.diagrams.arms import arm_of  # Not above: listing scenarios needs no Drake.
 

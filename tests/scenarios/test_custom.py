@@ -68,6 +68,11 @@ def test_one_beside_the_scenario_is_found_from_everywhere_and_again_from_the_res
     assert scenario.estimator == Custom(f"{name}.StraightOn", {"std": 0.02}, str(folder))
     save_scenario(scenario, "scenario.yaml")
     assert load_scenario("scenario.yaml:scenario").estimator == scenario.estimator
+    moved = Path(shutil.move(folder, folder.with_name("moved")))
+    shutil.copy(moved / f"{name}.py", "..")
+    shutil.copy("scenario.yaml", "../again.yaml")
+    sys.modules.pop(name)
+    assert load_scenario("../again.yaml:scenario").estimator.folder == str(Path("..").resolve())
 
 
 def test_parameters_keep_their_kinds_also_for_drake(folder, name):
