@@ -90,6 +90,9 @@ class GraspMachine(SchemaMachine):
     def object_lost(self, state, seen):
         return not seen.target.valid
 
+    def told_to_hold(self, state, seen):
+        return self.parameters.when_stale == "hold" and bool(seen.target.stale)
+
     def may_intercept(self, state, seen):
         return state.gate == Gate.OPEN
 

@@ -21,6 +21,7 @@ class Phase(IntEnum):
     LIFT = 4
     HOLD = 5
     RETREAT = 6
+    HOVER = 7
 
 
 PROGRAMS = {
@@ -31,6 +32,7 @@ PROGRAMS = {
     Phase.LIFT: Program(MotionFrame.HELD, "lift_height", "lift_duration", jaws_closed=True, frozen=True),
     Phase.HOLD: Program(MotionFrame.HELD, "lift_height", "lift_duration", jaws_closed=True, frozen=True),
     Phase.RETREAT: Program(MotionFrame.HELD, "hover_height", "retreat_duration", jaws_closed=False, frozen=True),
+    Phase.HOVER: Program(MotionFrame.HELD, "hover_height", "approach_duration", jaws_closed=False, frozen=False),
 }
 
 SAME_MOTION = {(Phase.INTERCEPT, Phase.CLOSE), (Phase.LIFT, Phase.HOLD)}
@@ -38,11 +40,16 @@ SAME_MOTION = {(Phase.INTERCEPT, Phase.CLOSE), (Phase.LIFT, Phase.HOLD)}
 
 TRANSITIONS = {
     Phase.ACQUIRE: (("object_seen", Phase.TRACK),),
-    Phase.TRACK: (("object_lost", Phase.ACQUIRE), ("may_intercept", Phase.INTERCEPT)),
+    Phase.TRACK: (
+        ("object_lost", Phase.ACQUIRE),
+        ("told_to_hold", Phase.HOVER),
+        ("may_intercept", Phase.INTERCEPT),
+    ),
     Phase.INTERCEPT: (("time_to_close", Phase.CLOSE),),
     Phase.CLOSE: (("jaws_empty", Phase.RETREAT), ("jaws_hold", Phase.LIFT)),
     Phase.LIFT: (("jaws_empty", Phase.RETREAT), ("lift_done", Phase.HOLD)),
     Phase.HOLD: (("jaws_empty", Phase.RETREAT),),
     Phase.RETREAT: (("retreat_done", Phase.ACQUIRE),),
+    Phase.HOVER: (("object_seen", Phase.TRACK),),
 }
 """From each phase, the conditions that are asked in this order and the phase that each leads to."""

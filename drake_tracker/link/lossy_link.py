@@ -15,7 +15,7 @@ from drake_tracker.messages import Prediction
 LINK_STREAM = 40
 """The link's stream of random numbers: default_rng([seed, LINK_STREAM, seq])."""
 
-_SEQ, _VALID = (Prediction.get_fields().index(name) for name in ("seq", "valid"))
+_STAMP, _SEQ, _VALID = (Prediction.get_fields().index(name) for name in ("stamp", "seq", "valid"))
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,11 @@ class LossyLink:
     def post(self, state, packet, now):
         """Returns the `LinkState` after ``packet``, a `Prediction` vector, is offered to the line at ``now`` [s].
 
-        A packet that is not valid, or whose seq was the last one offered, is not sent.
+        A packet that is not valid, whose stamp was the last one offered, or which is stamped after ``now`` (it was made
+        for another run of the arm's clock) is not sent.
         """
-        seq = int(packet[_SEQ])
-        if not packet[_VALID] or seq == state.last_seq:
+        seq, stamp = int(packet[_SEQ]), packet[_STAMP]
+        if not packet[_VALID] or stamp == state.last_stamp or stamp > now:
             return state
         loss_draw, jitter_draw = self._draw(seq)
         lost = bool(loss_draw < self._loss_probability(state))
@@ -62,7 +63,7 @@ class LossyLink:
             packet = np.array(packet, dtype=float)
             packet.flags.writeable = False
             in_flight += ((now + self.delay + self.jitter * jitter_draw, packet),)
-        return LinkState(in_flight=in_flight, last_seq=seq, last_lost=lost)
+        return LinkState(in_flight=in_flight, last_stamp=float(stamp), last_lost=lost)
 
     def _draw(self, seq):
         if self.drop == 0.0 and self.jitter == 0.0:
@@ -70,7 +71,7 @@ class LossyLink:
         return np.random.default_rng([self.seed, LINK_STREAM, seq]).random(2)
 
     def _loss_probability(self, state):
-        if state.last_seq is None or self.drop == 1.0:
+        if state.last_stamp is None or self.drop == 1.0:
             return self.drop
         again = max(self.drop, 1.0 - 1.0 / self.burst)
         # The first loss of a row must be this rare for a fraction ``drop`` to be lost in the long run.
@@ -80,10 +81,10 @@ class LossyLink:
 @dataclass(frozen=True)
 class LinkState:
     """Memory of the line: ``in_flight``, a tuple of (time of arrival [s], read-only packet) in the order of sending,
-    and the seq and the fate of the packet offered last (None and False before the first)."""
+    and the stamp [s] and the fate of the packet offered last (None and False before the first)."""
 
     in_flight: tuple = ()
-    last_seq: int | None = None
+    last_stamp: float | None = None
     last_lost: bool = False
 
     def __deepcopy__(self, memo):
@@ -91,15 +92,16 @@ class LinkState:
 
 
 def newest_arrived(state, now):
-    """Returns the packet with the largest seq that has arrived by ``now`` [s], None when there is none.
+    """Returns the packet with the newest stamp that has arrived by ``now`` [s], None when there is none.
 
-    A packet overtaken by a newer one never replaces it.
+    A packet overtaken by a newer one never replaces it. The stamp tells, since a host that was started again counts its
+    packets from 1.
     """
     arrived = (packet for arrival, packet in state.in_flight if arrival <= now)
-    return max(arrived, key=lambda packet: packet[_SEQ], default=None)
+    return max(arrived, key=lambda packet: packet[_STAMP], default=None)
 
 
 def _prune(in_flight, now):
     """Forgets every packet that a newer one, already here, has made useless."""
     newest = newest_arrived(LinkState(in_flight), now)
-    return in_flight if newest is None else tuple(item for item in in_flight if item[1][_SEQ] >= newest[_SEQ])
+    return in_flight if newest is None else tuple(item for item in in_flight if item[1][_STAMP] >= newest[_STAMP])

@@ -84,12 +84,12 @@ def _frozen_path(log, launch):
     same = (target.times >= launch) & (target["valid"] > 0)
     if not same.any():
         return np.zeros(0), np.zeros((0, 3))
-    seq_frozen = target["seq"][np.argmax(same)]  # at the sample in which the launch shows; later ones rest on it too
-    same &= target["seq"] == seq_frozen
+    stamp_frozen = target["stamp"][np.argmax(same)]  # the launch shows here; later samples rest on it too
+    same &= target["stamp"] == stamp_frozen
     known_times, known = target["time"][same], target.view("x", "y", "yaw")[same]
     end = known_times[-1]
     delivered = log["delivered"]
-    rows = np.nonzero((delivered["seq"] == seq_frozen) & (delivered["valid"] > 0))[0]
+    rows = np.nonzero((delivered["stamp"] == stamp_frozen) & (delivered["valid"] > 0))[0]
     if len(rows):
         packet = delivered.data[rows[0]]
         end = packet[2] + packet[3] * (KNOT_COUNT - 1)

@@ -28,6 +28,7 @@ PHASE_COLOURS = {
     Phase.LIFT: "#009e73",
     Phase.HOLD: "#007a5a",
     Phase.RETREAT: "#cc79a7",
+    Phase.HOVER: "#0072b2",
 }
 """One colour for each phase of the grasp."""
 CATCH_COLOURS = {

@@ -153,6 +153,9 @@ class Grasp:
     lift_duration: float = setting(1.0, "time of the lift", "s", (0.2, 10.0))
     retreat_duration: float = setting(1.0, "time of the retreat after a miss, and of going home", "s", (0.2, 10.0))
     settle_time: float = setting(0.5, "time above the object before an intercept", "s", (0.0, 60.0))
+    when_stale: str = setting(
+        "coast", "while no packets come: follow the path foreseen, or stand still", choices=("coast", "hold")
+    )
     gate: str = setting("auto", "what vouches for a prediction; auto: all", choices=("auto", "memory", "recent"))
     memory_radius: float = setting(0.03, "how near an earlier place counts as the same", "m", (0.001, 0.2))
     lateral_tolerance: float = setting(0.012, "error across the path that the gate allows", "m", (0.0, 0.1))

@@ -52,7 +52,7 @@ def test_the_jaws_are_closed_from_closing_to_holding_and_open_otherwise():
 def test_the_hand_moves_with_the_object_until_it_holds_it_and_then_straight_up():
     for phase in (Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE):
         assert PROGRAMS[phase].frame == MotionFrame.OBJECT
-    for phase in (Phase.LIFT, Phase.HOLD, Phase.RETREAT):
+    for phase in (Phase.LIFT, Phase.HOLD, Phase.RETREAT, Phase.HOVER):
         assert PROGRAMS[phase].frame == MotionFrame.HELD
 
 

@@ -47,6 +47,19 @@ def test_only_valid_and_new_packets_are_sent():
     assert link.post(state, packet(3), 0.3) is state
 
 
+def test_a_host_that_was_started_again_counts_from_1_and_is_heard():
+    link, state = LossyLink(delay=0.1), LinkState()
+    for seq in (500, 501):
+        state = link.post(state, packet(seq), seq * PERIOD)
+    again = pack_prediction(510 * PERIOD, 1, np.ones((KNOT_COUNT, len(KNOT_FIELDS))))
+    state = link.post(state, again, 510 * PERIOD)
+    np.testing.assert_array_equal(newest_arrived(state, 520 * PERIOD), again)
+
+
+def test_a_packet_of_another_clock_is_not_sent():
+    assert LossyLink().post(LinkState(), packet(500), 3.0) == LinkState()
+
+
 @pytest.mark.parametrize("drop", [0.0, 0.1, 0.5, 1.0])
 def test_independent_losses_happen_at_the_rate_asked_for(drop):
     lost, _ = fates(LossyLink(drop=drop, seed=5), 6000)
@@ -111,9 +124,9 @@ def test_the_state_stays_small_and_cannot_change():
 
 def test_what_was_sent_is_not_what_the_sender_goes_on_writing_to():
     sent = packet(1)
-    state = LossyLink().post(LinkState(), sent, 0.0)
+    state = LossyLink().post(LinkState(), sent, PERIOD)
     sent[:] = 7.0
-    np.testing.assert_array_equal(newest_arrived(state, 0.0), packet(1))
+    np.testing.assert_array_equal(newest_arrived(state, PERIOD), packet(1))
 
 
 def test_the_seed_and_the_seq_decide_a_packets_fate():
