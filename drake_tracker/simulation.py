@@ -23,7 +23,10 @@ WATCH_PERIOD = 1 / 60
 """Simulated time [s] between looks at the judge's verdict."""
 
 
-def simulate(scenario, out=None, record=True, meshcat=False, progress=None, graphviz=None, stop=True, images=False):
+def simulate(
+    scenario, out=None, record=True, meshcat=False, progress=None, graphviz=None, stop=True, images=False, diagram=None,
+    rate=0.0,
+):
     """Runs a scenario to its end and returns its summary, a dict.
 
     The run ends when its object was taken (the train lifted), when it is lost (the train thrown off its track), or
@@ -38,6 +41,8 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
       graphviz: file for the picture of the diagram in Graphviz's language.
       stop: False runs for the whole duration whatever happens.
       images: whether to keep the images that the vision reads, for `replay.replay`.
+      diagram: what to run in place of the scenario's own diagram, with its ports and rooms.
+      rate: simulated time goes no faster than this, 1 being real time; 0 is as fast as it can.
 
     Raises DrakeTrackerError on a scenario that cannot be built and, when cameras are needed, on a machine that
     cannot render.
@@ -48,7 +53,7 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
         raise DrakeTrackerError(f"{scenario.where('vision')}: there are no images to be recorded with measured vision")
     if task.needs_renderer(scenario):
         require_renderer()
-    hand_eye = task.make_diagram(scenario)
+    hand_eye = task.make_diagram(scenario) if diagram is None else diagram
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
     loggers = add_loggers(builder, hand_eye, scenario.task)
@@ -78,6 +83,7 @@ def simulate(scenario, out=None, record=True, meshcat=False, progress=None, grap
     context = simulator.get_mutable_context()
     watch = _Watch(task, hand_eye, progress, stop)
     simulator.set_monitor(watch)
+    simulator.set_target_realtime_rate(rate)
     clock["simulate"] = time.monotonic()
     with _interrupts(watch):
         simulator.Initialize()

@@ -49,9 +49,10 @@ class HandEyeDiagram(Diagram):
     Args:
       world: a Diagram with the sensors' ports (`WorldDiagram`). vision: `VisionDiagram` or `MeasuredVisionDiagram`.
       host: `EstimatorSystem`. link: a link System. arm: `ArmDiagram`.
+      arrows: (room, output, room, input), of which the wires between rooms with different names of ports are made.
     """
 
-    def __init__(self, world, vision, host, link, arm):
+    def __init__(self, world, vision, host, link, arm, arrows=BETWEEN_ROOMS):
         super().__init__()
         self.set_name("hand_eye")
         self.world, self.vision, self.host, self.link, self.arm = world, vision, host, link, arm
@@ -59,7 +60,7 @@ class HandEyeDiagram(Diagram):
         builder = DiagramBuilder()
         for room in rooms.values():
             builder.AddSystem(room)
-        for source, output, reader, input_ in BETWEEN_ROOMS:
+        for source, output, reader, input_ in arrows:
             builder.Connect(rooms[source].GetOutputPort(output), rooms[reader].GetInputPort(input_))
         for reader, source in ((vision, world), (arm, world), (world, arm)):
             for port in inputs(reader):

@@ -9,7 +9,7 @@ from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import joints_for, make_arm_model
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.estimators import estimator_of
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.diagrams.hand_eye import BETWEEN_ROOMS, HandEyeDiagram
 from drake_tracker.diagrams.train_track import check_track, draw_track
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.estimation.estimator_system import EstimatorSystem
@@ -38,6 +38,15 @@ def make_diagram(scenario):
     Everything random is drawn from ``scenario.seed``. Raises DrakeTrackerError, in one line, when the scenario cannot
     be built: a file is missing, the track is out of reach, or the vision would never see the train.
     """
+    return assemble(scenario, *make_vision(scenario), scenario_host(scenario))
+
+
+def assemble(scenario, vision, windows, host, arrows=BETWEEN_ROOMS):
+    """Returns the `HandEyeDiagram` of a scenario with the given ``vision`` and ``host``, or what stands for them.
+
+    ``windows``: {camera name: window to render [px]}, as `WorldDiagram` takes it. ``arrows``: as `HandEyeDiagram` takes
+    them. Raises DrakeTrackerError as `make_diagram`.
+    """
     description = arm_of(scenario)
     model = make_arm_model(description)
     home = home_reference(scenario)
@@ -46,24 +55,30 @@ def make_diagram(scenario):
     track, start = draw_track(scenario)
     check_track(scenario, track, model, q_initial)
 
-    if isinstance(scenario.vision, Measured):
-        vision, windows = measured_vision(scenario), {}
-    else:
-        vision, windows = rendered_vision(scenario)
     world = WorldDiagram(scenario, description, q_initial, track, start, windows)
-    host, link = scenario_host(scenario), scenario_link(scenario)
+    link = scenario_link(scenario)
     grasp = GraspSystem(GraspMachine(scenario.grasp, model, SERVO_PERIOD), scenario.time_step)
     grasp.set_name("grasp")
     arm = ArmDiagram(
         grasp, scenario.servo, model, q_initial, home, scenario.time_step, jaw_opening=scenario.grasp.jaw_opening
     )
-    return HandEyeDiagram(world, vision, host, link, arm)
+    return HandEyeDiagram(world, vision, host, link, arm, arrows)
 
 
-def rendered_vision(scenario):
-    """Returns (VisionDiagram, {camera name: window to render [px]}) of a scenario with ``vision: !Rendered``."""
+def make_vision(scenario):
+    """Returns a scenario's vision, and {camera name: window to render [px]}, which is empty where it is measured."""
+    if isinstance(scenario.vision, Measured):
+        return measured_vision(scenario), {}
+    return rendered_vision(scenario)
+
+
+def rendered_vision(scenario, **settings):
+    """Returns (VisionDiagram, {camera name: window to render [px]}) of a scenario with ``vision: !Rendered``.
+
+    ``settings``: further ones of the `VisionDiagram`.
+    """
     rendered = rendered_windows(scenario)
-    return image_vision(scenario, rendered), {f"camera_{side}": rendered[side] for side in SIDES}
+    return image_vision(scenario, rendered, **settings), {f"camera_{side}": rendered[side] for side in SIDES}
 
 
 def rendered_windows(scenario):
@@ -81,15 +96,16 @@ def look_windows(scenario, cameras):
     return {side: project_window(cameras[side], vision.work_volume, vision.outline) for side in SIDES}
 
 
-def image_vision(scenario, rendered):
+def image_vision(scenario, rendered, **settings):
     """Returns the `VisionDiagram` of a scenario for images of the windows ``rendered`` {side: (u0, v0, width, height)}.
 
-    Raises DrakeTrackerError when the train would be too slow for it to be seen.
+    ``settings``: further ones of the `VisionDiagram`. Raises DrakeTrackerError when the train would be too slow for it to be seen.
     """
     cameras, flow = load_cameras(scenario), flow_parameters(scenario)
     check_visible(scenario, cameras, flow)
     windows = look_windows(scenario, cameras)
-    return VisionDiagram(cameras, windows, rendered, flow, scenario.vision.lag_cycles, scenario.vision.work_volume)
+    lag, volume = scenario.vision.lag_cycles, scenario.vision.work_volume
+    return VisionDiagram(cameras, windows, rendered, flow, lag, volume, **settings)
 
 
 def measured_vision(scenario):

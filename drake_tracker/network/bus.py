@@ -1,0 +1,67 @@
+"""Joins the LCM bus, or says in one line why this machine cannot."""
+
+import ipaddress
+import re
+import socket
+
+from pydrake.lcm import DrakeLcm
+
+from drake_tracker.errors import DrakeTrackerError, MachineError
+from drake_tracker.network.channels import DEFAULT_URL
+
+_URL = re.compile(r"udpm://([0-9.]+):([0-9]+)(\?.*)?")
+_PROBE = b"drake-tracker asks itself"
+_REMEDY = (
+    "where there is no network, this lets one machine talk to itself, as root: ip link set lo up multicast on && "
+    "ip route add 224.0.0.0/4 dev lo"
+)
+
+
+def open_bus(url=DEFAULT_URL):
+    """Returns a DrakeLcm on an address as LCM writes it, udpm://GROUP:PORT?ttl=N.
+
+    Without a route LCM falls back to a bus of its own within the process, on which nobody is heard; hence the question
+    is put to the machine first.
+
+    Raises DrakeTrackerError when the address is none, or the environment forbids it; MachineError when multicast does
+    not come back to this machine.
+    """
+    match = _URL.fullmatch(url)
+    if match is None or not _is_group(match[1]) or not 0 < int(match[2]) < 65536:
+        raise DrakeTrackerError(
+            f"--lcm {url}: an address is udpm://GROUP:PORT?ttl=N, the group 224.0.0.0 to 239.255.255.255, for example "
+            f"{DEFAULT_URL}"
+        )
+    trouble = multicast_trouble(match[1])
+    if trouble:
+        raise MachineError(f"--lcm {url}: multicast does not work here ({trouble}); {_REMEDY}")
+    try:
+        return DrakeLcm(url)
+    except RuntimeError as error:
+        raise DrakeTrackerError(f"--lcm {url}: {error}") from None
+
+
+def multicast_trouble(group):
+    """Returns why a message to a multicast group does not come back to this machine, None when it does."""
+    any_interface = socket.inet_aton(group) + socket.inet_aton("0.0.0.0")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener, socket.socket(
+        socket.AF_INET, socket.SOCK_DGRAM
+    ) as speaker:
+        try:
+            listener.bind(("", 0))
+            listener.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, any_interface)
+            listener.settimeout(1.0)
+            speaker.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+            speaker.sendto(_PROBE, (group, listener.getsockname()[1]))
+            return None if listener.recv(len(_PROBE)) == _PROBE else "something else came back"
+        except TimeoutError:
+            return "nothing came back"
+        except OSError as error:
+            return error.strerror
+
+
+def _is_group(address):
+    try:
+        return ipaddress.IPv4Address(address).is_multicast
+    except ValueError:
+        return False

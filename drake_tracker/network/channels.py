@@ -1,0 +1,64 @@
+"""The LCM channels between the two processes; docs/lcm.md describes them for who writes a driver.
+
+A channel carries what a port of `HandEyeDiagram` carries, under the port's name: a vector as `lcmt_drake_signal`
+(`signal_message.py`), a camera's images as `lcmt_image_array`.
+"""
+
+from dataclasses import dataclass
+
+from drake_tracker.estimation.estimator_system import Filtered
+from drake_tracker.messages import ArmCommand, Centroid, JawState, Prediction, TrackPoint
+from drake_tracker.timing import ESTIMATOR_SLOT, LINK_SLOT, SERVO_PERIOD, VISION_PERIOD, vision_slot
+
+DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
+"""LCM's own group and port; with ttl 0 nothing leaves this machine."""
+PREFIX = "DRAKE_TRACKER_"
+CAMERAS = ("camera_left", "camera_right")
+
+POINT = ("point",)
+"""What the host needs where points are sent to it."""
+FROM_VISION = ("point", "centroid_left", "centroid_right")
+"""What the host finds in images and says for the log."""
+FROM_HOST = ("prediction", "filtered")
+FROM_ARM = ("arm_state", "jaws", "q_commanded", "command")
+"""What the arm says of itself."""
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A channel of vectors: names of the fields, period and offset [s] at which they are published."""
+
+    fields: tuple
+    period: float
+    offset: float
+
+
+def channel_of(port):
+    """Returns the channel's name."""
+    return PREFIX + port.upper()
+
+
+def vectors(time_step, num_joints=6):
+    """Returns {port: `Vector`} of every channel of vectors.
+
+    What the host sends it sends after its own slot, what it reads was sent just before it.
+    ``time_step`` [s]: the plant's, of which the slots are parts.
+    """
+    q, v = ([f"{letter}{i + 1}" for i in range(num_joints)] for letter in "qv")
+    after_vision = (VISION_PERIOD, vision_slot(ESTIMATOR_SLOT, time_step))
+    after_host = (VISION_PERIOD, vision_slot(LINK_SLOT, time_step))
+    at_once = (VISION_PERIOD, 0.0)
+    # Sampled as the joint spline samples them: at the end of the period in which they were made.
+    set_point = (SERVO_PERIOD, 0.0)
+    rows = {
+        "point": (TrackPoint.get_fields(), *after_vision),
+        "centroid_left": (Centroid.get_fields(), *after_vision),
+        "centroid_right": (Centroid.get_fields(), *after_vision),
+        "prediction": (Prediction.get_fields(), *after_host),
+        "filtered": (Filtered.get_fields(), *after_host),
+        "arm_state": (q + v, *at_once),
+        "jaws": (JawState.get_fields(), *at_once),
+        "q_commanded": (q, *set_point),
+        "command": (ArmCommand.get_fields(), *set_point),
+    }
+    return {port: Vector(tuple(fields), period, offset) for port, (fields, period, offset) in rows.items()}

@@ -1,0 +1,60 @@
+"""Arm's side and host's side in one process, on a bus within it, in lockstep: as the diagram that has them both."""
+
+import numpy as np
+import pytest
+from pydrake.lcm import DrakeLcm
+from pydrake.systems.analysis import Simulator
+
+from drake_tracker import load_scenario, make_diagram
+from drake_tracker.diagrams.two_processes import make_arm_side
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.host_process import HostProcess
+from drake_tracker.messages import Prediction
+from drake_tracker.timing import TIME_STEP, VISION_PERIOD
+
+AFTER_THE_HOST = 6 / 16 * TIME_STEP
+"""Later than what the host reads was sent, and earlier than the link reads what it answers."""
+COMPARED = ("point", "delivered", "target", "command", "q_commanded", "arm_state", "truth_train_state")
+
+
+def test_with_the_same_points_everything_is_bit_for_bit_as_in_one_process():
+    scenario = load_scenario("train", seed=3, overrides=["vision=!Measured {}", "track.speed=0.2"])
+    lcm = DrakeLcm("memq://")
+    host = HostProcess(scenario, lcm, tell=str)
+    apart, together = Simulator(make_arm_side(scenario, lcm)), Simulator(make_diagram(scenario))
+    packets = 0
+    for cycle in range(70):
+        for simulator in (apart, together):
+            simulator.AdvanceTo(cycle * VISION_PERIOD + AFTER_THE_HOST)
+        host.step(timeout=0.0)
+        for port in COMPARED:
+            values = [each.get_system().GetOutputPort(port).Eval(each.get_context()) for each in (apart, together)]
+            np.testing.assert_array_equal(*values, err_msg=f"{port} in cycle {cycle}")
+        packets += Prediction(apart.get_system().GetOutputPort("delivered").Eval(apart.get_context())).valid
+    assert packets > 20 and host.counts["packets"] == packets + 1  # the last one is on its way
+
+
+def test_images_that_were_sent_are_seen_as_those_that_were_not():
+    """Two rendered cameras, for as long as it takes until a first point; its stamp went over the bus in whole
+    microseconds."""
+    scenario = load_scenario("train", seed=3, overrides=["vision.lag_cycles=3"])
+    lcm = DrakeLcm("memq://")
+    host = HostProcess(scenario, lcm, tell=str)
+    apart, together = Simulator(make_arm_side(scenario, lcm)), Simulator(make_diagram(scenario))
+    for cycle in range(12):
+        for simulator in (apart, together):
+            simulator.AdvanceTo(cycle * VISION_PERIOD + AFTER_THE_HOST)
+        host.step(timeout=0.0)
+    apart.AdvanceTo(12 * VISION_PERIOD)
+    for port in ("centroid_left", "centroid_right", "point"):
+        values = [each.get_system().GetOutputPort(port).Eval(each.get_context()) for each in (apart, together)]
+        assert values[1][-1] == 1.0
+        np.testing.assert_allclose(*values, rtol=0.0, atol=2e-6, err_msg=port)
+    assert host.counts["cycles"] == 12 and host.counts["cycles_incomplete"] == 0
+
+
+@pytest.mark.parametrize("side", ["arm", "host"])
+def test_a_ball_is_refused(side):
+    scenario, lcm = load_scenario("ball"), DrakeLcm("memq://")
+    with pytest.raises(DrakeTrackerError, match="ball: host and arm know the train alone"):
+        make_arm_side(scenario, lcm) if side == "arm" else HostProcess(scenario, lcm)
