@@ -9,11 +9,23 @@ import argparse
 import sys
 import traceback
 
-from drake_tracker.commands import calibrate, campaign, doctor, figures, list_scenarios, measure, replay, run, track
+from drake_tracker.commands import (
+    arm,
+    calibrate,
+    campaign,
+    doctor,
+    figures,
+    host,
+    list_scenarios,
+    measure,
+    replay,
+    run,
+    track,
+)
 from drake_tracker.commands.common import FAULT, INTERRUPTED, TROUBLE
 from drake_tracker.errors import DrakeTrackerError
 
-COMMANDS = (run, replay, list_scenarios, doctor, calibrate, track, measure, campaign, figures)
+COMMANDS = (run, replay, list_scenarios, doctor, calibrate, track, measure, campaign, figures, host, arm)
 """In the order of ``--help``."""
 
 

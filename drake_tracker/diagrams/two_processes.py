@@ -17,7 +17,7 @@ def make_arm_side(scenario, lcm):
     The link stands in this process, behind the network, so that what it loses is lost whoever sends. Raises
     DrakeTrackerError as `make_diagram`, and where the task is not the train's.
     """
-    _check_task(scenario)
+    check_task(scenario)
     known = vectors(scenario.time_step)
     if isinstance(scenario.vision, Measured):
         host = RemoteHostDiagram(lcm, POINT, FROM_HOST, known)
@@ -28,12 +28,12 @@ def make_arm_side(scenario, lcm):
     return ArmSideDiagram(assemble(scenario, ImageSenderDiagram(lcm, CAMERAS), windows, host, arrows), lcm, known)
 
 
-def scenario_host_side(scenario, incoming, outgoing):
+def make_host_side(scenario, incoming, outgoing):
     """Returns (HostSideDiagram, {port: (width, height) [px]}) of a scenario; the second says what images it can read.
 
     ``incoming`` and ``outgoing`` are each a DrakeLcm. Raises DrakeTrackerError as `make_arm_side`.
     """
-    _check_task(scenario)
+    check_task(scenario)
     vision, windows = None, {}
     if not isinstance(scenario.vision, Measured):
         # Half a cycle: the cameras are in step, but their stamps come as whole microseconds, a real one's as it likes.
@@ -42,7 +42,8 @@ def scenario_host_side(scenario, incoming, outgoing):
     return side, {port: window[2:] for port, window in windows.items()}
 
 
-def _check_task(scenario):
+def check_task(scenario):
+    """Raises DrakeTrackerError where the task is not the train's."""
     if scenario.task != "train":
         raise DrakeTrackerError(
             f"{scenario.name}: host and arm know the train alone; before a ball rolls, camera and arm find the board "

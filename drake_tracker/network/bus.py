@@ -17,8 +17,8 @@ _REMEDY = (
 )
 
 
-def open_bus(url=DEFAULT_URL):
-    """Returns a DrakeLcm on an address as LCM writes it, udpm://GROUP:PORT?ttl=N.
+def open_bus(url=None):
+    """Returns a DrakeLcm on an address as LCM writes it, udpm://GROUP:PORT?ttl=N; None is `channels.DEFAULT_URL`.
 
     Without a route LCM falls back to a bus of its own within the process, on which nobody is heard; hence the question
     is put to the machine first.
@@ -26,6 +26,7 @@ def open_bus(url=DEFAULT_URL):
     Raises DrakeTrackerError when the address is none, or the environment forbids it; MachineError when multicast does
     not come back to this machine.
     """
+    url = DEFAULT_URL if url is None else url
     match = _URL.fullmatch(url)
     if match is None or not _is_group(match[1]) or not 0 < int(match[2]) < 65536:
         raise DrakeTrackerError(

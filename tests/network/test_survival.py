@@ -1,0 +1,104 @@
+"""Two processes at real-time rate: the host is killed while the hand tracks, and started again."""
+
+import json
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from drake import lcmt_drake_signal
+
+from drake_tracker.errors import MachineError
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.messages import ArmCommand
+from drake_tracker.network.bus import open_bus
+from drake_tracker.network.channels import channel_of
+from drake_tracker.network.signal_message import decode_signal
+from drake_tracker.record.log import load_log
+from drake_tracker.scenarios import load_scenario
+
+SETTINGS = ("vision=!Measured {}", "track.kind=circle", "track.speed=0.2")
+PATIENCE = 120.0
+"""Wall time [s] in which a busy machine does anything of this."""
+
+
+class Bus:
+    """The bus as a third process sees it: the phase of the arm, and its clock."""
+
+    def __init__(self):
+        # A port of its own, so that tests that run at the same time do not meet.
+        self.url = f"udpm://239.255.76.68:{random.randint(20000, 60000)}?ttl=0"
+        try:
+            self.lcm = open_bus(self.url)
+        except MachineError as error:
+            pytest.skip(str(error))
+        self.phase, self.time = None, 0.0
+        self.lcm.Subscribe(channel_of("command"), self._take)
+
+    def _take(self, data):
+        message = lcmt_drake_signal.decode(data)
+        command = ArmCommand(decode_signal(message, ArmCommand.get_fields()))
+        self.phase, self.time = Phase(int(command.phase)), 1e-3 * message.timestamp
+
+    def wait(self, condition):
+        """Listens until the condition holds. Returns the arm's time [s]."""
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < end, f"phase {self.phase} at {self.time} s"
+            self.lcm.HandleSubscriptions(50)
+        return self.time
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Starts ``drake-tracker`` with the given arguments; what is left of it is killed in the end."""
+    processes = []
+
+    def launch(*arguments):
+        overrides = [word for setting in SETTINGS for word in ("--set", setting)]
+        command = [sys.executable, "-m", "drake_tracker", *arguments, *overrides]
+        processes.append(subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+        return processes[-1]
+
+    yield launch
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+def test_without_its_host_the_arm_hovers_and_with_another_one_it_lifts_the_train(start, tmp_path):
+    bus, out = Bus(), tmp_path / "arm"
+    host = start("host", "train", "--lcm", bus.url)
+    arm = start("arm", "train", "--lcm", bus.url, "--out", str(out), "--no-record", "--seed", "4")
+    bus.wait(lambda: bus.phase == Phase.TRACK)
+    tracked = bus.time
+    killed = bus.wait(lambda: bus.time > tracked + 1.2)
+    host.send_signal(signal.SIGKILL)
+    bus.wait(lambda: bus.phase == Phase.HOVER)
+    bus.wait(lambda: bus.time > killed + 2.0)
+    another = start("host", "train", "--lcm", bus.url)
+    heard = bus.wait(lambda: bus.phase == Phase.TRACK)
+    said, trouble = arm.communicate(timeout=PATIENCE)
+    assert arm.returncode == 0, said + trouble
+    another.send_signal(signal.SIGINT)
+    said, trouble = another.communicate(timeout=PATIENCE)
+    assert another.returncode == 0 and "hears the arm; its clock" in said, said + trouble
+
+    assert json.loads((out / "summary.json").read_text())["success"]
+    log, scenario = load_log(out / "log.npz"), load_scenario("train")
+    servo = scenario.servo.stale_after
+    silent = (log["command"].times > killed + servo + 0.1) & (log["command"].times < heard - 0.1)
+    assert silent.sum() > 50 and set(log["command"]["phase"][silent]) == {Phase.HOVER}
+    assert not np.any(log["diagnosis"]["attempts"][log["diagnosis"].times < heard])
+    # It came to rest where it was, as high as it hovers: a train's reference point is some 4 cm above the table.
+    still = (log["tool"].times > killed + servo + 1.3) & (log["tool"].times < heard - 0.1)
+    tool = log["tool"].data[still, :3]
+    assert len(tool) > 20 and np.ptp(tool, axis=0).max() < 0.002
+    whole = (log["tool"].times > tracked) & (log["tool"].times < heard)
+    assert log["tool"]["z"][whole].min() > scenario.table_height + scenario.grasp.hover_height
+    train = log["truth_train_state"]
+    near = np.interp(killed, train.times, train["x"]), np.interp(killed, train.times, train["y"])
+    assert np.hypot(*(tool[-1, :2] - near)) < 0.12  # over the place, not at home
