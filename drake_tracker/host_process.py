@@ -11,6 +11,7 @@ from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.messages import Prediction
 from drake_tracker.network.channels import channel_of
 from drake_tracker.network.cycles import CycleCollector
+from drake_tracker.network.mailbox import Mailbox
 from drake_tracker.timing import SERVO_SLOT, VISION_PERIOD, vision_slot
 
 SILENCE = 1.0
@@ -27,23 +28,25 @@ class HostProcess:
     sender's clock goes back its laboratory began anew, and the host with it.
 
     Args:
-      scenario: a TrainScenario. lcm: a DrakeLcm. tell: called with a line of news. clock: returns the wall time [s].
+      scenario: a TrainScenario. incoming, outgoing: a DrakeLcm each; two of them where a thread listens to the first.
+      tell: called with a line of news. clock: returns the wall time [s].
+
+    Attributes:
+      mailbox: the `Mailbox` of what comes in. counts: {what: how many} of the summary.
     """
 
-    def __init__(self, scenario, lcm, tell=print, clock=time.monotonic):
-        self._lcm, self._tell, self._clock = lcm, tell, clock
+    def __init__(self, scenario, incoming, outgoing, tell=print, clock=time.monotonic):
+        self._tell, self._clock = tell, clock
         self._inside = DrakeLcm("memq://")
-        self._side, self._image_sizes = make_host_side(scenario, self._inside, lcm)
+        self._side, self._image_sizes = make_host_side(scenario, self._inside, outgoing)
         self._done = vision_slot(SERVO_SLOT, scenario.time_step)
         self._simulator = Simulator(self._side)
         self._collector = CycleCollector(self._side.heard, VISION_PERIOD)
-        self._waiting = []
-        for port in self._side.heard:
-            lcm.Subscribe(channel_of(port), lambda data, port=port: self._take(port, data))
+        self.mailbox = Mailbox(incoming, self._side.heard)
         self._next = None
         self._last_heard = None
         self._silent = False
-        self._stamp = self._trouble = None
+        self._stamp = None
         self.counts = {"laboratories": 0, "cycles": 0, "cycles_incomplete": 0, "packets": 0, "not_understood": 0}
 
     @property
@@ -56,17 +59,16 @@ class HostProcess:
 
         Raises DrakeTrackerError when the images are not those of the scenario.
         """
-        self._lcm.HandleSubscriptions(round(1e3 * timeout))
-        if self._trouble:  # not raised by the handler: LCM would make another error of it
-            raise DrakeTrackerError(self._trouble)
-        cycles, self._waiting = self._waiting, []
-        for cycle in cycles:
-            self._work(cycle)
-        self._notice(bool(cycles))
-        return len(cycles)
+        count = 0
+        for port, data in self.mailbox.collect(timeout):
+            for cycle in self._take(port, data):
+                self._work(cycle)
+                count += 1
+        self._notice(count > 0)
+        return count
 
     def _take(self, port, data):
-        """Handler of a channel: a message of one port, in bytes."""
+        """Takes a message of one port, in bytes. Returns the cycles that it ends."""
         try:
             if port.startswith(_CAMERA):
                 message = lcmt_image_array.decode(data)
@@ -75,15 +77,14 @@ class HostProcess:
                 sent, size = 1e-3 * lcmt_drake_signal.decode(data).timestamp, None
         except Exception:  # whatever garbage makes of a decoder that somebody else generated
             self.counts["not_understood"] += 1
-            return
+            return []
         if size is not None and size != [self._image_sizes[port]]:
-            self._trouble = self._say_trouble(port, size)
-            return
-        self._waiting += self._collector.put(port, sent, (sent, data))
+            self._refuse(port, size)
+        return self._collector.put(port, sent, (sent, data))
 
-    def _say_trouble(self, port, size):
+    def _refuse(self, port, size):
         came, known = (" and ".join(f"{w} x {h}" for w, h in sizes) for sizes in (size, [self._image_sizes[port]]))
-        return (
+        raise DrakeTrackerError(
             f"{channel_of(port)}: the image is {came or 'missing'}, this scenario's are {known} px; start host and arm "
             "with the same scenario and settings"
         )

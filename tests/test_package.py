@@ -17,8 +17,8 @@ from drake_tracker.models_path import models_path
 PACKAGE = Path(drake_tracker.errors.__file__).parent
 REPOSITORY = PACKAGE.parent
 MODULES = sorted(PACKAGE.rglob("*.py"))
-ROOMS = ("vision", "estimation", "link", "arm", "grasp", "world", "footage")
-CONTROLLER_ROOMS = ("vision", "estimation", "link", "arm", "grasp")
+ROOMS = ("vision", "estimation", "link", "arm", "grasp", "world", "footage", "network")
+CONTROLLER_ROOMS = ("vision", "estimation", "link", "arm", "grasp", "network")
 ASSEMBLIES = {"arm/joint_servo.py", "world/cameras.py", "world/calibration_board.py", "world/plant.py"}
 """Modules that put Drake's own Systems together."""
 DEFINITIONS = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.ClassDef, ast.Assign, ast.AnnAssign)

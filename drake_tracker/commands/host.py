@@ -35,11 +35,12 @@ def execute(options):
         print(f"host: {line}", flush=True)
 
     try:
-        host = HostProcess(scenario, open_bus(options.lcm), tell)
+        host = HostProcess(scenario, open_bus(options.lcm), open_bus(options.lcm), tell)
         tell("waits for an arm; Ctrl-C ends")
-        while not stopped:
-            if host.step():
-                progress(host.time, f"{host.counts['packets']} packets")
+        with host.mailbox.listening():
+            while not stopped:
+                if host.step():
+                    progress(host.time, f"{host.counts['packets']} packets")
     finally:
         progress.close()
         signal.signal(signal.SIGINT, previous)

@@ -27,7 +27,7 @@ class Sender:
         self.host = self.new_host()
 
     def new_host(self):
-        return HostProcess(self.scenario, self.lcm, tell=self.news.append, clock=lambda: self.wall)
+        return HostProcess(self.scenario, self.lcm, self.lcm, tell=self.news.append, clock=lambda: self.wall)
 
     def _keep(self, data):
         self.packets.append(Prediction(decode_signal(lcmt_drake_signal.decode(data), Prediction.get_fields())))

@@ -19,8 +19,11 @@ from drake_tracker.network.channels import channel_of
 from drake_tracker.network.signal_message import decode_signal
 from drake_tracker.record.log import load_log
 from drake_tracker.scenarios import load_scenario
+from drake_tracker.timing import SERVO_PERIOD
+from drake_tracker.world.plant import TRAIN_HEIGHT
 
-SETTINGS = ("vision=!Measured {}", "track.kind=circle", "track.speed=0.2")
+SETTINGS = ("vision=!Measured {}", "track.kind=circle", "track.speed=0.2", "grasp.gate=recent", "grasp.settle_time=1.5")
+"""A grasp that need not wait for a lap, nor comes before a busy machine has killed the host."""
 PATIENCE = 120.0
 """Wall time [s] in which a busy machine does anything of this."""
 
@@ -66,21 +69,19 @@ def start(tmp_path):
     yield launch
     for process in processes:
         process.kill()
-        process.communicate()
+        print(*process.args[3:5], *process.communicate(), sep="\n")  # shown when the test fails
 
 
 def test_without_its_host_the_arm_hovers_and_with_another_one_it_lifts_the_train(start, tmp_path):
     bus, out = Bus(), tmp_path / "arm"
     host = start("host", "train", "--lcm", bus.url)
     arm = start("arm", "train", "--lcm", bus.url, "--out", str(out), "--no-record", "--seed", "4")
-    bus.wait(lambda: bus.phase == Phase.TRACK)
-    tracked = bus.time
-    killed = bus.wait(lambda: bus.time > tracked + 1.2)
+    tracked = bus.wait(lambda: bus.phase == Phase.TRACK)
+    bus.wait(lambda: bus.time > tracked + 0.3)
     host.send_signal(signal.SIGKILL)
-    bus.wait(lambda: bus.phase == Phase.HOVER)
-    bus.wait(lambda: bus.time > killed + 2.0)
+    hovered = bus.wait(lambda: bus.phase == Phase.HOVER)
+    bus.wait(lambda: bus.time > hovered + 1.3)
     another = start("host", "train", "--lcm", bus.url)
-    heard = bus.wait(lambda: bus.phase == Phase.TRACK)
     said, trouble = arm.communicate(timeout=PATIENCE)
     assert arm.returncode == 0, said + trouble
     another.send_signal(signal.SIGINT)
@@ -89,16 +90,18 @@ def test_without_its_host_the_arm_hovers_and_with_another_one_it_lifts_the_train
 
     assert json.loads((out / "summary.json").read_text())["success"]
     log, scenario = load_log(out / "log.npz"), load_scenario("train")
-    servo = scenario.servo.stale_after
-    silent = (log["command"].times > killed + servo + 0.1) & (log["command"].times < heard - 0.1)
-    assert silent.sum() > 50 and set(log["command"]["phase"][silent]) == {Phase.HOVER}
-    assert not np.any(log["diagnosis"]["attempts"][log["diagnosis"].times < heard])
-    # It came to rest where it was, as high as it hovers: a train's reference point is some 4 cm above the table.
-    still = (log["tool"].times > killed + servo + 1.3) & (log["tool"].times < heard - 0.1)
-    tool = log["tool"].data[still, :3]
-    assert len(tool) > 20 and np.ptp(tool, axis=0).max() < 0.002
-    whole = (log["tool"].times > tracked) & (log["tool"].times < heard)
-    assert log["tool"]["z"][whole].min() > scenario.table_height + scenario.grasp.hover_height
-    train = log["truth_train_state"]
-    near = np.interp(killed, train.times, train["x"]), np.interp(killed, train.times, train["y"])
-    assert np.hypot(*(tool[-1, :2] - near)) < 0.12  # over the place, not at home
+    command, packet, tool, train = (log[name] for name in ("command", "delivered", "tool", "truth_train_state"))
+    hovering = command.times[command["phase"] == Phase.HOVER]
+    assert len(hovering) > 20 and np.ptp(hovering) == pytest.approx(SERVO_PERIOD * (len(hovering) - 1))
+    # It stopped as soon as the newest packet was too old, and no attempt was begun before packets came again.
+    came = packet.times[1:][np.diff(packet["stamp"]) > 0]
+    last = came[came < hovering[0]][-1]
+    assert hovering[0] - last < scenario.servo.stale_after + 3 * SERVO_PERIOD
+    assert not np.any(log["diagnosis"]["attempts"][log["diagnosis"].times <= hovering[-1]])
+    # It came to rest over the place, not at home, and as high as it hovers over the reference point of a train.
+    still = (tool.times > hovering[0] + 1.2) & (tool.times < hovering[-1])
+    assert np.ptp(tool.data[still, :3], axis=0).max() < 0.002
+    over = [np.interp(last, train.times, train[name]) for name in "xy"]
+    assert np.hypot(*(tool.view("x", "y")[still][0] - over)) < 0.12
+    low = tool["z"][(tool.times > hovering[0]) & (tool.times < hovering[-1])].min()
+    assert low > scenario.table_height + TRAIN_HEIGHT + scenario.grasp.hover_height - 0.01

@@ -20,7 +20,7 @@ COMPARED = ("point", "delivered", "target", "command", "q_commanded", "arm_state
 def test_with_the_same_points_everything_is_bit_for_bit_as_in_one_process():
     scenario = load_scenario("train", seed=3, overrides=["vision=!Measured {}", "track.speed=0.2"])
     lcm = DrakeLcm("memq://")
-    host = HostProcess(scenario, lcm, tell=str)
+    host = HostProcess(scenario, lcm, lcm, tell=str)
     apart, together = Simulator(make_arm_side(scenario, lcm)), Simulator(make_diagram(scenario))
     packets = 0
     for cycle in range(70):
@@ -39,7 +39,7 @@ def test_images_that_were_sent_are_seen_as_those_that_were_not():
     microseconds."""
     scenario = load_scenario("train", seed=3, overrides=["vision.lag_cycles=3"])
     lcm = DrakeLcm("memq://")
-    host = HostProcess(scenario, lcm, tell=str)
+    host = HostProcess(scenario, lcm, lcm, tell=str)
     apart, together = Simulator(make_arm_side(scenario, lcm)), Simulator(make_diagram(scenario))
     for cycle in range(12):
         for simulator in (apart, together):
@@ -57,4 +57,4 @@ def test_images_that_were_sent_are_seen_as_those_that_were_not():
 def test_a_ball_is_refused(side):
     scenario, lcm = load_scenario("ball"), DrakeLcm("memq://")
     with pytest.raises(DrakeTrackerError, match="ball: host and arm know the train alone"):
-        make_arm_side(scenario, lcm) if side == "arm" else HostProcess(scenario, lcm)
+        make_arm_side(scenario, lcm) if side == "arm" else HostProcess(scenario, lcm, lcm)
