@@ -44,6 +44,20 @@ def test_run_passes_everything_on(simulated, tmp_path):
     assert options == {"out": out, "record": False, "meshcat": True, "images": False}
 
 
+@pytest.mark.parametrize("overrides, silence", [([], "hold"), (["--set", "grasp.when_stale=coast"], "coast")])
+def test_arm_runs_its_side_at_real_time_rate_and_holds_unless_told_otherwise(
+    simulated, monkeypatch, tmp_path, overrides, silence
+):
+    from pydrake.lcm import DrakeLcm
+
+    monkeypatch.setattr("drake_tracker.network.bus.open_bus", lambda url: DrakeLcm("memq://"))
+    arguments = ["arm", "train", "--set", "vision=!Measured {}", "--out", str(tmp_path / "mine"), "--no-record"]
+    assert cli.main(arguments + overrides) == 0
+    scenario, options = simulated.calls[0]
+    assert scenario.grasp.when_stale == silence
+    assert options["diagram"].get_name() == "arm_side" and options["rate"] == 1.0 and not options["record"]
+
+
 @pytest.mark.parametrize("summary, code", [({"success": True}, 0), ({"success": False, "failure_reason": "missed"}, 1)])
 def test_the_exit_code_says_whether_it_was_taken(simulated, capsys, summary, code):
     simulated.effect = summary
@@ -98,6 +112,11 @@ def test_a_run_directory_is_never_overwritten(simulated, tmp_path, capsys):
         (["run", "trian"], ["did you mean train?"]),
         (["run", "train", "--set", "track.sped=1", "--seed", "-1"], ["did you mean track.speed?", "--seed -1: seed"]),
         (["run", "train", "--duration", "nan"], ["--duration nan: duration must be a number from"]),
+        (["arm", "train", "--rate", "-1"], ["--rate -1: it must be 0 or more"]),
+        (["arm", "train", "--lcm", "here"], ["--lcm here: an address is udpm://GROUP:PORT"]),
+        (["host", "train", "--set", "vision=!Measured {}", "--lcm", "here"], ["--lcm here: an address is udpm://"]),
+        (["arm", "ball"], ["ball: host and arm know the train alone"]),
+        (["host", "ball"], ["ball: host and arm know the train alone"]),
         (["run", "train", "--graphviz", "no/such/file.dot"], ["--graphviz no/such/file.dot: there is no folder"]),
         (["list", "nothing"], ["there is no scenario 'nothing'"]),
     ],
