@@ -31,7 +31,9 @@ def execute(options):
     progress = Progress(scenario.duration)
 
     def tell(line):
+        nonlocal progress
         progress.close()
+        progress = Progress(scenario.duration)  # its rate counts from the news on
         print(f"host: {line}", flush=True)
 
     try:
