@@ -99,7 +99,8 @@ def look_windows(scenario, cameras):
 def image_vision(scenario, rendered, **settings):
     """Returns the `VisionDiagram` of a scenario for images of the windows ``rendered`` {side: (u0, v0, width, height)}.
 
-    ``settings``: further ones of the `VisionDiagram`. Raises DrakeTrackerError when the train would be too slow for it to be seen.
+    ``settings``: further ones of the `VisionDiagram`. Raises DrakeTrackerError when the train would be too
+    slow for it to be seen.
     """
     cameras, flow = load_cameras(scenario), flow_parameters(scenario)
     check_visible(scenario, cameras, flow)

@@ -1,7 +1,7 @@
 """The train's rooms as two processes with the network between them."""
 
 from drake_tracker.diagrams.hand_eye import BETWEEN_ROOMS
-from drake_tracker.diagrams.train import assemble, scenario_host, measured_vision, rendered_vision
+from drake_tracker.diagrams.train import assemble, measured_vision, rendered_vision, scenario_host
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.network.arm_side_diagram import ArmSideDiagram
 from drake_tracker.network.channels import CAMERAS, FROM_HOST, FROM_VISION, POINT, vectors
