@@ -125,9 +125,8 @@ class PhaseFilter:
         spreads = [share * np.hypot(d, way - s) for share, d, way in zip(shares, deviations, ways, strict=True)]
         return s, sum(spreads)
 
-
     def _arc_lengths(self, taus):
-        """Returns, for each mode, ``v_to_s``, ``a_to_s`` and the noise of s of its motions over ``taus`` [s], (3, n)."""
+        """Returns, for each mode, (3, n): ``v_to_s``, ``a_to_s`` and the noise of s of its motions over ``taus`` [s]."""
         rows = [[(step.v_to_s, step.a_to_s, step.noise[0]) for step in map(motion, taus)] for motion in self._motions]
         return [np.array(columns).reshape(-1, 3).T.copy() for columns in rows]
 
