@@ -126,7 +126,7 @@ class PhaseFilter:
         return s, sum(spreads)
 
     def _arc_lengths(self, taus):
-        """Returns, for each mode, (3, n): ``v_to_s``, ``a_to_s`` and the noise of s of its motions over ``taus`` [s]."""
+        """Returns, for each mode, (3, n): ``v_to_s``, ``a_to_s`` and the noise of s of its motions over ``taus``."""
         rows = [[(step.v_to_s, step.a_to_s, step.noise[0]) for step in map(motion, taus)] for motion in self._motions]
         return [np.array(columns).reshape(-1, 3).T.copy() for columns in rows]
 
