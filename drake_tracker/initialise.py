@@ -46,8 +46,13 @@ LONGEST = 60.0
 """Simulated time [s] after which the touching is given up."""
 
 
-def initialise_board(scenario):
+def initialise_board(scenario, mark_windows=None):
     """Returns the `BoardPoses` of a `BallScenario`: simulates the readings and the touching.
+
+    Args:
+      scenario: of the run.
+      mark_windows: a person to be asked, if the scenario has no ``operator.windows``: (RGB images, ``operator``) -> the
+        windows, or none to have the circles found. The answer becomes the scenario's.
 
     Raises DrakeTrackerError when circles are not found, or the arm does not find the board.
     """
@@ -67,6 +72,8 @@ def initialise_board(scenario):
     for k in range(READINGS):
         simulator.AdvanceTo(k * VISION_PERIOD)
         images.append(np.array(touching.GetOutputPort("camera").Eval(context).data[..., :3]))
+    if mark_windows is not None and not scenario.operator.windows:
+        scenario.operator.windows = mark_windows(images, scenario.operator)
     candidates = read_circles([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images], scenario.operator)
     p_BQ = np.column_stack([CIRCLES, np.zeros(len(CIRCLES))])
     pose = locate_board(candidates, p_BQ, lens_matrix(scenario.camera), radius=CIRCLE_RADIUS)

@@ -34,6 +34,11 @@ class _Line:
         self._stream.write(f"\r{line}\x1b[K" if self._terminal else line.rstrip() + "\n")
         self._stream.flush()
 
+    def say(self, line):
+        """Prints a line of its own, which stays."""
+        self._stream.write(f"\r\x1b[K{line}\n" if self._terminal else f"{line}\n")
+        self._stream.flush()
+
     def close(self):
         """Clears the line on a terminal."""
         if self._terminal and self._first is not None:

@@ -15,17 +15,19 @@ from drake_tracker.messages import ArmCommand
 from drake_tracker.record.log import add_loggers, read_log, save_log, tool_signal
 from drake_tracker.record.summary import save_summary
 from drake_tracker.scenarios import save_scenario
-from drake_tracker.tasks import task_of
+from drake_tracker.tasks import has_images, task_of
 
 AFTERGLOW = 0.5
 """Simulated time [s] for which a run goes on once its object was taken, or is lost: log and video show it."""
 WATCH_PERIOD = 1 / 60
-"""Simulated time [s] between looks at the judge's verdict."""
+"""Simulated time [s] between looks at the judge's verdict, and a single step of the live view: a cycle of vision."""
+_ROUNDING = 1e-9
+"""Of sums of steps [s]."""
 
 
 def simulate(
     scenario, out=None, record=True, meshcat=False, progress=None, graphviz=None, stop=True, images=False, diagram=None,
-    rate=0.0,
+    rate=0.0, live=None,
 ):
     """Runs a scenario to its end and returns its summary, a dict.
 
@@ -43,6 +45,7 @@ def simulate(
       images: whether to keep the images that the vision reads, for `replay.replay`.
       diagram: what to run in place of the scenario's own diagram, with its ports and rooms.
       rate: simulated time goes no faster than this, 1 being real time; 0 is as fast as it can.
+      live: a `LiveView` that shows the run, and may hold it; real-time factor and wall time are without that time.
 
     Raises DrakeTrackerError on a scenario that cannot be built and, when cameras are needed, on a machine that
     cannot render.
@@ -53,7 +56,12 @@ def simulate(
         raise DrakeTrackerError(f"{scenario.where('vision')}: there are no images to be recorded with measured vision")
     if task.needs_renderer(scenario):
         require_renderer()
-    hand_eye = task.make_diagram(scenario) if diagram is None else diagram
+    if live is not None:
+        live.introduce(scenario)
+    if diagram is None:
+        hand_eye = task.make_diagram(scenario, live.mark_windows if live is not None else None)
+    else:
+        hand_eye = diagram
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
     loggers = add_loggers(builder, hand_eye, scenario.task)
@@ -63,17 +71,24 @@ def simulate(
         out.mkdir(parents=True, exist_ok=True)
         save_scenario(scenario, out / "scenario.yaml")
         task.keep(hand_eye, out)
-    if out is not None and record:
-        recorders += task.add_recorders(builder, hand_eye, scenario, out)
+    recording = out if record else None
+    if has_images(hand_eye) and (recording or live is not None):
+        video, onlooker = recording and recording / "cameras.mp4", live and live.frames
+        recorders.append(task.add_video(builder, hand_eye, scenario, video, onlooker))
+    if has_images(hand_eye) and recording:
+        recorders.append(task.add_snapshot(builder, hand_eye, scenario, recording / "motion.png"))
     if out is not None and images:
         from drake_tracker.record.camera_images import add_camera_images
 
         recorders.append(add_camera_images(builder, hand_eye, out))
-    if meshcat or (out is not None and record):
+    if meshcat or live is not None or recording:
         from drake_tracker.record.scene import add_scene_recording
 
-        recording = out / "recording.html" if out and record else None
-        recorders.append(add_scene_recording(builder, hand_eye, recording, meshcat, task.view(hand_eye, scenario)))
+        file = recording and recording / "recording.html"
+        scene = add_scene_recording(builder, hand_eye, file, meshcat, task.view(hand_eye, scenario))
+        recorders.append(scene)
+    if live is not None:
+        live.watch(builder, hand_eye, scenario, task.phases, scene.url)
     diagram = builder.Build()
     diagram.set_name("drake_tracker")
     if graphviz is not None:
@@ -81,14 +96,18 @@ def simulate(
 
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
-    watch = _Watch(task, hand_eye, progress, stop)
+    watch = _Watch(task, hand_eye, progress, stop, live)
     simulator.set_monitor(watch)
     simulator.set_target_realtime_rate(rate)
+    if live is not None:
+        live.begin()
     clock["simulate"] = time.monotonic()
     with _interrupts(watch):
         simulator.Initialize()
         simulator.AdvanceTo(scenario.duration)
     clock["write"] = time.monotonic()
+    if live is not None:
+        live.write()
 
     log = read_log(loggers, context, scenario.task)
     log["tool"] = tool_signal(log["arm_state"], hand_eye.arm.model)
@@ -100,7 +119,7 @@ def simulate(
     if out is not None:
         task.draw(hand_eye, scenario, log, summary, out)
     clock["end"] = time.monotonic()
-    simulating = clock["write"] - clock["simulate"]
+    simulating = clock["write"] - clock["simulate"] - (live.control.held if live is not None else 0.0)
     summary["real_time_factor"] = context.get_time() / simulating
     summary["wall_time_s"] = {
         "build": clock["simulate"] - clock["start"],
@@ -113,13 +132,16 @@ def simulate(
 
 
 class _Watch:
-    """The simulator's monitor: reports progress, and ends the run. It reads the judge's output and changes nothing."""
+    """The simulator's monitor: reports progress, lets the live view hold the run, and ends it. It reads outputs, and
+    changes nothing.
+    """
 
-    def __init__(self, task, hand_eye, progress, stop):
+    def __init__(self, task, hand_eye, progress, stop, live=None):
         self._task = task
         self._hand_eye = hand_eye
         self._progress = progress
         self._stop = stop
+        self._live = live
         self._next_look = 0.0
         self._over_at = None
         self.interrupted = False
@@ -130,11 +152,13 @@ class _Watch:
             return EventStatus.ReachedTermination(self._hand_eye, "interrupted")
         if now < self._next_look:
             return EventStatus.DidNothing()
-        self._next_look = now + WATCH_PERIOD
+        self._next_look = (round(now / WATCH_PERIOD) + 1) * WATCH_PERIOD - _ROUNDING
         context = self._hand_eye.GetMyContextFromRoot(root_context)
+        phase = self._task.phases(int(ArmCommand(self._hand_eye.GetOutputPort("command").Eval(context)).phase))
         if self._progress is not None:
-            command = ArmCommand(self._hand_eye.GetOutputPort("command").Eval(context))
-            self._progress(now, self._task.phases(int(command.phase)).name.lower())
+            self._progress(now, phase.name.lower())
+        if self._live is not None:
+            self._live.look(now, int(phase), lambda: self.interrupted)
         verdict = self._task.verdict(self._hand_eye.GetOutputPort("truth_verdict").Eval(context))
         over = self._task.ended(verdict)
         if self._over_at is None and over:

@@ -11,12 +11,14 @@ from drake_tracker.errors import DrakeTrackerError
 class Task:
     """What tells one task from another.
 
-    make_diagram: scenario -> `HandEyeDiagram`. phases: the IntEnum of `ArmCommand`'s phase. verdict: the named view of
-    the judge's findings. ended: such a view -> why the run is over, None while it is not. needs_renderer: scenario ->
-    whether images are rendered. keep: (hand_eye, out) leaves what was found before the run. add_recorders: (builder,
-    hand_eye, scenario, out) -> recorders of images, each with ``finish(context)``. view: (hand_eye, scenario) -> `View`
-    of the Meshcat recording. summarize: (hand_eye, scenario, log, simulated, interrupted) -> dict. draw: (hand_eye,
-    scenario, log, summary, out) leaves the pictures of a run.
+    make_diagram: (scenario, mark_windows or None) -> `HandEyeDiagram`; see `initialise_board`, others need no such.
+    phases: the IntEnum of `ArmCommand`'s phase. verdict: the named view of the judge's findings. ended: such a view ->
+    why the run is over, None while it is not. needs_renderer: scenario -> whether images are rendered. keep:
+    (hand_eye, out) leaves what was found before the run. add_video: (builder, hand_eye, scenario, path, onlooker) and
+    add_snapshot: (builder, hand_eye, scenario, path) -> recorders of images, each with ``finish(context)``. view:
+    (hand_eye, scenario) -> `View` of the Meshcat recording. summarize:
+    (hand_eye, scenario, log, simulated, interrupted) -> dict. draw: (hand_eye, scenario, log, summary, out) leaves the
+    pictures of a run.
     """
 
     make_diagram: Callable
@@ -25,7 +27,8 @@ class Task:
     ended: Callable
     needs_renderer: Callable
     keep: Callable
-    add_recorders: Callable
+    add_video: Callable
+    add_snapshot: Callable
     view: Callable
     summarize: Callable
     draw: Callable
@@ -40,7 +43,12 @@ def task_of(scenario):
 
 def make_diagram(scenario):
     """Returns the `HandEyeDiagram` of a scenario of any task; see `diagrams/train.py` and `diagrams/ball.py`."""
-    return task_of(scenario).make_diagram(scenario)
+    return task_of(scenario).make_diagram(scenario, None)
+
+
+def has_images(hand_eye):
+    """Whether a `HandEyeDiagram` looks at images: not with measured vision, nor if another process does."""
+    return hand_eye.HasOutputPort("motion_left") or hand_eye.HasOutputPort("motion")
 
 
 def _train():
@@ -57,25 +65,25 @@ def _train():
             return "the train was taken"
         return "the train was thrown off its track" if verdict.derailed else None
 
-    def add_recorders(builder, hand_eye, scenario, out):
-        if not hand_eye.HasOutputPort("motion_left"):  # there are no cameras, or another process looks at the images
-            return []
-        from drake_tracker.record.motion_snapshot import add_motion_snapshot
+    def add_video(*arguments):
         from drake_tracker.record.video import add_camera_video
 
-        return [
-            add_camera_video(builder, hand_eye, scenario, out / "cameras.mp4"),
-            add_motion_snapshot(builder, hand_eye, out / "motion.png"),
-        ]
+        return add_camera_video(*arguments)
+
+    def add_snapshot(builder, hand_eye, scenario, path):
+        from drake_tracker.record.motion_snapshot import add_motion_snapshot
+
+        return add_motion_snapshot(builder, hand_eye, path)
 
     return Task(
-        make_diagram=make_diagram,
+        make_diagram=lambda scenario, mark_windows: make_diagram(scenario),
         phases=Phase,
         verdict=Verdict,
         ended=ended,
         needs_renderer=lambda scenario: not isinstance(scenario.vision, Measured),
         keep=lambda hand_eye, out: None,
-        add_recorders=add_recorders,
+        add_video=add_video,
+        add_snapshot=add_snapshot,
         view=lambda hand_eye, scenario: TRAIN_VIEW,
         summarize=lambda hand_eye, *rest: summarize(*rest),
         draw=lambda hand_eye, scenario, log, summary, out: draw_tracking(scenario, log, summary, out / "tracking.png"),
@@ -96,13 +104,15 @@ def _ball():
             return "the ball was caught"
         return "the ball is lost" if verdict.lost else None
 
-    def add_recorders(builder, hand_eye, scenario, out):
-        from drake_tracker.record.ball_video import add_ball_snapshot, add_ball_video
+    def add_video(*arguments):
+        from drake_tracker.record.ball_video import add_ball_video
 
-        return [
-            add_ball_video(builder, hand_eye, scenario, out / "cameras.mp4"),
-            add_ball_snapshot(builder, hand_eye, scenario, out / "motion.png"),
-        ]
+        return add_ball_video(*arguments)
+
+    def add_snapshot(*arguments):
+        from drake_tracker.record.ball_video import add_ball_snapshot
+
+        return add_ball_snapshot(*arguments)
 
     def view(hand_eye, scenario):
         from drake_tracker.record.ball_video import ball_view
@@ -114,13 +124,14 @@ def _ball():
         draw_board_found(hand_eye, scenario, summary, out / "board.png")
 
     return Task(
-        make_diagram=lambda scenario: make_diagram(scenario, initialise_board(scenario)),
+        make_diagram=lambda scenario, mark_windows: make_diagram(scenario, initialise_board(scenario, mark_windows)),
         phases=CatchPhase,
         verdict=CatchVerdict,
         ended=ended,
         needs_renderer=lambda scenario: True,
         keep=lambda hand_eye, out: save_poses(hand_eye.poses, out / POSES_FILE),
-        add_recorders=add_recorders,
+        add_video=add_video,
+        add_snapshot=add_snapshot,
         view=view,
         summarize=summarize_ball,
         draw=draw,

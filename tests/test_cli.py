@@ -41,7 +41,17 @@ def test_run_passes_everything_on(simulated, tmp_path):
     assert scenario.link.drop == 0.5
     assert options.pop("progress") is not None
     assert options.pop("graphviz") == tmp_path / "diagram.dot"
-    assert options == {"out": out, "record": False, "meshcat": True, "images": False}
+    assert options == {"out": out, "record": False, "meshcat": True, "images": False, "live": None}
+
+
+def test_a_live_run_prints_its_link_and_tells_the_page_how_it_ended(simulated, capsys):
+    simulated.effect = {"success": False, "failure_reason": "missed", "attempts": 2}
+    assert cli.main(["run", "train", "--live"]) == 1
+    live = simulated.calls[0][1]["live"]
+    assert capsys.readouterr().out.startswith(f"Live view: {live.url}\n") and live.url.startswith("http://127.0.0.1:")
+    outcome = live.state.news(None, 0.0)[0]["facts"]["outcome"]
+    assert (outcome["title"], outcome["reason"]) == ("The train was not lifted", "missed")
+    assert outcome["rows"] == [("attempts", "2")] and outcome["out"].startswith("runs/train-")
 
 
 @pytest.mark.parametrize("overrides, silence", [([], "hold"), (["--set", "grasp.when_stale=coast"], "coast")])

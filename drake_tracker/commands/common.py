@@ -27,7 +27,7 @@ def add_run(command):
     command.add_argument("--out", type=Path, metavar="DIR",
                          help="run directory, new or empty (default: runs/NAME-TIME)")
     command.add_argument("--no-record", action="store_true", help="leave no recording and no video")
-    command.add_argument("--meshcat", action="store_true", help="show the run in a browser while it goes on")
+    command.add_argument("--meshcat", action="store_true", help="show the scene alone in a browser")
 
 
 def add_lcm(command):

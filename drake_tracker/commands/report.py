@@ -25,16 +25,42 @@ _RESULT_ROWS = {
     ),
 }
 """What is printed of a task's summary: key, label, unit."""
+_TITLES = {
+    "train": ("The train was not lifted", "The train was lifted"),
+    "ball": ("The ball was not caught", "The ball was caught"),
+}
+"""How the live view says that a task failed, or succeeded."""
 
 
 def report(scenario, summary, out):
     """Prints a run's summary, and its directory ``out``. Returns the exit code."""
-    for key, label, unit in _RESULT_ROWS[scenario.task]:
-        if summary.get(key) is not None:
-            values = summary[key] if isinstance(summary[key], list) else [summary[key]]
-            words = ", ".join(f"{value:.4g}" if isinstance(value, float) else str(value) for value in values)
-            print(f"{label:<18}{words} {unit}".rstrip())
+    for _, label, words in _rows(scenario, summary):
+        print(f"{label:<18}{words}")
     print(f"{'run directory':<18}{out}")
     if summary.get("interrupted"):
         return INTERRUPTED
     return SUCCESS if summary["success"] else NOT_TAKEN
+
+
+def outcome(scenario, summary, out):
+    """Returns what the live view says of a run that has ended; see `LiveView.finish`."""
+    success = bool(summary["success"])
+    rows = _rows(scenario, summary)
+    return {
+        "success": success,
+        "title": _TITLES[scenario.task][success],
+        "reason": summary.get("failure_reason"),
+        "rows": [(label, words) for key, label, words in rows if key not in ("success", "failure_reason")],
+        "out": str(out),
+    }
+
+
+def _rows(scenario, summary):
+    """Returns a list of (key, label, value with its unit) of what a summary has."""
+    rows = []
+    for key, label, unit in _RESULT_ROWS[scenario.task]:
+        if summary.get(key) is not None:
+            values = summary[key] if isinstance(summary[key], list) else [summary[key]]
+            words = ", ".join(f"{value:.4g}" if isinstance(value, float) else str(value) for value in values)
+            rows.append((key, label, f"{words} {unit}".rstrip()))
+    return rows

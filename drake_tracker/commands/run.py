@@ -1,9 +1,10 @@
 """``drake-tracker run``: a scenario, from its start to its verdict."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 from drake_tracker.commands.common import add_run, add_scenario, forget_if_empty, run_directory
-from drake_tracker.commands.report import report
+from drake_tracker.commands.report import outcome, report
 from drake_tracker.errors import DrakeTrackerError
 
 
@@ -16,6 +17,8 @@ def register(commands):
     add_run(command)
     command.add_argument("--record-images", action="store_true",
                          help="keep the images that the vision reads, for drake-tracker replay --from images")
+    command.add_argument("--live", action="store_true", help="show cameras, errors and scene on a page; pause and step")
+    command.add_argument("--port", type=int, default=0, metavar="N", help="port of that page (default: a free one)")
     command.add_argument("--graphviz", type=Path, metavar="FILE", help="write the picture of the diagram to FILE")
     command.set_defaults(action=execute)
 
@@ -27,19 +30,35 @@ def execute(options):
     scenario = load_scenario(options.scenario, options.seed, options.duration, options.overrides)
     if options.graphviz and not options.graphviz.absolute().parent.is_dir():
         raise DrakeTrackerError(f"--graphviz {options.graphviz}: there is no folder {options.graphviz.parent}")
+    if options.port and not options.live:
+        raise DrakeTrackerError(f"--port {options.port} is that of the live view: add --live")
 
     from drake_tracker.simulation import simulate  # Only now: bad input is answered without waiting for Drake.
 
-    out = run_directory(options.out, scenario.name)
     progress = Progress(scenario.duration)
-    try:
-        summary = simulate(
-            scenario, out=out, record=not options.no_record, meshcat=options.meshcat, progress=progress,
-            graphviz=options.graphviz, images=options.record_images,
-        )
-    except DrakeTrackerError:
-        forget_if_empty(out)
-        raise
-    finally:
-        progress.close()
+    with _live_view(options, progress) as live:
+        out = run_directory(options.out, scenario.name)
+        if live is not None:
+            print(f"Live view: {live.url}", flush=True)
+        try:
+            summary = simulate(
+                scenario, out=out, record=not options.no_record, meshcat=options.meshcat, progress=progress,
+                graphviz=options.graphviz, images=options.record_images, live=live,
+            )
+        except (DrakeTrackerError, KeyboardInterrupt):
+            forget_if_empty(out)
+            raise
+        finally:
+            progress.close()
+        if live is not None:
+            live.finish(outcome(scenario, summary, out))
     return report(scenario, summary, out)
+
+
+def _live_view(options, progress):
+    """Returns the `LiveView` that is asked for, or what stands in for none."""
+    if not options.live:
+        return nullcontext()
+    from drake_tracker.live.view import LiveView
+
+    return LiveView(options.port, progress.say)

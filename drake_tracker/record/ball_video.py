@@ -25,8 +25,8 @@ SNAPSHOT_PERIOD = 0.2
 """Time [s] between looks at the motion images: a ball rolls for some two seconds."""
 
 
-def add_ball_video(builder, hand_eye, scenario, path):
-    """Adds a `CameraVideoSystem` that films the ball's `HandEyeDiagram` and writes the MP4 file ``path``.
+def add_ball_video(builder, hand_eye, scenario, path, onlooker=None):
+    """Adds a `CameraVideoSystem` that films the ball's `HandEyeDiagram`, for `film`'s ``path`` and ``onlooker``.
 
     Returns a `CameraVideoRecorder`.
     """
@@ -51,7 +51,7 @@ def add_ball_video(builder, hand_eye, scenario, path):
     )
     in_world = replace(camera, X_CW=camera.X_CW @ hand_eye.poses.X_WB.inverse().GetAsMatrix4())
     return film(
-        builder, hand_eye, path, page, {SIDE: in_world}, {SIDE: (0, 0)}, lag_cycles, script=script,
+        builder, hand_eye, (path, onlooker), page, {SIDE: in_world}, {SIDE: (0, 0)}, lag_cycles, script=script,
         every=round(1.0 / (FRAMES_PER_SECOND * VISION_PERIOD)), update_cycles=scenario.vision.update_cycles,
     )  # fmt: skip
 

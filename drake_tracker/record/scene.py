@@ -127,10 +127,11 @@ class TrackingDisplaySystem(LeafSystem):
 
 
 class SceneRecorder:
-    """What `add_scene_recording` returns: `finish` writes the recording."""
+    """What `add_scene_recording` returns: `finish` writes the recording; ``url`` shows the scene while it runs."""
 
     def __init__(self, meshcat, path):
         self._meshcat, self._path = meshcat, path
+        self.url = meshcat.web_url()
 
     def finish(self, root_context):
         """Publishes the recording and writes it as one HTML file that needs nothing else."""
@@ -149,7 +150,7 @@ def add_scene_recording(builder, hand_eye, path, announce, view=TRAIN_VIEW):
     Meshcat is served to this machine alone, and must be used by the thread that calls this.
 
     Args:
-      path: HTML file to write at the end, or None. announce: whether to print the address and to show the run live.
+      path: HTML file to write at the end, or None. announce: whether to print the address.
       view: a `View` of the task.
 
     Returns a `SceneRecorder`.

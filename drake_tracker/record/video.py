@@ -86,7 +86,7 @@ TRAIN_SCRIPT = Script()
 
 
 class CameraVideoSystem(LeafSystem):
-    """Composes what the cameras see and what the vision makes of it, and appends it to a video.
+    """Composes what the cameras see and what the vision makes of it, and gives it to whoever wants it.
 
     .. pydrake_system::
 
@@ -111,17 +111,18 @@ class CameraVideoSystem(LeafSystem):
     holds it.
 
     Args:
-      video: a `VideoFile`. page: a `VideoPage`. cameras: {side: CameraModel}, calibrated.
+      sinks: a `VideoFile`, or others that have its ``wanted`` and ``write``: a frame is drawn once for all of them,
+      and only if one wants it. page: a `VideoPage`. cameras: {side: CameraModel}, calibrated.
       offsets: {side: (u0, v0)}, the full image's pixel that is the first of the images. lag_cycles: from image to
       centroid. script: a `Script`. every: cycles from one image kept to the next; others are not rendered for this.
       update_cycles: from one centroid to the next.
     """
 
     def __init__(
-        self, video, page, cameras, offsets, lag_cycles, script=TRAIN_SCRIPT, every=1, update_cycles=1
+        self, sinks, page, cameras, offsets, lag_cycles, script=TRAIN_SCRIPT, every=1, update_cycles=1
     ):
         super().__init__()
-        self._video, self._page, self._cameras, self._offsets = video, page, cameras, offsets
+        self._sinks, self._page, self._cameras, self._offsets = sinks, page, cameras, offsets
         self._sides, self._script = tuple(cameras), script
         self._kept = math.ceil((lag_cycles + update_cycles + 2) / every)
         self._images, self._motions, self._centroids = {}, {}, {}
@@ -153,6 +154,9 @@ class CameraVideoSystem(LeafSystem):
         state.get_mutable_abstract_state(self._recent).set_value(new)
 
     def _write(self, context):
+        sinks = [sink for sink in self._sinks if sink.wanted]
+        if not sinks:
+            return
         now = context.get_time()
         recent = context.get_abstract_state(self._recent).get_value()
         masks = dict(recent.masks)
@@ -184,7 +188,9 @@ class CameraVideoSystem(LeafSystem):
             stamp=stamp if described is not None else None,
             blind=bool(command.frozen),
         )
-        self._video.write(self._page.draw(sights, state))
+        frame = self._page.draw(sights, state)
+        for sink in sinks:
+            sink.write(frame)
 
     def _image(self, context, side):
         return cv2.cvtColor(self._images[side].Eval(context).data, cv2.COLOR_RGBA2BGR)
@@ -193,16 +199,17 @@ class CameraVideoSystem(LeafSystem):
 class CameraVideoRecorder:
     """What `add_camera_video` returns: `finish` ends the video."""
 
-    def __init__(self, video):
-        self._video = video
+    def __init__(self, sinks):
+        self._sinks = sinks
 
     def finish(self, root_context):
         """Ends the video. The Context is not needed: everything has been written as it came."""
-        self._video.close()
+        for sink in self._sinks:
+            sink.close()
 
 
-def add_camera_video(builder, hand_eye, scenario, path):
-    """Adds a `CameraVideoSystem` that films a `HandEyeDiagram` and writes the MP4 file ``path``.
+def add_camera_video(builder, hand_eye, scenario, path, onlooker=None):
+    """Adds a `CameraVideoSystem` that films a `HandEyeDiagram`, for `film`'s ``path`` and ``onlooker``.
 
     Returns a `CameraVideoRecorder`.
     """
@@ -217,21 +224,29 @@ def add_camera_video(builder, hand_eye, scenario, path):
         lag=scenario.vision.lag_cycles * VISION_PERIOD,
     )
     offsets = {side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in SIDES}
-    return film(builder, hand_eye, path, page, cameras, offsets, scenario.vision.lag_cycles)
+    return film(builder, hand_eye, (path, onlooker), page, cameras, offsets, scenario.vision.lag_cycles)
 
 
-def film(builder, hand_eye, path, page, *arguments, **settings):
-    """Adds a `CameraVideoSystem`, wired to a `HandEyeDiagram`, that draws ``page`` into the MP4 file ``path``.
+def film(builder, hand_eye, audience, page, *arguments, **settings):
+    """Adds a `CameraVideoSystem`, wired to a `HandEyeDiagram`, that draws ``page``.
 
-    ``arguments`` and ``settings`` are the System's other ones. Returns a `CameraVideoRecorder`.
+    ``audience`` is (path, onlooker): the MP4 file to write, or None; and who else is to see the frames, or None:
+    ``open`` tells it the page, ``wanted``, ``write`` and ``close`` are as of a `VideoFile`. ``arguments`` and
+    ``settings`` are the System's other ones. Returns a `CameraVideoRecorder`.
     """
-    video = VideoFile(path, FRAMES_PER_SECOND, page.size)
-    system = builder.AddNamedSystem("camera_video", CameraVideoSystem(video, page, *arguments, **settings))
+    path, onlooker = audience
+    sinks = []
+    if path is not None:
+        sinks.append(VideoFile(path, FRAMES_PER_SECOND, page.size))
+    if onlooker is not None:
+        onlooker.open(page)
+        sinks.append(onlooker)
+    system = builder.AddNamedSystem("camera_video", CameraVideoSystem(sinks, page, *arguments, **settings))
     for k in range(system.num_input_ports()):
         port = system.get_input_port(k)
         name = port.get_name()
         builder.Connect(hand_eye.GetOutputPort("delivered" if name == "packet" else name), port)
-    return CameraVideoRecorder(video)
+    return CameraVideoRecorder(sinks)
 
 
 def _cycle(time):

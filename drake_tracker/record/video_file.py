@@ -22,6 +22,9 @@ class VideoFile:
       path: file to write. rate: frames per second. size: (width, height) [px], both even.
     """
 
+    wanted = True
+    """Every frame is."""
+
     def __init__(self, path, rate, size):
         self._path = Path(path)
         fragments = {"movflags": "frag_keyframe+empty_moov+default_base_moof", "flush_packets": "1"}

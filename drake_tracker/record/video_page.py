@@ -74,6 +74,7 @@ class VideoPage:
     """Draws frames of ``size`` (width, height) [px], both even, as tall as the windows ask for.
 
     Two cameras stand side by side, each with its late image below; of a single one the late image stands beside it.
+    ``lag`` is that argument.
 
     Args:
       polygons: {side: (n, 2)}, the windows of interest [px]. image_size: (width, height) of the full images [px].
@@ -100,9 +101,22 @@ class VideoPage:
             self._places = {side: tuple((x, _TOP) for x in _COLUMNS)}
         else:
             self._places = {side: tuple((x, y) for y in self._rows) for side, x in zip(polygons, _COLUMNS)}
+        self.lag = lag
         self._polygons = {side: self._to_panel(polygon) for side, polygon in polygons.items()}
         self._blank = np.full((*reversed(self.size), 3), bgr(_GROUND), np.uint8)
         self._draw_fixed(title, subtitle, lag, goal)
+
+    @property
+    def panels(self):
+        """Where in a frame the images are: a list of (side, ``late``: whether the centroid's image, (x, y, width,
+        height) [px]).
+        """
+        (dx, dy), size = self._margin, tuple(round(self._scale * n) for n in self._view[2:])
+        return [
+            (side, late, (x + dx, y + dy, *size))
+            for side, spots in self._places.items()
+            for late, (x, y) in zip((False, True), spots)
+        ]
 
     def draw(self, sights, state):
         """Returns the frame, BGR uint8, of {side: CameraSight} and a `PageState`."""

@@ -103,6 +103,8 @@ class OneCamera(LeafSystem):
 class Notebook:
     """Stands in for page and video: keeps what would have been drawn."""
 
+    wanted = True
+
     def __init__(self):
         self.pages = []
 
@@ -125,7 +127,9 @@ def film(duration, frozen_from=np.inf):
     builder = DiagramBuilder()
     laboratory = builder.AddSystem(Laboratory(frozen_from))
     video = builder.AddSystem(
-        CameraVideoSystem(notebook, notebook, {side: Camera() for side in SIDES}, {side: OFFSET for side in SIDES}, LAG)
+        CameraVideoSystem(
+            [notebook], notebook, {side: Camera() for side in SIDES}, {side: OFFSET for side in SIDES}, LAG
+        )
     )
     for k in range(video.num_input_ports()):
         name = video.get_input_port(k).get_name()
@@ -142,7 +146,7 @@ def film_one(duration):
     script = Script(phases=CatchPhase, diagnosis=CatchDiagnosis, notes=lambda phase, diagnosis: (phase.name, ""))
     video = builder.AddSystem(
         CameraVideoSystem(
-            notebook, notebook, {"": Camera()}, {"": (0, 0)}, 5.0, script=script, every=2, update_cycles=4
+            [notebook], notebook, {"": Camera()}, {"": (0, 0)}, 5.0, script=script, every=2, update_cycles=4
         )
     )
     for k in range(video.num_input_ports()):
@@ -208,3 +212,23 @@ def test_a_real_page_takes_what_the_system_gives():
     page = VideoPage({side: window for side in SIDES}, (256, 256), "train", "seed 0", 0.25)
     (sights, state) = film(0.3)[-1]
     assert page.draw(sights, state).shape == (page.size[1], page.size[0], 3)
+
+
+def test_a_frame_is_drawn_once_for_all_who_want_it_and_never_for_nobody():
+    keen, idle, page = Notebook(), Notebook(), Notebook()
+    keen.seen, idle.wanted = [], False
+    keen.write = keen.seen.append
+    idle.write = None
+    for sinks, pages in (([keen, idle], 4), ([idle], 0)):
+        page.pages.clear()
+        builder = DiagramBuilder()
+        laboratory = builder.AddSystem(Laboratory())
+        video = builder.AddSystem(
+            CameraVideoSystem(sinks, page, {side: Camera() for side in SIDES}, {side: OFFSET for side in SIDES}, LAG)
+        )
+        for k in range(video.num_input_ports()):
+            name = video.get_input_port(k).get_name()
+            builder.Connect(laboratory.GetOutputPort(name), video.GetInputPort(name))
+        Simulator(builder.Build()).AdvanceTo(0.1)
+        assert len(page.pages) == pages
+    assert len(keen.seen) == 4

@@ -1,0 +1,188 @@
+// The page of a run: events come in, controls go out.
+
+import { Strips } from "./strips.js";
+import { Windows } from "./windows.js";
+
+const $ = (id) => document.getElementById(id);
+const STAGES = {
+  preparing: ["preparing", ""],
+  windows: ["waits for you", "asks"],
+  running: ["running", "running"],
+  writing: ["writing the results", "running"],
+};
+const LEGEND = [
+  ["path", "predicted path"],
+  ["goal", "foreseen crossing"],
+  ["energy", "moving pixels"],
+  ["centroid", "their centroid"],
+  ["window", "window"],
+];
+
+const strips = new Strips($("chart"));
+const state = { facts: {}, time: 0, factor: null, paused: false, rate: null };
+let windows = null, views = [], fetching = false, newestFrame = 0, shownFrame = 0, drawing = false, over = false;
+
+export async function send(action, values = {}) {
+  try {
+    const reply = await fetch("/control", { method: "POST", body: JSON.stringify({ action, ...values }) });
+    return reply.ok ? await reply.json() : { problem: await reply.text() };
+  } catch {
+    return { problem: "the run does not answer" };
+  }
+}
+
+async function control(action, values) {
+  const reply = await send(action, values);
+  if (!reply.problem) take({ paused: reply.paused, rate: reply.rate });
+}
+
+function take(news) {
+  if (news.facts) takeFacts(news.facts);
+  for (const key of ["time", "factor", "paused", "rate"]) if (key in news) state[key] = news[key];
+  if (news.samples) strips.add(news.samples, news.afresh);
+  if (news.frame) { newestFrame = news.frame; fetchFrame(); }
+  if (!drawing) { drawing = true; requestAnimationFrame(draw); }
+}
+
+function takeFacts(facts) {
+  const before = state.facts;
+  state.facts = facts;
+  if (facts.title) {
+    $("title").textContent = facts.title;
+    $("subtitle").textContent = facts.subtitle;
+    document.title = `${facts.title} \u00b7 drake_tracker`;
+  }
+  if (facts.rates && !before.rates) makeRates(facts.rates);
+  if (facts.strips && !before.strips) strips.describe(facts.phases, facts.strips, facts.span);
+  if (facts.panels && !before.panels) makeViews(facts.panels, facts.task, facts.lag);
+  if (facts.scene && !before.scene) makeScene(facts.scene);
+  if (facts.cameras === false) {
+    $("cameras-empty").textContent = "This run has no cameras: the place of the train is the true one, with the cameras' measured error.";
+  }
+  const asks = facts.stage === "windows";
+  $("windows").hidden = !asks;
+  $("main").hidden = $("strips").hidden = asks;
+  if (asks && !windows) windows = new Windows($("windows"), facts.image_size, facts.circles);
+  if (facts.stage === "over" && !over) end(facts.outcome);
+}
+
+function draw() {
+  drawing = false;
+  const { stage, outcome } = state.facts;
+  const held = stage === "running" && state.paused;
+  const [words, kind] = outcome ? [outcome.title, outcome.success ? "good" : "bad"]
+    : held ? ["paused", "paused"] : STAGES[stage] || ["connecting", ""];
+  $("stage").textContent = words;
+  $("stage").className = `stage ${kind}`;
+  $("time").textContent = state.time.toFixed(2);
+  $("factor").textContent = state.factor === null ? "\u2013" : state.factor.toFixed(2);
+  const running = stage === "running";
+  $("pause").disabled = $("step").disabled = !running;
+  $("pause").textContent = held ? "Resume" : "Pause";
+  for (const button of $("rates").children) {
+    button.disabled = !running && stage !== "preparing";
+    button.setAttribute("aria-pressed", String(JSON.parse(button.value) === state.rate));
+  }
+  strips.now = state.time;
+  strips.draw();
+}
+
+function makeRates(rates) {
+  const all = [...rates.map((rate) => [rate, `${rate}\u00d7`]), [null, "as fast as it goes"]];
+  $("rates").replaceChildren(...all.map(([rate, words]) => {
+    const button = document.createElement("button");
+    button.value = JSON.stringify(rate);
+    button.textContent = words;
+    button.onclick = () => control("rate", { rate });
+    return button;
+  }));
+}
+
+function makeScene(url) {
+  const frame = document.createElement("iframe");
+  frame.src = url;
+  frame.title = "The laboratory in Meshcat: drag to turn, scroll to zoom";
+  $("scene").replaceChildren(frame);
+}
+
+function makeViews(panels, task, lag) {
+  $("cameras-empty").hidden = true;
+  $("legend").hidden = false;
+  $("legend").replaceChildren(...LEGEND.filter(([kind]) => kind !== "goal" || task === "ball").map(([kind, words]) => {
+    const item = document.createElement("li");
+    item.className = kind;
+    item.textContent = words;
+    return item;
+  }));
+  const rows = [...panels].sort((a, b) => a.late - b.late);
+  views = rows.map(({ side, late, place }) => {
+    const figure = document.createElement("figure");
+    const caption = document.createElement("figcaption");
+    const which = document.createElement("b");
+    which.textContent = side ? side[0].toUpperCase() + side.slice(1) : "Camera";
+    caption.append(which, late ? `what moved, ${lag.toFixed(2)} s late` : "now, and the path predicted");
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = place.slice(2);
+    figure.append(caption, canvas);
+    $("views").append(figure);
+    return { canvas, place };
+  });
+}
+
+async function fetchFrame() {
+  if (fetching || shownFrame === newestFrame) return;
+  fetching = true;
+  const number = newestFrame;
+  try {
+    const reply = await fetch("/frame.jpg");
+    if (reply.ok) {
+      const image = await createImageBitmap(await reply.blob());
+      for (const { canvas, place: [x, y, width, height] } of views) {
+        canvas.getContext("2d").drawImage(image, x, y, width, height, 0, 0, width, height);
+      }
+      image.close();
+      $("cameras").dataset.frame = number;
+      shownFrame = number;
+    }
+  } catch { /* the run may be over */ }
+  fetching = false;
+  if (shownFrame === number) fetchFrame();
+}
+
+function end(outcome) {
+  over = true;
+  $("scene").className += " over";
+  events.close();
+  const panel = $("outcome");
+  panel.classList.toggle("good", outcome.success);
+  $("outcome-title").textContent = outcome.title;
+  $("outcome-reason").textContent = outcome.reason || "";
+  $("outcome-rows").replaceChildren(...(outcome.rows || []).flatMap(([label, words]) => {
+    const [term, value] = [document.createElement("dt"), document.createElement("dd")];
+    [term.textContent, value.textContent] = [label, words];
+    return [term, value];
+  }));
+  $("outcome-out").textContent = outcome.out || "";
+  panel.hidden = false;
+}
+
+$("pause").onclick = () => control(state.paused ? "resume" : "pause");
+$("step").onclick = () => control("step");
+$("outcome-close").onclick = () => { $("outcome").hidden = true; };
+document.addEventListener("keydown", (event) => {
+  if (event.target.closest?.("button") || state.facts.stage !== "running") return;
+  if (event.code === "Space") control(state.paused ? "resume" : "pause");
+  else if (event.code === "ArrowRight") control("step");
+  else return;
+  event.preventDefault();
+});
+
+const events = new EventSource("/events");
+events.onopen = () => strips.add([], true);
+events.onmessage = (event) => take(JSON.parse(event.data));
+events.onerror = () => {
+  if (over) return;
+  $("stage").textContent = "the run does not answer";
+  $("stage").className = "stage bad";
+  $("pause").disabled = $("step").disabled = true;
+};

@@ -1,0 +1,145 @@
+"""The live view in a real browser: Debian's chromium, driven by Playwright, before a run of the train."""
+
+import base64
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from drake_tracker.timing import VISION_PERIOD
+
+CHROMIUM = Path("/usr/bin/chromium")
+FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+         "--disable-background-networking"]
+PATIENCE = 120.0
+"""Wall time [s] after which something is not going to happen any more."""
+
+
+@pytest.fixture
+def browser():
+    if not CHROMIUM.exists():
+        pytest.skip(f"the live view's browser test needs {CHROMIUM}: apt-get install chromium")
+    api = pytest.importorskip("playwright.sync_api", reason="the live view's browser test needs playwright")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A run of the train that ends when it is interrupted; ``url`` of its page, ``out`` its directory."""
+    out = tmp_path / "run"
+    command = [sys.executable, "-m", "drake_tracker", "run", "train", "--live", "--out", str(out)]
+    environment = {**os.environ, "LP_NUM_THREADS": "1"}
+    with open(tmp_path / "printed", "w+") as printed:
+        run = subprocess.Popen(command, stdout=printed, stderr=subprocess.STDOUT, env=environment)
+        run.out, run.printed = out, lambda: Path(printed.name).read_text()
+        try:
+            until(lambda: "Live view:" in run.printed() or run.poll() is not None)
+            run.url = re.search(r"Live view: (\S+)", run.printed())[1]
+            yield run
+        finally:
+            run.kill()
+            run.wait()
+
+
+def until(condition):
+    end = time.monotonic() + PATIENCE
+    while not (value := condition()):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    return value
+
+
+def colours(png):
+    """The pixels of a PNG file, (n, 3)."""
+    return cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR).reshape(-1, 3).astype(float)
+
+
+def drawn(canvas):
+    """The pixels of a canvas, (n, 3)."""
+    return colours(base64.b64decode(canvas.evaluate("canvas => canvas.toDataURL('image/png').split(',')[1]")))
+
+
+def is_a_scene(pixels):
+    """Whether more is drawn than a background."""
+    return pixels.std() > 10 and len(np.unique(pixels, axis=0)) > 1000
+
+
+class Page:
+    """The page of a run, and what went wrong in it."""
+
+    def __init__(self, browser, url):
+        self.page = browser.new_page(viewport={"width": 1280, "height": 800})
+        self.troubles, self.hosts = [], set()
+        self.page.on("console", self._listen)
+        self.page.on("pageerror", lambda error: self.troubles.append(str(error)))
+        self.page.on("request", lambda request: self.hosts.add(request.url.split("/")[2].split(":")[0]))
+        self.page.goto(url)
+
+    def _listen(self, message):
+        if message.type == "error":
+            self.troubles.append(message.text)
+
+    def now(self):
+        return float(self.page.locator("#time").inner_text())
+
+    def __call__(self, selector):
+        return self.page.locator(selector)
+
+
+def test_the_page_shows_a_run_and_holds_it(browser, run):
+    page = Page(browser, run.url)
+    until(lambda: page.now() > 0.3)
+    assert page.page.title() == "train \u00b7 drake_tracker"
+
+    views = page("#views canvas")
+    assert views.count() == 4
+    frame, before = page("#cameras").get_attribute("data-frame"), drawn(views.first)
+    assert before.std() > 10, "the camera's image is blank"
+    until(lambda: page.now() > 0.8 and page("#cameras").get_attribute("data-frame") != frame)
+    assert np.abs(drawn(views.first) - before).max() > 30, "the train has moved on"
+
+    page("#pause").click()
+    until(lambda: page("#stage").inner_text() == "paused")
+    time.sleep(0.5)  # the cycle in which it was asked ends first
+    held = page.now()
+    until(lambda: is_a_scene(colours(page("#scene iframe").screenshot(timeout=1e3 * PATIENCE))))
+    assert len(np.unique(drawn(page("#chart")), axis=0)) > 20, "the strips are blank"
+    assert page.now() == held, "pause does not pause"
+
+    for k in (1, 2, 3):
+        page("#step").click()
+        until(lambda: abs(page.now() - held - k * VISION_PERIOD) < 0.011)  # shown with two decimals
+    time.sleep(0.3)
+    assert abs(page.now() - held - 3 * VISION_PERIOD) < 0.011, "a step is one cycle"
+
+    real_time = page.page.get_by_role("button", name="1\u00d7", exact=True)
+    real_time.click()
+    until(lambda: real_time.get_attribute("aria-pressed") == "true")
+    page("#pause").click()
+    until(lambda: page.now() > held + 0.2)
+    assert page.page.evaluate("document.documentElement.scrollHeight <= innerHeight"), "one page without scrolling"
+    assert page.troubles == [] and page.hosts == {"127.0.0.1", "localhost"}
+
+    page.page.close()
+    line = re.compile(r"The live view was closed: the run goes on; watch it again at (\S+)")
+    assert until(lambda: line.search(run.printed()))[1] == run.url
+
+    page = Page(browser, run.url)
+    until(lambda: page.now() > held)
+    run.send_signal(signal.SIGINT)
+    until(lambda: page("#outcome").is_visible())
+    assert "The train was not lifted" in page("#outcome").inner_text()
+    assert str(run.out) in page("#outcome").inner_text()
+    assert run.wait(PATIENCE) == 130 and "Traceback" not in run.printed()
+    left = {path.name for path in run.out.iterdir()}
+    assert {"summary.json", "log.npz", "cameras.mp4", "recording.html", "scenario.yaml"} <= left

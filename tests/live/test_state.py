@@ -1,0 +1,104 @@
+"""The newest of a run, between the thread that simulates and those that serve."""
+
+import cv2
+import numpy as np
+
+from drake_tracker.live.state import LONGEST_HISTORY, LiveState
+from drake_tracker.record.video_page import VideoPage
+
+SQUARE = np.array([[10.0, 10.0], [100.0, 10.0], [100.0, 60.0], [10.0, 60.0]])
+
+
+def page_of(*sides):
+    return VideoPage({side: SQUARE for side in sides}, (160, 120), "title", "subtitle", lag=0.25)
+
+
+def test_news_is_what_was_not_told_before():
+    state = LiveState()
+    state.set_facts(title="train")
+    state.add_sample((0.0, 0, 1.5))
+    news, seen, more = state.news(None, 0.0)
+    assert news["facts"] == {"stage": "preparing", "title": "train"} and news["samples"] == [(0.0, 0, 1.5)] and more
+    assert state.news(seen, 0.0) == (None, seen, True)
+    state.tell(time=0.05, phase=1)
+    state.add_sample((0.05, 1, None))
+    news, seen, _ = state.news(seen, 0.0)
+    assert news == {"time": 0.05, "phase": 1, "samples": [(0.05, 1, None)]}
+    state.close()
+    assert state.news(seen, 60.0)[0] is None and not state.news(seen, 60.0)[2]
+
+
+def test_a_page_that_comes_late_gets_the_whole_history():
+    state = LiveState()
+    for k in range(50):
+        state.add_sample((k, 0))
+    first, seen, _ = state.news(None, 0.0)
+    assert len(first["samples"]) == 50
+    state.add_sample((50, 0))
+    state.tell(time=50)
+    assert state.news(seen, 0.0)[0]["samples"] == [(50, 0)]
+    assert len(state.news(None, 0.0)[0]["samples"]) == 51
+
+
+def test_a_long_run_is_thinned_out_and_pages_begin_afresh():
+    state = LiveState()
+    state.add_sample((0, 0))
+    _, seen, _ = state.news(None, 0.0)
+    for k in range(1, 3 * LONGEST_HISTORY):
+        state.add_sample((k, 0))
+    state.tell(time=1.0)
+    news, seen, _ = state.news(seen, 0.0)
+    assert news["afresh"] and len(news["samples"]) <= LONGEST_HISTORY
+    times = [time for time, _ in news["samples"]]
+    assert times == sorted(times) and times[0] == 0 and times[-1] > 3 * LONGEST_HISTORY - 8
+    state.tell(time=2.0)
+    assert "afresh" not in state.news(seen, 0.0)[0]
+
+
+def test_a_frame_is_coded_once_it_is_asked_for_and_holds_the_panels():
+    state = LiveState()
+    page = page_of("left", "right")
+    state.frames.open(page)
+    facts = state.news(None, 0.0)[0]["facts"]
+    assert facts["lag"] == 0.25 and state.frames.jpeg() is None
+    frame = np.zeros((page.size[1], page.size[0], 3), np.uint8)
+    colours = {}
+    for k, (side, late, (x, y, width, height)) in enumerate(page.panels):
+        colours[side, late] = 50 * (k + 1)
+        frame[y : y + height, x : x + width] = colours[side, late]
+    state.frames.write(frame)
+    image = cv2.imdecode(np.frombuffer(state.frames.jpeg(), np.uint8), cv2.IMREAD_GRAYSCALE)
+    assert len(facts["panels"]) == 4 and state.frames.jpeg() is state.frames.jpeg()
+    for panel in facts["panels"]:
+        x, y, width, height = panel["place"]
+        shown = image[y + 9 : y + height - 9, x + 9 : x + width - 9]
+        assert shown.size and abs(shown.astype(float) - colours[panel["side"], panel["late"]]).max() < 8
+
+
+def test_frames_are_wanted_seldom_and_more_often_while_somebody_looks():
+    now = [0.0]
+    counts = []
+    for watched in (False, True):
+        state = LiveState()
+        state.frames._clock = lambda: now[0]
+        if watched:
+            state.watch(True)
+        state.frames.open(page_of(""))
+        frame = np.zeros((800, 1280, 3), np.uint8)
+        for _ in range(300):
+            state.frames.write(frame)
+            now[0] += 1 / 100
+        counts.append(state.frames.number)
+    assert 3 <= counts[0] <= 4 and 32 <= counts[1] <= 38
+
+
+def test_the_last_page_that_closes_is_noticed():
+    state = LiveState()
+    state.watch(True)
+    state.watch(True)
+    state.watch(False)
+    assert not state.left
+    state.watch(False)
+    assert state.left
+    state.watch(True)
+    assert not state.left

@@ -1,0 +1,135 @@
+"""The live view beside a run: it changes nothing, and a person's windows become the scenario's."""
+
+import json
+import threading
+import time
+import urllib.error
+import urllib.request
+
+import cv2
+import numpy as np
+import pytest
+from ball_scenario import make_scenario, true_poses
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_tracker import load_scenario, simulate
+from drake_tracker.arm.description import make_arm_model
+from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.ball import make_diagram
+from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.initialise import initialise_board
+from drake_tracker.live.strips_system import add_strips
+from drake_tracker.live.view import LiveView
+from drake_tracker.record.log import load_log
+from drake_tracker.scenarios.ball_scenario import Operator
+
+
+def control(url, **asked):
+    origin = {"Origin": url.rstrip("/")}
+    request = urllib.request.Request(f"{url}control", json.dumps(asked).encode(), origin)
+    return json.loads(urllib.request.urlopen(request, timeout=10).read())
+
+
+def events(url, enough):
+    """The news of a run, until there is enough of it."""
+    for line in urllib.request.urlopen(f"{url}events", timeout=60):
+        if line.startswith(b"data: "):
+            news = json.loads(line[6:])
+            if enough(news):
+                return
+
+
+def test_a_run_that_is_watched_and_held_is_the_same_run(tmp_path):
+    overrides = ["vision=!Measured {}"]
+    alone = simulate(load_scenario("train", duration=1.5, overrides=overrides), tmp_path / "alone", record=False)
+    told = {"time": [], "samples": [], "facts": {}}
+
+    def enough(news):
+        told["facts"] = news.get("facts", told["facts"])
+        told["samples"] += news.get("samples", [])
+        if news.get("time", 0.0) > 0.5 and not told["time"]:
+            control(live.url, action="pause")
+            time.sleep(0.5)
+            control(live.url, action="step")
+            control(live.url, action="resume")
+            told["time"].append(news["time"])
+        return told["facts"]["stage"] == "over"
+
+    with LiveView() as live:
+        page = threading.Thread(target=events, args=(live.url, enough))
+        page.start()
+        scenario = load_scenario("train", duration=1.5, overrides=overrides)
+        watched = simulate(scenario, tmp_path / "watched", record=False, live=live)
+        live.finish({"success": False})
+    page.join(10.0)
+    assert not page.is_alive() and told["time"]
+    for summary in (alone, watched):
+        del summary["wall_time_s"], summary["real_time_factor"]
+    assert watched == alone
+    first, second = (load_log(tmp_path / name / "log.npz") for name in ("alone", "watched"))
+    assert first.keys() == second.keys()
+    assert all(np.array_equal(first[name].data, second[name].data, equal_nan=True) for name in first)
+
+    assert told["facts"]["cameras"] is False and told["facts"]["scene"].startswith("http://localhost:")
+    times = [sample[0] for sample in told["samples"]]
+    assert times == pytest.approx(np.arange(0.0, 1.51, 0.05), abs=1e-3)
+    assert told["samples"][-1][2] is not None and told["samples"][-1][-1] == pytest.approx(88.0, abs=1.0)
+
+
+def test_the_strips_of_a_ball_read_its_ports():
+    scenario, samples = make_scenario(seed=4), []
+    hand_eye = make_diagram(scenario, true_poses(scenario))
+    builder = DiagramBuilder()
+    builder.AddSystem(hand_eye)
+    add_strips(builder, hand_eye, "ball", make_arm_model(arm_of(scenario)), lambda sample: samples.append(sample))
+    Simulator(builder.Build()).Initialize()
+    assert samples == [(0.0, 0, None, None, None, None, None)]
+
+
+def test_a_run_that_breaks_off_says_so_on_the_page():
+    facts = []
+    with pytest.raises(ZeroDivisionError), LiveView() as live:
+        page = threading.Thread(
+            target=events, args=(live.url, lambda news: facts.append(news["facts"]) or news["facts"]["stage"] == "over")
+        )
+        page.start()
+        while not facts:
+            time.sleep(0.01)
+        raise ZeroDivisionError("by zero")
+    page.join(10.0)
+    assert facts[-1]["outcome"] == {"success": False, "title": "The run broke off", "reason": "by zero"}
+
+
+def test_a_person_marks_windows_on_the_page():
+    board = np.full((100, 100, 3), 200, np.uint8)
+    places = [(20, 20), (80, 22), (22, 80), (78, 78)]
+    for place in places:
+        cv2.circle(board, place, 5, (10, 10, 10), -1)
+    said, answers = [], []
+    with LiveView(say=said.append) as live:
+
+        def mark():
+            events(live.url, lambda news: news.get("facts", {}).get("stage") == "windows")
+            picture = urllib.request.urlopen(f"{live.url}board.png", timeout=10).read()
+            assert cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR).shape == board.shape
+            answers.append(control(live.url, action="read", window=[0, 0, 8, 8]))
+            answers.extend(control(live.url, action="read", window=[u - 9, v - 9, 18.5, 18]) for u, v in places)
+            answers.append(control(live.url, action="mark", windows=[each["window"] for each in answers[1:]]))
+
+        person = threading.Thread(target=mark)
+        person.start()
+        windows = live.mark_windows([board] * 2, Operator())
+        person.join()
+        with pytest.raises(urllib.error.HTTPError):
+            control(live.url, action="mark", windows=[])
+    assert "no whole circle" in answers[0]["problem"] and answers[-1] == {}
+    assert windows == [[u - 9.0, v - 9.0, 18.0, 18.0] for u, v in places]
+    assert live.url in said[0]
+
+
+def test_windows_of_a_person_become_those_of_the_scenario():
+    scenario, windows = make_scenario(seed=4), [[0.0, 0.0, 9.0, 9.0]] * 4
+    with pytest.raises(DrakeTrackerError, match="no whole circle"):
+        initialise_board(scenario, lambda images, operator: windows)
+    assert scenario.operator.windows == windows
