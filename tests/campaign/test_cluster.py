@@ -1,8 +1,4 @@
-"""A campaign on a cluster: a real scheduler, and two workers that are processes of their own, one of them killed.
-
-dask.distributed is an extra (``pip install 'drake-tracker[cluster]'``) and not part of `make setup`: without it these
-tests skip.
-"""
+"""A campaign on a cluster: a real scheduler, and two workers that are processes of their own, one of them killed."""
 
 import json
 import os
@@ -22,8 +18,6 @@ from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.run import carry_out
 from drake_tracker.errors import DrakeTrackerError
-
-pytest.importorskip("distributed", reason="dask.distributed is not installed: pip install 'drake-tracker[cluster]'")
 
 TESTS = Path(__file__).parents[1]
 
