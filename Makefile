@@ -64,7 +64,7 @@ test: setup
 	@.venv/bin/python -m pytest $(PYTEST_ARGS)
 
 demo: setup
-	@.venv/bin/drake-tracker run train
+	@.venv/bin/drake-tracker run train --live
 
 # What builds the pages is no part of the set-up either. A warning is an error: a link that leads nowhere, for one.
 docs: setup
