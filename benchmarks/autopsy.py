@@ -5,9 +5,9 @@
     python benchmarks/autopsy.py --faults link --size 0.9 --first-seed 0 --seeds 6 --results /tmp/try.jsonl
 
 A fault is a setting of the scenario where there is one, and else a part that this script puts in the place of the
-scenario's. Sizes were found on seeds below 100, as was all that the autopsy knows of healthy runs (``--normal`` measures
-that); the table is of seeds 700 to 719. Each run lasts 20 s at most, time for two or three attempts. The faults of
-vision and triangulation need images, the others run on measured vision.
+scenario's. Sizes were found on seeds below 100, as was all that the autopsy knows of healthy runs (``--normal``
+measures that); the table is of seeds 700 to 719. Each run lasts 20 s at most, time for one attempt or two. The faults
+of vision and triangulation need images, the others run on measured vision.
 """
 
 import argparse
@@ -180,7 +180,9 @@ class Fault:
 
 
 FAULTS = {
-    "vision": Fault(Stage.VISION, 4.0, "px", "white noise on the left camera's centroids", lambda size: [], noisy_vision),
+    "vision": Fault(
+        Stage.VISION, 4.0, "px", "white noise on the left camera's centroids", lambda size: [], noisy_vision
+    ),
     "triangulation": Fault(
         Stage.TRIANGULATION, 0.02, "rad", "the right camera's calibration turned", lambda size: [], turned_camera
     ),

@@ -21,11 +21,12 @@ from drake_tracker.commands import (
     replay,
     run,
     track,
+    view,
 )
 from drake_tracker.commands.common import FAULT, INTERRUPTED, TROUBLE
 from drake_tracker.errors import DrakeTrackerError
 
-COMMANDS = (run, replay, list_scenarios, doctor, calibrate, track, measure, campaign, figures, host, arm)
+COMMANDS = (run, view, replay, list_scenarios, doctor, calibrate, track, measure, campaign, figures, host, arm)
 """In the order of ``--help``."""
 
 

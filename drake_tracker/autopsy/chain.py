@@ -38,8 +38,8 @@ class Packets(NamedTuple):
 
 
 def chain(packets, time, train, hand):
-    """Returns what each stage contributed to ``hand`` minus ``train``, shape (7, 4): rows of `Stage`, x, y, z [m, W] and
-    yaw [rad].
+    """Returns what each stage contributed to ``hand`` minus ``train``, shape (7, 4): rows of `Stage`, columns x, y, z
+    [m, W] and yaw [rad].
 
     The rows add up to the difference exactly, its yaw but for half turns, after which the jaws are what they were.
     `Stage.TIMING` is zero here. Without a yardstick, vision and triangulation count to the filter.

@@ -171,7 +171,7 @@ class Evidence:
         return grasp.hover_height + (grasp.grasp_height - grasp.hover_height) * done
 
     def _attempt(self, number, launch):
-        log, grasp, spans = self._log, self._grasp, self._spans
+        grasp, spans = self._grasp, self._spans
         index = next(k for k, span in enumerate(spans) if span.phase == Phase.INTERCEPT and span.start == launch)
         own = [spans[index]]
         for span in spans[index + 1 :]:
