@@ -6,6 +6,7 @@ from drake_tracker.autopsy.blame import attempt_excess, rms_sizes, run_excess, s
 from drake_tracker.autopsy.evidence import Evidence
 from drake_tracker.autopsy.sentences import tell_attempt, tell_run
 from drake_tracker.autopsy.stages import WORDS, Stage
+from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.record.episode import phase_spans
 
 LEAST_BLAME = 0.002
@@ -50,17 +51,26 @@ def perform(scenario, log):
 
 
 def broken_stage(log):
-    """Returns the first stage from which nothing ever came in a run, or None when something reached the servo."""
+    """Returns the first stage from which nothing of use ever came in a run, or None when the servo had a target."""
     if (log["target"]["valid"] > 0).any():
         return None
     if (log["delivered"]["valid"] > 0).any():
-        return Stage.SERVO
+        return Stage.LINK if _outdated(log) else Stage.SERVO
     if (log["prediction"]["valid"] > 0).any():
         return Stage.LINK
     if (log["point"]["valid"] > 0).any():
         return Stage.FILTER
     sides = [log[name]["valid"] > 0 for name in ("centroid_left", "centroid_right") if name in log]
     return Stage.TRIANGULATION if len(sides) == 2 and (sides[0] & sides[1]).any() else Stage.VISION
+
+
+def _outdated(log):
+    """Whether what came over the link had mostly run out by then, when the host's newest had not."""
+    delivered, prediction = log["delivered"], log["prediction"]
+    here = delivered["valid"] > 0
+    ends = [signal["first_time"][here] + KNOT_SPACING * (KNOT_COUNT - 1) for signal in (delivered, prediction)]
+    times = delivered.times[here]
+    return np.mean((ends[0] < times) & (ends[1] >= times)) > 0.5
 
 
 def _worst(found):

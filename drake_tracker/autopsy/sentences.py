@@ -32,7 +32,7 @@ def tell_run(culprit, found, broken, attempts):
       attempts: dicts.
     """
     if broken is not None:
-        return f"Nothing ever came out of {WORDS[broken]}."
+        return f"Nothing of use ever came out of {WORDS[broken]}."
     what = "The train was not lifted" if attempts else "The hand was never sent down"
     if culprit is None:
         return f"{what}, and yet no stage did worse than in a run that goes well."

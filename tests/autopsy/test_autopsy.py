@@ -108,7 +108,15 @@ def test_a_chain_that_is_broken_is_named_where_it_breaks(dead, stage):
         log[name].data[:, log[name].names.index("valid")] = 0.0
     found = perform(run.scenario(), log)
     assert found["culprit"] == stage
-    assert found["verdict"] == f"Nothing ever came out of {stage}."
+    assert found["verdict"] == f"Nothing of use ever came out of {stage}."
+
+
+def test_packets_that_have_run_out_when_they_come_are_the_links():
+    run = AutopsyRun(attempts=False)
+    log = run.log()
+    log["delivered"].data[:, :3] -= [2.0, 0.0, 2.0]
+    log["target"].data[:, -1] = 0.0
+    assert perform(run.scenario(), log)["culprit"] == "link"
 
 
 def test_measured_vision_has_no_centroids_and_no_triangulation():
