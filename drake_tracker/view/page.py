@@ -41,7 +41,8 @@ def page_of(run):
     css = (Path(__file__).parent / "page.css").read_text(encoding="utf-8")
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>\n'
-        f'<meta name="viewport" content="width=device-width"><link rel="icon" href="data:,">\n<style>\n{css}</style></head>\n<body><main>\n'
+        '<meta name="viewport" content="width=device-width"><link rel="icon" href="data:,">\n'
+        f"<style>\n{css}</style></head>\n<body><main>\n"
         + "\n".join(part for part in parts if part)
         + "\n</main></body></html>\n"
     )
@@ -170,7 +171,8 @@ def _tracking(autopsy):
     tracking = autopsy["tracking"]
     culprit = None if autopsy["verdict"] is None else autopsy["culprit"]
     sizes = {stage: size for stage, size in tracking["size_m"].items() if stage != "grasp timing"}
-    bars = contribution_bars(sizes, by_word(NORMAL_TRACKING), tracking["rms"], culprit=culprit)
+    ages = {"link": tracking["age_s"]}
+    bars = contribution_bars(sizes, by_word(NORMAL_TRACKING), tracking["rms"], ages, culprit, signed=False)
     words = f"Root mean squares over {tracking['moments']} moments of tracking, had the hand been sent down then."
     return f"<section><h2>The same while tracking</h2>{bars}{_key(words)}</section>"
 

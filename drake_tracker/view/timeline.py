@@ -4,7 +4,7 @@ from html import escape
 
 from drake_tracker.record.style import INK, SOFT_INK, phase_colour
 
-_WIDTH, _LEFT, _RIGHT = 1160, 10, 10
+_WIDTH, _LEFT, _RIGHT = 1160, 0, 0
 _BAR_TOP, _BAR, _HEIGHT = 34, 30, 92
 _MARKS = {"lifted": "#009e73", "missed": "#d55e00", "dropped": "#cc79a7"}
 _GREY = "#8a9099"
@@ -38,7 +38,8 @@ def timeline_svg(spans, attempts=()):
     for time in _ticks(end):
         x = at(time)
         parts.append(f'<path d="M{x:.1f} {_BAR_TOP + _BAR}v6" stroke="{_GREY}"/>')
-        parts.append(_text(x, _BAR_TOP + _BAR + 21, f"{time:g}{' s' if time == 0 else ''}", SOFT_INK, 12, "middle"))
+        anchor = "start" if time == 0 else "end" if x > _WIDTH - 10 else "middle"
+        parts.append(_text(x, _BAR_TOP + _BAR + 21, f"{time:g}{' s' if time == 0 else ''}", SOFT_INK, 12, anchor))
     last = -100.0
     for attempt in attempts:
         x = at(attempt["close_s"] if attempt["close_s"] is not None else attempt["launch_s"])
