@@ -14,7 +14,6 @@ import argparse
 import contextlib
 import tempfile
 import time
-import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -45,28 +44,25 @@ MEASURED = "vision=!Measured {}"
 KEPT = ("success", "attempts", "time_to_grasp_s", "failure_reason", "simulated_s", "package_versions", "git_commit")
 
 
-class NoisyFlow(NormalFlow):
-    """Normal flow whose centroid is off by white noise of ``noise`` [px] in u and v, drawn from the mask itself."""
+class ShiftedFlow(NormalFlow):
+    """Normal flow whose centroid lies ``shift`` [px] too far to the right, as with something that moves beside."""
 
-    noise = 0.0
+    shift = 0.0
 
     def centroid(self, mask):
         region = super().centroid(mask)
-        if region is None:
-            return None
-        du, dv = self.noise * np.random.default_rng(zlib.crc32(mask.tobytes())).standard_normal(2)
-        return region._replace(u=region.u + du, v=region.v + dv)
+        return None if region is None else region._replace(u=region.u + self.shift)
 
 
-def noisy_vision(noise):
-    """A `VisionDiagram` whose left camera's centroids are noisy."""
+def shifted_vision(shift):
+    """A `VisionDiagram` whose left camera's centroids are off."""
 
     def make(cameras, windows, image_windows, flow, *rest):
         detectors = {
-            side: (NoisyFlow if side == "left" else NormalFlow)(flow, window=windows[side].mask(image_windows[side]))
+            side: (ShiftedFlow if side == "left" else NormalFlow)(flow, window=windows[side].mask(image_windows[side]))
             for side in cameras
         }
-        detectors["left"].noise = noise
+        detectors["left"].shift = shift
         return VisionDiagram(cameras, windows, image_windows, flow, *rest, detectors=detectors)
 
     return mock.patch.object(train, "VisionDiagram", make)
@@ -181,20 +177,21 @@ class Fault:
 
 FAULTS = {
     "vision": Fault(
-        Stage.VISION, 4.0, "px", "white noise on the left camera's centroids", lambda size: [], noisy_vision
+        Stage.VISION, 12.0, "px", "the left camera's centroids shifted", lambda size: [], shifted_vision
     ),
     "triangulation": Fault(
         Stage.TRIANGULATION, 0.025, "rad", "the right camera's calibration turned", lambda size: [], turned_camera
     ),
     "filter": Fault(
-        Stage.FILTER, 0.5, "s", "a low-pass before the estimator", part=lambda size: wrapped_estimator(Smoothed, size)
+        Stage.FILTER, 0.45, "s", "a low-pass before the estimator", part=lambda size: wrapped_estimator(Smoothed, size)
     ),
     "prediction": Fault(
         Stage.PREDICTION, 0.68, "", "share of constant velocity in the prediction",
         part=lambda size: wrapped_estimator(Straightened, size),
     ),
     "link": Fault(
-        Stage.LINK, 1.3, "s", "delay of every packet", lambda size: [MEASURED, f"link=!Lossy {{delay: {size}}}"]
+        Stage.LINK, 0.8, "", "share of packets lost, 30 in a row on average",
+        lambda size: [MEASURED, f"link=!Lossy {{drop: {size}, burst: 30}}"],
     ),
     "servo": Fault(Stage.SERVO, 0.34, "s", "set-points late", part=late_servo),
     "timing": Fault(

@@ -12,7 +12,7 @@ from drake_tracker.autopsy.replay import point_rows, replay, seen_by, true_point
 from drake_tracker.autopsy.stages import Stage
 from drake_tracker.grasp.gate import touch_delay
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.messages import evaluate_prediction
+from drake_tracker.messages import KNOT_COUNT, evaluate_prediction
 from drake_tracker.record.episode import during, fresh_packets, tool_pose, train_pose
 from drake_tracker.timing import ESTIMATOR_SLOT, SERVO_PERIOD, VISION_PERIOD, vision_slot
 from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
@@ -105,7 +105,11 @@ class Evidence:
             found = in_train(chain(basis, meeting, train, held), train[3])
             k = np.searchsorted(status.times, moment, side="right") - 1
             there = status["fraction"][k] >= 1.0 and not status["flipping"][k]
-            found[Stage.SERVO] = self._servo_now(basis, moment, train_now, hand) if there else np.nan
+            off = self._servo_now(basis, moment, train_now, hand)
+            if _end(basis.held) < moment <= _end(basis.newest):
+                found[Stage.LINK] += off  # the path had run out on its way: the servo had nothing to follow
+            else:
+                found[Stage.SERVO] = off if there else np.nan
             times.append(moment)
             rows.append(found)
             ages.append(basis.newest[0] - basis.held[0])
@@ -242,6 +246,11 @@ class Evidence:
         if Phase.RETREAT not in starts and self._spans[-1].end <= end:
             return height, "dropped" if verdict["derailed"].any() else "ended"
         return height, "dropped" if Phase.LIFT in starts else "missed"
+
+
+def _end(packet):
+    """Returns the time [s] at which a packet's path ends."""
+    return packet[2] + packet[3] * (KNOT_COUNT - 1)
 
 
 def _read(packet, time):
