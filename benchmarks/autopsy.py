@@ -190,7 +190,7 @@ FAULTS = {
         part=lambda size: wrapped_estimator(Straightened, size),
     ),
     "link": Fault(
-        Stage.LINK, 0.8, "", "share of packets lost, 30 in a row on average",
+        Stage.LINK, 0.65, "", "share of packets lost, 30 in a row on average",
         lambda size: [MEASURED, f"link=!Lossy {{drop: {size}, burst: 30}}"],
     ),
     "servo": Fault(Stage.SERVO, 0.34, "s", "set-points late", part=late_servo),

@@ -18,12 +18,13 @@ def timeline_svg(spans, attempts=()):
     if not spans:
         return ""
     end = max(spans[-1].end, 1e-3)
+    top = 0 if attempts else _BAR_TOP - 4
 
     def at(time):
         return _LEFT + (_WIDTH - _LEFT - _RIGHT) * time / end
 
     parts = [
-        f'<svg class="timeline" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="phases over time">',
+        f'<svg class="timeline" viewBox="0 {top} {_WIDTH} {_HEIGHT - top}" role="img" aria-label="phases over time">',
     ]
     for span in spans:
         x, width = at(span.start), max(at(span.end) - at(span.start), 0.5)
