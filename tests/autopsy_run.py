@@ -30,7 +30,7 @@ class AutopsyRun:
 
     noise: of the left centroid [px]. shift: of every point. lag: of the filtered state. slower: share by which the
     train is predicted too slow. age: of the packet in force. beside: the hand, to the left of its target. early: the
-    closing. lifted: whether the train is taken.
+    closing. slow: share of their speed that the jaws have lost. lifted: whether the train is taken.
     """
 
     noise: float = 0.0
@@ -40,6 +40,7 @@ class AutopsyRun:
     age: float = 0.0
     beside: float = 0.0
     early: float = 0.0
+    slow: float = 0.0
     lifted: bool = False
     attempts: bool = True
 
@@ -77,7 +78,7 @@ class AutopsyRun:
         fall = grasp.grasp_height - grasp.hover_height
         tool[:, 2] += grasp.hover_height + (fall * down if self.attempts else 0.0)
 
-        width = grasp.jaw_opening - grasp.jaw_speed * np.clip(cycles - close - 0.015, 0.0, None)
+        width = grasp.jaw_opening - (1.0 - self.slow) * grasp.jaw_speed * np.clip(cycles - close - 0.015, 0.0, None)
         width = np.maximum(width, grasp.object_width if self.lifted else 0.0)
         taken = self.lifted & (cycles > close + 0.5)
         contact = self.lifted & (cycles > close + 0.135)

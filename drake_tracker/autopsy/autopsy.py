@@ -11,6 +11,8 @@ from drake_tracker.record.episode import phase_spans
 
 LEAST_BLAME = 0.002
 """A stage that contributed less than this [m] more than normal is not to blame for anything."""
+LATE = 0.1
+"""Jaws that come to the train's width this much [s] after they were meant to are late; up to half of it is normal."""
 
 
 def perform(scenario, log):
@@ -31,10 +33,11 @@ def perform(scenario, log):
     evidence = Evidence(scenario, log, spans)
     attempts, tracking = evidence.attempts(), evidence.tracking()
     lifted = any(attempt.outcome == "lifted" for attempt in attempts)
-    failed = [a.rows for a in attempts if a.rows is not None and a.outcome in ("missed", "dropped")]
-    found = run_excess(failed, tracking.rows)
+    failed = [attempt for attempt in attempts if attempt.rows is not None and attempt.outcome in ("missed", "dropped")]
+    found = run_excess([attempt.rows for attempt in failed], tracking.rows)
     broken = broken_stage(log)
-    culprit = None if lifted else broken if broken is not None else _worst(found)
+    lateness = float(np.median([attempt.timing for attempt in failed])) if failed else 0.0
+    culprit = None if lifted else broken if broken is not None else _worst(found, lateness)
     told = [_attempt(scenario, attempt) for attempt in attempts]
     return {
         "culprit": None if culprit is None else WORDS[culprit],
@@ -73,9 +76,12 @@ def _outdated(log):
     return np.mean((ends[0] < times) & (ends[1] >= times)) > 0.5
 
 
-def _worst(found):
+def _worst(found, lateness):
+    """Returns the stage with the largest excess; of jaws that came late to a train in the right place, the timing."""
     worst = Stage(int(np.argmax(found)))
-    return worst if found[worst] >= LEAST_BLAME else None
+    if found[worst] >= LEAST_BLAME:
+        return worst
+    return Stage.TIMING if lateness > LATE else None
 
 
 def _attempt(scenario, attempt):
@@ -98,7 +104,7 @@ def _attempt(scenario, attempt):
             "size_m": _named(sizes(attempt.rows)),
         }
         if attempt.outcome in ("missed", "dropped"):
-            worst = _worst(attempt_excess(attempt.rows))
+            worst = _worst(attempt_excess(attempt.rows), attempt.timing)
             told["culprit"] = None if worst is None else WORDS[worst]
     return told | {"sentence": tell_attempt(scenario, told)}
 

@@ -36,7 +36,8 @@ def tell_run(culprit, found, broken, attempts):
     what = "The train was not lifted" if attempts else "The hand was never sent down"
     if culprit is None:
         return f"{what}, and yet no stage did worse than in a run that goes well."
-    return f"{what}. Most came from {WORDS[culprit]}, {_mm(found[culprit])} beyond what is normal: {MEANINGS[culprit]}."
+    size = f", {_mm(found[culprit])} beyond what is normal" if found[culprit] > 0.0 else ""
+    return f"{what}. Most came from {WORDS[culprit]}{size}: {MEANINGS[culprit]}."
 
 
 def _most(attempt):
@@ -47,7 +48,8 @@ def _most(attempt):
     size = attempt["size_m"]
     normal = NORMAL_ATTEMPT[_BY_WORD[first]]
     rest = sorted((word for word in size if word != first and size[word] >= _NEXT_FROM), key=lambda word: -size[word])
-    text = f" Most came from {first}, {_mm(size[first])} where up to {_mm(normal)} is normal{_age(attempt, first)}"
+    much = f", {_mm(size[first])} where up to {_mm(normal)} is normal" if size[first] > normal else ""
+    text = f" Most came from {first}{much}{_age(attempt, first)}"
     if rest:
         text += "; then " + ", ".join(f"{word} {_mm(size[word])}" for word in rest[:2])
     return text + "."

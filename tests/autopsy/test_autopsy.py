@@ -73,6 +73,12 @@ def test_jaws_that_close_early_close_high():
     assert "too early" in attempt["sentence"]
 
 
+def test_jaws_that_are_slow_are_to_blame_when_nothing_else_is():
+    found = autopsy(slow=0.7)
+    assert found["culprit"] == "grasp timing"
+    assert "too late" in found["attempts"][0]["sentence"] and "beyond" not in found["verdict"]
+
+
 def test_a_link_that_is_late_by_so_much_says_so():
     found = autopsy(age=0.5)
     assert found["tracking"]["age_s"] == pytest.approx(0.5, abs=0.03)
