@@ -184,6 +184,8 @@ class Evidence:
             own.append(span)
         starts = {span.phase: span.start for span in reversed(own)}
         end = own[-1].end
+        if own[-1] is spans[-1]:  # the last command is given a little before the run ends
+            end = max(end, self._log["truth_verdict"].times[-1])
         close = starts.get(Phase.CLOSE)
         plan = launch + grasp.descent_duration + TOUCH_AFTER_DESCENT
         jaws = self._jaws_closed(launch, min(end, starts.get(Phase.RETREAT, end)))
