@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_tracker.autopsy.blame import attempt_excess, rms_sizes, run_excess, sizes
+from drake_tracker.autopsy.blame import attempt_excess, run_excess, sizes, usual_sizes
 from drake_tracker.autopsy.evidence import Evidence
 from drake_tracker.autopsy.sentences import tell_attempt, tell_run
 from drake_tracker.autopsy.stages import WORDS, Stage
@@ -23,7 +23,8 @@ def perform(scenario, log):
     - ``verdict``: a sentence on the run, None when the train was lifted.
     - ``attempts``: a dict for each descent: ``sentence``, ``outcome``, its times, ``culprit``, ``offset`` and
       ``contributions`` {stage: (along, across, up, yaw)}, which add up to it, ``size_m`` {stage: m}, ``ages_s``.
-    - ``tracking``: what the stages did while tracking: ``moments`` looked at, ``size_m`` {stage: rms}, ``rms`` {stage:
+    - ``tracking``: what the stages did while tracking: ``moments`` looked at, ``size_m`` {stage:
+      within which 68 of 100 are}, ``rms`` {stage:
       (along, across, up, yaw)}, ``age_s`` of the packets in force behind the host's newest, the mean.
 
     Args:
@@ -46,8 +47,8 @@ def perform(scenario, log):
         "attempts": told,
         "tracking": {
             "moments": len(tracking.times),
-            "size_m": _named(rms_sizes(tracking.rows)),
-            "rms": _named(np.nan_to_num(_rms(tracking.rows))),
+            "size_m": _named(usual_sizes(tracking.rows)),
+            "rms": _named(_rms(tracking.rows)),
             "age_s": float(tracking.ages.mean()) if len(tracking.ages) else None,
         },
     }

@@ -23,6 +23,8 @@ MOTION_DELAY = (SPLINE_DELAY - 1.0) * SERVO_PERIOD
 """From the launch until the hand sets off [s]: the spline's delay, less the period by which a motion is begun ahead."""
 TOUCH_AFTER_DESCENT = 0.06
 """Time [s] from the end of the descent until the pads touch, as the default settings plan it."""
+BEFORE_CONTACT = 2.0 * VISION_PERIOD
+"""A contact shows in the log up to a cycle late; this long [s] before that the train was still where it belongs."""
 ONSET = 0.002
 """The jaws have begun to close once they are this much [m] narrower than open."""
 
@@ -31,8 +33,8 @@ class Attempt(NamedTuple):
     """One descent of the hand.
 
     number: from 1. launch, close, end: start of the descent and of the closing, end of the attempt [s]; close is None
-    when the jaws never began to. meeting: when the jaws or the first contact ended the plan [s]. jaws: when the jaws
-    came to the train's width, or would have [s]. timing: jaws against the plan [s], positive late. rows: contributions,
+    when the jaws never began to. meeting: when the jaws came to the train's width, or just before a first contact [s].
+    jaws: when they came to that width, or would have [s]. timing: jaws against the plan [s], positive late. rows: contributions,
     (7, 4), along, across, up [m], yaw [rad], None where the log does not say. ages: {Stage: s}. lifted: height [m] to
     which the train came in contact with a finger. outcome: "lifted", "dropped", "missed", or "ended" with the run.
     """
@@ -190,9 +192,9 @@ class Evidence:
         plan = launch + grasp.descent_duration + TOUCH_AFTER_DESCENT
         jaws = self._jaws_closed(launch, min(end, starts.get(Phase.RETREAT, end)))
         touch = next((t for t in self._contacts if launch <= t <= end), np.inf)
-        met = min(jaws, touch)
+        met = min(jaws, touch - BEFORE_CONTACT)
         meeting = min(met, plan)
-        rows, ages = self._contributions(launch, meeting, met) if close is not None else (None, {})
+        rows, ages = self._contributions(launch, meeting, met, jaws) if close is not None else (None, {})
         timing = jaws - plan
         if rows is not None:
             ages[Stage.TIMING] = timing
@@ -215,17 +217,23 @@ class Evidence:
             instants.append(times[k - 1] + share * (times[k] - times[k - 1]))
         return instants[0] + 2.0 * (instants[1] - instants[0])
 
-    def _contributions(self, launch, meeting, met):
-        """Returns (rows, ages) of an attempt, or (None, {}) where the log does not say."""
+    def _contributions(self, launch, meeting, met, jaws):
+        """Returns (rows, ages) of an attempt, or (None, {}) where the log does not say.
+
+        What the timing adds is what the hand drifted off from the plan's end until it met the train, and the height at
+        which the descent would have been when the jaws came to the train's width. A finger that comes down on a train
+        in the wrong place is not early for that.
+        """
         log, basis = self._log, self._basis(launch)
         trains, hands = train_pose(log, [meeting, met]), tool_pose(log, [meeting, met])
         if basis is None or np.isnan(trains).any() or np.isnan(hands).any():
             return None, {}
         train, hand = trains[0], hands[0] - [0.0, 0.0, self._height(launch, meeting), 0.0]
         rows = in_train(chain(basis, meeting, train, hand), train[3])
-        whole = hands[1] - trains[1] - [0.0, 0.0, self._grasp.grasp_height, 0.0]
+        whole = hands[1] - trains[1] - [0.0, 0.0, self._height(launch, met), 0.0]
         whole[3] -= np.pi * np.round(whole[3] / np.pi)
         rows[Stage.TIMING] = in_train(whole[None], trains[1, 3])[0] - rows.sum(axis=0)
+        rows[Stage.TIMING, 2] += self._height(launch, jaws) - self._grasp.grasp_height
         speed = np.hypot(*(train_pose(log, [meeting - 0.05])[0, :2] - train[:2])) / 0.05
         ages = {
             Stage.VISION: launch - basis.newest[0],
