@@ -195,7 +195,7 @@ FAULTS = {
     ),
     "servo": Fault(Stage.SERVO, 0.37, "s", "set-points late", part=late_servo),
     "timing": Fault(
-        Stage.TIMING, 0.205, "s", "closing_lead", lambda size: [MEASURED, f"grasp.closing_lead={size}"]
+        Stage.TIMING, 0.22, "s", "closing_lead", lambda size: [MEASURED, f"grasp.closing_lead={size}"]
     ),
     "none": Fault(None, 0.0, "", "no fault, measured vision"),
     "none-rendered": Fault(None, 0.0, "", "no fault, images", lambda size: []),
