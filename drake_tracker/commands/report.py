@@ -37,6 +37,7 @@ def report(scenario, summary, out):
     for _, label, words in _rows(scenario, summary):
         print(f"{label:<18}{words}")
     print(f"{'run directory':<18}{out}")
+    print(f"{'look at it':<18}drake-tracker view {out}")
     if summary.get("interrupted"):
         return INTERRUPTED
     return SUCCESS if summary["success"] else NOT_TAKEN
