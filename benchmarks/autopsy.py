@@ -22,7 +22,7 @@ from unittest import mock
 import numpy as np
 from common import append_results, print_table
 
-from drake_tracker.arm import arm_diagram
+from drake_tracker.arm import servo_system
 from drake_tracker.arm.servo import Servo
 from drake_tracker.autopsy.autopsy import perform
 from drake_tracker.autopsy.stages import WORDS, Stage
@@ -57,13 +57,13 @@ class ShiftedFlow(NormalFlow):
 def shifted_vision(shift):
     """A `VisionDiagram` whose left camera's centroids are off."""
 
-    def make(cameras, windows, image_windows, flow, *rest):
+    def make(cameras, windows, image_windows, flow, *rest, **settings):
         detectors = {
             side: (ShiftedFlow if side == "left" else NormalFlow)(flow, window=windows[side].mask(image_windows[side]))
             for side in cameras
         }
         detectors["left"].shift = shift
-        return VisionDiagram(cameras, windows, image_windows, flow, *rest, detectors=detectors)
+        return VisionDiagram(cameras, windows, image_windows, flow, *rest, detectors=detectors, **settings)
 
     return mock.patch.object(train, "VisionDiagram", make)
 
@@ -149,8 +149,8 @@ class Straightened(Wrapped):
 
 
 def wrapped_estimator(kind, size):
-    whole = train.scenario_estimator
-    return mock.patch.object(train, "scenario_estimator", lambda scenario: kind(whole(scenario), size))
+    whole = train.estimator_of
+    return mock.patch.object(train, "estimator_of", lambda *settings: kind(whole(*settings), size))
 
 
 def late_servo(lag):
@@ -160,7 +160,7 @@ def late_servo(lag):
         def __init__(self, *settings, lead):
             super().__init__(*settings, lead=lead - lag)
 
-    return mock.patch.object(arm_diagram, "Servo", LateServo)
+    return mock.patch.object(servo_system, "Servo", LateServo)
 
 
 @dataclass(frozen=True)

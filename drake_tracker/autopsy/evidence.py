@@ -34,9 +34,10 @@ class Attempt(NamedTuple):
 
     number: from 1. launch, close, end: start of the descent and of the closing, end of the attempt [s]; close is None
     when the jaws never began to. meeting: when the jaws came to the train's width, or just before a first contact [s].
-    jaws: when they came to that width, or would have [s]. timing: jaws against the plan [s], positive late. rows: contributions,
-    (7, 4), along, across, up [m], yaw [rad], None where the log does not say. ages: {Stage: s}. lifted: height [m] to
-    which the train came in contact with a finger. outcome: "lifted", "dropped", "missed", or "ended" with the run.
+    jaws: when they came to that width, or would have [s]. timing: jaws against the plan [s], positive late. rows:
+    contributions, (7, 4), along, across, up [m], yaw [rad], None where the log does not say. ages: {Stage: s}. lifted:
+    height [m] to which the train came in contact with a finger. outcome: "lifted", "dropped", "missed", or "ended" with
+    the run.
     """
 
     number: int
