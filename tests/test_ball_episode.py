@@ -56,7 +56,7 @@ def test_it_went_through_the_phases_in_order(episode):
 
 def test_this_is_left_and_nothing_else(episode):
     left = {path.name for path in episode.out.iterdir()}
-    assert left == {"summary.json", "log.npz", "scenario.yaml"} | PICTURES
+    assert left == {"summary.json", "log.npz", "board.npz", "scenario.yaml"} | PICTURES
     assert json.loads((episode.out / "summary.json").read_text())["success"] is True
     assert load_scenario(str(episode.out / "scenario.yaml")) == episode.scenario
 

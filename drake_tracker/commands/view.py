@@ -24,20 +24,19 @@ def register(commands):
 def execute(options):
     from drake_tracker.view.page import page_of
     from drake_tracker.view.run_files import read_run
-    from drake_tracker.view.server import LOOPBACK, make_server
+    from drake_tracker.view.server import make_server
 
     run = read_run(options.run)
     page = page_of(run)
     with make_server(page, run.folder, run.names, options.port) as server:
         keep(page, run.folder / PAGE)
-        link = f"http://{LOOPBACK}:{server.server_address[1]}/"
         for note in run.notes:
             print(note)
-        print(f"{link}  (Ctrl-C ends it)", flush=True)
+        print(f"{server.url}  (Ctrl-C ends it)", flush=True)
         if not options.no_browser:
             import webbrowser
 
-            webbrowser.open(link)
+            webbrowser.open(server.url)
         try:
             server.serve_forever()
         except KeyboardInterrupt:

@@ -7,17 +7,14 @@ never used for anything else.
 import mimetypes
 import re
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.loopback import LoopbackHandler, LoopbackServer
 from drake_tracker.view.run_files import is_own_file
 
-LOOPBACK = "127.0.0.1"
 _CHUNK = 1 << 18
 _RANGE = re.compile(r"bytes=(\d*)-(\d*)$")
-_POLICY = "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; frame-ancestors 'self'"
-"""Recordings carry their scripts within them; nothing may be fetched from elsewhere."""
+_RANGES = {"Accept-Ranges": "bytes"}
 
 
 def make_server(page, folder, names, port):
@@ -30,68 +27,48 @@ def make_server(page, folder, names, port):
     Raises DrakeTrackerError when the port is taken, or none of this machine's.
     """
     files = {f"/{name}": Path(folder) / name for name in names}
-    handler = type("Handler", (_Handler,), {"page": page.encode("utf-8"), "files": files})
-    try:
-        return _Server((LOOPBACK, port), handler)
-    except (OSError, OverflowError) as error:
-        reason = getattr(error, "strerror", None) or "it must lie between 0 and 65535"
-        raise DrakeTrackerError(f"port {port}: {reason}; name another one with --port, 0 takes any") from None
+    return LoopbackServer(type("Handler", (_Handler,), {"page": page.encode("utf-8"), "files": files}), port)
 
 
-class _Server(ThreadingHTTPServer):
-    daemon_threads = True
-
-    def handle_error(self, request, client_address):
-        """A browser that turns away in the middle of a video is no fault."""
-
-
-class _Handler(BaseHTTPRequestHandler):
-    protocol_version = "HTTP/1.1"
+class _Handler(LoopbackHandler):
+    policy = "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; frame-ancestors 'self'"
+    """Recordings carry their scripts within them; nothing may be fetched from elsewhere."""
     page, files = b"", {}
 
     def do_GET(self):
-        self._answer(body=True)
-
-    def do_HEAD(self):
-        self._answer(body=False)
-
-    def log_message(self, *_):
-        pass
-
-    def _answer(self, body):
-        port = self.server.server_address[1]
-        if self.headers.get("Host") not in (f"{LOOPBACK}:{port}", f"localhost:{port}"):
-            return self._refuse(HTTPStatus.FORBIDDEN)  # another name that leads here: a page of somebody else's
+        if not self.is_addressed():
+            return
         path = self.path.split("?")[0]
-        if path == "/":
-            self._head(HTTPStatus.OK, "text/html; charset=utf-8", len(self.page))
-            if body:
-                self.wfile.write(self.page)
-            return None
         file = self.files.get(path)
-        if file is None or not is_own_file(file.parent, file.name):
-            return self._refuse(HTTPStatus.NOT_FOUND)
-        return self._send(file, body)
+        if path == "/":
+            self.send(HTTPStatus.OK, "text/html; charset=utf-8", self.page, _RANGES)
+        elif file is None or not is_own_file(file.parent, file.name):
+            self.refuse(HTTPStatus.NOT_FOUND, "there is no such file")
+        else:
+            self._send_file(file)
 
-    def _send(self, file, body):
+    do_HEAD = do_GET
+
+    def _send_file(self, file):
         kind = mimetypes.guess_type(file.name)[0] or "application/octet-stream"
         with file.open("rb") as stream:
             size = stream.seek(0, 2)
             first, last = self._range(size)
             if first is None:
-                self._head(HTTPStatus.OK, kind, size)
+                self.head(HTTPStatus.OK, kind, size, _RANGES)
                 first, last = 0, size - 1
             elif first > last:
-                return self._refuse(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, {"Content-Range": f"bytes */{size}"})
+                status = HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE
+                self.refuse(status, "there are no such bytes", {"Content-Range": f"bytes */{size}"})
+                return
             else:
-                span = {"Content-Range": f"bytes {first}-{last}/{size}"}
-                self._head(HTTPStatus.PARTIAL_CONTENT, kind, last - first + 1, span)
+                span = _RANGES | {"Content-Range": f"bytes {first}-{last}/{size}"}
+                self.head(HTTPStatus.PARTIAL_CONTENT, kind, last - first + 1, span)
             stream.seek(first)
-            left = last - first + 1 if body else 0
+            left = last - first + 1 if self.command != "HEAD" else 0
             while left > 0 and (chunk := stream.read(min(left, _CHUNK))):
                 self.wfile.write(chunk)
                 left -= len(chunk)
-        return None
 
     def _range(self, size):
         """Returns the first and the last byte that are asked for, (None, None) for all, first > last for none."""
@@ -102,18 +79,3 @@ class _Handler(BaseHTTPRequestHandler):
         if first == "":
             return max(size - int(last), 0), size - 1
         return int(first), min(int(last), size - 1) if last else size - 1
-
-    def _head(self, status, kind, length, more=None):
-        self.send_response(status)
-        self.send_header("Content-Type", kind)
-        self.send_header("Content-Length", str(length))
-        self.send_header("Accept-Ranges", "bytes")
-        self.send_header("Cache-Control", "no-store")
-        self.send_header("X-Content-Type-Options", "nosniff")
-        self.send_header("Content-Security-Policy", _POLICY)
-        for name, value in (more or {}).items():
-            self.send_header(name, value)
-        self.end_headers()
-
-    def _refuse(self, status, more=None):
-        self._head(status, "text/plain; charset=utf-8", 0, more)

@@ -136,7 +136,8 @@ def test_the_users_own_calibration_is_used(tmp_path):
 
 
 def test_a_work_volume_that_the_hand_does_not_reach():
-    assert "the arm cannot bring its tool to" in refusal("vision.work_volume=[[3,3,0.45],[4,4,0.5]]", "track.kind=line")
+    far = "vision.work_volume=[[0.9,-0.3,0.45],[1.4,0.3,0.5]]"
+    assert "the arm cannot bring its tool to" in refusal(far, "track.kind=line")
 
 
 def test_an_estimator_setting_that_is_refused_is_one_line():

@@ -30,5 +30,5 @@ def ball_run(tmp_path_factory):
     overrides = ["catch.ready_after=0", "catch.home_duration=0.2", "vision.update_cycles=2"]
     overrides += ["camera.supersampling=1"]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("drake_tracker.initialise.initialise_board", true_poses)
+        patch.setattr("drake_tracker.initialise.initialise_board", lambda scenario, *_: true_poses(scenario))
         return make_run(tmp_path_factory.mktemp("ball") / "run", "ball", 2.0, overrides, images=True)
