@@ -12,7 +12,8 @@ from drake_tracker.record.episode import phase_spans
 LEAST_BLAME = 0.002
 """A stage that contributed less than this [m] more than normal is not to blame for anything."""
 LATE = 0.1
-"""Jaws that come to the train's width this much [s] after they were meant to are late; up to half of it is normal."""
+"""Jaws that come to the train's width this much [s] after they were meant to are late; up to half of it is normal.
+So is a link over which packets are older on average than the host's newest: over one that works they are no older."""
 
 
 def perform(scenario, log):
@@ -23,9 +24,9 @@ def perform(scenario, log):
     - ``verdict``: a sentence on the run, None when the train was lifted.
     - ``attempts``: a dict for each descent: ``sentence``, ``outcome``, its times, ``culprit``, ``offset`` and
       ``contributions`` {stage: (along, across, up, yaw)}, which add up to it, ``size_m`` {stage: m}, ``ages_s``.
-    - ``tracking``: what the stages did while tracking: ``moments`` looked at, ``size_m`` {stage:
-      within which 68 of 100 are}, ``rms`` {stage:
-      (along, across, up, yaw)}, ``age_s`` of the packets in force behind the host's newest, the mean.
+    - ``tracking``: what the stages did while tracking: ``moments`` looked at, ``size_m`` {stage: within which 68 of 100
+      are}, ``rms`` {stage: (along, across, up, yaw)}, ``age_s`` of the packets in force behind the host's newest, the
+      mean.
 
     Args:
       scenario: the run's TrainScenario. log: {name: Signal}.
@@ -34,11 +35,14 @@ def perform(scenario, log):
     evidence = Evidence(scenario, log, spans)
     attempts, tracking = evidence.attempts(), evidence.tracking()
     lifted = any(attempt.outcome == "lifted" for attempt in attempts)
-    failed = [attempt for attempt in attempts if attempt.rows is not None and attempt.outcome in ("missed", "dropped")]
-    found = run_excess([attempt.rows for attempt in failed], tracking.rows)
+    failed = _judged(attempts)
+    # After a miss the train may stand, or lie beside its track: that is a consequence, and no cause.
+    before = tracking.times < attempts[0].launch if attempts else np.full(len(tracking.times), True)
+    found = run_excess([attempt.rows for attempt in failed], tracking.rows[before])
     broken = broken_stage(log)
     lateness = float(np.median([attempt.timing for attempt in failed])) if failed else 0.0
-    culprit = None if lifted else broken if broken is not None else _worst(found, lateness)
+    age = float(tracking.ages[before].mean()) if before.any() else 0.0
+    culprit = None if lifted else broken if broken is not None else _worst(found, lateness, age)
     told = [_attempt(scenario, attempt) for attempt in attempts]
     return {
         "culprit": None if culprit is None else WORDS[culprit],
@@ -52,6 +56,13 @@ def perform(scenario, log):
             "age_s": float(tracking.ages.mean()) if len(tracking.ages) else None,
         },
     }
+
+
+def _judged(attempts):
+    """Returns the attempts that failed; if none did, those that the run's end cut off."""
+    known = [attempt for attempt in attempts if attempt.rows is not None]
+    failed = [attempt for attempt in known if attempt.outcome in ("missed", "dropped")]
+    return failed or [attempt for attempt in known if attempt.outcome == "ended"]
 
 
 def broken_stage(log):
@@ -77,12 +88,15 @@ def _outdated(log):
     return np.mean((ends[0] < times) & (ends[1] >= times)) > 0.5
 
 
-def _worst(found, lateness):
-    """Returns the stage with the largest excess; of jaws that came late to a train in the right place, the timing."""
+def _worst(found, lateness, age=0.0):
+    """Returns the stage with the largest excess; of jaws that came late to a train in the right place, the timing; of
+    packets that were old, and right all the same, the link."""
     worst = Stage(int(np.argmax(found)))
     if found[worst] >= LEAST_BLAME:
         return worst
-    return Stage.TIMING if lateness > LATE else None
+    if lateness > LATE:
+        return Stage.TIMING
+    return Stage.LINK if age > LATE else None
 
 
 def _attempt(scenario, attempt):
