@@ -177,7 +177,7 @@ class Fault:
 
 FAULTS = {
     "vision": Fault(
-        Stage.VISION, 12.0, "px", "the left camera's centroids shifted", lambda size: [], shifted_vision
+        Stage.VISION, 16.0, "px", "the left camera's centroids shifted", lambda size: [], shifted_vision
     ),
     "triangulation": Fault(
         Stage.TRIANGULATION, 0.025, "rad", "the right camera's calibration turned", lambda size: [], turned_camera
