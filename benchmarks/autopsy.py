@@ -180,7 +180,7 @@ FAULTS = {
         Stage.VISION, 16.0, "px", "the left camera's centroids shifted", lambda size: [], shifted_vision
     ),
     "triangulation": Fault(
-        Stage.TRIANGULATION, 0.025, "rad", "the right camera's calibration turned", lambda size: [], turned_camera
+        Stage.TRIANGULATION, 0.02, "rad", "the right camera's calibration turned", lambda size: [], turned_camera
     ),
     "filter": Fault(
         Stage.FILTER, 0.40, "s", "a low-pass before the estimator", part=lambda size: wrapped_estimator(Smoothed, size)
