@@ -25,7 +25,9 @@ def lose_seed_1(trial):
 
 
 def die_of_seed_1(trial):
+    """Kills its process after a while: a nanny whose worker dies before it has come up starts none any more."""
     if trial.scenario.seed == 1:
+        time.sleep(1.0)
         os.kill(os.getpid(), signal.SIGKILL)
     return line(trial)
 
