@@ -106,14 +106,8 @@ class ClosedPath:
             following = self._follower.step(following, point, dt, turn.sigma)
         left = following is None and state.following is not None
         length = state.path.length if left else math.nan
-        state = replace(
-            state,
-            turn=turn,
-            driven=driven,
-            history=history,
-            following=following,
-            count=state.count + 1,
-            jumped=jumped,
+        state = ClosedPathState(
+            turn, driven, history, following, state.count + 1, state.closed_at, state.relearned, state.shortest, jumped
         )
         if left:
             return self._leave(state, length)

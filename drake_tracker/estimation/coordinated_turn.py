@@ -184,18 +184,18 @@ class CoordinatedTurn:
         _, _, heading, speed, _ = later.tolist()
         q_speed = (self.speed_noise if speed_noise is None else speed_noise) ** 2
         q_bend = self.bend_noise**2 * max(abs(speed), SLOWEST)
-        covariance[SPEED, SPEED] += q_speed * dt
-        covariance[BEND, BEND] += q_bend * dt
-        covariance[HEADING, HEADING] += speed**2 * q_bend * dt**3 / 3.0
-        covariance[HEADING, BEND] += speed * q_bend * dt**2 / 2.0
-        covariance[BEND, HEADING] += speed * q_bend * dt**2 / 2.0
         # Wandering speed moves the object along its path, wandering curvature across it.
         c, s = math.cos(heading), math.sin(heading)
         along, across = q_speed * dt**3 / 3.0, speed**4 * q_bend * dt**5 / 20.0
-        covariance[X, X] += c * c * along + s * s * across
-        covariance[Y, Y] += s * s * along + c * c * across
-        covariance[X, Y] += c * s * (along - across)
-        covariance[Y, X] += c * s * (along - across)
+        xx, xy, yy = c * c * along + s * s * across, c * s * (along - across), s * s * along + c * c * across
+        swing, swing_bend = speed**2 * q_bend * dt**3 / 3.0, speed * q_bend * dt**2 / 2.0
+        covariance += np.array([
+            [xx, xy, 0.0, 0.0, 0.0],
+            [xy, yy, 0.0, 0.0, 0.0],
+            [0.0, 0.0, swing, 0.0, swing_bend],
+            [0.0, 0.0, 0.0, q_speed * dt, 0.0],
+            [0.0, 0.0, swing_bend, 0.0, q_bend * dt],
+        ])  # fmt: skip
         return later, covariance
 
     def _start(self, state, start, row):
@@ -284,12 +284,17 @@ def turn_step(mean, dt):
     c, s = math.cos(heading + half), math.sin(heading + half)
     chord = way * shape
     later = np.array([x + chord * c, y + chord * s, heading + 2.0 * half, speed, bend])
-    jacobian = np.eye(5)
-    jacobian[X, HEADING], jacobian[Y, HEADING] = -chord * s, chord * c
-    for element, to_way, to_half in ((SPEED, dt, 0.5 * bend * dt), (BEND, 0.0, 0.5 * way)):
-        growth, swing = shape * to_way + way * slope * to_half, chord * to_half
-        jacobian[X, element], jacobian[Y, element] = growth * c - swing * s, growth * s + swing * c
-        jacobian[HEADING, element] = 2.0 * to_half
+    # How far the way and half the angle grow with the speed and with the curvature, and by them the chord.
+    half_by_speed, half_by_bend = 0.5 * bend * dt, 0.5 * way
+    by_speed, by_bend = shape * dt + way * slope * half_by_speed, way * slope * half_by_bend
+    swing_by_speed, swing_by_bend = chord * half_by_speed, chord * half_by_bend
+    jacobian = np.array([
+        [1.0, 0.0, -chord * s, by_speed * c - swing_by_speed * s, by_bend * c - swing_by_bend * s],
+        [0.0, 1.0, chord * c, by_speed * s + swing_by_speed * c, by_bend * s + swing_by_bend * c],
+        [0.0, 0.0, 1.0, 2.0 * half_by_speed, 2.0 * half_by_bend],
+        [0.0, 0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 0.0, 1.0],
+    ])  # fmt: skip
     return later, jacobian
 
 
