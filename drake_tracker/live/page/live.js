@@ -22,7 +22,7 @@ const strips = new Strips($("chart"));
 const state = { facts: {}, time: 0, factor: null, paused: false, rate: null };
 let windows = null, views = [], fetching = false, newestFrame = 0, shownFrame = 0, drawing = false, over = false;
 
-export async function send(action, values = {}) {
+async function send(action, values = {}) {
   try {
     const reply = await fetch("/control", { method: "POST", body: JSON.stringify({ action, ...values }) });
     return reply.ok ? await reply.json() : { problem: await reply.text() };
@@ -62,7 +62,7 @@ function takeFacts(facts) {
   const asks = facts.stage === "windows";
   $("windows").hidden = !asks;
   $("main").hidden = $("strips").hidden = asks;
-  if (asks && !windows) windows = new Windows($("windows"), facts.image_size, facts.circles);
+  if (asks && !windows) windows = new Windows($("windows"), facts.image_size, facts.circles, send);
   if (facts.stage === "over" && !over) end(facts.outcome);
 }
 

@@ -1,16 +1,15 @@
 // Windows around the board's circles: drawn by the person at the page, read and judged by the run.
 
-import { send } from "./live.js";
-
 const COLOURS = ["#4cc2ff", "#ffb000", "#2bb58a", "#cc79a7"];
 const CLICK = 18; // side of the window [px of the image] that a click sets
 const ENLARGED = 4;
 
 export class Windows {
-  constructor(panel, size, count) {
+  constructor(panel, size, count, send) {
     this.panel = panel;
     this.size = size;
     this.count = count;
+    this.send = send; // (action, values) to what the run answers
     this.windows = [];
     this.drag = null;
     this.canvas = panel.querySelector("#picture");
@@ -58,7 +57,7 @@ export class Windows {
     }
     const [u0, u1] = [Math.min(x0, x1), Math.max(x0, x1)].map((x) => Math.round(clamp(x, this.size[0])));
     const [v0, v1] = [Math.min(y0, y1), Math.max(y0, y1)].map((y) => Math.round(clamp(y, this.size[1])));
-    const reply = await send("read", { window: [u0, v0, u1 - u0, v1 - v0] });
+    const reply = await this.send("read", { window: [u0, v0, u1 - u0, v1 - v0] });
     if (reply.problem) this.show(reply.problem);
     else {
       this.windows.push(reply);
@@ -67,7 +66,7 @@ export class Windows {
   }
 
   async answer(windows) {
-    const reply = await send("mark", { windows });
+    const reply = await this.send("mark", { windows });
     if (reply.problem) this.show(reply.problem);
   }
 
