@@ -11,8 +11,20 @@ import numpy as np
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.differential_ik import rehearse
 from drake_tracker.arm.transform_equation import share_done
-from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, TURN, X, Y, recall, recent
-from drake_tracker.messages import evaluate_prediction, prediction_knots
+from drake_tracker.grasp.prediction_memory import (
+    ALONG,
+    LATERAL,
+    STAMP,
+    THERE_X,
+    THERE_Y,
+    THERE_YAW,
+    TURN,
+    X,
+    Y,
+    recall,
+    recent,
+)
+from drake_tracker.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
 
 ONE_PASS = 1.0
 """Records of the newest earlier pass of a place are no more than this [s] apart."""
@@ -22,6 +34,10 @@ FEWEST_RECORDS = 3
 """Fewer judged predictions than this from one place prove nothing."""
 FOLLOWING_ERROR = 0.004
 """An arm that falls behind its set-points by more than this [m] in rehearsal cannot make the motion."""
+STARTING = 1.0
+"""Places of the first so many seconds do not say whether a path is straight: the filter had hardly begun."""
+_ALONG_PACKET = np.linspace(0.0, KNOT_COUNT - 1, 5 * (KNOT_COUNT - 1) + 1)
+"""Places on the predicted path, as numbers of knots, that are held against where the object went before."""
 
 
 class Gate(IntEnum):
@@ -55,7 +71,7 @@ def judge_prediction(parameters, memory, packet, target):
     at the instant of the grasp, if what it said lately came true. Only a filter that knows the path ahead can be as
     sure as ``std_tolerance``; one that extrapolates knows that it cannot see the next bend.
     """
-    verdict, worst = judge_memory(parameters, memory, packet, target.stamp)
+    verdict, worst = judge_memory(parameters, memory, packet, target)
     if verdict == Gate.OPEN or parameters.gate == "memory":
         return verdict, worst
     std = evaluate_prediction(packet, target.stamp + horizon(parameters, target))[4]
@@ -66,20 +82,42 @@ def judge_prediction(parameters, memory, packet, target):
     return verdict, worst
 
 
-def judge_memory(parameters, memory, packet, now):
+def judge_memory(parameters, memory, packet, target):
     """Returns the gate's verdict on the predictions made earlier, and the worst lateral error [m] among those asked.
 
-    On a place passed before, those of the newest earlier pass are asked. On a path that has been straight for a good
-    while (an open track), or when told so, the recent ones.
+    On a place passed before, those of the newest earlier pass are asked, and whether the packet leads where the object
+    went then: a filter that was right may be wrong this time. On a path that has been straight all along (an open
+    track), or when told so, the recent predictions are asked.
     """
     rows = recall(memory, packet, parameters.memory_radius)
-    if len(rows):
-        rows = rows[rows[:, STAMP] >= rows[:, STAMP].max() - ONE_PASS]
     if parameters.gate == "recent" or (
         parameters.gate == "auto" and len(rows) == 0 and is_straight(parameters, memory, packet)
     ):
-        rows = recent(memory, now, 2.5)
-    return came_true(parameters, rows)
+        return came_true(parameters, recent(memory, target.stamp, 2.5))
+    if len(rows):
+        rows = rows[rows[:, STAMP] >= rows[:, STAMP].max() - ONE_PASS]
+    verdict, worst = came_true(parameters, rows)
+    if verdict == Gate.OPEN:
+        lateral, turn = strays(packet, rows)
+        worst = max(worst, lateral)
+        if lateral > parameters.lateral_tolerance or turn > np.deg2rad(parameters.turn_tolerance_deg):
+            verdict = Gate.PREDICTIONS_FAILED
+    return verdict, worst
+
+
+def strays(packet, rows):
+    """Returns how far at most [m, rad] the predicted path passes by the places to which the object went in the records
+    of ``rows`` made nearest to where the packet starts."""
+    knots = prediction_knots(packet)
+    x, y, yaw = (np.interp(_ALONG_PACKET, range(KNOT_COUNT), knots[:, k]) for k in (0, 1, 3))
+    starts = np.hypot(rows[:, X] - x[0], rows[:, Y] - y[0])
+    rows = rows[np.argsort(starts)[:FEWEST_RECORDS]]
+    dx, dy = rows[:, [THERE_X]] - x, rows[:, [THERE_Y]] - y
+    nearest = np.argmin(np.hypot(dx, dy), axis=1)
+    here, at = (np.arange(len(rows)), nearest), yaw[nearest]
+    across = np.cos(at) * dy[here] - np.sin(at) * dx[here]
+    turn = rows[:, THERE_YAW] - at
+    return float(np.max(np.abs(across))), float(np.max(np.abs(np.arctan2(np.sin(turn), np.cos(turn)))))
 
 
 def came_true(parameters, rows):
@@ -96,17 +134,18 @@ def came_true(parameters, rows):
 
 
 def is_straight(parameters, memory, packet):
-    """Whether the path seen over the last ``straight_length`` [m] was a straight line."""
-    waiting = [prediction_knots(packet)[0][:2] for packet in memory.waiting]
-    points = np.vstack([memory.records[:, [X, Y]], *waiting])
-    here = prediction_knots(packet)[0][:2]
-    far = np.nonzero(np.hypot(*(points - here).T) >= parameters.straight_length)[0]
-    if len(far) == 0:
+    """Whether all of the path seen so far was one straight line, of ``straight_length`` [m] at least.
+
+    A straight after a bend does not count: on a closed track the next bend comes soon.
+    """
+    waiting = [(old[0], *prediction_knots(old)[0][:2]) for old in memory.waiting]
+    seen = np.vstack([memory.records[:, [STAMP, X, Y]], *waiting])
+    away = seen[seen[:, 0] >= seen[:, 0].min(initial=np.inf) + STARTING, 1:] - prediction_knots(packet)[0][:2]
+    distances = np.hypot(*away.T)
+    if distances.max(initial=0.0) < parameters.straight_length:
         return False
-    stretch = points[far[-1] :] - here
-    direction = stretch[0] / np.linalg.norm(stretch[0])
-    across = stretch @ np.array([-direction[1], direction[0]])
-    return bool(np.max(np.abs(across)) <= parameters.straight_tolerance)
+    dx, dy = away[np.argmax(distances)] / distances.max()
+    return bool(np.max(np.abs(away @ np.array([-dy, dx]))) <= parameters.straight_tolerance)
 
 
 def can_follow(parameters, model, ik_parameters, q, packet, start, from_height, half_turns):

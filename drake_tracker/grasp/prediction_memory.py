@@ -21,19 +21,19 @@ EARLIER_LAP = 2.0
 MAX_GAP = 0.2
 """After a gap in the packets longer than this [s] nobody saw what came of the predictions made before it."""
 
-STAMP, X, Y, YAW, LATERAL, ALONG, TURN = range(7)
-"""Columns of a record: stamp [s] and place (x, y [m], yaw [rad]) from which the prediction was made, and its error over
-the horizon across the path [m], along it [m], and in direction [rad]."""
+STAMP, X, Y, YAW, LATERAL, ALONG, TURN, THERE_X, THERE_Y, THERE_YAW = range(10)
+"""Columns of a record: stamp [s] and place (x, y [m], yaw [rad]) from which the prediction was made; its error over the
+horizon across the path [m], along it [m], and in direction [rad]; and where the object was seen then, as the place."""
 
 
-NO_RECORDS = np.broadcast_to(0.0, (0, 7))  # read-only
+NO_RECORDS = np.broadcast_to(0.0, (0, 10))  # read-only
 
 
 @dataclass(frozen=True, eq=False)
 class PredictionMemory:
     """Packets that wait to be judged, and records of those that were.
 
-    ``waiting`` is a tuple of packets, oldest first; ``records``, shape (n, 7), has rows (STAMP ... TURN), oldest first.
+    ``waiting`` is a tuple of packets, ``records``, shape (n, 10), has rows (STAMP ... THERE_YAW); both oldest first.
     """
 
     waiting: tuple = ()
@@ -65,7 +65,7 @@ def remember(memory, packet, horizon):
 
 
 def recall(memory, packet, radius):
-    """Returns the records, shape (n, 7), of earlier passes of the place from which ``packet`` starts."""
+    """Returns the records, shape (n, 10), of earlier passes of the place from which ``packet`` starts."""
     records = memory.records
     stamp, (x, y, _, yaw, _) = packet[0], prediction_knots(packet)[0]
     near = np.hypot(records[:, X] - x, records[:, Y] - y) <= radius
@@ -74,7 +74,7 @@ def recall(memory, packet, radius):
 
 
 def recent(memory, now, duration):
-    """Returns the records, shape (n, 7), judged of packets stamped within the last ``duration`` [s] before ``now``."""
+    """Returns the records, shape (n, 10), judged of packets stamped within the last ``duration`` [s] before ``now``."""
     return memory.records[memory.records[:, STAMP] >= now - duration]
 
 
@@ -85,7 +85,8 @@ def _judge(old, before, after, time):
     c, s = np.cos(seen[3]), np.sin(seen[3])
     x, y, _, yaw, _ = prediction_knots(old)[0]
     turn = np.arctan2(np.sin(error[3]), np.cos(error[3]))
-    return (old[0], x, y, yaw, -s * error[0] + c * error[1], c * error[0] + s * error[1], turn)
+    across, along = -s * error[0] + c * error[1], c * error[0] + s * error[1]
+    return (old[0], x, y, yaw, across, along, turn, seen[0], seen[1], seen[3])
 
 
 def _interpolate_first_knots(before, after, time):

@@ -162,7 +162,7 @@ class Grasp:
     along_tolerance: float = setting(0.030, "error along the path that the gate allows", "m", (0.0, 0.2))
     std_tolerance: float = setting(0.005, "a filter this sure of the grasp's place is believed", "m", (0.0, 0.1))
     turn_tolerance_deg: float = setting(15.0, "error in direction that the gate allows", "deg", (0.0, 90.0))
-    straight_length: float = setting(0.25, "a path straight for so long is taken for an open track", "m", (0.05, 2.0))
+    straight_length: float = setting(0.25, "a path straight all along, so far, is an open track", "m", (0.05, 2.0))
     straight_tolerance: float = setting(0.008, "distance from a line that still counts as straight", "m", (0.0, 0.1))
 
 

@@ -8,12 +8,14 @@ from drake_tracker.arm.transform_equation import share_done
 from drake_tracker.grasp.gate import (
     FEWEST_RECORDS,
     ONE_PASS,
+    STARTING,
     Gate,
     can_follow,
     horizon,
     is_straight,
     judge_memory,
     judge_prediction,
+    strays,
     touch_delay,
 )
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
@@ -39,12 +41,16 @@ def packet_at(stamp, path=straight):
     return pack_prediction(stamp, 1, np.column_stack([path(times), np.full(KNOT_COUNT, 0.002)]))
 
 
-def record(stamp, pose, lateral=0.0, along=0.0, turn_deg=0.0):
-    return [stamp, pose[0], pose[1], pose[3], lateral, along, np.deg2rad(turn_deg)]
+THERE = circle(30.7)
+"""Where the object went from the place of most of these tests, circle(30)."""
+
+
+def record(stamp, pose, lateral=0.0, along=0.0, turn_deg=0.0, there=THERE):
+    return [stamp, pose[0], pose[1], pose[3], lateral, along, np.deg2rad(turn_deg), there[0], there[1], there[3]]
 
 
 def memory_of(*rows):
-    return PredictionMemory((), np.reshape([np.array(row, dtype=float) for row in rows], (-1, 7)))
+    return PredictionMemory((), np.reshape([np.array(row, dtype=float) for row in rows], (-1, 10)))
 
 
 def pass_here(now, count=5, at=10.0, **error):
@@ -53,7 +59,14 @@ def pass_here(now, count=5, at=10.0, **error):
 
 
 def judge(memory, now, path=circle, **settings):
-    return judge_memory(Grasp(**settings), memory, packet_at(now, path), now)
+    return judge_memory(Grasp(**settings), memory, packet_at(now, path), target_at(now))
+
+
+def target_at(stamp):
+    """What the servo says 0.29 s after the newest measurement."""
+    target = ServoTarget(np.zeros(14))
+    target.time, target.stamp = stamp + 0.29, stamp
+    return target
 
 
 def test_touch_delay_and_horizon_add_up():
@@ -104,9 +117,7 @@ def judge_with(std, memory, now=30.0, **settings):
     """The verdict on a prediction whose filter says that it is off by ``std`` [m]."""
     times = now + KNOT_SPACING * np.arange(KNOT_COUNT)
     packet = pack_prediction(now, 1, np.column_stack([circle(times), np.full(KNOT_COUNT, std)]))
-    target = ServoTarget(np.zeros(14))
-    target.time, target.stamp = now + 0.29, now
-    return judge_prediction(Grasp(**settings), memory, packet, target)[0]
+    return judge_prediction(Grasp(**settings), memory, packet, target_at(now))[0]
 
 
 def lately(now=30.0, **error):
@@ -142,8 +153,8 @@ def watched(until, path, start=1.0):
 
 
 def test_an_open_track_is_accepted_only_after_the_straight_length():
-    # .25 m at .15 m/s takes 1.67 s
-    for duration, expected in ((1.55, Gate.NO_MEMORY), (1.80, Gate.OPEN)):
+    # .25 m at .15 m/s takes 1.67 s; of what was seen the first second does not count
+    for duration, expected in ((STARTING + 1.55, Gate.NO_MEMORY), (STARTING + 1.80, Gate.OPEN)):
         now = 1.0 + duration
         memory = watched(now, straight)
         assert judge(memory, now, straight)[0] == expected
@@ -157,7 +168,7 @@ def test_a_bend_is_not_straight_however_long_it_was_watched():
     assert judge(memory, 4.0, circle)[0] == Gate.NO_MEMORY
 
 
-def test_a_straight_after_a_bend_counts_from_the_bends_end():
+def test_a_straight_after_a_bend_is_no_open_track():
     def bend_then_straight(t):
         t = np.asarray(t, dtype=float)
         bend = circle(np.minimum(t, 4.0))
@@ -165,8 +176,55 @@ def test_a_straight_after_a_bend_counts_from_the_bends_end():
         beyond = 0.15 * np.maximum(t - 4.0, 0.0)[..., None] * np.array([np.cos(heading), np.sin(heading), 0.0, 0.0])
         return bend + beyond
 
-    assert not is_straight(PARAMETERS, watched(5.0, bend_then_straight), packet_at(5.0, bend_then_straight))
-    assert is_straight(PARAMETERS, watched(6.5, bend_then_straight), packet_at(6.5, bend_then_straight))
+    for now in (5.0, 6.5, 9.0):
+        assert not is_straight(PARAMETERS, watched(now, bend_then_straight), packet_at(now, bend_then_straight))
+    only_straight = watched(7.0, bend_then_straight, start=4.0)
+    assert is_straight(PARAMETERS, only_straight, packet_at(7.0, bend_then_straight))
+
+
+def test_a_filter_that_begins_beside_the_line_is_forgiven():
+    def begins_beside(t):
+        off = 0.02 * (np.asarray(t) < 1.0 + 0.9 * STARTING)
+        return straight(t) + off[..., None] * np.array([1.0, 0.0, 0.0, 0.0])
+
+    assert is_straight(PARAMETERS, watched(5.0, begins_beside), packet_at(5.0, begins_beside))
+
+
+def test_a_prediction_that_leads_elsewhere_than_before_is_not_believed():
+    """However well those made from here a lap earlier came true."""
+    memory = memory_of(*pass_here(30.0))
+    here = circle(30.0)
+
+    def leaves(t):
+        way = 0.15 * (np.asarray(t)[..., None] - 30.0)
+        return here + way * np.array([np.cos(here[3]), np.sin(here[3]), 0.0, 0.0])
+
+    verdict, worst = judge(memory, 30.0, leaves)
+    assert verdict == Gate.PREDICTIONS_FAILED
+    # a chord of .105 m off a circle of .12 m radius: the object went .041 m to the left of the tangent
+    assert worst == pytest.approx(0.12 * (1.0 - np.cos(0.15 * 0.7 / 0.12)), abs=1e-3)
+
+
+@pytest.mark.parametrize("share, expected", [(0.9, Gate.OPEN), (1.1, Gate.PREDICTIONS_FAILED)])
+@pytest.mark.parametrize("off", ["across", "turned"])
+def test_it_may_lead_beside_it_by_the_tolerances(off, share, expected):
+    outward = np.array([np.cos(THERE[3] - np.pi / 2), np.sin(THERE[3] - np.pi / 2), 0.0, 0.0])
+    there = THERE + share * (
+        PARAMETERS.lateral_tolerance * outward
+        if off == "across"
+        else np.array([0.0, 0.0, 0.0, np.deg2rad(PARAMETERS.turn_tolerance_deg)])
+    )
+    memory = memory_of(*(record(20.0 + 0.03 * k, circle(30.0), there=there) for k in range(5)))
+    assert judge(memory, 30.0)[0] == expected
+
+
+def test_when_it_comes_there_does_not_matter_nor_what_was_seen_from_farther_off():
+    """An object may be slower than a lap ago; and records are asked from nearby first."""
+    faster = memory_of(*(record(20.0 + 0.03 * k, circle(30.0), there=circle(30.9)) for k in range(5)))
+    assert strays(packet_at(30.0, circle), faster.records) == pytest.approx((0.0, 0.0), abs=2e-3)
+    farther = [record(20.3, circle(30.1), there=THERE + [0.1, 0.0, 0.0, 0.0])]
+    rows = memory_of(*pass_here(30.0), *farther).records
+    assert strays(packet_at(30.0, circle), rows) == pytest.approx((0.0, 0.0), abs=2e-3)
 
 
 def test_on_a_straight_the_recent_predictions_must_have_come_true():

@@ -35,9 +35,11 @@ def path(t):
 
 
 def good_memory(stamp):
-    """Predictions made here one lap earlier that came true."""
-    x, y, _, yaw = path(stamp)
-    return PredictionMemory((), np.array([[stamp - 10.0 + 0.03 * k, x, y, yaw, 0.0, 0.0, 0.0] for k in range(6)]))
+    """Predictions made here one lap earlier that came true, and lead where those of now lead."""
+    here, there = path(stamp)[[0, 1, 3]], path(stamp + 0.7)[[0, 1, 3]]
+    return PredictionMemory(
+        (), np.array([[stamp - 10.0 + 0.03 * k, *here, 0.0, 0.0, 0.0, *there] for k in range(6)])
+    )
 
 
 class Bench:

@@ -96,7 +96,7 @@ def test_the_present_pass_is_not_taken_for_an_earlier_one_nor_an_unseen_place_fo
     assert len(recall(memory, packet_at(3.2, oval), 0.03)) == 0  # seen at this very pass
     assert len(recall(memory, packet_at(1.0 + 0.8 * LAP, oval), 0.03)) == 0  # not been there yet
     assert len(recall(memory, packet_at(2.0 + LAP, oval), 0.03)) >= 3
-    assert recall(PredictionMemory(), packet_at(2.0, oval), 0.03).shape == (0, 7)
+    assert recall(PredictionMemory(), packet_at(2.0, oval), 0.03).shape == (0, 10)
 
 
 def test_the_crossing_of_a_figure_eight_is_told_apart_by_direction():
@@ -152,7 +152,7 @@ def test_recent_gives_the_records_of_the_last_while():
     memory = watch(1.0, 6.0)
     rows = recent(memory, 6.0, 2.0)
     assert np.all(rows[:, STAMP] >= 4.0) and len(rows) == np.sum(memory.records[:, STAMP] >= 4.0) > 20
-    assert recent(PredictionMemory(), 6.0, 2.0).shape == (0, 7)
+    assert recent(PredictionMemory(), 6.0, 2.0).shape == (0, 10)
 
 
 def test_it_is_bounded():
