@@ -18,8 +18,6 @@ from drake_tracker.estimation.periodic_path import is_even, learn_even_path, lea
 
 LOOK_EVERY = 3
 """Points between two looks for a closure."""
-JUMP = 0.005
-"""A point farther than this [m], and six times the noise, from the filtered place has jumped."""
 RECENTLY = 0.5
 """A jump so long [s] before the path is left is the reason for it."""
 LONGER = 0.05
@@ -37,7 +35,7 @@ class ClosedPathState:
     turn: the coordinated-turn filter's state. driven: way since the start [m]. history: what was driven. following:
     the learned path and where on it the object is, None while none is known. count: points so far. closed_at: way
     driven [m] at the closure. relearned: whether two laps were taken into account. shortest: laps not longer than this
-    [m] have been refuted. jumped: when a point was last far from all that the coordinated turn could expect [s].
+    [m] have been refuted. jumped: when the coordinated turn last met a wild point [s].
     """
 
     turn: CoordinatedTurnState
@@ -100,7 +98,7 @@ class ClosedPath:
         # Once two laps have been taken into account, what was driven is not asked for again.
         if turn.start is None and (following is None or not state.relearned):
             history = closure.remember(history, (stamp, driven, *point, x, y, heading))
-        if math.hypot(point[0] - x, point[1] - y) > JUMP + 6.0 * state.turn.sigma:
+        if turn.wild or (turn.start is not None and state.turn.wild):
             jumped = stamp
         if following is not None:
             following = self._follower.step(following, point, dt, turn.sigma)

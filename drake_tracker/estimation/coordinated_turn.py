@@ -28,6 +28,10 @@ START_POINTS = 8
 """Points through which the first straight line is laid."""
 SIGMA_LIMITS = (1e-4, 0.02)
 """Smallest and largest noise of a point [m] that is believed."""
+JUMP = 0.005
+"""A point farther than this [m], and six deviations, from the expected place is wild."""
+MOST_WILD = 6
+"""So many wild points in a row, 0.1 s at 60 Hz, and the object has jumped; fewer are ignored."""
 STD_NODES = 12
 """Times for which `predict_std` is reckoned when it is asked for more."""
 SLOWEST = 0.02
@@ -52,7 +56,8 @@ class CoordinatedTurnState:
     stamp: time of the newest point [s]. mean (5,), covariance (5, 5): of `X` ... `BEND`. height (2,): z [m] and climb
     [m/s], height_covariance (2, 2). sigma: noise of one point, per axis [m]. start: rows (stamp, x, y, z) of the first
     points, None once the filter runs. since: stamp of the first point [s]. drift: by how much the points of the last
-    `DRIFT_TIME` lie ahead of what was expected; of unit variance while the filter is right.
+    `DRIFT_TIME` lie ahead of what was expected; of unit variance while the filter is right. wild: how many
+    of the newest points were ignored.
     """
 
     stamp: float
@@ -66,6 +71,7 @@ class CoordinatedTurnState:
     ready: bool
     coverage: Coverage = Coverage()
     drift: float = 0.0
+    wild: int = 0
 
     def __deepcopy__(self, memo):
         return self
@@ -141,6 +147,9 @@ class CoordinatedTurn:
         speed_noise = self._speed_noise_now(state)
         mean, covariance = self.propagate(state.mean, state.covariance, dt, speed_noise)
         variance = state.sigma**2
+        deviation = math.sqrt(variance + max(covariance[X, X], covariance[Y, Y]))
+        if math.hypot(x - mean[X], y - mean[Y]) > JUMP + 6.0 * deviation:
+            return self._ignore(state, (stamp, x, y, z), mean, covariance)
         kept = math.exp(-dt / DRIFT_TIME)
         drift = kept * state.drift + math.sqrt(1.0 - kept * kept) * ahead(mean, covariance, x, y, variance)
         mean, covariance, residual, hph = correct(mean, covariance, np.array([x, y]), variance)
@@ -166,6 +175,22 @@ class CoordinatedTurn:
             ready=ready,
             coverage=coverage,
             drift=drift,
+        )
+
+    def _ignore(self, state, row, mean, covariance):
+        """Returns the state after a wild point, ``row`` as in `CoordinatedTurnState`: the expected ``mean`` and
+        ``covariance``, or a fresh start where the object has jumped to."""
+        if state.wild + 1 >= MOST_WILD:
+            return self._start(replace(state, coverage=state.coverage.forget()), (), row)
+        height, height_covariance = self._update_height(state, row[3], row[0] - state.stamp, math.inf)
+        return replace(
+            state,
+            stamp=row[0],
+            mean=read_only(mean),
+            covariance=read_only(covariance),
+            height=height,
+            height_covariance=height_covariance,
+            wild=state.wild + 1,
         )
 
     def _speed_noise_now(self, state):

@@ -99,6 +99,25 @@ def test_after_a_moved_track_it_learns_again():
     assert np.hypot(x - truth[0], y - truth[1]) < 0.002
 
 
+def test_a_track_moved_so_that_it_crosses_itself_is_left_at_once():
+    """Pushed and turned: the points lie on the old path again for a moment."""
+    track = stadium()
+    drive = Drive(track, SPEED, 4.0 * track.length / SPEED)
+    cos, sin, middle = np.cos(0.4), np.sin(0.4), track.points.mean(axis=0)
+    points = np.array(drive.points)
+    moved = drive.times > 2.25 * drive.lap_time(SPEED)
+    points[moved, :2] = middle + [0.04, -0.03] + (points[moved, :2] - middle) @ np.array([[cos, sin], [-sin, cos]])
+    estimator = make_estimator("closed_path")
+    state, known = estimator.initial_state(), []
+    for t, p in zip(drive.times, points, strict=True):
+        state = estimator.update(state, t, p)
+        known.append(state.path is not None)
+    laps = (drive.times - drive.times[np.argmax(moved)]) / drive.lap_time(SPEED)
+    known = np.array(known)
+    assert not known[(laps > 0.2) & (laps < 0.9)].any()
+    assert known[laps > 1.2].all()
+
+
 def test_noise_that_hangs_together_is_not_taken_for_a_change_of_speed():
     drive = Drive(stadium(), SPEED, 24.0, sigma=0.0)
     white = np.random.default_rng(5).standard_normal((len(drive.times), 3))

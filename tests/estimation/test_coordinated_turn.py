@@ -4,7 +4,7 @@ from drives import HEIGHT, PERIOD, Drive, errors, rms, stadium
 
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.estimation import make_estimator
-from drake_tracker.estimation.coordinated_turn import BEND, HEADING, SPEED, correct, turn_step
+from drake_tracker.estimation.coordinated_turn import BEND, HEADING, MOST_WILD, SPEED, correct, turn_step
 from drake_tracker.world.tracks import make_track
 
 
@@ -135,6 +135,35 @@ def test_points_that_are_missing_late_or_broken_are_survived():
         assert np.isfinite(rows).all()
         assert np.isfinite(estimator.predict_std(state, t + np.linspace(0.0, 1.5, 31))).all()
     assert np.hypot(*(estimator.predict(state, [drive.times[-1]])[0, :2] - drive.truth(drive.times[-1:])[0, :2])) < 0.01
+
+
+def test_a_few_wild_points_are_as_if_there_were_none():
+    drive = Drive(stadium(), 0.15, 6.0)
+    estimator = make_estimator("coordinated_turn")
+    with_them = without = estimator.initial_state()
+    for k, (t, p) in enumerate(zip(drive.times, drive.points, strict=True)):
+        wild = 200 <= k < 200 + MOST_WILD - 1
+        with_them = estimator.update(with_them, t, p + [0.05, 0.03, 0.02] if wild else p)
+        without = estimator.update(without, t, None if wild else p)
+        if wild:
+            assert with_them.stamp == t and with_them.sigma == without.sigma
+    ahead = drive.times[-1] + np.array([0.25, 0.75])
+    # five short steps of the noise of the model, or a long one
+    np.testing.assert_allclose(estimator.predict(with_them, ahead), estimator.predict(without, ahead), atol=1e-3)
+
+
+def test_an_object_that_jumped_is_met_where_it_is_now():
+    drive = Drive(stadium(), 0.15, 6.0)
+    points = drive.points + np.where(drive.times > 3.0, 0.08, 0.0)[:, None] * [1.0, -1.0, 0.0]
+    estimator = make_estimator("coordinated_turn")
+    state = estimator.initial_state()
+    for t, p in zip(drive.times, points, strict=True):
+        state = estimator.update(state, t, p)
+        if 3.6 < t < 3.8:
+            place = estimator.predict(state, [t])[0, :2] - [0.08, -0.08]
+            assert estimator.ready(state)
+            assert np.hypot(*(place - drive.truth([t])[0, :2])) < 0.004
+    assert state.sigma < 0.002
 
 
 def test_height_is_averaged():
