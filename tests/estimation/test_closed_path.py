@@ -101,18 +101,18 @@ def test_after_a_moved_track_it_learns_again():
 
 def test_a_track_moved_so_that_it_crosses_itself_is_left_at_once():
     """Pushed and turned: the points lie on the old path again for a moment."""
-    track = stadium()
-    drive = Drive(track, SPEED, 4.0 * track.length / SPEED)
+    track, speed = stadium(), 0.15
+    drive = Drive(track, speed, 4.0 * track.length / speed)
     cos, sin, middle = np.cos(0.4), np.sin(0.4), track.points.mean(axis=0)
     points = np.array(drive.points)
-    moved = drive.times > 2.25 * drive.lap_time(SPEED)
+    moved = drive.times > 2.25 * drive.lap_time(speed)
     points[moved, :2] = middle + [0.04, -0.03] + (points[moved, :2] - middle) @ np.array([[cos, sin], [-sin, cos]])
     estimator = make_estimator("closed_path")
     state, known = estimator.initial_state(), []
     for t, p in zip(drive.times, points, strict=True):
         state = estimator.update(state, t, p)
         known.append(state.path is not None)
-    laps = (drive.times - drive.times[np.argmax(moved)]) / drive.lap_time(SPEED)
+    laps = (drive.times - drive.times[np.argmax(moved)]) / drive.lap_time(speed)
     known = np.array(known)
     assert not known[(laps > 0.2) & (laps < 0.9)].any()
     assert known[laps > 1.2].all()
