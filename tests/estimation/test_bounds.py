@@ -3,7 +3,8 @@ import bounds
 import numpy as np
 import pytest
 
-from drake_tracker.estimation.coordinated_turn import CoordinatedTurn, turn_step
+from drake_tracker.estimation.coordinated_turn import CoordinatedTurn
+from drake_tracker.estimation.turn_model import turn_step
 from drake_tracker.world.tracks import make_track
 
 PERIOD = 1.0 / 60.0
