@@ -133,7 +133,7 @@ class CoordinatedTurn:
         """
         if p_WQ is None or not math.isfinite(stamp) or stamp <= state.stamp:
             return state
-        x, y, z = (float(value) for value in p_WQ)
+        x, y, z = np.asarray(p_WQ, dtype=float).tolist()
         if not math.isfinite(x + y + z):
             return state
         stamp = float(stamp)

@@ -78,12 +78,11 @@ def basis(s, length, harmonics):
 
 def slope(rows, length):
     """Returns the derivatives by s of rows of `basis`."""
-    rates = _rates(length, rows.shape[-1] // 2)
+    harmonics = rows.shape[-1] // 2
     slopes = np.empty(rows.shape)
     slopes[..., 0] = 0.0
-    np.multiply(rates, rows[..., 1::2], out=slopes[..., 2::2])
-    np.multiply(rates, rows[..., 2::2], out=slopes[..., 1::2])
-    np.negative(slopes[..., 1::2], out=slopes[..., 1::2])
+    np.multiply(_rates(length, harmonics), rows[..., 1::2], out=slopes[..., 2::2])
+    np.multiply(_rates(-length, harmonics), rows[..., 2::2], out=slopes[..., 1::2])
     return slopes
 
 
@@ -206,10 +205,9 @@ def improve_path(path, row, residual, variance, keep=1.0):
       the path follow one that changes slowly.
     """
     reach = path.covariance @ row
-    total = variance + row @ reach
-    gain = reach / total
-    covariance = path.covariance - np.multiply.outer(reach, gain)
+    gain = reach / (variance + row @ reach)
+    covariance = path.covariance - reach[:, None] * gain
     if keep < 1.0:
         covariance *= 1.0 / keep
-    coefficients = path.coefficients + np.multiply.outer(gain, residual)
+    coefficients = path.coefficients + gain[:, None] * residual
     return PeriodicPath(path.length, read_only(coefficients), read_only(covariance))
