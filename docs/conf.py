@@ -23,7 +23,6 @@ html_copy_source = False
 default_role = "code"
 """In docstrings a name between backticks is code."""
 myst_heading_anchors = 3
-myst_fence_as_directive = ["mermaid"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 autodoc_preserve_defaults = True

@@ -1,4 +1,4 @@
-"""Makes the pictures of the tour: the diagram and each of its rooms, as built, and the slots of time.
+"""Makes the diagrams of the documents: those of the tour as built, the slots of time, and what diagrams/ has.
 
     python docs/make_diagrams.py     needs the program dot (Debian: apt-get install graphviz)
 
@@ -32,6 +32,7 @@ from drake_tracker.timing import (
     vision_slot,
 )
 
+DRAWN = Path(__file__).parent / "diagrams"
 IMAGES = Path(__file__).parent / "images"
 ROOMS = ("world", "vision", "arm")
 """Rooms with more than one System in them."""
@@ -128,7 +129,7 @@ def draw_slots():
 
 
 def main():
-    for name, graph in graphs().items():
+    for name, graph in (graphs() | {path.stem: path.read_text() for path in sorted(DRAWN.glob("*.dot"))}).items():
         (IMAGES / f"{name}.svg").write_text(draw_graph(graph), encoding="utf-8")
     draw_slots().savefig(IMAGES / "slots.svg", metadata={"Date": None})
     for path in sorted(IMAGES.glob("*.svg")):

@@ -1,6 +1,6 @@
 """Draws the ``.. pydrake_system::`` blocks of docstrings: a System as a box, its inputs to the left, its outputs to the
 right. The directive ``systems`` documents every System and Diagram of a folder of the package, ``messages`` the fields
-of every message. ``mermaid`` shows a diagram's text, which GitHub draws.
+of every message.
 """
 
 import ast
@@ -39,16 +39,6 @@ def draw(name, inputs, outputs):
         f'<div class="pydrake-system">{ports(inputs, "inputs")}<span class="name">{html.escape(name)}</span>'
         f"{ports(outputs, 'outputs')}</div>"
     )
-
-
-class Mermaid(SphinxDirective):
-    """A diagram in the language of Mermaid, as text: to draw it takes a program that no build should have to load."""
-
-    has_content = True
-
-    def run(self):
-        text = "\n".join(self.content)
-        return [nodes.literal_block(text, text, language="text")]
 
 
 class Systems(SphinxDirective):
@@ -117,6 +107,5 @@ def setup(app):
     app.add_directive("pydrake_system", PydrakeSystem)
     app.add_directive("systems", Systems)
     app.add_directive("messages", Messages)
-    app.add_directive("mermaid", Mermaid)
     app.add_css_file("pydrake_system.css")
     return {"parallel_read_safe": True}
