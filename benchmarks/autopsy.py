@@ -183,19 +183,19 @@ FAULTS = {
         Stage.TRIANGULATION, 0.02, "rad", "the right camera's calibration turned", lambda size: [], turned_camera
     ),
     "filter": Fault(
-        Stage.FILTER, 0.40, "s", "a low-pass before the estimator", part=lambda size: wrapped_estimator(Smoothed, size)
+        Stage.FILTER, 0.42, "s", "a low-pass before the estimator", part=lambda size: wrapped_estimator(Smoothed, size)
     ),
     "prediction": Fault(
-        Stage.PREDICTION, 0.63, "", "share of constant velocity in the prediction",
+        Stage.PREDICTION, 0.62, "", "share of constant velocity in the prediction",
         part=lambda size: wrapped_estimator(Straightened, size),
     ),
     "link": Fault(
-        Stage.LINK, 0.73, "", "share of packets lost, 30 in a row on average",
+        Stage.LINK, 0.77, "", "share of packets lost, 30 in a row on average",
         lambda size: [MEASURED, f"link=!Lossy {{drop: {size}, burst: 30}}"],
     ),
-    "servo": Fault(Stage.SERVO, 0.40, "s", "set-points late", part=late_servo),
+    "servo": Fault(Stage.SERVO, 0.39, "s", "set-points late", part=late_servo),
     "timing": Fault(
-        Stage.TIMING, 0.235, "s", "closing_lead", lambda size: [MEASURED, f"grasp.closing_lead={size}"]
+        Stage.TIMING, 0.24, "s", "closing_lead", lambda size: [MEASURED, f"grasp.closing_lead={size}"]
     ),
     "none": Fault(None, 0.0, "", "no fault, measured vision"),
     "none-rendered": Fault(None, 0.0, "", "no fault, images", lambda size: []),
