@@ -4,8 +4,9 @@
     python benchmarks/train_grasp.py --estimator arc_length     the same with another estimator
     python benchmarks/train_grasp.py --cells oval-0.15 --seeds 3
 
-Each run is a line of ``results/train_grasp.jsonl`` as soon as it ends. Seeds 300 and up are for these tables; constants
-were chosen on seeds below 200, and the filter of 1991 was measured on seeds 200 to 219.
+Each run is a line of ``results/train_grasp.jsonl`` as soon as it ends; the table is of the seeds asked for. Seeds 500 and
+up are for these tables. Constants were chosen on seeds below 200; of seeds 200 to 219 (the filter of 1991) and 300 to 319
+(the default one) failures were looked at and led to changes.
 """
 
 import argparse
@@ -20,7 +21,7 @@ from drake_tracker.campaign.trial import run_line
 from drake_tracker.campaign.wilson import wilson
 from drake_tracker.scenarios import load_scenario
 
-FIRST_SEED = 300
+FIRST_SEED = 500
 SEEDS = 20
 RESULTS = Path(__file__).parent / "results" / "train_grasp.jsonl"
 ESTIMATORS = {
@@ -93,16 +94,21 @@ def main():
 
     estimator = options.estimator
     done = {(row["estimator"], row["cell"], row["seed"]) for row in read_lines(options.results)}
+    seeds = range(options.first_seed, options.first_seed + options.seeds)
     jobs = [
         (estimator, name, seed, [f"estimator={ESTIMATORS[estimator]}", *CELLS[name], *options.overrides])
-        for seed in range(options.first_seed, options.first_seed + options.seeds)
+        for seed in seeds
         for name in names
         if (estimator, name, seed) not in done
     ]
     append_results(
         run_one, jobs, options.results, options.workers, lambda row: f"{row['cell']} seed {row['seed']}: {outcome(row)}"
     )
-    rows = [row for row in read_lines(options.results) if row["estimator"] == estimator and row["cell"] in names]
+    rows = [
+        row
+        for row in read_lines(options.results)
+        if row["estimator"] == estimator and row["cell"] in names and row["seed"] in seeds
+    ]
     print_table(sorted(rows, key=lambda row: (names.index(row["cell"]), row["seed"])))
 
 
