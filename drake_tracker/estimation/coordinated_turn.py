@@ -129,7 +129,8 @@ class CoordinatedTurn:
     def update(self, state, stamp, p_WQ):
         """Returns the state after a point p_WQ, shape (3,) [m, W], captured at ``stamp`` [s].
 
-        A point that is None, not finite, or not newer than the newest one returns the state as it is.
+        A point that is None, not finite, or not newer than the newest one returns the state as it is. A wild one, see
+        `JUMP`, is taken for none; after `MOST_WILD` of them in a row the filter begins afresh.
         """
         if p_WQ is None or not math.isfinite(stamp) or stamp <= state.stamp:
             return state
