@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.scenarios import scenario_file
 from drake_tracker.vision.calibration import calibrate_intrinsics, locate_camera, save_calibration
 from drake_tracker.vision.camera_model import CameraModel
@@ -33,8 +34,13 @@ class CameraCalibration:
 def calibrate(scenario, path=None):
     """Calibrates the cameras of a `TrainScenario`, prints the errors, and writes the calibration file.
 
-    ``path`` is the file to write; None is the one that the scenario names. Returns {name: CameraModel}.
+    ``path`` is the file to write; None is the one that the scenario names. Returns {name: CameraModel}. Raises
+    DrakeTrackerError for another task.
     """
+    if scenario.task != "train":
+        raise DrakeTrackerError(
+            f"{scenario.name}: only the train's two cameras are calibrated; the ball's finds its board in each run"
+        )
     cameras = scenario.cameras
     path = path or scenario_file(cameras.calibration)
     board = board_for(cameras)

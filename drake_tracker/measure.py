@@ -30,6 +30,8 @@ SPEEDS = (0.05, 0.10, 0.15, 0.20, 0.30, 0.45, 0.60)
 SETTLED = 1.0
 """Time [s] at the start of each run that does not count: the train gathers speed."""
 _SHOWN = 12
+_BEND_RADIUS = 0.12
+"""Radius [m] of the tightest bends that are grasped in."""
 
 
 def measure(scenario, path, seeds=SEEDS, laps=LAPS, speeds=SPEEDS, progress=True):
@@ -76,6 +78,8 @@ def measure(scenario, path, seeds=SEEDS, laps=LAPS, speeds=SPEEDS, progress=True
 
 def check_request(scenario, path, seeds, laps, speeds):
     """Raises DrakeTrackerError, in one line, when `measure` cannot do what it is asked."""
+    if scenario.task != "train":
+        raise DrakeTrackerError(f"{scenario.name}: only the error of the train's cameras is measured")
     if not isinstance(scenario.vision, Rendered):
         raise DrakeTrackerError(f"{scenario.where('vision')} must be !Rendered: only cameras can be measured")
     if not 1 <= seeds <= MOST_SEEDS:
@@ -155,3 +159,17 @@ def print_fits(fits):
         parts = [table[0, k] + bend * table[1, k] for bend in (0.0, 6.0, -6.0)]
         shown = "   ".join(", ".join(f"{x:+5.1f}" for x in part) for part in parts)
         print(f"{k * 360 // _SHOWN:4d} deg  {shown}")
+    print(f"bias over all headings, rms (mean) [mm]: {', '.join(AXES)}; inwards in a bend of {_BEND_RADIUS:g} m")
+    for speed, fit in sorted(fits.items()):
+        rms, mean = bias_over_headings(fit.bias)
+        print(f"{speed:5.2f} m/s  " + "  ".join(f"{1e3 * a:.1f} ({1e3 * b:+.1f})" for a, b in zip(rms, mean)))
+
+
+def bias_over_headings(bias, radius=_BEND_RADIUS):
+    """Returns (rms, mean), each (4,) [m], of a `SpeedFit`'s bias over all headings: along, across and vertical on a
+    straight path, and across it, inwards positive, in bends of ``radius`` [m] to either side.
+    """
+    straight, per_curvature = bias[0], bias[1, :, 1] / radius
+    inwards = np.concatenate([straight[:, 1] + per_curvature, per_curvature - straight[:, 1]])
+    parts = [*straight.T, inwards]
+    return np.array([np.sqrt(np.mean(part**2)) for part in parts]), np.array([np.mean(part) for part in parts])

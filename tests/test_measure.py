@@ -6,7 +6,7 @@ import pytest
 from drake_tracker import cli, load_scenario, make_diagram, simulate
 from drake_tracker.diagrams.train import load_cameras
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.measure import check_request, pixel_footprint, sightings_of
+from drake_tracker.measure import bias_over_headings, check_request, pixel_footprint, sightings_of
 from drake_tracker.record.log import Signal, load_log
 from drake_tracker.scenarios import load_scenario as load
 from drake_tracker.scenarios import save_scenario, scenario_file
@@ -51,6 +51,18 @@ def test_the_packages_file_is_for_the_default_cameras_and_says_what_they_are_lik
     assert np.all(np.abs(error.bias[:, 0]) < 0.012)
     size = np.sqrt(error.pattern**2 + np.sum(error.jitter**2, axis=2))
     assert np.all((size > 1e-4) & (size < 4e-3))
+
+
+def test_a_bias_over_all_headings_is_told_by_its_rms_and_its_mean():
+    headings = np.radians(np.arange(0.0, 360.0, 15.0))
+    bias = np.zeros((2, 24, 3))
+    bias[0, :, 0] = -2e-3
+    bias[0, :, 1] = 3e-3 * np.sin(headings)  # to the left; what a bend adds is towards its inside
+    bias[1, :, 1] = 1e-4
+    rms, mean = bias_over_headings(bias, radius=0.1)
+    swing = 3e-3 / np.sqrt(2.0)
+    assert mean == pytest.approx([-2e-3, 0.0, 0.0, 1e-3], abs=1e-12)
+    assert rms == pytest.approx([2e-3, swing, 0.0, np.hypot(swing, 1e-3)])
 
 
 def test_without_cameras_there_are_no_images_and_nothing_to_render_with():
