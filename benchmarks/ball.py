@@ -38,8 +38,12 @@ def run_one(job):
     return run_line(load_scenario(scenario, seed=seed, overrides=overrides), cell=cell)
 
 
+def known(rows, name):
+    """Returns the values of those rows that have one: a run that broke off or never saw the ball roll has none."""
+    return [row[name] for row in rows if row.get(name) is not None]
+
+
 def rms(values):
-    values = [value for value in values if value is not None]
     return math.sqrt(sum(value * value for value in values) / len(values)) if values else math.nan
 
 
@@ -51,30 +55,30 @@ def print_results(rows, cells):
             continue
         caught = sum(bool(row["success"]) for row in runs)
         low, high = wilson(caught, len(runs))
-        hand = [abs(row["hand_error_m"]) for row in runs if row.get("hand_error_m") is not None]
-        foreseen = [(row.get("crossing_error_m") or {}).get("0.25") for row in runs]
-        foreseen = [error for error in foreseen if error is not None]
+        hand = [abs(error) for error in known(runs, "hand_error_m")]
+        foreseen = [abs(error) for error in known(known(runs, "crossing_error_m"), "0.25")]
         lines.append([
             cell, len(runs), f"{caught} ({100 * caught / len(runs):.0f} %)", f"{100 * low:.0f}-{100 * high:.0f} %",
             f"{1e3 * statistics.median(hand):.0f} mm" if hand else "",
-            f"{1e3 * statistics.median(map(abs, foreseen)):.0f} mm" if foreseen else "",
-            f"{1e3 * rms(row.get('position_rms_m') for row in runs):.1f} mm",
+            f"{1e3 * statistics.median(foreseen):.0f} mm" if foreseen else "",
+            f"{1e3 * rms(known(runs, 'position_rms_m')):.1f} mm",
         ])
     header = ["cell", "runs", "caught", "Wilson 95 %", "hand off, median", "foreseen 0.25 s before", "seen, rms"]
     print_table(header, lines)
     found = [row for row in rows if row["cell"] in cells and row.get("board_in_camera_error")]
     for name in ("board_in_camera_error", "board_in_world_error"):
-        place, turn = (rms(row[name][k] for row in found) for k in (0, 1))
+        place, turn = (rms([row[name][k] for row in found]) for k in (0, 1))
         print(f"{name}: {1e3 * place:.2f} mm, {math.degrees(turn):.3f} deg rms over {len(found)} initialisations")
-    seen = [row for row in rows if row["cell"] in cells]
-    if seen:
-        believed = statistics.median(row["vision_valid_fraction"] for row in seen)
+    seen = [row for row in rows if row["cell"] in cells and "board_touched" in row]
+    if known(seen, "vision_valid_fraction"):
+        believed = statistics.median(known(seen, "vision_valid_fraction"))
         print(f"readings believed while the ball rolls, median of the runs: {100 * believed:.0f} %")
         print(f"board touched by the arm: in {sum(bool(row['board_touched']) for row in seen)} of {len(seen)} runs")
     for cell in cells:
         runs = [row for row in seen if row["cell"] == cell]
         if runs:
-            lags = ", ".join(sorted({f"{1e3 * row['lag_s'][end]:.2f} ms" for row in runs for end in ("min", "max")}))
+            found = known(runs, "lag_s")
+            lags = ", ".join(sorted({f"{1e3 * lag[end]:.2f} ms" for lag in found for end in ("min", "max")}))
             held = 1e3 * max(row["longest_saturation_s"] for row in runs)
             print(f"{cell}: {lags} from stamp to prediction; no drive saturated for over {held:.0f} ms")
     for row in rows:

@@ -15,7 +15,7 @@ from pydrake.systems.analysis import Simulator
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.board_touch import board_pose_from_touches
 from drake_tracker.arm.crossing import HAND_YAW
-from drake_tracker.arm.description import joints_for, make_arm_model
+from drake_tracker.arm.description import PROBE_FRAME, joints_for, make_arm_model
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.board_touching import BoardTouchingDiagram
 from drake_tracker.doctor import require_renderer
@@ -32,8 +32,8 @@ from drake_tracker.world.cameras import lens_matrix
 
 READINGS = 10
 """Images in which the circles are read ("10 histogram readings", section 3)."""
-PROBE_FRAME, PROBE_RADIUS = "probe", 0.004
-"""Of the cup: the centre of its spherical tip, and the radius [m]."""
+PROBE_RADIUS = 0.004
+"""Of the spherical tip of the cup [m]."""
 JOG_HEIGHT = 0.008
 """Height [m] over its mark at which the operator leaves the tip."""
 START_HEIGHT = 0.20

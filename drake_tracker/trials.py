@@ -46,7 +46,7 @@ def run_trials(work, jobs, workers):
                 job = worker.job
                 try:
                     result = pipe.recv()
-                except EOFError:
+                except (EOFError, ConnectionError):  # the latter when it died before it read its job
                     worker.process.join()
                     result = WorkerDied(worker.process.exitcode)
                     worker = None

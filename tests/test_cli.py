@@ -4,6 +4,7 @@ import io
 import signal
 import sys
 import types
+from pathlib import Path
 
 import pytest
 
@@ -54,14 +55,19 @@ def test_a_live_run_prints_its_link_and_tells_the_page_how_it_ended(simulated, c
     assert outcome["rows"] == [("attempts", "2")] and outcome["out"].startswith("runs/train-")
 
 
-@pytest.mark.parametrize("overrides, silence", [([], "hold"), (["--set", "grasp.when_stale=coast"], "coast")])
+@pytest.mark.parametrize(
+    "which, overrides, silence",
+    [("train", [], "hold"), ("train", ["--set", "grasp.when_stale=coast"], "coast"), ("mine.yaml", [], "coast")],
+)
 def test_arm_runs_its_side_at_real_time_rate_and_holds_unless_told_otherwise(
-    simulated, monkeypatch, tmp_path, overrides, silence
+    simulated, monkeypatch, tmp_path, which, overrides, silence
 ):
     from pydrake.lcm import DrakeLcm
 
     monkeypatch.setattr("drake_tracker.network.bus.open_bus", lambda url: DrakeLcm("memq://"))
-    arguments = ["arm", "train", "--set", "vision=!Measured {}", "--out", str(tmp_path / "mine"), "--no-record"]
+    monkeypatch.chdir(tmp_path)
+    Path("mine.yaml").write_text("mine: {grasp: {when_stale: coast}}\n")
+    arguments = ["arm", which, "--set", "vision=!Measured {}", "--out", str(tmp_path / "run"), "--no-record"]
     assert cli.main(arguments + overrides) == 0
     scenario, options = simulated.calls[0]
     assert scenario.grasp.when_stale == silence
@@ -130,6 +136,7 @@ def test_a_run_directory_is_never_overwritten(simulated, tmp_path, capsys):
         (["calibrate", "ball", "-o", "x.yaml"], ["ball: only the train's two cameras are calibrated"]),
         (["measure", "ball", "-o", "x.yaml"], ["ball: only the error of the train's cameras is measured"]),
         (["run", "train", "--graphviz", "no/such/file.dot"], ["--graphviz no/such/file.dot: there is no folder"]),
+        (["run", "train", "--graphviz", "/"], ["--graphviz /: it is a folder; name a file"]),
         (["list", "nothing"], ["there is no scenario 'nothing'"]),
     ],
 )

@@ -38,6 +38,17 @@ def test_a_worker_that_dies_costs_its_own_trial_alone():
     assert results == {number: number for number in range(12) if number != 7}
 
 
+class DeadlyToLoad:
+    """Work that ends the process which unpickles it, before that process has read a job."""
+
+    def __reduce__(self):
+        return os._exit, (3,)
+
+
+def test_a_worker_that_dies_before_it_reads_its_job_costs_that_job_alone():
+    assert dict(run_trials(DeadlyToLoad(), range(2), 1)) == {0: WorkerDied(3), 1: WorkerDied(3)}
+
+
 def test_an_exception_counts_as_a_death(capfd):
     results = dict(run_trials(raise_at_one, range(3), 1))
     assert results == {0: 0, 1: WorkerDied(1), 2: 2}

@@ -16,6 +16,8 @@ from drake_tracker.models_path import models_path
 
 FINGERS = ("finger_left", "finger_right")
 """The gripper's prismatic joints; each travels half the opening, the first is driven and the second coupled to it."""
+PROBE_FRAME = "probe"
+"""Of the cup: the centre of the spherical tip with which it touches the board's marks."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,7 @@ class ArmDescription:
     arm_url, gripper_url: models. base_link: the link welded to the world. flange: the frame that carries the gripper,
     hand_link: the gripper's link that sits on it. servo_inertia: the inertia each joint's servo is tuned for [kg m^2].
     servo_bandwidth: of each joint [rad/s]. q_start: joints [rad] from which the home pose is sought, and about which a
-    redundant arm stays. fingers: the hand's joints, none for a hand that cannot move, such as a cup.
+    redundant arm stays. fingers: the hand's joints as `FINGERS`, none for a hand that cannot move, such as a cup.
     """
 
     arm_url: str
@@ -119,7 +121,7 @@ def couple_fingers(plant, gripper, description, grip_force=25.0):
     The coupling shares the drive's force equally between the pads, so that a ``grip_force`` [N] on each takes a drive
     of twice that.
     """
-    driven, follower = (plant.GetJointByName(name, gripper) for name in FINGERS)
+    driven, follower = (plant.GetJointByName(name, gripper) for name in description.fingers)
     plant.AddCouplerConstraint(follower, driven, 1.0)
     (strongest,) = actuators_of(plant, gripper)
     plant.RemoveJointActuator(strongest)

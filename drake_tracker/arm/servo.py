@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_tracker.arrays import read_only
 from drake_tracker.estimation.alpha_beta_gamma import (
     AlphaBetaGammaGains,
     abg_predict,
     abg_step,
     alpha_beta_gamma_gains,
-    read_only,
 )
 from drake_tracker.messages import KNOT_COUNT, Prediction, evaluate_prediction, message_size
 

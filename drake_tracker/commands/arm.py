@@ -4,8 +4,8 @@ from drake_tracker.commands.common import add_lcm, add_run, add_scenario, forget
 from drake_tracker.commands.report import report
 from drake_tracker.errors import DrakeTrackerError
 
-SAFE = "grasp.when_stale=hold"
-"""Where the host can die, the arm holds unless told otherwise."""
+_STALE = "grasp.when_stale"
+"""Where the host can die, the arm holds, unless its scenario says otherwise."""
 
 
 def register(commands):
@@ -37,7 +37,8 @@ def execute(options):
     from drake_tracker.simulation import simulate
 
     check_task(scenario)
-    scenario = load_scenario(*asked, [SAFE, *options.overrides])
+    if _STALE not in scenario.origins:
+        scenario = load_scenario(*asked, [f"{_STALE}=hold", *options.overrides])
     lcm = open_bus(options.lcm)
     diagram = make_arm_side(scenario, lcm)
     out = run_directory(options.out, scenario.name)

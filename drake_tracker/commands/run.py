@@ -30,6 +30,8 @@ def execute(options):
     scenario = load_scenario(options.scenario, options.seed, options.duration, options.overrides)
     if options.graphviz and not options.graphviz.absolute().parent.is_dir():
         raise DrakeTrackerError(f"--graphviz {options.graphviz}: there is no folder {options.graphviz.parent}")
+    if options.graphviz and options.graphviz.is_dir():
+        raise DrakeTrackerError(f"--graphviz {options.graphviz}: it is a folder; name a file")
     if options.port and not options.live:
         raise DrakeTrackerError(f"--port {options.port} is that of the live view: add --live")
 

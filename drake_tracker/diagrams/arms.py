@@ -2,12 +2,13 @@
 
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT, ArmDescription, add_arm
+from drake_tracker.arm.description import PROBE_FRAME, PUMA560, PUMA560_CUP, SEVEN_JOINT, ArmDescription, add_arm
 from drake_tracker.arm.joint_servo import actuators_of
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.scenarios.custom import make_custom
 from drake_tracker.scenarios.parts import Custom
 
+_DRIVES = {True: "one must drive the fingers", False: "a hand without fingers has none"}
 WITH_GRIPPER = {"Puma560": PUMA560}
 WITH_CUP = {"Puma560": PUMA560_CUP, "SevenJoint": SEVEN_JOINT}
 
@@ -40,11 +41,17 @@ def check_arm(arm):
     plant = MultibodyPlant(0.0)
     try:
         parts = add_arm(plant, arm)
-        plant.GetFrameByName(arm.tool_frame, parts.gripper)
+        for frame in (arm.tool_frame, *(() if arm.has_fingers else (PROBE_FRAME,))):
+            plant.GetFrameByName(frame, parts.gripper)
         for finger in arm.fingers:
             plant.GetJointByName(finger, parts.gripper)
-    except RuntimeError as error:  # of Drake, which names what is missing
+    except (RuntimeError, ValueError) as error:  # of Drake, which names what is missing
         raise DrakeTrackerError(" ".join(str(error).split())) from None
+    drives = len(actuators_of(plant, parts.gripper))
+    if drives != arm.has_fingers:
+        raise DrakeTrackerError(f"{arm.gripper_url} has {drives} actuators; {_DRIVES[arm.has_fingers]}")
+    if len(arm.fingers) not in (0, 2):
+        raise DrakeTrackerError(f"fingers names {len(arm.fingers)} joints; a gripper has two, a cup none")
     joints = len(actuators_of(plant, parts.arm))
     for name in ("servo_inertia", "servo_bandwidth", "q_start"):
         if len(getattr(arm, name)) != joints:

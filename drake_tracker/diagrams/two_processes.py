@@ -1,5 +1,6 @@
 """The train's rooms as two processes with the network between them."""
 
+from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.hand_eye import BETWEEN_ROOMS
 from drake_tracker.diagrams.train import assemble, measured_vision, rendered_vision, scenario_host
 from drake_tracker.errors import DrakeTrackerError
@@ -18,7 +19,7 @@ def make_arm_side(scenario, lcm):
     DrakeTrackerError as `make_diagram`, and where the task is not the train's.
     """
     check_task(scenario)
-    known = vectors(scenario.time_step)
+    known = vectors(scenario.time_step, len(arm_of(scenario).q_start))
     if isinstance(scenario.vision, Measured):
         host = RemoteHostDiagram(lcm, POINT, FROM_HOST, known)
         return ArmSideDiagram(assemble(scenario, measured_vision(scenario), {}, host), lcm, known)

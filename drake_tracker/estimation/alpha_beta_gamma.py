@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_tracker.arrays import read_only
 from drake_tracker.errors import DrakeTrackerError
 
 
@@ -143,9 +144,3 @@ class AlphaBetaGammaFilter:
     def predict(self, state, time):
         """Returns (x, v, a) at ``time`` [s] (before or after the state's own)."""
         return abg_predict(state.x, state.v, state.a, time - state.time)
-
-
-def read_only(array):
-    """Returns the array itself with its write flag cleared."""
-    array.setflags(write=False)
-    return array

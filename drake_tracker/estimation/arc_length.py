@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_tracker.arrays import read_only
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.estimation.alpha_beta_gamma import read_only
 from drake_tracker.estimation.delta_transform import delta_power
 from drake_tracker.estimation.error_growth import HORIZON, ErrorGrowth
 from drake_tracker.estimation.kaiser import moving_average_weights

@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from drake_tracker.arrays import read_only
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.estimation.alpha_beta_gamma import read_only
 from drake_tracker.estimation.coverage import HORIZON, Coverage
 from drake_tracker.estimation.turn_model import HEADING, SPEED, X, Y, ahead, correct, propagate
 

@@ -1,6 +1,7 @@
 """The estimator as a Drake System: points in, packets of predicted path out."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ from pydrake.common.containers import namedview
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
+from drake_tracker.arrays import read_only
 from drake_tracker.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -24,9 +26,11 @@ Filtered = namedview("Filtered", ["stamp", "x", "y", "z", "yaw", "speed", "valid
 
 @dataclass(frozen=True)
 class EstimatorMemory:
-    """The System's state: that of the estimator, the packets made so far, and the two output vectors (read-only)."""
+    """The System's state: that of the estimator, the newest stamp offered to it [s], the packets made so far, and the
+    two output vectors (read-only)."""
 
     estimate: Any
+    stamp: float
     seq: int
     packet: np.ndarray
     filtered: np.ndarray
@@ -62,9 +66,10 @@ class EstimatorSystem(LeafSystem):
         self._estimator = estimator
         memory = EstimatorMemory(
             estimate=estimator.initial_state(),
+            stamp=-math.inf,
             seq=0,
-            packet=_read_only(np.zeros(message_size(Prediction))),
-            filtered=_read_only(np.zeros(message_size(Filtered))),
+            packet=read_only(np.zeros(message_size(Prediction))),
+            filtered=read_only(np.zeros(message_size(Filtered))),
         )
         state = self.DeclareAbstractState(AbstractValue.Make(memory))
         self._point = self.DeclareVectorInputPort("point", message_size(TrackPoint))
@@ -76,18 +81,20 @@ class EstimatorSystem(LeafSystem):
     def _update(self, context, state):
         memory = state.get_abstract_state(0).get_value()
         point = TrackPoint(self._point.Eval(context))
-        newer = point.valid and point.stamp > memory.estimate.stamp
+        # The System's own memory: an estimator need not take what it is offered, nor keep its stamp.
+        newer = point.valid and point.stamp > memory.stamp
         p_WQ = np.array([point.x, point.y, point.z]) if newer else None
         estimate = self._estimator.update(memory.estimate, point.stamp, p_WQ)
-        if estimate is memory.estimate:
+        if estimate is memory.estimate and not newer:
             return
-        if self._estimator.ready(estimate):
-            memory = self._predict(estimate, memory.seq + 1)
+        stamp = point.stamp if newer else memory.stamp
+        if estimate is not memory.estimate and self._estimator.ready(estimate):
+            memory = self._predict(estimate, stamp, memory.seq + 1)
         else:
-            memory = EstimatorMemory(estimate, memory.seq, memory.packet, memory.filtered)
+            memory = replace(memory, estimate=estimate, stamp=stamp)
         state.get_mutable_abstract_state(0).set_value(memory)
 
-    def _predict(self, estimate, seq):
+    def _predict(self, estimate, stamp, seq):
         """Returns the memory with a new packet built on ``estimate``."""
         times = estimate.stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
         knots = np.empty((KNOT_COUNT, 5))
@@ -96,15 +103,10 @@ class EstimatorSystem(LeafSystem):
         packet = pack_prediction(estimate.stamp, seq, knots)
         speed = np.linalg.norm(knots[1, :3] - knots[0, :3]) / KNOT_SPACING
         filtered = np.concatenate([[estimate.stamp], knots[0, :4], [speed, 1.0]])
-        return EstimatorMemory(estimate, seq, _read_only(packet), _read_only(filtered))
+        return EstimatorMemory(estimate, stamp, seq, read_only(packet), read_only(filtered))
 
     def _calc_prediction(self, context, output):
         output.SetFromVector(context.get_abstract_state(0).get_value().packet)
 
     def _calc_filtered(self, context, output):
         output.SetFromVector(context.get_abstract_state(0).get_value().filtered)
-
-
-def _read_only(array):
-    array.setflags(write=False)
-    return array

@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_tracker.arrays import read_only
 from drake_tracker.constants import GRAVITY
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.estimation.alpha_beta_gamma import read_only
 
 STEEPEST = 1.5
 """A ball is no faster than this times a free roll over the board's whole length."""

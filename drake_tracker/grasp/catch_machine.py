@@ -11,6 +11,7 @@ import numpy as np
 
 from drake_tracker.arm.crossing import Crossing
 from drake_tracker.arm.transform_equation import motion_time
+from drake_tracker.arrays import read_only
 from drake_tracker.grasp.catch_schema import (
     CATCH_PROGRAMS,
     CATCH_SAME_MOTION,
@@ -81,7 +82,7 @@ class CatchMachine(SchemaMachine):
         self.period = period
 
     def initial_state(self):
-        return CatchState(goal=_read_only(self.edge.home), duration=self.parameters.home_duration)
+        return CatchState(goal=read_only(np.array(self.edge.home, dtype=float)), duration=self.parameters.home_duration)
 
     def update(self, state, seen):
         """Returns the state after a tick with the given `CatchObservation`."""
@@ -95,7 +96,7 @@ class CatchMachine(SchemaMachine):
         elif state.phase == CatchPhase.MANUAL and np.all(np.isfinite(seen.operator)):
             state = self._approach(state, seen.operator[1:], 0.0, seen)
         stands = state.phase == CatchPhase.WAIT and seen.status.motion == state.motion and seen.status.fraction >= 1.0
-        tool = _read_only([seen.status.x, seen.status.y, seen.status.z, seen.status.yaw])
+        tool = read_only(np.array([seen.status.x, seen.status.y, seen.status.z, seen.status.yaw]))
         return replace(state, tool=tool, standing=min(state.standing, seen.time) if stands else np.inf)
 
     def height(self, state):
@@ -184,19 +185,13 @@ class CatchMachine(SchemaMachine):
         against = np.linalg.norm(v_WT[:3] - max(v_WT[:3] @ way, 0.0) * way / max(length, 1e-9) ** 2)
         speed = parameters.manual_speed if state.phase == CatchPhase.MANUAL else parameters.hand_speed
         duration = max(motion_time(length, against, speed, parameters.hand_acceleration), parameters.shortest_motion)
-        return replace(state, goal=_read_only(pose), motion=state.motion + 1, duration=duration)
+        return replace(state, goal=read_only(np.array(pose, dtype=float)), motion=state.motion + 1, duration=duration)
 
     def _where_it_stops(self, state, seen):
         tool, rate = self._tool(state, seen)
-        return _read_only(tool + STOPPING_SHARE * self.parameters.stop_duration * rate)
+        return read_only(tool + STOPPING_SHARE * self.parameters.stop_duration * rate)
 
     def _tool(self, state, seen):
         """Returns the commanded tool (x, y, z, yaw) and its rate per second."""
         tool = np.array([seen.status.x, seen.status.y, seen.status.z, seen.status.yaw])
         return tool, (tool - state.tool) / self.period if state.tool is not None else np.zeros(4)
-
-
-def _read_only(values):
-    array = np.array(values, dtype=float)
-    array.setflags(write=False)
-    return array

@@ -3,6 +3,7 @@
 import numpy as np
 
 from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.ball import known_edge
 from drake_tracker.record.arm_limits import arm_findings, limits_of
 from drake_tracker.record.summary import git_commit, lag_of, package_versions, tidy
 from drake_tracker.vision.board_poses import pose_error
@@ -26,8 +27,9 @@ def summarize_ball(hand_eye, scenario, log, simulated, interrupted=False):
     - ``position_rms_m``: points on the board against the ball at their stamps, from `ROLLING` after its release until
       it leaves the board; ``vision_valid_fraction``: share of the centroids of that time that gave a point.
     - ``lag_s``: from a point's stamp to the instant at which the prediction built on it can be read.
-    - ``crossing_error_m``: {time before the crossing [s]: across, foreseen minus true}, of the newest packet then.
-    - ``hand_error_m``: across, the cup's middle minus the ball, when the ball leaves the board.
+    - ``crossing_error_m``: {time before the crossing [s]: across on the edge, foreseen minus true}, of the newest packet
+      then.
+    - ``hand_error_m``: across, the cup's middle when the ball leaves the board, minus where the ball then goes over it.
     - ``roll_s``, ``exit_speed_m_s``: of the ball; ``hold_s``: longest time in the cup, as judged.
 
     Args:
@@ -42,7 +44,7 @@ def summarize_ball(hand_eye, scenario, log, simulated, interrupted=False):
     crossing = float(last.crossing_time) or None
     hand_error = None
     if crossing:
-        hand_error = float(across(hand_eye, log["tool"], crossing) - last.crossing_x)
+        hand_error = float(across(hand_eye, log["tool"], crossing) - over_the_cup(hand_eye, scenario, log, last))
     summary = {
         "scenario": scenario.name,
         "seed": scenario.seed,
@@ -51,7 +53,7 @@ def summarize_ball(hand_eye, scenario, log, simulated, interrupted=False):
         "board_in_camera_error": pose_error(hand_eye.poses.X_CB, X_CB),
         "board_in_world_error": pose_error(hand_eye.poses.X_WB, laboratory.X_WB),
         **_positions(hand_eye, log, last),
-        "crossing_error_m": crossing_errors(hand_eye, log, last),
+        "crossing_error_m": crossing_errors(hand_eye, scenario, log, last),
         "hand_error_m": hand_error,
         "roll_s": crossing - last.released if crossing else None,
         "exit_speed_m_s": _exit_speed(log, crossing),
@@ -98,17 +100,25 @@ def across(hand_eye, signal, time):
     return (hand_eye.world.laboratory.X_WB.inverse() @ p_WQ)[0]
 
 
-def crossing_errors(hand_eye, log, verdict):
+def over_the_cup(hand_eye, scenario, log, verdict):
+    """Returns where the ball truly went over the middle of the cup, x_B [m]: straight on from where it left the board."""
+    truth, R_WB = log["truth_ball_state"], hand_eye.world.laboratory.X_WB.rotation().matrix()
+    velocity = np.array([np.interp(verdict.crossing_time, truth.times, truth[v]) for v in ("vx", "vy", "vz")])
+    outward = -velocity[:2] @ R_WB[:2, 1] / np.hypot(*R_WB[:2, 1])
+    drift = R_WB[:, 0] @ velocity / outward if outward > 0.0 else 0.0
+    return verdict.crossing_x + drift * scenario.catch.beyond
+
+
+def crossing_errors(hand_eye, scenario, log, verdict):
     """Returns {time before the crossing [s]: foreseen minus true x_B [m]}, where a crossing was foreseen then."""
     found = {}
-    diagnosis = log["diagnosis"]
+    delivered, edge = log["delivered"], known_edge(scenario, hand_eye.poses)
     for before in BEFORE_CROSSING:
-        index = np.searchsorted(diagnosis.times, verdict.crossing_time - before) - 1
-        if not verdict.crossing_time or index < 0 or not diagnosis["known"][index]:
-            continue
-        p_WQ = [diagnosis["x"][index], diagnosis["y"][index], hand_eye.world.laboratory.X_WB.translation()[2]]
-        x, _, _ = hand_eye.world.laboratory.X_WB.inverse() @ p_WQ
-        found[f"{before:g}"] = float(x - verdict.crossing_x)
+        index = np.searchsorted(delivered.times, verdict.crossing_time - before) - 1
+        foreseen = edge.crossing(delivered.data[index]) if verdict.crossing_time and index >= 0 else None
+        if foreseen is not None:
+            x, _, _ = hand_eye.world.laboratory.X_WB.inverse() @ foreseen.p_WQ
+            found[f"{before:g}"] = float(x - verdict.crossing_x)
     return found
 
 

@@ -165,7 +165,8 @@ def _check(tree, errors):
     """Returns the scenario of a tree; raises DrakeTrackerError with the errors before it and all of its own."""
     origins = {}
     task = tree.data["task"].data if "task" in tree.data else "train"
-    scenario = read(tree, SCHEMAS.get(task, TrainScenario), "", errors, origins)
+    schema = SCHEMAS.get(task, TrainScenario) if isinstance(task, str) else TrainScenario
+    scenario = read(tree, schema, "", errors, origins)
     scenario.origins = origins
     if not errors:  # Settings can only be compared when each of them can be read.
         errors += [f"{scenario.where(key)} {problem}" for key, problem in scenario.problems()]

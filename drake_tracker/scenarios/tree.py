@@ -27,10 +27,13 @@ def parse(text, describe, errors):
 
     ``describe(line)`` names a line (counted from 1) in messages; problems are appended to ``errors``.
     """
-    loader = yaml.SafeLoader(text)
     try:
-        node = loader.get_single_node()
-        return Value(None, describe(1)) if node is None else _convert(loader, node, "", describe, errors)
+        loader = yaml.SafeLoader(text)  # refuses characters that YAML does not have
+        try:
+            node = loader.get_single_node()
+            return Value(None, describe(1)) if node is None else _convert(loader, node, "", describe, errors)
+        finally:
+            loader.dispose()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark else 1
@@ -39,8 +42,6 @@ def parse(text, describe, errors):
         errors.append(f"{describe(1)}: not valid YAML: {' '.join(str(error).split())}")
     except RecursionError:
         errors.append(f"{describe(1)}: not valid YAML: nested too deeply")
-    finally:
-        loader.dispose()
     return None
 
 

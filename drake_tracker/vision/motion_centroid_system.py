@@ -10,6 +10,7 @@ from pydrake.systems.framework import LeafSystem
 from pydrake.systems.primitives import DiscreteTimeDelay
 from pydrake.systems.sensors import ImageRgba8U
 
+from drake_tracker.arrays import read_only
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.messages import Centroid, FrameInfo, message_size
 from drake_tracker.timing import LAG_CYCLES, VISION_PERIOD, delay_cycles
@@ -114,8 +115,8 @@ class MotionCentroidSystem(LeafSystem):
         self._stamp_age = detector.stamp_age_cycles * period
         self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
         self._frame = self.DeclareVectorInputPort("frame", message_size(FrameInfo)) if own_stamps else None
-        nothing = MotionEnergy(0.0, _read_only(np.zeros((1, 1), np.uint8)), self._offset)
-        blank = _Memory((), (), _read_only(np.zeros(message_size(Centroid))), nothing)
+        nothing = MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._offset)
+        blank = _Memory((), (), read_only(np.zeros(message_size(Centroid))), nothing)
         self._memory = self.DeclareAbstractState(AbstractValue.Make(blank))
         from_memory = {self.abstract_state_ticket(self._memory)}
         self.DeclareVectorOutputPort("centroid", message_size(Centroid), self._calc_centroid, from_memory)
@@ -139,7 +140,7 @@ class MotionCentroidSystem(LeafSystem):
         needed = any((cycle + age) % self._update_cycles == 0 for age in range(0, length, stride))
         if needed and (frame is None or frame.fresh):
             grey = cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY)
-            newest = _read_only(self._detector.smooth(grey))
+            newest = read_only(self._detector.smooth(grey))
         smoothed = (memory.smoothed + (newest,))[-length:]
         stamps = memory.stamps if frame is None else (memory.stamps + (float(frame.stamp),))[-length:]
         described, centroid, energy, readings = memory.described, memory.centroid, memory.energy, memory.readings
@@ -160,8 +161,8 @@ class MotionCentroidSystem(LeafSystem):
                 centroid = np.array([stamp, 0.0, 0.0, 0.0, 0.0])
             else:
                 centroid = np.array([stamp, region.u + u0, region.v + v0, region.pixel_count, 1.0])
-            energy = MotionEnergy(stamp, _read_only(mask), self._offset)
-        memory = _Memory(smoothed, described, _read_only(centroid), energy, readings, stamps)
+            energy = MotionEnergy(stamp, read_only(mask), self._offset)
+        memory = _Memory(smoothed, described, read_only(centroid), energy, readings, stamps)
         state.get_mutable_abstract_state(self._memory).set_value(memory)
 
     def _described_stamp(self, stamps):
@@ -236,8 +237,3 @@ def add_motion_centroid(
     delay = builder.AddNamedSystem(f"{name}_lag", DiscreteTimeDelay(period, steps, message_size(Centroid)))
     builder.Connect(system.GetOutputPort("centroid"), delay.get_input_port())
     return LaggedCentroid(system, delay)
-
-
-def _read_only(array):
-    array.setflags(write=False)
-    return array

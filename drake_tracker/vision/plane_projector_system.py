@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
+from drake_tracker.arrays import read_only
 from drake_tracker.messages import Centroid, TrackPoint, message_size
 from drake_tracker.timing import PROJECTOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.vision.plane_projection import LastReading, project_to_plane
@@ -54,7 +55,7 @@ class PlaneProjectorSystem(LeafSystem):
         self._X_WB = np.array(X_WB, dtype=float)
         self._z = float(ball_radius)
         self._centroid = self.DeclareVectorInputPort("centroid", message_size(Centroid))
-        blank = _Memory(LastReading(), _read_only(np.zeros(message_size(TrackPoint))))
+        blank = _Memory(LastReading(), read_only(np.zeros(message_size(TrackPoint))))
         self._memory = self.DeclareAbstractState(AbstractValue.Make(blank))
         self.DeclareVectorOutputPort(
             "point", message_size(TrackPoint), self._calc_point, {self.abstract_state_ticket(self._memory)}
@@ -76,12 +77,7 @@ class PlaneProjectorSystem(LeafSystem):
                 if believed:
                     point.x, point.y, point.z = self._X_WB[:3, :3] @ p_BQ + self._X_WB[:3, 3]
                     point.valid = 1.0
-        state.get_mutable_abstract_state(self._memory).set_value(_Memory(last, _read_only(point[:])))
+        state.get_mutable_abstract_state(self._memory).set_value(_Memory(last, read_only(point[:])))
 
     def _calc_point(self, context, output):
         output.SetFromVector(context.get_abstract_state(self._memory).get_value().point)
-
-
-def _read_only(array):
-    array.setflags(write=False)
-    return array

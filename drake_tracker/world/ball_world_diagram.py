@@ -74,7 +74,7 @@ class BallWorldDiagram(Diagram):
                 window=window,
                 seed=scenario.seed,
             )
-        judge = builder.AddNamedSystem("judge", CatchJudgeSystem(laboratory))
+        judge = builder.AddNamedSystem("judge", CatchJudgeSystem(laboratory, description.tool_frame))
         builder.Connect(plant.get_contact_results_output_port(), judge.GetInputPort("contact_results"))
         builder.Connect(plant.get_body_poses_output_port(), judge.GetInputPort("body_poses"))
         builder.Connect(plant.get_state_output_port(laboratory.ball), judge.GetInputPort("ball_state"))

@@ -10,7 +10,6 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.arm.description import FINGERS
 from drake_tracker.timing import VISION_PERIOD
 
 LIFTED = 0.10
@@ -52,8 +51,7 @@ class JudgeSystem(LeafSystem):
         plant = laboratory.plant
         self._rest_height = table_height + train_height
         self._train = laboratory.train_body.index()
-        fingers = [plant.GetJointByName(name, laboratory.gripper) for name in FINGERS]
-        self._fingers = [finger.child_body().index() for finger in fingers]
+        self._fingers = [finger.index() for finger in laboratory.fingers]
         self._table = set(plant.GetBodyIndices(laboratory.table)) | {plant.world_body().index()}
         self._arm_bodies = set(plant.GetBodyIndices(laboratory.arm)) | set(plant.GetBodyIndices(laboratory.gripper))
         self._contacts = self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))

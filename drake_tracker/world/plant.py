@@ -16,12 +16,13 @@ TABLE_MODEL_HEIGHT = 0.45
 
 @dataclass(frozen=True)
 class Laboratory:
-    """The plant and the model instances in it."""
+    """The plant, the model instances in it, and of the gripper the bodies of the ``fingers``."""
 
     plant: object
     scene_graph: object
     arm: object
     gripper: object
+    fingers: tuple
     table: object
     train: object
     train_body: object
@@ -60,6 +61,7 @@ def add_laboratory(builder, description, train_body, table_height, time_step, de
         scene_graph,
         parts.arm,
         parts.gripper,
+        tuple(plant.GetJointByName(name, parts.gripper).child_body() for name in description.fingers),
         table,
         train,
         plant.GetBodyByName("train", train),

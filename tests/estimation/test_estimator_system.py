@@ -1,8 +1,10 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
-from pydrake.systems.primitives import LogVectorOutput
+from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem, Filtered
@@ -87,6 +89,31 @@ def test_without_new_points_the_last_packet_stays_and_its_stamp_tells_its_age():
     after = prediction_at(diagram, simulator, 5.5)
     assert after.seq > before[1] and after.stamp > 5.0
     np.testing.assert_allclose(evaluate_prediction(after[:], 6.0)[:3], truth(6.0), atol=1e-4)
+
+
+class Stubborn:
+    """An estimator that takes no point after the first, counts what it is offered, and has no stamp to tell."""
+
+    def initial_state(self):
+        return SimpleNamespace(stamp=-np.inf, offered=0)
+
+    def update(self, state, stamp, p_WQ):
+        return state if p_WQ is None else SimpleNamespace(stamp=-np.inf, offered=state.offered + 1)
+
+    def ready(self, state):
+        return False
+
+
+def test_a_point_that_is_held_is_offered_once_whatever_the_estimator_makes_of_it():
+    builder = DiagramBuilder()
+    held = np.array([1.0, *truth(1.0), 0.0, 1.0])
+    source = builder.AddSystem(ConstantVectorSource(held))
+    system = builder.AddSystem(EstimatorSystem(Stubborn()))
+    builder.Connect(source.get_output_port(), system.GetInputPort("point"))
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(10 * VISION_PERIOD)
+    context = system.GetMyContextFromRoot(simulator.get_context())
+    assert context.get_abstract_state(0).get_value().estimate.offered == 1
 
 
 def test_outputs_have_no_feedthrough_and_a_clone_replays_bit_for_bit():

@@ -47,6 +47,18 @@ def test_the_foreseen_crossing_is_judged_at_three_times(run):
     assert summarize(run)["crossing_error_m"] == pytest.approx({"0.4": 0.021, "0.25": 0.021, "0.1": 0.021}, abs=1e-6)
 
 
+def test_a_ball_that_leaves_at_a_slant_is_expected_where_it_goes_over_the_cup(run):
+    run.foreseen, run.hand = 0.021, -0.012
+    log = run.log()
+    truth, R_WB = log["truth_ball_state"], run.X_WB.rotation().matrix()
+    velocity = R_WB @ [0.3, -1.0, 0.0]
+    truth.data[:, [truth.names.index(name) for name in ("vx", "vy", "vz")]] = velocity
+    summary = summarize_ball(run.hand_eye, run.scenario, log, run.duration)
+    aside = 0.3 / np.hypot(*R_WB[:2, 1]) * run.scenario.catch.beyond
+    assert summary["hand_error_m"] == pytest.approx(-0.012 - aside, abs=1e-6)
+    assert summary["crossing_error_m"]["0.25"] == pytest.approx(0.021, abs=1e-6)  # on the edge, where it was foreseen
+
+
 def test_pose_errors_of_the_initialisation(run):
     X_WB = run.hand_eye.poses.X_WB
     X_WB.set_translation(X_WB.translation() + [0.0, 0.0006, 0.0008])

@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.lcm import DrakeLcm
 
 from drake_tracker import load_scenario, make_diagram, simulate
 from drake_tracker.campaign.plan import make_plan
 from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.trial import run_trial
+from drake_tracker.diagrams.two_processes import make_arm_side
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.scenarios import save_scenario
 from drake_tracker.scenarios.parts import Custom
@@ -20,14 +22,21 @@ from drake_tracker.scenarios.train_scenario import TrainScenario
 SOURCE = Path(__file__).parents[1] / "own_estimator.py"
 ARM = """
 from dataclasses import replace
-from drake_tracker.arm.description import PUMA560, PUMA560_CUP
+from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT
 
 def make_arm(inertia=3.7, flange="flange", joints=6):
     values = (inertia, 4.2, 1.1, 0.25, 0.2, 0.2)[:joints]
     return replace(PUMA560, servo_inertia=values, flange=flange)
 
-def with_cup():
-    return PUMA560_CUP
+def with_cup(probe=True):
+    return PUMA560_CUP if probe else replace(PUMA560, fingers=())
+
+def seven_with_jaws():
+    hand = {name: getattr(PUMA560, name) for name in ("gripper_url", "finger_stiffness", "finger_damping", "fingers")}
+    return replace(SEVEN_JOINT, **hand)
+
+def one_finger():
+    return replace(PUMA560, fingers=("finger_left",))
 
 def number():
     return 3
@@ -158,10 +167,19 @@ def test_an_arm_of_ones_own(folder, name):
         "make_arm, parameters: {flange: flansch}": "There is no Frame named 'flansch'",
         "make_arm, parameters: {joints: 2}": "servo_inertia has 2 values for 6 joints with actuators",
         "with_cup": "the hand of the train must have fingers",
+        "one_finger": "fingers names 1 joints; a gripper has two, a cup none",
         "number": f"{name}.number returned a int; it must return an ArmDescription",
     }.items():
         assert said in error_of("train", overrides=arm(call))
+    assert "no Frame named 'probe'" in error_of("ball", overrides=arm("with_cup, parameters: {probe: false}")[1:])
     assert load_scenario("ball", overrides=arm("with_cup")[1:]).arm.folder == str(Path.cwd())
+
+
+def test_an_arm_with_more_joints_is_sent_in_full_between_processes(folder, name):
+    Path(f"{name}.py").write_text(ARM)
+    overrides = ["vision=!Measured {}", f"arm=!Custom {{call: {name}.seven_with_jaws}}"]
+    arm_side = make_arm_side(load_scenario("train", overrides=overrides), DrakeLcm("memq://"))
+    assert arm_side.GetOutputPort("arm_state").size() == 14
 
 
 def test_a_scenario_with_one_goes_to_workers(folder, name):

@@ -203,6 +203,8 @@ def test_all_errors_are_told_at_once_each_with_its_line_key_value_and_what_is_al
         ("seed=[", "not valid YAML"),
         ("seed=&a [*a]", "not valid YAML"),
         ("seed=!!python/object:os.system x", "seed must be a whole number"),
+        ("description=a\x1bb", "not valid YAML: unacceptable character #x001b"),
+        ("task=[ball]", "task must be"),
         ("seed", "write it as key.path=value"),
         ("track..speed=1", "write it as key.path=value"),
     ],
@@ -242,6 +244,7 @@ def test_an_unknown_scenario_is_one_line_with_the_nearest_name(spec, said):
     "text, said",
     [
         ("mine: [", "line 1: not valid YAML"),
+        ("mine: {}\f", "line 1: not valid YAML: unacceptable character #x000c"),
         ("- 1\n", "must be a mapping from names to scenarios"),
         ("", "must be a mapping from names to scenarios"),
         ("mine: 3\n", "line 1: scenario 'mine' must be a mapping"),
