@@ -1,9 +1,11 @@
 """Calibrates a scenario's cameras from rendered images of a chessboard, and says how good the result is."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 
+from drake_tracker.doctor import require_renderer
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.scenarios import scenario_file
 from drake_tracker.vision.calibration import calibrate_intrinsics, locate_camera, save_calibration
@@ -13,8 +15,6 @@ from drake_tracker.vision.triangulation import triangulate
 from drake_tracker.world.calibration_board import BOARD_THICKNESS, CalibrationScene, held_pose, lying_pose
 from drake_tracker.world.cameras import CAMERA_NAMES, camera_poses, describe_rig, true_camera_models
 
-WORK_VOLUME = ((0.30, -0.34, 0.45), (0.82, 0.34, 0.53))
-"""Lowest and highest corner [m, W] of the box over which the error of a calibration is judged."""
 LENS_VIEWS = 16
 LYING_YAWS = (0.0, np.pi / 2)
 _SQUARE_OF_FIELD = 0.06
@@ -35,18 +35,19 @@ def calibrate(scenario, path=None):
     """Calibrates the cameras of a `TrainScenario`, prints the errors, and writes the calibration file.
 
     ``path`` is the file to write; None is the one that the scenario names. Returns {name: CameraModel}. Raises
-    DrakeTrackerError for another task.
+    DrakeTrackerError for another task, for cameras that do not see the work volume, and without a renderer.
     """
     if scenario.task != "train":
         raise DrakeTrackerError(
             f"{scenario.name}: only the train's two cameras are calibrated; the ball's finds its board in each run"
         )
-    cameras = scenario.cameras
-    path = path or scenario_file(cameras.calibration)
+    cameras, truth = scenario.cameras, true_camera_models(scenario.cameras)
+    path = Path(path or scenario_file(cameras.calibration))
+    check_request(scenario, path, truth)
     board = board_for(cameras)
     results = calibrate_cameras(cameras, scenario.lighting, scenario.table_height, board=board)
     models = {name: result.model for name, result in results.items()}
-    errors = calibration_error(models, true_camera_models(cameras))
+    errors = calibration_error(models, truth, scenario.vision.work_volume)
     for name, result in results.items():
         print(f"{name}: reprojection {result.lens_rms:.3f} px (lens), {result.place_rms:.3f} px (place)")
     rms = float(np.sqrt((errors**2).sum(axis=1).mean()))
@@ -68,6 +69,17 @@ def board_for(cameras):
     """Returns the `Chessboard` that suits the width of the cameras' field at the point they look at."""
     field = 2.0 * cameras.distance * np.tan(np.deg2rad(cameras.fov_deg) / 2.0)
     return Chessboard(square=round(float(_SQUARE_OF_FIELD * field), 3))
+
+
+def check_request(scenario, path, truth):
+    """Raises DrakeTrackerError, in one line, when `calibrate` cannot do what it is asked."""
+    if path.is_dir() or not path.absolute().parent.is_dir():
+        raise DrakeTrackerError(f"-o {path}: must be a file in a folder that exists")
+    if not len(points_seen(truth, scenario.vision.work_volume)):
+        raise DrakeTrackerError(
+            f"{scenario.where('cameras.look_at')}: no part of vision.work_volume is in both cameras' view"
+        )
+    require_renderer()
 
 
 def calibrate_cameras(cameras, lighting, table_height, *, board=None, lens_views=LENS_VIEWS, seed=0):
@@ -110,17 +122,20 @@ def _draw_held_pose(rng, board, X_WC, cameras):
     return held_pose(board, X_WC, centre, rng.uniform(-_TILT, _TILT, 2), rng.uniform(-_ROLL, _ROLL))
 
 
-def calibration_error(models, truth, volume=WORK_VOLUME):
-    """Returns the errors p_WQ' - p_WQ (n, 3) [m] of points that are triangulated through calibrated cameras.
-
-    The points fill ``volume``, two corners (3,) [m, W], as far as both true cameras see it. Their true pixels are
-    back-projected through ``models``; both arguments are {name: CameraModel}.
-    """
+def points_seen(truth, volume):
+    """Returns points p_WQ (n, 3) [m] that fill ``volume``, two corners (3,) [m, W], as far as both cameras see it."""
     axes = [np.linspace(low, high, count) for low, high, count in zip(*volume, (7, 7, 3))]
     p_WQ = np.array(np.meshgrid(*axes)).reshape(3, -1).T
+    return p_WQ[np.all([truth[name].sees(p_WQ) for name in CAMERA_NAMES], axis=0)]
+
+
+def calibration_error(models, truth, volume):
+    """Returns the errors p_WQ' - p_WQ (n, 3) [m] of `points_seen` that are triangulated through calibrated cameras.
+
+    Their true pixels are back-projected through ``models``; ``models`` and ``truth`` are {name: CameraModel}.
+    """
     left, right = CAMERA_NAMES
-    seen = np.all([truth[name].sees(p_WQ) for name in CAMERA_NAMES], axis=0)
-    p_WQ = p_WQ[seen]
+    p_WQ = points_seen(truth, volume)
     pixels = [truth[name].project(p_WQ) for name in CAMERA_NAMES]
     found = [triangulate(models[left], models[right], *uv).p_WQ for uv in zip(*pixels)]
     return np.array(found) - p_WQ

@@ -23,3 +23,8 @@ def frame_pose(plant, context, q, frame):
     """Returns the pose of a frame in the world, shape (4, 4), at joints q [rad]."""
     plant.SetPositions(context, q)
     return plant.GetFrameByName(frame).CalcPoseInWorld(context).GetAsMatrix4()
+
+
+def joint6_at(q6, tool_yaw, wanted_yaw):
+    """Returns where joint 6 [rad] is when the tool has turned to ``wanted_yaw`` [rad]: pointing down, against z_W."""
+    return q6 + tool_yaw - wanted_yaw

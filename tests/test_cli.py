@@ -133,6 +133,7 @@ def test_a_run_directory_is_never_overwritten(simulated, tmp_path, capsys):
         (["host", "train", "--set", "vision=!Measured {}", "--lcm", "here"], ["--lcm here: an address is udpm://"]),
         (["arm", "ball"], ["ball: host and arm know the train alone"]),
         (["host", "ball"], ["ball: host and arm know the train alone"]),
+        (["calibrate", "train", "--set", "cameras.distance=2"], ["-o FILE is missing: the package's own calibration"]),
         (["calibrate", "ball", "-o", "x.yaml"], ["ball: only the train's two cameras are calibrated"]),
         (["measure", "ball", "-o", "x.yaml"], ["ball: only the error of the train's cameras is measured"]),
         (["run", "train", "--graphviz", "no/such/file.dot"], ["--graphviz no/such/file.dot: there is no folder"]),

@@ -42,11 +42,6 @@ class World:
         """Returns rows x, y [m], yaw [rad], shape (n, 3)."""
         return np.column_stack(self.track.pose(self.start + self.distance(times)))
 
-    @property
-    def lap_ends(self):
-        """Distance [m] of one lap."""
-        return self.track.length
-
 
 def make_path(name, rng):
     """Returns the `Track` of a path; only the spline is random, drawn from ``rng``."""

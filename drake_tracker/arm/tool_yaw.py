@@ -15,7 +15,7 @@ FLIP_SPEED = 5.0
 
 
 def best_branch(q6, tool_yaw, object_yaw):
-    """Returns the branch that brings joint 6 nearest to zero.
+    """Returns the branch that brings joint 6 nearest to zero: pointing down, it turns the tool against z_W.
 
     Args:
       q6: joint 6 [rad] now, with the tool pointing down and its x axis at ``tool_yaw``.
@@ -27,12 +27,6 @@ def best_branch(q6, tool_yaw, object_yaw):
 def nearest_whole_turn(tool_yaw, object_yaw):
     """Returns the branch, an even number of half turns, that turns a hand without symmetry the least."""
     return 2 * round((tool_yaw - object_yaw) / (2.0 * math.pi))
-
-
-def joint6_at(q6, tool_yaw, wanted_yaw):
-    """Returns where joint 6 [rad] will be when the tool is turned to ``wanted_yaw`` [rad]: pointing down, it turns
-    against z_W."""
-    return q6 + tool_yaw - wanted_yaw
 
 
 def must_flip(q6):

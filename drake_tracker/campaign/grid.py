@@ -8,6 +8,7 @@ import yaml
 
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.scenarios import load_scenario
+from drake_tracker.scenarios.tree import parse
 
 _OWN = {"seed": "every trial has a seed of its own: use --trials and --first-seed"}
 _OPENING, _CLOSING, _QUOTES = "[{(", "]})", "'\""
@@ -67,12 +68,9 @@ def yaml_text(value):
 
 
 def plain_value(text):
-    """Returns the number, bool or None that a YAML text is; the text itself for anything else."""
-    try:
-        value = yaml.safe_load(text)
-    except yaml.YAMLError:
-        return text
-    return value if isinstance(value, (bool, int, float)) else text
+    """Returns the number or bool that a YAML text is to a scenario; the text itself for anything else."""
+    value = parse(text, str, [])
+    return value.data if value is not None and isinstance(value.data, (bool, int, float)) else text
 
 
 def make_cells(spec, overrides, vary, origins=None):

@@ -24,15 +24,19 @@ def register(commands):
 
 
 def execute(options):
-    from drake_tracker.scenarios import load_scenario
+    from drake_tracker.scenarios import in_package, load_scenario
 
     sources, board = options.source, options.board
     if board is None and (len(sources) > 1 or options.square is not None or options.world):
         raise DrakeTrackerError("calibrate: photographs need --board, the chessboard's inner corners, for example 9x6")
     if board is None:
+        scenario = load_scenario(sources[0], overrides=options.overrides)
+        if options.out is None and scenario.task == "train" and in_package(scenario.cameras.calibration):
+            raise DrakeTrackerError("calibrate: -o FILE is missing: the package's own calibration is not written over")
+
         from drake_tracker.calibrate import calibrate
 
-        calibrate(load_scenario(sources[0], overrides=options.overrides), options.out)
+        calibrate(scenario, options.out)
         return SUCCESS
     if len(sources) > 2:
         raise DrakeTrackerError(f"calibrate: {len(sources)} image sets; give one or two, and put patterns in quotes")

@@ -20,6 +20,7 @@ from drake_tracker.timing import BALL_SERVO_PERIOD, ESTIMATOR_SLOT, PROJECTOR_SL
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.plane_projection import PlausibleReadings, board_window, camera_on_board, seen_whole_from
 from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
+from drake_tracker.vision.predicted_window import PredictedWindow
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import lens_matrix
@@ -90,6 +91,7 @@ def board_vision(scenario, poses):
         update_cycles=settings.update_cycles,
         throughput_cycles=settings.throughput_cycles,
         time_step=scenario.time_step,
+        follow=PredictedWindow() if settings.follow else None,
     )
 
 

@@ -26,6 +26,8 @@ from drake_tracker.grasp.prediction_memory import (
 )
 from drake_tracker.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
 
+RECENT = 2.5
+"""An open track is judged by the packets stamped within so much time [s] before the present."""
 ONE_PASS = 1.0
 """Records of the newest earlier pass of a place are no more than this [s] apart."""
 TRUSTED_FOR = 1.0
@@ -93,7 +95,7 @@ def judge_memory(parameters, memory, packet, target):
     if parameters.gate == "recent" or (
         parameters.gate == "auto" and len(rows) == 0 and is_straight(parameters, memory, packet)
     ):
-        return came_true(parameters, recent(memory, target.stamp, 2.5))
+        return came_true(parameters, recent(memory, target.stamp, RECENT))
     if len(rows):
         rows = rows[rows[:, STAMP] >= rows[:, STAMP].max() - ONE_PASS]
     verdict, worst = came_true(parameters, rows)

@@ -1,7 +1,8 @@
 """The serial line between the host that predicts and the arm's controller: packets lost, late and out of order.
 
 Allen et al. 1991, section 4.4: "the asynchronous nature of the communication [...] can result in missed or delayed
-communications". Random numbers come from counters, so that a packet's fate depends on the seed and its seq alone.
+communications". Random numbers come from counters, so that a packet's fate depends on the seed and its seq alone, and
+with bursts on whether the packet before it was lost.
 """
 
 import math

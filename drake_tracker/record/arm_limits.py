@@ -31,7 +31,7 @@ def limits_of(description):
 def arm_findings(log, limits):
     """Returns how near the arm came to its limits: the summary's entries on it, by name.
 
-    The log holds a sample of each plant step; a saturation lasts as many of them as follow one another.
+    The log holds a sample each 1/300 s; a saturation lasts as many of them as follow one another.
     """
     n = len(limits.speed)
     q, v = np.split(log["arm_state"].data, [n], axis=1)

@@ -27,8 +27,8 @@ def summarize_ball(hand_eye, scenario, log, simulated, interrupted=False):
     - ``position_rms_m``: points on the board against the ball at their stamps, from `ROLLING` after its release until
       it leaves the board; ``vision_valid_fraction``: share of the centroids of that time that gave a point.
     - ``lag_s``: from a point's stamp to the instant at which the prediction built on it can be read.
-    - ``crossing_error_m``: {time before the crossing [s]: across on the edge, foreseen minus true}, of the newest packet
-      then.
+    - ``crossing_error_m``: {time before the crossing [s]: across on the edge, foreseen minus true}, of the newest
+      packet then.
     - ``hand_error_m``: across, the cup's middle when the ball leaves the board, minus where the ball then goes over it.
     - ``roll_s``, ``exit_speed_m_s``: of the ball; ``hold_s``: longest time in the cup, as judged.
 
@@ -101,7 +101,7 @@ def across(hand_eye, signal, time):
 
 
 def over_the_cup(hand_eye, scenario, log, verdict):
-    """Returns where the ball truly went over the middle of the cup, x_B [m]: straight on from where it left the board."""
+    """Returns where the ball truly goes over the cup's middle, x_B [m]: straight on from where it leaves the board."""
     truth, R_WB = log["truth_ball_state"], hand_eye.world.laboratory.X_WB.rotation().matrix()
     velocity = np.array([np.interp(verdict.crossing_time, truth.times, truth[v]) for v in ("vx", "vy", "vz")])
     outward = -velocity[:2] @ R_WB[:2, 1] / np.hypot(*R_WB[:2, 1])

@@ -1,11 +1,15 @@
 """The log of a run: every vector signal between the rooms, with the names of its fields."""
 
+import tokenize
+import zipfile
+import zlib
 from dataclasses import dataclass
 
 import numpy as np
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_tracker.arm.arm_model import tool_yaw
+from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.estimation.estimator_system import Filtered
 from drake_tracker.grasp.catch_system import CatchDiagnosis
 from drake_tracker.grasp.grasp_system import GraspDiagnosis
@@ -14,6 +18,8 @@ from drake_tracker.timing import BALL_SERVO_PERIOD, SERVO_PERIOD, TIME_STEP, VIS
 from drake_tracker.world.catch_judge_system import CatchVerdict
 from drake_tracker.world.judge_system import Verdict
 
+_DAMAGED = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
+"""What numpy raises of a file that is not whole: of the disk, of the archive, and of the header of an array in it."""
 _BODY_STATE = "qw qx qy qz x y z wx wy wz vx vy vz".split()
 _OF_TASK = {
     "train": (("centroid_left", "centroid_right"), SERVO_PERIOD, GraspDiagnosis, Verdict),
@@ -110,8 +116,11 @@ def save_log(log, path):
 
 
 def load_log(path):
-    """Returns {name: Signal} of a file that `save_log` wrote."""
-    with np.load(path) as arrays:
-        names = [key for key in arrays.files if "." not in key]
-        fields = {name: tuple(arrays[f"{name}.names"].tolist()) for name in names}
-        return {name: Signal(arrays[f"{name}.time"], arrays[name], fields[name]) for name in names}
+    """Returns {name: Signal} of a file that `save_log` wrote. Raises DrakeTrackerError when it cannot be read."""
+    try:
+        with np.load(path) as arrays:
+            names = [key for key in arrays.files if "." not in key]
+            fields = {name: tuple(arrays[f"{name}.names"].tolist()) for name in names}
+            return {name: Signal(arrays[f"{name}.time"], arrays[name], fields[name]) for name in names}
+    except _DAMAGED as error:
+        raise DrakeTrackerError(f"{path}: this log is damaged, or was only half written: {error}") from None

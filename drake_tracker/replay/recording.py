@@ -1,8 +1,6 @@
 """A run directory, read and checked for a replay."""
 
 import json
-import zipfile
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -77,10 +75,7 @@ def _load(path):
         raise DrakeTrackerError(
             f"{path.parent}: there is no log.npz; a run writes it at its end, and this one was stopped before"
         )
-    try:
-        return load_log(path)
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error) as error:
-        raise DrakeTrackerError(f"{path}: this log is damaged, or was only half written: {error}") from None
+    return load_log(path)
 
 
 def _versions(folder):

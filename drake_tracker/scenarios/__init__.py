@@ -4,12 +4,20 @@
 """
 
 from drake_tracker.scenarios.ball_scenario import BallScenario
-from drake_tracker.scenarios.loader import list_scenarios, load_scenario, save_scenario, scenario_file, validate
+from drake_tracker.scenarios.loader import (
+    in_package,
+    list_scenarios,
+    load_scenario,
+    save_scenario,
+    scenario_file,
+    validate,
+)
 from drake_tracker.scenarios.train_scenario import TrainScenario
 
 __all__ = [
     "BallScenario",
     "TrainScenario",
+    "in_package",
     "list_scenarios",
     "load_scenario",
     "save_scenario",

@@ -18,8 +18,8 @@ class Board:
     """The inclined board: where it stands, what is on it. The seed draws the rest."""
 
     incline_deg: float = setting(10.0, "angle of the board to the horizontal", "deg", (2.0, 30.0))
-    length: float = setting(0.90, "along the slope", "m", (0.4, 1.5))
-    width: float = setting(0.60, "across", "m", (0.3, 1.0))
+    length: float = setting(0.90, "along the slope", "m", (0.88, 1.5))
+    width: float = setting(0.60, "across", "m", (0.56, 1.0))
     edge_position: list[float] = setting(
         [0.55, 0.0, 0.50], "middle of the bottom edge in the world", "m", (-2.0, 2.0), shape=(3,)
     )
@@ -107,6 +107,7 @@ class BoardVision:
     detector: Union[FrameDifference, NormalFlow, BackgroundDifference, StaticThreshold] = setting(
         FrameDifference, "the motion detector"
     )
+    follow: bool = setting(False, "look only around where the last two readings lead, the paper's alternative")
     update_cycles: int = setting(BALL_UPDATE_CYCLES, "cycles from one centroid to the next", "cycles", (1, 60))
     throughput_cycles: int = setting(
         BALL_THROUGHPUT_CYCLES, "cycles from a centroid's first image until it shows", "cycles", (2, 120)

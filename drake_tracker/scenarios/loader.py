@@ -82,6 +82,11 @@ def scenario_file(name):
     return PACKAGE_FOLDER / name
 
 
+def in_package(name):
+    """Whether a file that a scenario names is one of the package."""
+    return scenario_file(name).parent == PACKAGE_FOLDER
+
+
 def _locate(spec):
     """Returns the file and, when the spec gives one, the name of the entry."""
     head, colon, tail = spec.rpartition(":")

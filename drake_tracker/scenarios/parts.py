@@ -31,7 +31,7 @@ class NormalFlow:
     centroid: str = setting("hull", "mean of the moving pixels, or of their convex hull", choices=("mean", "hull"))
     path: str = setting("integer", "arithmetic", choices=("integer", "float"))
     stride: Optional[int] = setting(None, "cycles between the images used", "cycles", (1, 4))
-    threshold_px: Optional[float] = setting(None, "normal flow that counts as motion", "px", (0.0, 100.0))
+    threshold_px: Optional[float] = setting(None, "normal flow that counts as motion", "px", (0.01, 100.0))
     threshold_window_s: Optional[float] = setting(None, "time in which it is measured", "s", (0.001, 1.0))
     difference_gate: Optional[float] = setting(None, "least temporal difference", "grey levels", (0.0, 255.0))
     noise_factor: Optional[float] = setting(None, "raises it to so many deviations of the noise", "", (0.0, 50.0))
@@ -39,9 +39,9 @@ class NormalFlow:
     denominator_floor: Optional[float] = setting(None, "least gradient used", "grey levels/px", (0.0, 255.0))
     norm: Optional[str] = setting(None, "norm of the gradient", choices=("l1", "l2"))
     smoothing_size: Optional[int] = setting(None, "side of the Gaussian mask, odd", "px", (1, 31))
-    smoothing_sigma: Optional[float] = setting(None, "standard deviation of the Gaussian", "px", (0.01, 10.0))
+    smoothing_sigma: Optional[float] = setting(None, "standard deviation of the Gaussian", "px", (0.1, 10.0))
     min_pixels: Optional[int] = setting(None, "moving pixels that make a valid centroid", "px", (1, 65536))
-    join_distance: Optional[int] = setting(None, "gap across which the hull joins edges", "px", (0, 512))
+    join_distance: Optional[int] = setting(None, "gap across which the hull joins edges", "px", (1, 512))
     brightness_gate: Optional[bool] = setting(None, "drop moving pixels never brighter than the background: shadows")
 
 

@@ -19,7 +19,7 @@ class Track:
     kind: str = setting("oval", "shape of the track", choices=TRACK_KINDS)
     semi_axes: list[float] = setting([0.16, 0.22], "half extents of oval, figure_eight", "m", (0.03, 1.0), shape=(2,))
     radius: float = setting(0.12, "radius of a circle and of a stadium's ends", "m", (0.03, 1.0))
-    straight: float = setting(0.20, "length of a stadium's straights", "m", (0.0, 2.0))
+    straight: float = setting(0.20, "length of a stadium's straights", "m", (0.01, 2.0))
     length: float = setting(0.9, "length of a line", "m", (0.2, 5.0))
     csv: str = setting("", "file of a closed polyline: header x,y, metres in the world frame")
     centre: list[float] = setting([0.56, 0.0], "centre of the track in the world", "m", (-2.0, 2.0), shape=(2,))
@@ -78,7 +78,9 @@ class Measured:
     work_volume: list[list[float]] = setting(
         WORK_VOLUME, "lowest and highest corner of the box in which the train is seen", "m", (-5.0, 5.0), shape=(2, 3)
     )
-    outline: str = setting("ellipse", "of that box seen from above: whole, or its ellipse", choices=("box", "ellipse"))
+    outline: str = setting(
+        "ellipse", "of that box from above, where the track must lie: whole, or its ellipse", choices=("box", "ellipse")
+    )
 
 
 @dataclass

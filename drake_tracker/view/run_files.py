@@ -1,7 +1,6 @@
 """Reads a run directory as it is: whole, half-written, or of another version."""
 
 import json
-import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -23,7 +22,7 @@ EXPECTED = {
 """What the run of a task leaves."""
 SIGNS = ("summary.json", "log.npz", "scenario.yaml")
 """A directory with none of these is no run."""
-_UNREADABLE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
+_UNREADABLE = (OSError, ValueError, KeyError)
 
 
 @dataclass

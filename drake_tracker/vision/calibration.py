@@ -97,25 +97,6 @@ def locate_camera(images, lens, board, poses):
     return _transform(cv2.Rodrigues(rotation)[0], translation), np.sqrt((miss**2).sum(axis=1).mean())
 
 
-def calibrate_stereo(images_left, images_right, board, **options):
-    """Returns (left, right, rms) from pairs of grey images (h, w) of one board: see `stereo_from_corners`.
-
-    Pairs in which either camera misses the board are passed over. Raises DrakeTrackerError when fewer than
-    `MIN_LENS_VIEWS` pairs are left.
-    """
-    pairs = [
-        (find_corners(left, board), find_corners(right, board))
-        for left, right in zip(images_left, images_right, strict=True)
-    ]
-    pairs = [pair for pair in pairs if pair[0] is not None and pair[1] is not None]
-    if len(pairs) < MIN_LENS_VIEWS:
-        raise DrakeTrackerError(
-            f"the {board.columns} x {board.rows} board was found in {len(pairs)} of {len(images_left)} pairs; "
-            f"at least {MIN_LENS_VIEWS} are needed"
-        )
-    return stereo_from_corners(*zip(*pairs), board, images_left[0].shape, **options)
-
-
 def stereo_from_corners(views_left, views_right, board, shape, shape_right=None, **options):
     """Returns (left, right, rms): two `CameraModel`s from the corners (n, 2) [px] of one board in pairs of images.
 

@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
+from arm_plants import joint6_at
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for
 from drake_tracker.arm.differential_ik import SPEED_SHARE, make_parameters, step_joints
 from drake_tracker.arm.tool_motion import JUMP_DISTANCE, MotionFrame, ToolMotion
-from drake_tracker.arm.tool_yaw import FLIP_ANGLE, flip_duration, joint6_at
+from drake_tracker.arm.tool_yaw import FLIP_ANGLE, flip_duration
 from drake_tracker.messages import ArmCommand, ServoTarget
 from drake_tracker.timing import SERVO_PERIOD
 

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from arm_plants import joint6_at
 
 from drake_tracker.arm.arm_model import tool_down, tool_yaw
 from drake_tracker.arm.description import PUMA560, joints_for
-from drake_tracker.arm.tool_yaw import FLIP_ANGLE, best_branch, flip_duration, joint6_at, must_flip
+from drake_tracker.arm.tool_yaw import FLIP_ANGLE, best_branch, flip_duration, must_flip
 from drake_tracker.arm.transform_equation import share_done
 
 

@@ -8,7 +8,6 @@ import pytest
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.vision.calibration import (
     calibrate_intrinsics,
-    calibrate_stereo,
     lens_from_corners,
     load_calibration,
     load_pose,
@@ -92,9 +91,8 @@ def test_locates_a_camera_from_a_board_at_a_known_place():
 
 def test_stereo_puts_the_world_in_the_left_camera():
     right = camera(pose([0.0, 0.15, 0.0], [-0.1, 0.0, 0.01]), f=420.0)
-    found_left, found_right, rms = calibrate_stereo(
-        [photograph(camera(), X) for X in HELD], [photograph(right, X) for X in HELD], BOARD
-    )
+    views = [[find_corners(photograph(each, X), BOARD) for X in HELD] for each in (camera(), right)]
+    found_left, found_right, rms = stereo_from_corners(*views, BOARD, (SIZE, SIZE))
     np.testing.assert_array_equal(found_left.X_CW, np.eye(4))
     np.testing.assert_allclose(found_right.X_CW, right.X_CW, atol=0.004)
     assert rms < 0.2
@@ -104,8 +102,6 @@ def test_says_when_the_board_is_not_found():
     blank = [np.full((SIZE, SIZE), 40, np.uint8)] * 4
     with pytest.raises(DrakeTrackerError, match="9 x 6 board was found in 0 of 4 images"):
         calibrate_intrinsics(blank, BOARD)
-    with pytest.raises(DrakeTrackerError, match="found in 0 of 4 pairs"):
-        calibrate_stereo(blank, blank, BOARD)
     views = [camera().project(BOARD.corners() @ X[:3, :3].T + X[:3, 3]) for X in HELD]
     lens = lens_from_corners(views, BOARD, (SIZE, SIZE))
     with pytest.raises(DrakeTrackerError, match="not found in image 0"):
