@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from contextlib import closing
 from pathlib import Path
 
 import cv2
@@ -9,6 +10,7 @@ import numpy as np
 
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.footage.image_files import list_images, read_image
+from drake_tracker.progress import StepsProgress
 from drake_tracker.vision.calibration import board_pose, lens_from_corners, save_calibration, stereo_from_corners
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.chessboard import Chessboard, find_corners
@@ -62,7 +64,8 @@ def calibrate_photographs(specs, board, path, *, world=False):
         raise DrakeTrackerError(
             f"{specs[0]} has {len(files[0])} images and {specs[1]} has {len(files[1])}; every pair needs both"
         )
-    names, views, shapes = _find_boards(list(zip(*files)), board)
+    with closing(StepsProgress()) as progress:
+        names, views, shapes = _find_boards(list(zip(*files)), board, progress)
     errors = {}
     if len(specs) == 1:
         (views_left,), (shape,) = views, shapes
@@ -81,7 +84,8 @@ def calibrate_photographs(specs, board, path, *, world=False):
         )
     if len(specs) == 2:
         print(f"distance between the cameras: {np.linalg.norm(right.X_WC[:3, 3]):.4g} m")
-        wrong = left_out_errors(*views, board, *shapes, most=MOST_LEFT_OUT, **LENS_OPTIONS)
+        with closing(StepsProgress()) as progress:
+            wrong = left_out_errors(*views, board, *shapes, most=MOST_LEFT_OUT, progress=progress, **LENS_OPTIONS)
         if len(wrong):
             errors = {"square_left_out_mean": float(wrong.mean()), "square_left_out_worst": float(wrong.max())}
             print(
@@ -105,14 +109,15 @@ def calibrate_photographs(specs, board, path, *, world=False):
     return cameras
 
 
-def _find_boards(rows, board):
+def _find_boards(rows, board, progress):
     """Returns (names, views, shapes) of the rows of files, one a camera, in which every camera sees the board.
 
     names: of the row's files. views: for each camera the corners (n, 2) [px]. shapes: of each camera's images (h, w).
     Rows in which a camera misses it are named and passed over.
     """
     names, found, shapes = [], [], None
-    for row in rows:
+    for k, row in enumerate(rows):
+        progress(k, len(rows), "looking for the board")
         images = [read_image(file, cv2.IMREAD_GRAYSCALE) for file in row]
         here = [image.shape for image in images]
         shapes = shapes or here
@@ -125,6 +130,7 @@ def _find_boards(rows, board):
         corners = [find_corners(image, board) for image in images]
         without = [str(file) for file, each in zip(row, corners) if each is None]
         if without:
+            progress.close()
             print(f"passed over {' and '.join(map(str, row))}: no board in {' and '.join(without)}")
             continue
         names.append(" and ".join(map(str, row)))

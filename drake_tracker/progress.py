@@ -73,6 +73,23 @@ class Progress(_Line):
         self._show(f"{sim_time:6.1f} s of {self._duration:g}  {phase:<10}  {rate}", now)
 
 
+class StepsProgress(_Line):
+    """A callable ``progress(done, steps, what)``: how far a job of so many steps is.
+
+    Args:
+        stream: where to print.
+        clock: returns the wall time [s].
+    """
+
+    def __call__(self, done, steps, what):
+        """Takes how many steps are done, how many there are, and what is done in them."""
+        now = self._clock()
+        if self._first is None:
+            self._start(now)
+        if self._is_due(now):
+            self._show(f"{what}: {done} of {steps}", now)
+
+
 class TrialsProgress(_Line):
     """A callable ``progress(ended, trials, taken)``: a bar, the rate of success and the time left of a campaign.
 

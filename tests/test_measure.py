@@ -33,7 +33,7 @@ def test_the_tag_chooses_the_kind_and_survives_a_file(tmp_path):
         (["vision=!Measured {file: none.yaml}"], "vision.file: there is no file"),
         (["vision=!Measured {detector: {}}"], "it belongs to vision: !Rendered"),
         (["vision=!Measured {lag_cycles: -1}"], "a whole number from 0 to 120"),
-        ([MEASURED, "cameras.fov_deg=20"], "measured with rig.fov_deg = 30.0"),
+        ([MEASURED, "cameras.fov_deg=20"], "made with rig.fov_deg = 30.0"),
         ([MEASURED, "track.speed=0.001"], "the measured vision sees nothing below"),
     ],
 )

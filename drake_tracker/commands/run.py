@@ -42,6 +42,8 @@ def execute(options):
         out = run_directory(options.out, scenario.name)
         if live is not None:
             print(f"Live view: {live.url}", flush=True)
+        if scenario.task == "ball":
+            progress.say("The camera reads the board's circles, then the arm touches its marks: a quarter of a minute")
         try:
             summary = simulate(
                 scenario, out=out, record=not options.no_record, meshcat=options.meshcat, progress=progress,

@@ -12,6 +12,7 @@ from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.detectors import make_detector
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.diagrams.train import scenario_link
+from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.catch_machine import CatchMachine
@@ -82,8 +83,14 @@ def board_vision(scenario, poses):
     config, settings = scenario.camera, scenario.vision
     camera, window = board_sight(scenario, poses)
     mask = window.mask((0, 0, config.width, config.height))
+    detector = make_detector(settings.detector, mask, poses.image)
+    if settings.throughput_cycles < detector.buffer_length:
+        raise DrakeTrackerError(
+            f"{scenario.where('vision.throughput_cycles')} = {settings.throughput_cycles} must be at least "
+            f"{detector.buffer_length}: the detector's images take all but one, and one cycle is for computing"
+        )
     return BoardVisionDiagram(
-        make_detector(settings.detector, mask, poses.image),
+        detector,
         camera,
         poses.X_WB.GetAsMatrix4(),
         settings.centroid_height,

@@ -22,11 +22,16 @@ def make_detector(settings, window=None, image=None, period=VISION_PERIOD):
     """
     kind, values = type(settings).__name__, asdict(settings)
     if kind == "NormalFlow":
-        parameters = NormalFlowParameters.preset(values.pop("preset"), **values, period=period)
-        return NormalFlow(parameters, window=window)
+        return NormalFlow(normal_flow_parameters(settings, period), window=window)
     if kind == "BackgroundDifference":
         background = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
         return BackgroundDifference(background, BackgroundDifferenceParameters(**values), window)
     if kind == "StaticThreshold":
         return StaticThreshold(StaticThresholdParameters(**values), window)
     return FrameDifference(FrameDifferenceParameters(**values), window)
+
+
+def normal_flow_parameters(settings, period=VISION_PERIOD):
+    """Returns the `NormalFlowParameters` of the scenarios' `NormalFlow`: its preset, and what differs from it."""
+    values = asdict(settings)
+    return NormalFlowParameters.preset(values.pop("preset"), **values, period=period)

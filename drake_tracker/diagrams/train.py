@@ -8,6 +8,7 @@ from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import joints_for, make_arm_model
 from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.detectors import normal_flow_parameters
 from drake_tracker.diagrams.estimators import estimator_of
 from drake_tracker.diagrams.hand_eye import BETWEEN_ROOMS, HandEyeDiagram
 from drake_tracker.diagrams.train_track import check_track, draw_track
@@ -22,7 +23,6 @@ from drake_tracker.timing import ESTIMATOR_SLOT, SERVO_PERIOD, vision_slot
 from drake_tracker.vision.calibration import load_calibration
 from drake_tracker.vision.measured_error_file import load_error
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.vision_diagram import VisionDiagram
 from drake_tracker.vision.window import project_window
 from drake_tracker.world.cameras import describe_rig, renderable_window
@@ -106,6 +106,11 @@ def image_vision(scenario, rendered, **settings):
     check_visible(scenario, cameras, flow)
     windows = look_windows(scenario, cameras)
     lag, volume = scenario.vision.lag_cycles, scenario.vision.work_volume
+    if lag <= flow.stride:
+        raise DrakeTrackerError(
+            f"{scenario.where('vision.lag_cycles')} = {lag} must be at least {flow.stride + 1}: the newest image comes "
+            f"{flow.stride} after the one that is described, and one cycle is for computing"
+        )
     return VisionDiagram(cameras, windows, rendered, flow, lag, volume, **settings)
 
 
@@ -154,8 +159,7 @@ def load_cameras(scenario):
 
 def flow_parameters(scenario):
     """Returns the `NormalFlowParameters` of a scenario's motion detector."""
-    settings = asdict(scenario.vision.detector)
-    return NormalFlowParameters.preset(settings.pop("preset"), **settings)
+    return normal_flow_parameters(scenario.vision.detector)
 
 
 def check_visible(scenario, cameras, parameters):

@@ -38,7 +38,7 @@ class BoardVisionDiagram(Diagram):
         detector: `FrameDifference` or another detector, with its window.
         camera: a `CameraModel` in the board's frame (`plane_projection.camera_on_board`).
         X_WB: (4, 4), takes p_BQ to p_WQ [m].
-        ball_radius: [m]. plausible: `PlausibleReadings`.
+        height: of the centroid over the plane, along its normal [m]. plausible: `PlausibleReadings`.
         update_cycles: cycles from one centroid to the next.
         throughput_cycles: cycles from the capture of a centroid's first image until the centroid shows.
         follow: a `PredictedWindow`, or None for the detector's own window alone.
@@ -53,7 +53,7 @@ class BoardVisionDiagram(Diagram):
         detector,
         camera,
         X_WB,
-        ball_radius,
+        height,
         plausible,
         *,
         update_cycles=BALL_UPDATE_CYCLES,
@@ -82,7 +82,7 @@ class BoardVisionDiagram(Diagram):
             PlaneProjectorSystem(
                 camera,
                 np.asarray(X_WB),
-                ball_radius,
+                height,
                 plausible,
                 period=period,
                 offset=vision_slot(PROJECTOR_SLOT, time_step),

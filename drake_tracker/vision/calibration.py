@@ -178,7 +178,7 @@ def load_calibration(path, rig=None):
     data = _read_yaml(path)
     entries = _mapping(path, data, "cameras")
     if rig is not None:
-        _check_rig(path, _mapping(path, data, "rig"), rig)
+        check_rig(path, _mapping(path, data, "rig"), rig, "calibrate")
     return {name: _read_camera(path, f"cameras.{name}", _mapping(path, entries, name)) for name in entries}
 
 
@@ -220,13 +220,16 @@ def _mapping(path, data, key):
     return value
 
 
-def _check_rig(path, found, wanted):
+def check_rig(path, found, wanted, command):
+    """Raises DrakeTrackerError when a file was made for cameras ``found`` and the scenario's are ``wanted``, both as
+    `world.cameras.describe_rig` has them. ``command``: of drake-tracker, which makes such a file.
+    """
     for key, value in wanted.items():
-        same = key in found and np.shape(found[key]) == np.shape(value) and np.allclose(found[key], value)
-        if not same:
+        own = found.get(key) if isinstance(found, dict) else None
+        if own is None or np.shape(own) != np.shape(value) or not np.allclose(own, value):
             raise DrakeTrackerError(
-                f"{path}: rig.{key} is {found.get(key)}, but the scenario's cameras have {value}; "
-                "calibrate them anew with drake-tracker calibrate"
+                f"{path}: made with rig.{key} = {own}, but the scenario's cameras have {value}; make it anew with "
+                f"drake-tracker {command}"
             )
 
 

@@ -6,7 +6,7 @@ from drake_tracker.vision.calibration import MIN_LENS_VIEWS, stereo_from_corners
 from drake_tracker.vision.triangulation import triangulate
 
 
-def left_out_errors(views_left, views_right, board, shape, shape_right=None, *, most=None, **options):
+def left_out_errors(views_left, views_right, board, shape, shape_right=None, *, most=None, progress=None, **options):
     """Returns by what share of a square's side the squares of each pair that was left out come out wrong, (m,).
 
     One pair after the other is left out, the cameras are calibrated from the rest, its corners are triangulated, and
@@ -17,12 +17,16 @@ def left_out_errors(views_left, views_right, board, shape, shape_right=None, *, 
         views_left, views_right: corners (n, 2) [px] of the board in each pair. board: `Chessboard`.
         shape, shape_right, options: as for `stereo_from_corners`.
         most: pairs to leave out, spread over all of them; None is every one.
+        progress: called with (pairs left out so far, of how many, what is done).
     """
     count = len(views_left)
     if count - 1 < MIN_LENS_VIEWS:
         return np.zeros(0)
     errors = []
-    for k in np.unique(np.linspace(0, count - 1, min(most or count, count)).astype(int)):
+    chosen = np.unique(np.linspace(0, count - 1, min(most or count, count)).astype(int))
+    for done, k in enumerate(chosen):
+        if progress is not None:
+            progress(done, len(chosen), "calibrating without a pair")
         others = [i for i in range(count) if i != k]
         left, right, _ = stereo_from_corners(
             [views_left[i] for i in others], [views_right[i] for i in others], board, shape, shape_right, **options

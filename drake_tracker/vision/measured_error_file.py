@@ -7,6 +7,7 @@ import numpy as np
 import yaml
 
 from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.vision.calibration import check_rig
 from drake_tracker.vision.measured_error import AXES, MeasuredError
 
 _DIGITS = 7
@@ -55,7 +56,7 @@ def load_error(path, rig=None):
         raise DrakeTrackerError(f"{path}{f' line {mark.line + 1}' if mark else ''}: this is not YAML") from None
     data = data if isinstance(data, dict) else {}
     if rig is not None:
-        _check_rig(path, data.get("rig"), rig)
+        check_rig(path, data.get("rig"), rig, "measure")
     entries = data.get("speeds")
     if not isinstance(entries, list) or not entries or not all(isinstance(entry, dict) for entry in entries):
         raise DrakeTrackerError(f"{path}: speeds must be a list of at least one mapping")
@@ -112,16 +113,6 @@ def _numbers(path, where, entry, name, count, low=0.0):
         what = {None: "a finite number", 0: "a list of finite numbers"}.get(count, f"{count} finite numbers")
         raise DrakeTrackerError(f"{path}: {key} must be {what}{'' if low == -math.inf else f' from {low:g}'}")
     return value
-
-
-def _check_rig(path, found, wanted):
-    for key, value in wanted.items():
-        own = found.get(key) if isinstance(found, dict) else None
-        if own is None or np.shape(own) != np.shape(value) or not np.allclose(own, value):
-            raise DrakeTrackerError(
-                f"{path}: measured with rig.{key} = {own}, but the scenario's cameras have {value}; "
-                "measure anew with drake-tracker measure"
-            )
 
 
 def _plain(value):

@@ -43,17 +43,17 @@ class PlaneProjectorSystem(LeafSystem):
     Args:
         camera: a `CameraModel` in the board's frame B.
         X_WB: (4, 4), takes p_BQ to p_WQ [m].
-        ball_radius: height of the ball's centre over the board [m].
+        height: of the centroid over the plane, along its normal [m].
         plausible: `PlausibleReadings`.
     """
 
     def __init__(
-        self, camera, X_WB, ball_radius, plausible, *, period=VISION_PERIOD, offset=vision_slot(PROJECTOR_SLOT)
+        self, camera, X_WB, height, plausible, *, period=VISION_PERIOD, offset=vision_slot(PROJECTOR_SLOT)
     ):
         super().__init__()
         self._camera, self._plausible = camera, plausible
         self._X_WB = np.array(X_WB, dtype=float)
-        self._z = float(ball_radius)
+        self._z = float(height)
         self._centroid = self.DeclareVectorInputPort("centroid", message_size(Centroid))
         blank = _Memory(LastReading(), read_only(np.zeros(message_size(TrackPoint))))
         self._memory = self.DeclareAbstractState(AbstractValue.Make(blank))

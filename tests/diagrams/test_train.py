@@ -140,5 +140,9 @@ def test_a_work_volume_that_the_hand_does_not_reach():
     assert "the arm cannot bring its tool to" in refusal(far, "track.kind=line")
 
 
+def test_a_lag_that_no_image_could_have_names_its_setting():
+    assert "vision.lag_cycles = 2 must be at least 3" in refusal("vision.lag_cycles=2")
+
+
 def test_an_estimator_setting_that_is_refused_is_one_line():
     assert "mode" in refusal("estimator=!ArcLength {mode: sideways}")

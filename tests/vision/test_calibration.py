@@ -179,7 +179,7 @@ def test_a_missing_file_and_a_mirrored_camera_are_refused(tmp_path):
 
 @pytest.mark.parametrize("rig", [{"fov_deg": 17.0}, {"distance": 1.4}])
 def test_a_calibration_of_another_rig_is_refused(tmp_path, rig):
-    with pytest.raises(DrakeTrackerError, match=f"rig.{next(iter(rig))} is .* calibrate"):
+    with pytest.raises(DrakeTrackerError, match=f"rig.{next(iter(rig))} = .* calibrate"):
         load_calibration(stored(tmp_path / "cameras.yaml"), rig=rig)
 
 

@@ -166,7 +166,7 @@ def test_a_file_gives_back_what_was_saved(tmp_path):
         ("missing_share: 0.0", "missing_share: 1.5", "missing_share must be at most 1"),
         ("pattern: [", "pattern: [x, ", r"speeds\[0\].pattern must be 3 finite numbers"),
         ("bias_straight:", "bias_other:", "bias_straight must be a mapping with along, across, vertical"),
-        ("fov_deg: 30.0", "fov_deg: 20.0", "measured with rig.fov_deg = 20.0, but the scenario's cameras have 30.0"),
+        ("fov_deg: 30.0", "fov_deg: 20.0", "made with rig.fov_deg = 20.0, but the scenario's cameras have 30.0"),
         ("seen_from: ", "seen_from: -", "seen_from must be a finite number from 0"),
         ("speeds:", "speeds: [", "this is not YAML"),
         ("speeds:", "fast:", "speeds must be a list"),
