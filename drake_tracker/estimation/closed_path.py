@@ -95,8 +95,10 @@ class ClosedPath:
         driven = state.driven + _way(state.turn, turn, dt)
         history, jumped, following = state.history, state.jumped, state.following
         x, y, heading, _, _ = turn.mean.tolist()
-        # Once two laps have been taken into account, what was driven is not asked for again.
-        if turn.start is None and (following is None or not state.relearned):
+        # Of a wild point nothing is learned. Once two laps have been taken into account, what was driven is not asked
+        # for again.
+        learns = turn.start is None and not turn.wild
+        if learns and (following is None or not state.relearned):
             history = closure.remember(history, (stamp, driven, *point, x, y, heading))
         if turn.wild or (turn.start is not None and state.turn.wild):
             jumped = stamp
@@ -110,9 +112,9 @@ class ClosedPath:
         if left:
             return self._leave(state, length)
         if following is not None:
-            due = not state.relearned and driven - state.closed_at >= following.path.length
+            due = learns and not state.relearned and driven - state.closed_at >= following.path.length
             return self._learn_again(state) if due else state
-        if turn.start is None and state.count % LOOK_EVERY == 0:
+        if learns and state.count % LOOK_EVERY == 0:
             return self._look(state)
         return state
 

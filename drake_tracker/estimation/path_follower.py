@@ -9,7 +9,7 @@ import numpy as np
 from drake_tracker.arrays import read_only
 from drake_tracker.estimation.coordinated_turn import SIGMA_LIMITS
 from drake_tracker.estimation.periodic_path import PeriodicPath, basis, improve_path, slope, straighten
-from drake_tracker.estimation.phase_filter import CRUISE, PhaseFilter, centre, spread
+from drake_tracker.estimation.phase_filter import CRUISE, PhaseFilter, centre, deviations, spread
 
 SURPRISE = 9.0
 """Mean square of residuals, over what is expected of it, at which the points have left the path."""
@@ -23,6 +23,10 @@ BRAKING = 0.01
 """An object that brakes hard may run behind by so much [m], and is still on its path."""
 STRAYING = 0.001
 """A bias of the cameras may come and go by so much [m], more than the noise tells; the object is still on its path."""
+LEAP = 6.0
+"""A point so many deviations off along the path, whatever the object does, is wild."""
+MOST_WILD = 5
+"""So many wild points in a row, 0.1 s at 60 Hz, and the object is there; fewer are ignored."""
 NOISE_TIME = 4.0
 """Time constant of the noise estimate on the path [s]."""
 MOST_CORRELATED = 0.95
@@ -57,13 +61,14 @@ class Noise(NamedTuple):
 
 @dataclass(frozen=True)
 class Following:
-    """The path, the modes of the phase filter on it, the noise of the points about it, and ``surprise``: the mean
-    square residual over what is expected."""
+    """The path, the modes of the phase filter on it, the noise of the points about it, ``surprise``: the mean square
+    residual over what is expected, and how many points in a row were ``wild``."""
 
     path: PeriodicPath
     modes: tuple
     noise: Noise
     surprise: float = 1.0
+    wild: int = 0
 
     def __deepcopy__(self, memo):
         return self
@@ -157,7 +162,10 @@ class PathFollower:
             return None
         # A point that is off by more than noise explains is believed less, the farther it is off.
         variance = noise.effective * max(square / SURPRISE, 1.0)
-        modes = self._phase.correct(modes, s + along / place.stretch, (variance + path_variance) / place.stretch**2)
+        seen, seen_variance = s + along / place.stretch, (variance + path_variance) / place.stretch**2
+        if following.wild + 1 < MOST_WILD and deviations(modes, seen, seen_variance) > LEAP:
+            return Following(path, modes, noise, surprise, following.wild + 1)
+        modes = self._phase.correct(modes, seen, seen_variance)
         before, s = following.s, centre(modes)
         row = basis(s, path.length, path.harmonics)
         keep = math.exp(-abs(s - before) / (LAPS_KEPT * path.length))

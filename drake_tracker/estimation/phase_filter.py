@@ -142,6 +142,12 @@ def spread(modes):
     return s, sum([mode.probability * (mode.covariance[0] + (mode.mean[0] - s) ** 2) for mode in modes])
 
 
+def deviations(modes, s, variance):
+    """Returns by how many deviations a measurement of arc length ``s`` [m] with ``variance`` [m^2] is off, of the mode
+    that expected it most."""
+    return math.sqrt(min([(s - mode.mean[0]) ** 2 / (mode.covariance[0] + variance) for mode in modes]))
+
+
 def _mix(modes, dt):
     """Returns the modes, each with what came to it from the others in ``dt`` [s]."""
     leaves = [

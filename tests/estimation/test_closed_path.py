@@ -139,6 +139,32 @@ def test_a_few_wild_points_do_not_lose_the_path():
     assert rms(late[:, 1]) < 0.0015
 
 
+def test_wild_points_along_the_path_are_no_change_of_speed():
+    drive = Drive(stadium(), SPEED, 18.5)
+    points = np.array(drive.points)
+    points[1000:1003] += [0.01, -0.01, 0.0]
+    _, rows = run(drive, points=points)
+    assert rows[rows[:, 0] > 16.0][:, 1].max() < 0.002
+
+
+def test_an_object_put_2_cm_farther_on_its_path_is_followed_from_there():
+    drive = Drive(stadium(), lambda t: SPEED + 1.2 * (16.0 <= t < 16.0 + PERIOD), 18.5)
+    state, rows = run(drive)
+    assert state.following is not None and state.following.wild == 0
+    assert rms(rows[rows[:, 0] > 17.5][:, 1]) < 0.003
+
+
+def test_of_wild_points_nothing_is_learned():
+    drive = Drive(stadium(), SPEED, 1.8 * stadium().length / SPEED)
+    rng = np.random.default_rng(1)
+    wild = rng.random(len(drive.times)) < 0.02
+    points = drive.points.copy()
+    points[wild, :2] += 0.05 * rng.choice([-1.0, 1.0], (wild.sum(), 2))
+    _, rows = run(drive, points=points)
+    after = laps(drive, rows, 1.2, 1.8)
+    assert np.percentile(after[:, 1], 90) < 0.0015  # 4 mm where they are learned with the path
+
+
 def test_a_bias_that_comes_for_a_moment_does_not_lose_the_path():
     drive = Drive(stadium(), SPEED, 16.0, sigma=0.0003)
     points = np.array(drive.points)
