@@ -38,6 +38,8 @@ ROOMS = ("world", "vision", "arm")
 """Rooms with more than one System in them."""
 SHOWN = 0.060
 """Time [s] that the picture of the slots covers."""
+SLOTS = 16
+"""Parts of a plant step in which slots are given."""
 RHYTHM = (
     ("plant", 0.0, TIME_STEP, INK),
     ("images, centroids", 0.0, VISION_PERIOD, PREDICTED),
@@ -106,25 +108,22 @@ def draw_graph(graph):
 
 
 def draw_slots():
-    """Returns a figure of when each part updates, over two servo periods, and in one plant step of the last."""
+    """Returns a figure of when each part updates, over two servo periods, and in which slot of a plant step."""
     with matplotlib.rc_context(PLOT_STYLE | {"svg.fonttype": "none", "svg.hashsalt": "slots"}):
         figure, (whole, step) = plt.subplots(
             1, 2, figsize=(10.5, 3.4), sharey=True, width_ratios=(3, 2), layout="constrained"
         )
-        last = 1e3 * (SHOWN - TIME_STEP)
         for row, (_, offset, period, colour) in enumerate(RHYTHM):
             times = 1e3 * np.arange(offset, SHOWN + 1e-9, period)
-            for axis, first in ((whole, 0.0), (step, last)):
-                shown = times[times > first - 1e-6]
+            slot = round(SLOTS * offset / TIME_STEP, 6) % SLOTS
+            for axis, shown in ((whole, times), (step, np.array([slot]))):
                 axis.axhline(row, color=RULE, linewidth=0.6, zorder=0)
                 axis.plot(shown, np.full(len(shown), row), "o", color=colour, markersize=5)
-        whole.axvspan(last, 1e3 * SHOWN, color=RULE, alpha=0.5, linewidth=0)
         whole.set(xlim=(-0.7, 1e3 * SHOWN + 0.7), xlabel="time [ms]", title="Two periods of the servo")
         whole.set_yticks(range(len(RHYTHM)), [name for name, *_ in RHYTHM])
         whole.invert_yaxis()
-        step.set(xlim=(last - 0.06, 1e3 * SHOWN + 0.06), xlabel="time [ms]", title="The last plant step of them")
-        step.set_xticks(last + 1e3 * TIME_STEP * np.arange(5) / 4)
-        step.xaxis.set_major_formatter("{x:.2f}")
+        step.set(xlim=(-0.5, SLOTS), xlabel=f"slot [1/{SLOTS} of a plant step]", title="Within a plant step")
+        step.set_xticks(range(0, SLOTS + 1, 4))
         return figure
 
 
