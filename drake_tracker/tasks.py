@@ -94,8 +94,9 @@ def _ball():
     from drake_tracker.diagrams.ball import make_diagram
     from drake_tracker.grasp.catch_schema import CatchPhase
     from drake_tracker.initialise import initialise_board
-    from drake_tracker.record.ball_figures import draw_ball_path, draw_board_found
+    from drake_tracker.record.ball_path_figure import draw_ball_path
     from drake_tracker.record.ball_summary import summarize_ball
+    from drake_tracker.record.board_found_figure import draw_board_found
     from drake_tracker.vision.board_poses import POSES_FILE, save_poses
     from drake_tracker.world.catch_judge_system import CatchVerdict
 

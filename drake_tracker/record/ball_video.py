@@ -7,7 +7,7 @@ from functools import partial
 from drake_tracker.diagrams.ball import board_sight, known_edge
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.catch_system import CatchDiagnosis
-from drake_tracker.record.ball_figures import draw_difference_images
+from drake_tracker.record.difference_figure import draw_difference_images
 from drake_tracker.record.figures import draw_motion_images
 from drake_tracker.record.foresight import BoardForesight
 from drake_tracker.record.motion_snapshot import add_motion_snapshot

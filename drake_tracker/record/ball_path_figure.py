@@ -1,4 +1,4 @@
-"""The pictures of a run of the ball: its way down the board and into the cup, how the board was found, what moved."""
+"""The picture of a run of the ball: its way down the board and into the cup, and what was foreseen of it."""
 
 import textwrap
 
@@ -9,10 +9,10 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
 
-from drake_tracker.diagrams.ball import board_sight, known_edge
+from drake_tracker.diagrams.ball import known_edge
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.messages import evaluate_prediction
-from drake_tracker.record.ball_summary import HALF_CUP, last_verdict
+from drake_tracker.record.ball_summary import HALF_CUP, last_verdict, over_the_cup
 from drake_tracker.record.episode import fresh_packets, phase_spans
 from drake_tracker.record.figures import broken, draw_phases, name_colours
 from drake_tracker.record.style import (
@@ -21,13 +21,12 @@ from drake_tracker.record.style import (
     HAND,
     INK,
     PLOT_STYLE,
-    PREDICTED,
     RULE,
     SEEN,
     SOFT_INK,
     TRUTH,
 )
-from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, PEG_RADIUS, TOUCH_MARKS, face_corners
+from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, PEG_RADIUS, TOUCH_MARKS
 from drake_tracker.world.ball_board_visual import WALL_THICKNESS
 from drake_tracker.world.ball_fixtures import GATE_SIZE
 from drake_tracker.world.catch_judge_system import BOWL_LOWER, BOWL_UPPER
@@ -41,8 +40,6 @@ BEFORE, AFTER = 0.35, 1.1
 """Time [s] shown before the release and after the crossing."""
 STROBE = 0.25
 """The ball is drawn every so many seconds [s] of its way."""
-ZOOM = 15
-"""Side of the part of an image that is shown enlarged [px]."""
 
 
 def draw_ball_path(hand_eye, scenario, log, summary, path):
@@ -67,90 +64,12 @@ def draw_ball_path(hand_eye, scenario, log, summary, path):
         figure.savefig(path, dpi=200)
 
 
-def draw_board_found(hand_eye, scenario, summary, path):
-    """Draws the first image of the initialisation with the board's outline, circles and marks by the pose found."""
-    poses = hand_eye.poses
-    camera, _ = board_sight(scenario, poses)
-    touched = (poses.X_WB.inverse() @ poses.points.T).T if len(poses.points) else np.zeros((0, 3))
-    touched[:, 2] = 0.0  # where the tip was, on the face
-    outline = camera.project(face_corners(scenario.board))
-    marks = camera.project(_on_face(TOUCH_MARKS))
-    turn = np.linspace(0.0, 2.0 * np.pi, 61)
-    rims = [
-        camera.project(_on_face(np.add(centre, CIRCLE_RADIUS * np.column_stack([np.cos(turn), np.sin(turn)]))))
-        for centre in CIRCLES
-    ]
-    with matplotlib.rc_context(PLOT_STYLE):
-        figure = Figure(figsize=(14, 8.2), facecolor="white")
-        FigureCanvasAgg(figure)
-
-        def show(ax):
-            ax.imshow(poses.image, interpolation="nearest")
-            ax.plot(*np.vstack([outline, outline[:1]]).T, color=PREDICTED, lw=1.8)
-            for rim in rims:
-                ax.plot(*rim.T, color=FAR_PREDICTED, lw=1.3)
-            ax.plot(*poses.circles.T, "+", color=FAR_PREDICTED, ms=9, mew=1.6)
-            ax.plot(*marks.T, "o", mfc="none", mec=HAND, ms=11, mew=1.6)
-            ax.plot(*camera.project(touched).T, "+", color=HAND, ms=9, mew=1.8)
-            ax.set(xticks=[], yticks=[])
-            ax.spines[:].set_visible(False)
-
-        whole = figure.add_axes((0.03, 0.03, 0.50, 0.83))
-        show(whole)
-        whole.set(xlim=(-0.5, camera.width - 0.5), ylim=(camera.height - 0.5, -0.5), anchor="W")
-        name_colours(whole, (("circles found", FAR_PREDICTED), ("outline of the board", PREDICTED), ("touched", HAND)))
-        for k, (u, v) in enumerate(poses.circles):
-            ax = figure.add_axes((0.565 + 0.215 * (k % 2), 0.50 - 0.375 * (k // 2), 0.20, 0.335))
-            show(ax)
-            half = 0.5 * ZOOM
-            ax.set(xlim=(u - half, u + half), ylim=(v + half, v - half))
-            ax.text(0.03, 0.95, f"({u:.2f}, {v:.2f}) px", transform=ax.transAxes, va="top", fontsize=10, color=INK,
-                    bbox=dict(facecolor="white", alpha=0.8, lw=0, pad=2.0))
-        figure.text(0.03, 0.955, "Where the board is", fontsize=21, weight="bold", va="center")
-        figure.text(0.03, 0.915, _pose_words(scenario, summary), fontsize=11.5, color=SOFT_INK, va="center")
-        figure.text(0.565, 0.868, "The four circles, enlarged", fontsize=13, weight="bold", va="center")
-        words = (
-            f"The centres of the circles fit the pose to {poses.rms:.2f} px rms. The arm touched three\n"
-            "marks: rings show where they should be, crosses where the tip was."
-        )
-        figure.text(0.565, 0.085, words, fontsize=10.5, color=SOFT_INK, va="top")
-        figure.savefig(path, dpi=150)
-
-
-def draw_difference_images(images, titles, path):
-    """Draws what a detector went through at one instant, as figure 4 of Nashman and Chaconas 1990 shows it.
-
-    Args:
-      images: `DifferenceImages`. titles: of the two images and of the mask. path: PNG file to write.
-    """
-    columns = tuple(zip("abc", titles, (images.reference, images.smoothed, images.motion_energy)))
-    height, width = images.smoothed.shape
-    moving = np.argwhere(images.motion_energy)
-    box = None
-    if len(moving):
-        v, u = np.median(moving, axis=0)
-        half = 0.09 * max(width, height)
-        box = (np.clip(u, half, width - half), np.clip(v, half, height - half), half)
-    with matplotlib.rc_context(PLOT_STYLE):
-        figure = Figure(figsize=(15, 5.0 * height / width + 0.6), facecolor="white", layout="constrained")
-        FigureCanvasAgg(figure)
-        for ax, (letter, title, image) in zip(figure.subplots(1, 3), columns):
-            look = dict(cmap="gray", vmin=0, vmax=255, interpolation="nearest")
-            ax.imshow(image, **look)
-            ax.set(xticks=[], yticks=[])
-            ax.spines[:].set_visible(False)
-            ax.set_title(f"{letter}   {title}")
-            if box is not None:
-                _enlarge(ax, image, box, look)
-        figure.savefig(path, dpi=200)
-
-
 class _Run:
     """What several parts of the picture need: the true board, phases, the packets and what each foresaw.
 
-    half_width: of the board [m]. released, crossing: instants [s] or None. shown: start and end of the time axes [s].
-    packets, times: of all packets that foresee a crossing, and when each came [s]; foreseen: (n, 3), where x_B [m],
-    when [s] and std [m].
+    half_width: of the board [m]. released, crossing: instants [s] or None. over_the_cup: where the ball goes over the
+    cup, x_B [m]. shown: start and end of the time axes [s]. packets, times: of all packets that foresee a crossing, and
+    when each came [s]; foreseen: (n, 3), where x_B [m], when [s] and std [m].
     """
 
     def __init__(self, hand_eye, scenario, log):
@@ -160,6 +79,7 @@ class _Run:
         self.verdict = last_verdict(log)
         self.released = float(self.verdict.released) or None
         self.crossing = float(self.verdict.crossing_time) or None
+        self.over_the_cup = over_the_cup(hand_eye, scenario, log, self.verdict) if self.crossing else None
         end = self.spans[-1].end if self.spans else 0.1
         start = max(self.released - BEFORE, 0.0) if self.released else 0.0
         self.shown = (start, max(min(end, self.crossing + AFTER) if self.crossing else end, start + 0.1))
@@ -301,7 +221,7 @@ def _draw_errors(ax, run):
     if run.crossing:
         tool = run.log["tool"]
         near = (tool.times > run.crossing - LONG_BEFORE) & (tool.times < run.crossing + 0.25)
-        hand = run.on_board(tool.view("x", "y", "z"))[:, 0] - run.verdict.crossing_x
+        hand = run.on_board(tool.view("x", "y", "z"))[:, 0] - run.over_the_cup
         ax.plot(tool.times[near], 1e3 * hand[near], color=HAND, lw=2.2, zorder=3)
         error = 1e3 * (run.foreseen[:, 0] - run.verdict.crossing_x)
         ax.scatter(run.times, error, s=30, c=run.colours, ec="white", lw=0.5, zorder=4)
@@ -356,28 +276,3 @@ def _draw_headline(figure, scenario, summary):
         if summary[key] is not None:
             facts.append(words.format(scale * summary[key]))
     figure.text(0.045, 0.915, "   ·   ".join(facts), fontsize=11.5, color=SOFT_INK, va="center")
-
-
-def _pose_words(scenario, summary):
-    words = [f"scenario {scenario.name}, seed {scenario.seed}"]
-    for key, name in (("board_in_camera_error", "by the camera"), ("board_in_world_error", "by touch")):
-        place, turn = summary[key]
-        words.append(f"{name}: {1e3 * place:.1f} mm and {np.rad2deg(turn):.2f} deg off the truth")
-    return "   ·   ".join(words)
-
-
-def _on_face(xy):
-    """Returns points (n, 3) [m, B] of places (x, y)_B on the board's face."""
-    return np.column_stack([xy, np.zeros(len(xy))])
-
-
-def _enlarge(ax, image, box, look):
-    """Marks a part (u, v, half its side) [px] of an image and shows it larger in the corner farthest from it."""
-    u, v, half = box
-    height, width = image.shape
-    ax.add_patch(Rectangle((u - half, v - half), 2 * half, 2 * half, fc="none", ec="#e69f00", lw=1.4))
-    corner = (0.63 if u < 0.5 * width else 0.02, 0.63 if v > 0.5 * height else 0.02)
-    part = ax.inset_axes((*corner, 0.35, 0.35))
-    part.imshow(image, **look)
-    part.set(xlim=(u - half, u + half), ylim=(v + half, v - half), xticks=[], yticks=[])
-    part.spines[:].set(visible=True, color="#e69f00", lw=1.4)

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from ball_log import BallRun, nothing_logged
 
-from drake_tracker.record.ball_figures import draw_ball_path, draw_board_found, draw_difference_images
+from drake_tracker.record.ball_path_figure import draw_ball_path
 from drake_tracker.record.ball_summary import summarize_ball
+from drake_tracker.record.board_found_figure import draw_board_found
+from drake_tracker.record.difference_figure import draw_difference_images
 from drake_tracker.vision.frame_difference import DifferenceImages
 
 TITLES = ("Image n", "Image n + 1/30 s", "Thresholded difference")
