@@ -5,12 +5,10 @@ from dataclasses import asdict
 import numpy as np
 
 from drake_tracker.arm.arm_diagram import ArmDiagram
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import joints_for, make_arm_model
-from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.detectors import normal_flow_parameters
 from drake_tracker.diagrams.estimators import estimator_of
 from drake_tracker.diagrams.hand_eye import BETWEEN_ROOMS, HandEyeDiagram
+from drake_tracker.diagrams.train_reach import Reach
 from drake_tracker.diagrams.train_track import check_track, draw_track
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.estimation.estimator_system import EstimatorSystem
@@ -47,20 +45,17 @@ def assemble(scenario, vision, windows, host, arrows=BETWEEN_ROOMS):
     ``windows``: {camera name: window to render [px]}, as `WorldDiagram` takes it. ``arrows``: as `HandEyeDiagram` takes
     them. Raises DrakeTrackerError as `make_diagram`.
     """
-    description = arm_of(scenario)
-    model = make_arm_model(description)
-    home = home_reference(scenario)
-    over_home = tool_down(home[:3] + [0.0, 0.0, scenario.grasp.hover_height], home[3])
-    q_initial = joints_for(model, description.q_start, over_home)
-    track, start = draw_track(scenario)
-    check_track(scenario, track, model, q_initial)
+    reach = Reach(scenario)
+    track, start = draw_track(scenario, reach)
+    check_track(scenario, track, reach)
 
-    world = WorldDiagram(scenario, description, q_initial, track, start, windows)
+    model, q_initial = reach.model, reach.q_initial
+    world = WorldDiagram(scenario, reach.description, q_initial, track, start, windows)
     link = scenario_link(scenario)
     grasp = GraspSystem(GraspMachine(scenario.grasp, model, SERVO_PERIOD), scenario.time_step)
     grasp.set_name("grasp")
     arm = ArmDiagram(
-        grasp, scenario.servo, model, q_initial, home, scenario.time_step, jaw_opening=scenario.grasp.jaw_opening
+        grasp, scenario.servo, model, q_initial, reach.home, scenario.time_step, jaw_opening=scenario.grasp.jaw_opening
     )
     return HandEyeDiagram(world, vision, host, link, arm, arrows)
 
@@ -127,16 +122,6 @@ def measured_vision(scenario):
             f"{error.seen_from:.3f} m/s"
         )
     return MeasuredVisionDiagram(error, config.lag_cycles, config.work_volume, scenario.seed)
-
-
-def home_reference(scenario):
-    """Returns the reference (x, y, z, yaw) over which the hand waits: the middle of the work volume, train high.
-
-    Turned so that joint 6 waits near the middle of its range.
-    """
-    low, high = np.array(scenario.vision.work_volume)
-    middle = 0.5 * (low + high)
-    return np.array([middle[0], middle[1], scenario.table_height + TRAIN_HEIGHT, np.pi])
 
 
 def load_cameras(scenario):

@@ -4,7 +4,8 @@ import yaml
 from pydrake.systems.framework import Diagram
 
 from drake_tracker import DrakeTrackerError, list_scenarios, load_scenario, make_diagram
-from drake_tracker.diagrams.train import home_reference, load_cameras
+from drake_tracker.diagrams.train import load_cameras
+from drake_tracker.diagrams.train_reach import home_reference
 from drake_tracker.link.lossy_link_system import LossyLinkSystem
 from drake_tracker.messages import Centroid, message_size
 from drake_tracker.scenarios.loader import scenario_file
