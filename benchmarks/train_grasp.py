@@ -4,8 +4,8 @@
     python benchmarks/train_grasp.py --estimator arc_length     the same with another estimator
     python benchmarks/train_grasp.py --cells oval-0.15 --seeds 3
 
-Each run is a line of ``results/train_grasp.jsonl`` as soon as it ends; the table is of the seeds asked for. Seeds 500
-and up are for these tables. Constants were chosen on seeds below 200; of seeds 200 to 219 (the filter of 1991) and 300
+Each run is a line of ``results/train_grasp.jsonl`` as soon as it ends; the table is of the seeds asked for, 500 and up
+where nothing else is said. Constants were chosen on seeds below 200; of seeds 200 to 219 (the filter of 1991) and 300
 to 319 (the default one) failures were looked at and led to changes.
 """
 
