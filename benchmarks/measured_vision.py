@@ -1,10 +1,11 @@
 """Whether measured vision is a fair stand-in for cameras: how often the train is lifted with each, and how fast.
 
-    python benchmarks/measured_vision.py [--estimators NAMES] [--turns N] [--json FILE]
+    python benchmarks/measured_vision.py [--estimators NAMES] [--first-seed N] [--turns N] [--json FILE]
 
-The runs with cameras are those of ``results/train_grasp.jsonl``, on the plain train in plain light; each is repeated
-with measured vision, the same estimator, track, speed and seed. Those runs go to ``results/measured_vision.jsonl`` line
-by line, and are not run twice. For the speed, both take turns in the same run, simulated second by simulated second.
+The runs with cameras are those of ``results/train_grasp.jsonl``, on the plain train in plain light, from the first seed
+of its table on; each is repeated with measured vision, the same estimator, track, speed and seed. Those runs go to
+``results/measured_vision.jsonl`` line by line, and are not run twice. For the speed, both take turns in the same run,
+simulated second by simulated second.
 """
 
 import argparse
@@ -14,7 +15,7 @@ import time
 from pathlib import Path
 
 from common import append_results, print_table, save_json
-from train_grasp import CELLS, ESTIMATORS, TRACKS, outcome, run_one
+from train_grasp import CELLS, ESTIMATORS, FIRST_SEED, TRACKS, outcome, run_one
 
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import Lost
@@ -123,6 +124,7 @@ def race(turns):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--estimators", default=",".join(ESTIMATORS), help="names separated by commas")
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED, help="earlier seeds are left out (0: none is)")
     parser.add_argument("--limit", type=int, help="at most so many runs of each estimator")
     parser.add_argument("--turns", type=int, default=20, help="of the race; 0: no race")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
@@ -132,8 +134,8 @@ def main():
     plain = {f"{track}-{speed:.2f}" for track in TRACKS for speed in (0.10, 0.15, 0.20)}
     cameras = []
     for name in options.estimators.split(","):
-        own = [row for row in read_lines(CAMERAS) if row.get("estimator") == name and row["cell"] in plain]
-        cameras += own[: options.limit]
+        own = [row for row in read_lines(CAMERAS) if row["estimator"] == name and row["cell"] in plain]
+        cameras += [row for row in own if row["seed"] >= options.first_seed][: options.limit]
     options.results.parent.mkdir(parents=True, exist_ok=True)
     run_all([key_of(row) for row in cameras], options.results, options.workers)
     results = {"rates": compare(cameras, read_lines(options.results))}

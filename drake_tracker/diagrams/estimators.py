@@ -30,6 +30,6 @@ def estimator_of(settings, where="estimator", period=None):
         check_estimator(estimator, f"{where}: {settings.call}")
         return estimator
     kind, values = KINDS[type(settings).__name__], asdict(settings)
-    if period is not None and kind == "arc_length":
+    if period is not None and kind in ("arc_length", "alpha_beta_gamma"):
         values["period"] = period
     return make_estimator(kind, **values)

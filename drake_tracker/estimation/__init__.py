@@ -11,6 +11,7 @@ from drake_tracker.estimation.arc_length import ArcLength
 from drake_tracker.estimation.cartesian import AlphaBetaGamma
 from drake_tracker.estimation.closed_path import ClosedPath
 from drake_tracker.estimation.coordinated_turn import CoordinatedTurn
+from drake_tracker.estimation.parameters import build
 from drake_tracker.estimation.slope import Slope
 
 ESTIMATORS = {
@@ -28,9 +29,6 @@ def make_estimator(kind, **parameters):
 
     Raises DrakeTrackerError for an unknown kind or parameter, or a value out of range.
     """
-    if kind not in ESTIMATORS:
+    if not isinstance(kind, str) or kind not in ESTIMATORS:
         raise DrakeTrackerError(f"estimator: kind is {kind!r}; allowed are {', '.join(sorted(ESTIMATORS))}")
-    try:
-        return ESTIMATORS[kind](**parameters)
-    except TypeError as error:
-        raise DrakeTrackerError(f"estimator {kind}: {error}") from error
+    return build(ESTIMATORS[kind], kind, parameters)

@@ -14,6 +14,9 @@ import numpy as np
 from drake_tracker.arrays import read_only
 from drake_tracker.errors import DrakeTrackerError
 
+LEAST_INDEX = 1e-30
+"""Smallest tracking index whose gains are told from none."""
+
 
 class AlphaBetaGammaGains(NamedTuple):
     """Gains on the residual r: position + alpha r, velocity + beta r / T, acceleration + gamma r / T^2.
@@ -33,10 +36,12 @@ def alpha_beta_gamma_gains(tracking_index):
     With q = sqrt(1 - alpha) Kalata's relations beta = 2 (2 - alpha) - 4 q = 2 (1 - q)^2, gamma = beta^2 / (2 alpha) and
     index = gamma / q become the cubic q^3 + (index/2 - 3) q^2 + (index/2 + 3) q - 1 = 0, with one root in (0, 1).
 
-    Raises DrakeTrackerError when the index is not a positive finite number.
+    Raises DrakeTrackerError when the index is not a finite number of at least `LEAST_INDEX`.
     """
-    if not 0.0 < tracking_index < np.inf:
-        raise DrakeTrackerError(f"alpha_beta_gamma: tracking_index is {tracking_index}; it must be positive and finite")
+    if not LEAST_INDEX <= tracking_index < np.inf:
+        raise DrakeTrackerError(
+            f"alpha_beta_gamma: tracking_index is {tracking_index:g}; it must be {LEAST_INDEX:g} or more, and finite"
+        )
     half = 0.5 * tracking_index
     low, high = 0.0, 1.0
     for _ in range(60):  # bisection: the cubic's coefficients cancel too much for a closed form at a small index
@@ -75,17 +80,19 @@ def abg_predict(x, v, a, dt):
     return x + dt * v + 0.5 * dt * dt * a, v + dt * a, a
 
 
-def abg_step(x, v, a, measurement, dt, gains):
+def abg_step(x, v, a, measurement, dt, gains, shortest=0.0):
     """Returns (x, v, a) ``dt`` [s] later, corrected by a measurement of x (scalars or arrays of one shape).
 
     ``measurement=None`` predicts only.  ``dt`` may differ from step to step; with ``dt`` of zero or less there is no
-    rate to learn from the residual, and only the position is corrected.
+    rate to learn from the residual, and only the position is corrected.  Of a ``dt`` below ``shortest`` [s] the rates
+    are learned as if it were that: noise over next to no time is no speed.
     """
     x, v, a = abg_predict(x, v, a, max(dt, 0.0))
     if measurement is None:
         return x, v, a
     residual = measurement - x
     if dt > 0.0:
+        dt = max(dt, shortest)
         v = v + (gains.beta / dt) * residual
         a = a + (gains.gamma / (dt * dt)) * residual
     return x + gains.alpha * residual, v, a
@@ -111,11 +118,13 @@ class AlphaBetaGammaFilter:
     It is functional: `update` returns a new `AlphaBetaGammaState`, the object itself never changes.
     """
 
-    def __init__(self, size, tracking_index, *, restart_after=0.5):
-        """``size`` coordinates; a gap of more than ``restart_after`` [s] between measurements starts afresh."""
+    def __init__(self, size, tracking_index, *, restart_after=0.5, shortest=0.0):
+        """``size`` coordinates; a gap of more than ``restart_after`` [s] between measurements starts afresh; for
+        ``shortest`` see `abg_step`."""
         self.size = size
         self.gains = alpha_beta_gamma_gains(tracking_index)
         self.restart_after = restart_after
+        self.shortest = shortest
 
     def initial_state(self):
         zero = read_only(np.zeros(self.size))
@@ -137,7 +146,7 @@ class AlphaBetaGammaFilter:
             x, v, a, count = measurement.copy(), zero, zero.copy(), 0
         else:
             gains = starting_gains(state.count, self.gains)
-            x, v, a = abg_step(state.x, state.v, state.a, measurement, dt, gains)
+            x, v, a = abg_step(state.x, state.v, state.a, measurement, dt, gains, self.shortest)
             count = state.count
         return AlphaBetaGammaState(float(time), count + 1, read_only(x), read_only(v), read_only(a))
 

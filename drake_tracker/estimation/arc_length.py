@@ -13,37 +13,20 @@ straight line, but as the power T_delta^n from the chord frame, which is exact o
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from drake_tracker.arrays import read_only
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.estimation.delta_transform import delta_power
+from drake_tracker.estimation.arc import Arc, run_arc
 from drake_tracker.estimation.error_growth import HORIZON, ErrorGrowth
 from drake_tracker.estimation.kaiser import moving_average_weights
+from drake_tracker.estimation.parameters import not_negative, positive, whole
 from drake_tracker.estimation.rice import recover_arc_length
 
 MODES = ("baseline", "literal")
 FEWEST_FRAMES = 9
 """Frames needed to fit an arc at all: two chords of two frames and a few to average."""
-
-
-class Arc(NamedTuple):
-    """A chord frame and the T_delta that runs from it.
-
-    anchor (3,) [m, W], time [s], chord_heading [rad]: the chord frame.  s_0 [m], phi_0 [rad], dz [m]: T_delta of one
-    baseline of ``baseline`` frames.  heading [rad]: direction of travel at the newest point, held while at rest.
-    """
-
-    anchor: tuple = (0.0, 0.0, 0.0)
-    time: float = 0.0
-    chord_heading: float = 0.0
-    s_0: float = 0.0
-    phi_0: float = 0.0
-    dz: float = 0.0
-    baseline: int = 1
-    heading: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -113,23 +96,27 @@ class ArcLength:
     ):
         if mode not in MODES:
             raise DrakeTrackerError(f"arc_length: mode is {mode!r}; allowed are {', '.join(MODES)}")
-        orders = (order, anchor_order, heading_order, bending_order)
-        if min(orders) < 2 or max(orders) > 600:
-            raise DrakeTrackerError(f"arc_length: orders are {orders}; each must lie in 2..600 frames")
+        of = "arc_length"
+        whole(of, 2, 600, order=order, anchor_order=anchor_order, heading_order=heading_order)
+        whole(of, 2, 600, bending_order=bending_order)
+        whole(of, 0, 600, baseline=baseline)
+        if not isinstance(baseline_range, (tuple, list)) or len(baseline_range) != 2:
+            raise DrakeTrackerError(f"{of}: baseline_range is {baseline_range!r}; it must be two numbers of frames")
         low, high = baseline_range
-        if not (1 <= low <= high and baseline >= 0):
+        whole(of, 1, 600, baseline_range=high)
+        whole(of, 1, high, baseline_range=low)
+        positive(of, period=period, baseline_factor=baseline_factor, start_sigma=start_sigma)
+        positive(of, ready_after=ready_after, restart_after=restart_after)
+        not_negative(of, attenuation=attenuation, systematic_std=systematic_std, min_speed=min_speed)
+        if not (ready_after > 4 * period and restart_after > period):
             raise DrakeTrackerError(
-                f"arc_length: baseline {baseline}, baseline_range {tuple(baseline_range)};"
-                " a baseline is 0 (automatic) or more, a range 1 <= smallest <= largest [frames]"
-            )
-        if not (period > 0.0 and ready_after > 4 * period and restart_after > period):
-            raise DrakeTrackerError(
-                f"arc_length: period {period:g} s, ready_after {ready_after:g} s, restart_after {restart_after:g} s;"
-                " the period must be positive, ready_after above 4 periods and restart_after above one"
+                f"{of}: period {period:g} s, ready_after {ready_after:g} s, restart_after {restart_after:g} s;"
+                " ready_after must be above 4 periods and restart_after above one"
             )
         self.literal = mode == "literal"
         self.period = period
-        self.order, self.anchor_order, self.heading_order, self.bending_order = orders
+        self.order, self.anchor_order, self.heading_order = order, anchor_order, heading_order
+        self.bending_order = bending_order
         if self.literal:
             self.bending_order, baseline = order, 1
         self.baseline, self.baseline_factor = baseline, baseline_factor
@@ -139,7 +126,7 @@ class ArcLength:
         self.min_speed = min_speed
         self.restart_after = restart_after
         self.ready_after = ready_after
-        longest = self._longest = max(self.bending_order, *orders)
+        longest = self._longest = max(order, anchor_order, heading_order, bending_order)
         self._frames = longest + 2 * max(baseline, high) + 1
         self._ages = read_only(period * np.arange(self._frames))
         self._weights = tuple(read_only(moving_average_weights(n, attenuation)) for n in range(longest + 1))
@@ -186,7 +173,7 @@ class ArcLength:
         else:
             arc, speed, sigma, has_root = self._fit(state, stamp, times, points, frames)
         if ready:
-            now, later = _run(arc, np.array([stamp, stamp + HORIZON]), self.period)
+            now, later = run_arc(arc, np.array([stamp, stamp + HORIZON]), self.period)
             growth = growth.update(stamp, now, later)
         return ArcLengthState(
             float(stamp), read_only(times), read_only(points), arc, speed, sigma, has_root, ready, growth
@@ -284,23 +271,9 @@ class ArcLength:
 
         yaw is the tangent's direction, continuous along the rows.  While not `ready` the newest point is held.
         """
-        return _run(state.arc, np.asarray(times, dtype=float), self.period)
+        return run_arc(state.arc, np.asarray(times, dtype=float), self.period)
 
     def predict_std(self, state, times):
         """Returns the expected horizontal error [m] at absolute ``times`` [s], shape (n,)."""
         horizon = np.asarray(times, dtype=float) - (state.stamp if math.isfinite(state.stamp) else 0.0)
         return state.growth.std(horizon, math.hypot(self.systematic_std, state.sigma))
-
-
-def _run(arc, times, period):
-    """Returns the rows x, y, z, yaw of an `Arc` at ``times`` [s], shape (n, 4)."""
-    n = (times - arc.time) / (arc.baseline * period)
-    position, turn = delta_power(arc.s_0, arc.phi_0, n)
-    position = position * complex(math.cos(arc.chord_heading), math.sin(arc.chord_heading))
-    x, y, z = arc.anchor
-    rows = np.empty((len(times), 4))
-    rows[:, 0] = x + position.real
-    rows[:, 1] = y + position.imag
-    rows[:, 2] = z + n * arc.dz
-    rows[:, 3] = arc.chord_heading + 0.5 * arc.phi_0 + turn
-    return rows

@@ -6,6 +6,8 @@ import numpy as np
 
 from drake_tracker.estimation.alpha_beta_gamma import AlphaBetaGammaFilter, AlphaBetaGammaState
 from drake_tracker.estimation.error_growth import HORIZON, ErrorGrowth
+from drake_tracker.estimation.parameters import not_negative, positive
+from drake_tracker.timing import VISION_PERIOD
 
 
 @dataclass(frozen=True)
@@ -30,8 +32,10 @@ class AlphaBetaGamma:
     The path's direction is that of the velocity.  Functional; all memory is in the `CartesianState`.
 
     Args:
-        tracking_index: of x and y, at the 60 Hz of the points.
-        vertical_tracking_index: of z, which changes little.
+        tracking_index: of x and y, for points at 60 Hz.
+        vertical_tracking_index: of z, which changes little, likewise.
+        period: sampling interval T [s].  The index goes with its power 5/2: with the square by Kalata's definition, and
+            with the root since an acceleration wanders so.
         systematic_std: error of a point [m] that the filter cannot see, for `predict_std`.
         min_speed: below it [m/s] the last heading is held.
         restart_after: a gap between points [s] after which the filter starts afresh.
@@ -43,13 +47,20 @@ class AlphaBetaGamma:
         *,
         tracking_index=0.001,
         vertical_tracking_index=1e-5,
+        period=VISION_PERIOD,
         systematic_std=0.006,
         min_speed=0.02,
         restart_after=0.3,
         ready_after=0.6,
     ):
-        self._horizontal = AlphaBetaGammaFilter(2, tracking_index, restart_after=restart_after)
-        self._vertical = AlphaBetaGammaFilter(1, vertical_tracking_index, restart_after=restart_after)
+        of = "alpha_beta_gamma"
+        positive(of, tracking_index=tracking_index, vertical_tracking_index=vertical_tracking_index, period=period)
+        positive(of, restart_after=restart_after)
+        not_negative(of, systematic_std=systematic_std, min_speed=min_speed, ready_after=ready_after)
+        scale = (period / VISION_PERIOD) ** 2.5
+        steps = {"restart_after": restart_after, "shortest": 0.5 * period}
+        self._horizontal = AlphaBetaGammaFilter(2, scale * tracking_index, **steps)
+        self._vertical = AlphaBetaGammaFilter(1, scale * vertical_tracking_index, **steps)
         self.systematic_std = systematic_std
         self.min_speed = min_speed
         self.restart_after = restart_after

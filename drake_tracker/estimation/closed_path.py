@@ -13,8 +13,10 @@ import numpy as np
 from drake_tracker.estimation import closure
 from drake_tracker.estimation.closure import History
 from drake_tracker.estimation.coordinated_turn import CoordinatedTurn, CoordinatedTurnState
+from drake_tracker.estimation.parameters import build, not_negative
 from drake_tracker.estimation.path_follower import Following, PathFollower
 from drake_tracker.estimation.periodic_path import is_even, learn_even_path, learn_path
+from drake_tracker.estimation.phase_filter import PhaseFilter
 
 LOOK_EVERY = 3
 """Points between two looks for a closure."""
@@ -26,6 +28,8 @@ SURE = 0.9
 """Probability of a constant speed with which two laps are taken as driven evenly."""
 FEWEST = 120
 """Points that are enough to learn two laps from."""
+DIRECT = 0.6
+"""An object that comes into sight again this share of its way off, as the crow flies, has not come round meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +75,13 @@ class ClosedPath:
     """
 
     def __init__(self, *, systematic_std=0.0, turn=None, phase=None):
+        not_negative("closed_path", systematic_std=systematic_std)
         self.systematic_std = systematic_std
-        self._turn = CoordinatedTurn(**{"systematic_std": systematic_std, **(turn or {})})
-        self._follower = PathFollower(**(phase or {}))
+        turn = {} if turn is None else turn
+        if isinstance(turn, dict):
+            turn = {"systematic_std": systematic_std, **turn}
+        self._turn = build(CoordinatedTurn, "closed_path's turn", turn)
+        self._follower = PathFollower(build(PhaseFilter, "closed_path's phase", {} if phase is None else phase))
 
     def initial_state(self):
         return ClosedPathState(self._turn.initial_state())
@@ -93,7 +101,9 @@ class ClosedPath:
         point, stamp = np.array(p_WQ, dtype=float), turn.stamp
         dt = stamp - state.stamp if math.isfinite(state.stamp) else 0.0
         driven = state.driven + _way(state.turn, turn, dt)
-        history, jumped, following = state.history, state.jumped, state.following
+        history, shortest, jumped, following = state.history, state.shortest, state.jumped, state.following
+        if following is None and _lost(state.turn, turn, dt):
+            history, shortest = closure.EMPTY, closure.SHORTEST_LAP
         x, y, heading, _, _ = turn.mean.tolist()
         # Of a wild point nothing is learned. Once two laps have been taken into account, what was driven is not asked
         # for again.
@@ -107,7 +117,7 @@ class ClosedPath:
         left = following is None and state.following is not None
         length = state.path.length if left else math.nan
         state = ClosedPathState(
-            turn, driven, history, following, state.count + 1, state.closed_at, state.relearned, state.shortest, jumped
+            turn, driven, history, following, state.count + 1, state.closed_at, state.relearned, shortest, jumped
         )
         if left:
             return self._leave(state, length)
@@ -126,6 +136,8 @@ class ClosedPath:
         stamps, ways, points = history.since(state.driven - history.lap - history.overlap)
         variance = state.turn.sigma**2
         path, s = learn_path(stamps, ways, points, history.lap, variance)
+        if path.length < closure.SHORTEST_LAP:  # the way was one of noise, to and fro
+            return replace(state, history=History(history.rows))
         following = self._follower.start(path, stamps, s, points, variance)
         return replace(
             state, following=following, closed_at=state.driven, history=History(history.rows), relearned=False
@@ -153,7 +165,7 @@ class ClosedPath:
             return replace(state, shortest=length + LONGER)
         # The object is elsewhere: what the filter makes of the jump would only mislead.
         return replace(
-            state, turn=self._turn.initial_state(), history=closure.EMPTY, shortest=closure.SHORTEST_LAP
+            state, turn=self._turn.forget(state.turn), history=closure.EMPTY, shortest=closure.SHORTEST_LAP
         )
 
     def predict(self, state, times):
@@ -183,3 +195,16 @@ def _way(before, after, dt):
     if after.start is not None:  # nothing was seen for long: it will have gone on
         return max(math.hypot(dx, dy), abs(speed) * dt)
     return dx * math.cos(heading) + dy * math.sin(heading)
+
+
+def _lost(before, after, dt):
+    """Whether the way from one state of the coordinated-turn filter to the next does not link what was driven before
+    with what comes: it was out of sight for so long that it may have come round meanwhile, or it turned about."""
+    if before.start is not None:
+        return False
+    x, y, heading, _, _ = after.mean.tolist()
+    x_before, y_before, heading_before, speed, _ = before.mean.tolist()
+    if after.start is not None:
+        unseen = abs(speed) * dt
+        return unseen > closure.SHORTEST_LAP and math.hypot(x - x_before, y - y_before) < DIRECT * unseen
+    return math.cos(heading - heading_before) < 0.0

@@ -15,13 +15,26 @@ section 11.2, but by the mean of the innovations: their squares tell of the nois
 
 import math
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
 from drake_tracker.arrays import read_only
-from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.estimation.coverage import HORIZON, Coverage
-from drake_tracker.estimation.turn_model import HEADING, SPEED, X, Y, ahead, correct, propagate
+from drake_tracker.estimation.parameters import not_negative, positive
+from drake_tracker.estimation.turn_model import (
+    BEND,
+    HEADING,
+    SPEED,
+    X,
+    Y,
+    ahead,
+    correct,
+    height_step,
+    near_a_line,
+    propagate,
+    turned_about,
+)
 
 START_POINTS = 8
 """Points through which the first straight line is laid."""
@@ -43,6 +56,9 @@ NOISE_OF_DRIFT = 0.03
 """Noise of the speed [m/s/sqrt(s)] for each standard deviation of drift beyond that."""
 MOST_SPEED_NOISE = 0.2
 """Likewise, at most: enough for a stop within half a second."""
+HEADING_SURE = 0.05
+"""Way [m] after which it is known which end of an object is its front. One that was at rest has a heading by chance;
+if it then backs up so far, it was the wrong one."""
 _SIGMA_TIME = 1.0
 """Time constant of the noise estimate [s]."""
 
@@ -55,7 +71,7 @@ class CoordinatedTurnState:
     [m/s], height_covariance (2, 2). sigma: noise of one point, per axis [m]. start: rows (stamp, x, y, z) of the first
     points, None once the filter runs. since: stamp of the first point [s]. drift: by how much the points of the last
     `DRIFT_TIME` lie ahead of what was expected; of unit variance while the filter is right. wild: how many
-    of the newest points were ignored.
+    of the newest points were ignored. way: driven along the heading since the start [m], up to `HEADING_SURE`.
     """
 
     stamp: float
@@ -70,6 +86,7 @@ class CoordinatedTurnState:
     coverage: Coverage = Coverage()
     drift: float = 0.0
     wild: int = 0
+    way: float = 0.0
 
     def __deepcopy__(self, memo):
         return self
@@ -100,9 +117,10 @@ class CoordinatedTurn:
         restart_after=1.0,
         ready_after=0.3,
     ):
-        for name, value in (("speed_noise", speed_noise), ("bend_noise", bend_noise), ("climb_noise", climb_noise)):
-            if not 0.0 < value < math.inf:
-                raise DrakeTrackerError(f"coordinated_turn: {name} is {value}; it must be positive and finite")
+        of = "coordinated_turn"
+        positive(of, speed_noise=speed_noise, bend_noise=bend_noise, climb_noise=climb_noise, start_sigma=start_sigma)
+        positive(of, restart_after=restart_after)
+        not_negative(of, systematic_std=systematic_std, ready_after=ready_after)
         self.speed_noise, self.bend_noise, self.climb_noise = speed_noise, bend_noise, climb_noise
         self.start_sigma = start_sigma
         self.systematic_std = systematic_std
@@ -122,6 +140,11 @@ class CoordinatedTurn:
             ready=False,
         )
 
+    def forget(self, state):
+        """Returns the state of a filter that knows of the past no more than when and where, and at what height."""
+        held = read_only(state.mean * [1.0, 1.0, 1.0, 0.0, 0.0])
+        return replace(self.initial_state(), stamp=state.stamp, mean=held, height=read_only(state.height * [1.0, 0.0]))
+
     def ready(self, state):
         """Returns whether there is enough data for a prediction."""
         return state.ready
@@ -138,20 +161,29 @@ class CoordinatedTurn:
         if not math.isfinite(x + y + z):
             return state
         stamp = float(stamp)
+        row = (stamp, x, y, z)
         dt = stamp - state.stamp
-        if dt > self.restart_after:
-            return self._start(replace(state, coverage=state.coverage.forget()), (), (stamp, x, y, z))
+        # Between two points it may turn by half a turn; more cannot be told from less.
+        if dt > self.restart_after or abs(state.mean[SPEED] * state.mean[BEND]) * dt > math.pi:
+            return self._start_afresh(state, row)
         if state.start is not None:
-            return self._start(state, state.start, (stamp, x, y, z))
+            return self._start(state, state.start, row)
         speed_noise = self._speed_noise_now(state)
         mean, covariance = self.propagate(state.mean, state.covariance, dt, speed_noise)
         variance = state.sigma**2
         deviation = math.sqrt(variance + max(covariance[X, X], covariance[Y, Y]))
         if math.hypot(x - mean[X], y - mean[Y]) > JUMP + 6.0 * deviation:
-            return self._ignore(state, (stamp, x, y, z), mean, covariance)
+            return self._ignore(state, row, mean, covariance)
         kept = math.exp(-dt / DRIFT_TIME)
         drift = kept * state.drift + math.sqrt(1.0 - kept * kept) * ahead(mean, covariance, x, y, variance)
         mean, covariance, residual, hph = correct(mean, covariance, np.array([x, y]), variance)
+        way = state.way
+        if way < HEADING_SURE:
+            c, s = math.cos(mean[HEADING]), math.sin(mean[HEADING])
+            way += c * (mean[X] - state.mean[X]) + s * (mean[Y] - state.mean[Y])
+            if way < -HEADING_SURE:
+                mean, covariance = turned_about(mean, covariance)
+                way, drift = -way, -drift
         height, height_covariance = self._update_height(state, z, dt, variance)
         # What a corrected state leaves of a residual, plus what the correction took up, is the noise (Mehra 1972).
         measured = 0.5 * (residual @ residual + hph)
@@ -166,29 +198,34 @@ class CoordinatedTurn:
             stamp=stamp,
             mean=read_only(mean),
             covariance=read_only(covariance),
-            height=height,
-            height_covariance=height_covariance,
+            height=read_only(height),
+            height_covariance=read_only(height_covariance),
             sigma=min(max(sigma, SIGMA_LIMITS[0]), SIGMA_LIMITS[1]),
             start=None,
             since=state.since,
             ready=ready,
             coverage=coverage,
             drift=drift,
+            way=way,
         )
+
+    def _start_afresh(self, state, row):
+        """Returns the state of a filter that knows ``row`` (stamp, x, y, z) and how its predictions came true."""
+        return self._start(replace(state, coverage=state.coverage.forget()), (), row)
 
     def _ignore(self, state, row, mean, covariance):
         """Returns the state after a wild point, ``row`` as in `CoordinatedTurnState`: the expected ``mean`` and
         ``covariance``, or a fresh start where the object has jumped to."""
         if state.wild + 1 >= MOST_WILD:
-            return self._start(replace(state, coverage=state.coverage.forget()), (), row)
+            return self._start_afresh(state, row)
         height, height_covariance = self._update_height(state, row[3], row[0] - state.stamp, math.inf)
         return replace(
             state,
             stamp=row[0],
             mean=read_only(mean),
             covariance=read_only(covariance),
-            height=height,
-            height_covariance=height_covariance,
+            height=read_only(height),
+            height_covariance=read_only(height_covariance),
             wild=state.wild + 1,
         )
 
@@ -208,11 +245,17 @@ class CoordinatedTurn:
         return propagate(mean, covariance, dt, q_speed, q_bend)
 
     def _start(self, state, start, row):
-        """Collects the first points; lays a straight line through them once there are enough."""
-        start = (*start, row)
+        """Collects the first points; lays a straight line through them once there are enough that are not wild."""
+        start, wild = (*start, row), 0
         stamp, _, _, _ = row
-        rows = np.array(start)
         sigma = state.sigma
+        if len(start) >= START_POINTS:
+            near = near_a_line(np.array(start), JUMP + 6.0 * sigma)
+            wild = 0 if near[-1] else state.wild + 1
+            if wild >= MOST_WILD:
+                return self._start_afresh(state, row)
+            start = tuple(compress(start, near))
+        rows = np.array(start)
         since = rows[0, 0]
         mean, covariance = np.array([*rows[-1, 1:3], state.mean[HEADING], 0.0, 0.0]), np.eye(5)
         height, height_covariance = np.array([rows[:, 3].mean(), 0.0]), np.diag([sigma**2, 1e-4])
@@ -238,19 +281,11 @@ class CoordinatedTurn:
             since=float(since),
             ready=False,
             coverage=state.coverage,
+            wild=wild,
         )
 
     def _update_height(self, state, z, dt, variance):
-        """Returns z and climb, and their covariance, after a Kalman step."""
-        (a, b), (_, d) = state.height_covariance.tolist()
-        q = self.climb_noise**2
-        a, b, d = a + dt * (2.0 * b + dt * d) + q * dt**3 / 3.0, b + dt * d + q * dt**2 / 2.0, d + q * dt
-        height, climb = state.height.tolist()
-        height += dt * climb
-        gain, climb_gain = a / (a + variance), b / (a + variance)
-        residual = z - height
-        covariance = np.array([[(1.0 - gain) * a, (1.0 - gain) * b], [(1.0 - gain) * b, d - climb_gain * b]])
-        return read_only(np.array([height + gain * residual, climb + climb_gain * residual])), read_only(covariance)
+        return height_step(state.height, state.height_covariance, z, dt, self.climb_noise**2, variance)
 
     def predict(self, state, times):
         """Returns rows x, y, z [m, W], yaw [rad] at absolute ``times`` [s], shape (n, 4); yaw is the heading."""
@@ -275,7 +310,7 @@ class CoordinatedTurn:
         deviations = np.empty(len(nodes))
         for k, step in enumerate(nodes.tolist()):
             _, covariance = self.propagate(state.mean, state.covariance, step, speed_noise)
-            deviations[k] = math.sqrt(covariance[X, X] + covariance[Y, Y])
+            deviations[k] = math.sqrt(max(covariance[X, X] + covariance[Y, Y], 0.0))
         if nodes is not tau:  # which over the square of the time is nearly straight
             deviations = np.interp(tau**2, nodes**2, deviations)
         return np.hypot(state.coverage.factor * deviations, self.systematic_std)

@@ -9,7 +9,7 @@ import numpy as np
 from drake_tracker.arrays import read_only
 from drake_tracker.estimation.coordinated_turn import SIGMA_LIMITS
 from drake_tracker.estimation.periodic_path import PeriodicPath, basis, improve_path, slope, straighten
-from drake_tracker.estimation.phase_filter import CRUISE, PhaseFilter, centre, deviations, spread
+from drake_tracker.estimation.phase_filter import CRUISE, centre, deviations, spread
 
 SURPRISE = 9.0
 """Mean square of residuals, over what is expected of it, at which the points have left the path."""
@@ -112,11 +112,11 @@ class Place:
 class PathFollower:
     """Follows an object along a `PeriodicPath`; functional, all memory is in the `Following`.
 
-    ``phase``: parameters of the `PhaseFilter`.
+    ``phase``: the `PhaseFilter` of where on it the object is.
     """
 
-    def __init__(self, **phase):
-        self._phase = PhaseFilter(**phase)
+    def __init__(self, phase):
+        self._phase = phase
 
     def start(self, path, stamps, s, points, variance):
         """Returns the `Following` of a path just learned.
@@ -168,7 +168,8 @@ class PathFollower:
         modes = self._phase.correct(modes, seen, seen_variance)
         before, s = following.s, centre(modes)
         row = basis(s, path.length, path.harmonics)
-        keep = math.exp(-abs(s - before) / (LAPS_KEPT * path.length))
+        # A way not seen tells nothing of the path: it counts for a lap at most.
+        keep = math.exp(-min(abs(s - before), path.length) / (LAPS_KEPT * path.length))
         path = improve_path(path, row, point - row @ path.coefficients, variance, keep)
         if s // path.length > before // path.length:  # a lap is done
             path, straight = straighten(path, s)

@@ -13,12 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.estimation.parameters import positive
 
 CRUISE, MANOEUVRE, STOP = range(3)
 SOJOURN = (1000.0, 6.0, 1.0)
 """Mean time [s] that an object stays in a mode; it leaves it for each of the others alike."""
 LEAST_PROBABILITY = 1e-9
+LONGEST_STEP = 10.0
+"""Over more than so many times the time in which an acceleration fades, the matrix exponential loses its digits."""
 
 
 class Mode(NamedTuple):
@@ -55,15 +57,8 @@ class PhaseFilter:
     """
 
     def __init__(self, cruise_noise=5e-5, manoeuvre_noise=0.04, fading=1.0, stop_noise=1.0, stop_fading=0.15):
-        for name, value in (
-            ("cruise_noise", cruise_noise),
-            ("manoeuvre_noise", manoeuvre_noise),
-            ("fading", fading),
-            ("stop_noise", stop_noise),
-            ("stop_fading", stop_fading),
-        ):
-            if not 0.0 < value < math.inf:
-                raise DrakeTrackerError(f"phase filter: {name} is {value}; it must be positive and finite")
+        positive("phase filter", cruise_noise=cruise_noise, manoeuvre_noise=manoeuvre_noise, stop_noise=stop_noise)
+        positive("phase filter", fading=fading, stop_fading=stop_fading)
         motions = (
             _white_acceleration(cruise_noise**2),
             _fading_acceleration(manoeuvre_noise**2, fading),
@@ -220,14 +215,23 @@ def _fading_acceleration(q, fading):
     ``q`` in a second (Singer 1970)."""
     generator = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0 / fading]])
 
-    def motion(dt):
+    def both(dt):
+        """Returns transition and noise, each (3, 3)."""
+        if dt > LONGEST_STEP * fading:  # the exponential holds exp(dt / fading): of a long time, twice the half
+            transition, noise = both(0.5 * dt)
+            return transition @ transition, noise + transition @ noise @ transition.T
         # Van Loan 1978: one matrix exponential holds both.
         block = np.zeros((6, 6))
         block[:3, :3], block[3:, 3:] = -generator, generator.T
         block[2, 5] = q
         exponential = expm(block * dt)
         transition = exponential[3:, 3:].T
-        noise = transition @ exponential[:3, 3:]
+        return transition, transition @ exponential[:3, 3:]
+
+    def motion(dt):
+        if dt < 0.0:  # back in time an acceleration that fades would have been without limit
+            return Motion(dt, 0.0, 0.0, 0.0, (0.0,) * 6)
+        transition, noise = both(dt)
         (_, v_to_s, a_to_s), (_, _, a_to_v), (_, _, a_to_a) = transition.tolist()
         return Motion(v_to_s, a_to_s, a_to_v, a_to_a, tuple(noise[np.triu_indices(3)].tolist()))
 

@@ -18,6 +18,7 @@ import numpy as np
 from drake_tracker.arrays import read_only
 from drake_tracker.constants import GRAVITY
 from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.estimation.parameters import not_negative, positive
 
 STEEPEST = 1.5
 """A ball is no faster than this times a free roll over the board's whole length."""
@@ -97,11 +98,10 @@ class Slope:
         rest_time=0.4,
         restart_after=0.5,
     ):
-        positive = {"width": width, "length": length, "ball_radius": ball_radius, "rolling_factor": rolling_factor}
-        positive |= {"sigma": sigma, "process_noise": process_noise, "hit_speed": hit_speed, "gate": gate}
-        for name, value in positive.items():
-            if not 0.0 < value < math.inf:
-                raise DrakeTrackerError(f"slope: {name} is {value}; it must be positive and finite")
+        positive("slope", width=width, length=length, ball_radius=ball_radius, rolling_factor=rolling_factor)
+        positive("slope", sigma=sigma, process_noise=process_noise, hit_speed=hit_speed, gate=gate)
+        positive("slope", start_distance=start_distance, rest_time=rest_time, restart_after=restart_after)
+        not_negative("slope", restitution=restitution, margin=margin)
         if not (0.0 <= restitution <= 1.0 and width > 2.0 * ball_radius):
             raise DrakeTrackerError("slope: restitution must be from 0 to 1, and the board wider than the ball")
         X_WB = np.asarray(X_WB, dtype=float)

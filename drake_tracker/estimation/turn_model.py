@@ -68,7 +68,7 @@ def ahead(mean, covariance, x, y, variance):
     (a, b), (_, d) = covariance[:2, :2].tolist()
     c, s = math.cos(heading), math.sin(heading)
     along = c * (x - x_expected) + s * (y - y_expected)
-    return along / math.sqrt(c * c * a + 2.0 * c * s * b + s * s * d + variance)
+    return along / math.sqrt(max(c * c * a + 2.0 * c * s * b + s * s * d, 0.0) + variance)
 
 
 def correct(mean, covariance, point, variance):
@@ -86,3 +86,44 @@ def correct(mean, covariance, point, variance):
     covariance = covariance - gain @ covariance[:2]
     covariance = 0.5 * (covariance + covariance.T)
     return mean, covariance, point - mean[:2], covariance[X, X] + covariance[Y, Y]
+
+
+def height_step(mean, covariance, z, dt, q_climb, variance):
+    """Returns z and climb (2,) [m, m/s], and their covariance, ``dt`` [s] later and corrected by a measured ``z`` [m].
+
+    ``q_climb``: by how much the variance of the climb grows in a second [m^2/s^3]. ``variance``: of the noise of z
+    [m^2]; infinite where nothing was measured.
+    """
+    (a, b), (_, d) = covariance.tolist()
+    a, b, d = a + dt * (2.0 * b + dt * d) + q_climb * dt**3 / 3.0, b + dt * d + q_climb * dt**2 / 2.0, d + q_climb * dt
+    height, climb = mean.tolist()
+    height += dt * climb
+    gain, climb_gain = a / (a + variance), b / (a + variance)
+    residual = z - height
+    covariance = np.array([[(1.0 - gain) * a, (1.0 - gain) * b], [(1.0 - gain) * b, d - climb_gain * b]])
+    return np.array([height + gain * residual, climb + climb_gain * residual]), covariance
+
+
+def turned_about(mean, covariance):
+    """Returns mean and covariance of the same motion with the object's front at its other end."""
+    sign = np.array([1.0, 1.0, 1.0, -1.0, -1.0])
+    return mean * sign + np.array([0.0, 0.0, math.pi, 0.0, 0.0]), covariance * np.outer(sign, sign)
+
+
+def near_a_line(rows, reach):
+    """Returns which rows (stamp, x, y, z) lie near a line through most of them, driven at constant speed, shape (n,).
+
+    Near is within ``reach`` [m]: of the line of least squares, if all are; else of one that up to half of the points
+    cannot move (Siegel's repeated medians), where a path that bends is granted six times the median distance as well.
+    """
+    age, places = rows[:, 0] - rows[-1, 0], rows[:, 1:3]
+
+    def distances(lines):
+        return np.hypot(*(places - np.outer(age, lines[0]) - lines[1]).T)
+
+    if np.all(distances(np.polyfit(age, places, 1)) <= reach):
+        return np.full(len(rows), True)
+    from scipy.stats import siegelslopes  # takes a second to load, and is seldom wanted
+
+    away = distances(np.transpose([siegelslopes(axis, age, method="separate") for axis in places.T]))
+    return away <= np.maximum(reach, 6.0 * np.median(away))

@@ -181,8 +181,10 @@ def test_predicted_error_matches_the_errors_made():
     "parameters, named",
     [
         ({"mode": "both"}, "mode"),
-        ({"order": 0}, "orders"),
+        ({"order": 0}, "order is 0"),
+        ({"order": 30.0}, "order is 30.0"),
         ({"baseline_range": (5, 3)}, "baseline_range"),
+        ({"baseline_range": (1, 2, 3)}, "baseline_range"),
         ({"period": 0.0}, "period"),
         ({"colour": 1}, "colour"),
     ],

@@ -185,3 +185,56 @@ def test_the_lag_is_data(lag_cycles):
             state = estimator.update(state, t, p)
     plain, _ = run(drive)
     np.testing.assert_array_equal(estimator.predict(state, [11.0]), estimator.predict(plain, [11.0]))
+
+
+@pytest.mark.parametrize("gap", [8.0, 30.0, 150.0, 1e5])
+def test_a_long_time_without_vision_does_no_harm(gap):
+    drive = Drive(make_track("circle", radius=0.16), SPEED, 8.0)
+    estimator = make_estimator("closed_path")
+    state = estimator.initial_state()
+    for t, p in zip(drive.times, drive.points, strict=True):
+        state = estimator.update(state, t, p)
+    lap_time = drive.lap_time(SPEED)
+    laps = np.ceil((drive.times[-1] + gap) / lap_time)
+    for t, p in zip(drive.times, drive.points, strict=True):  # the same again, whole laps later
+        state = estimator.update(state, laps * lap_time + t, p)
+        assert state.stamp == laps * lap_time + t
+        later = estimator.predict(state, state.stamp + np.array([0.0, 0.75, 8.0, 100.0]))
+        assert np.isfinite(later).all()
+        assert np.isfinite(estimator.predict_std(state, state.stamp + np.array([0.0, 0.75, 8.0, 100.0]))).all()
+    x, y = estimator.predict(state, [state.stamp + 0.75])[0, :2]
+    assert np.hypot(*(drive.truth(drive.times[-1:] + 0.75)[0, :2] - [x, y])) < 0.004
+    assert state.path.length == pytest.approx(drive.track.length, rel=0.01)
+
+
+def test_its_deviation_grows_steadily_with_the_horizon():
+    drive = Drive(stadium(), SPEED, 14.0)
+    state, _ = run(drive)
+    deviations = make_estimator("closed_path").predict_std(state, state.stamp + np.arange(0.0, 9.0, 0.5))
+    assert (np.diff(deviations) > -2e-4).all()
+    assert deviations[-1] < 0.1
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_an_object_that_was_at_rest_is_learned_whichever_way_it_departs(seed):
+    """At rest noise alone gives it a heading, which may be the wrong one."""
+    track = make_track("circle", radius=0.16)
+    drive = Drive(track, lambda t: SPEED if t > 2.0 else 0.0, 2.0 + 1.4 * track.length / SPEED, seed=seed)
+    state, rows = run(drive)
+    assert state.path is not None
+    assert state.path.length == pytest.approx(track.length, rel=0.02)
+    assert abs(rows[-60:, 2]).max() < 0.1
+
+
+@pytest.mark.parametrize("gap, laps", [(2.0, 0.6), (9.0, 1.2)])
+def test_what_was_seen_before_a_gap_is_linked_if_it_cannot_have_come_round(gap, laps):
+    drive = Drive(stadium(), SPEED, 4.0 + gap + 2.5 * stadium().length / SPEED)
+    estimator = make_estimator("closed_path")
+    state, closed_at = estimator.initial_state(), None
+    for t, p in zip(drive.times, drive.points, strict=True):
+        if not 4.0 < t < 4.0 + gap:
+            state = estimator.update(state, t, p)
+        if closed_at is None and state.path is not None:
+            closed_at = t
+    assert closed_at < 4.0 + gap + laps * drive.lap_time(SPEED)
+    assert state.path.length == pytest.approx(stadium().length, rel=0.02)

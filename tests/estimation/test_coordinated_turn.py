@@ -178,3 +178,20 @@ def test_the_deviation_of_many_times_is_that_of_each():
     times = state.stamp + np.linspace(0.0, 1.5, 31)
     each = [estimator.predict_std(state, [t])[0] for t in times]
     np.testing.assert_allclose(estimator.predict_std(state, times), each, rtol=0.05, atol=2e-4)
+
+
+@pytest.mark.parametrize("wild", [(7,), (0, 7), (2, 6), (5, 6, 7), (9, 10, 11, 12)])
+def test_wild_points_among_the_first_do_not_matter(wild):
+    drive = Drive(make_track("circle", radius=0.15), 0.15, 2.0)
+    points = drive.points.copy()
+    points[list(wild)] += [1.0, -0.5, 0.0]
+    state, rows = errors(make_estimator("coordinated_turn"), drive.times, points, drive, 0.25)
+    assert rows[0, 0] < 0.6 and rows[rows[:, 0] > 0.6, 1].max() < 0.02
+    assert state.sigma < 0.002
+
+
+def test_an_object_that_bolts_out_of_rest_is_followed():
+    """Its points lie nowhere near the line through those at rest, as wild ones would."""
+    drive = Drive(make_track("line", length=3.0), lambda t: 1.0 if t > 0.11 else 0.0, 1.0, sigma=0.0002)
+    state, rows = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.1)
+    assert rows[-1, 1] < 0.005 and state.mean[SPEED] == pytest.approx(1.0, abs=0.05)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.estimation.phase_filter import CRUISE, MANOEUVRE, PhaseFilter, _drive, spread
+from drake_tracker.estimation.phase_filter import CRUISE, MANOEUVRE, STOP, PhaseFilter, _drive, spread
 
 PERIOD = 1.0 / 60.0
 
@@ -103,3 +103,24 @@ def test_the_numbers_written_out_are_the_matrices_products():
 def test_noise_that_is_no_number_is_refused():
     with pytest.raises(DrakeTrackerError, match="fading is -1"):
         PhaseFilter(fading=-1.0)
+
+
+@pytest.mark.parametrize("mode", [MANOEUVRE, STOP])
+def test_a_long_time_is_many_short_ones(mode):
+    """The matrix exponential of a long time has lost its digits; what is reckoned by halves has not."""
+    phase = PhaseFilter()
+    start = phase.start(0.0, 0.1, 1e-6, 1e-4)[mode]._replace(mean=(0.0, 0.1, 0.2))
+    motion = phase._motions[mode]
+    step_by_step = start
+    for _ in range(2400):
+        step_by_step = _drive(step_by_step, motion(0.025))
+    at_once = _drive(start, motion(60.0))
+    np.testing.assert_allclose(at_once.mean, step_by_step.mean, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(at_once.covariance, step_by_step.covariance, rtol=1e-6, atol=1e-12)
+
+
+def test_of_the_past_the_speed_alone_is_asked():
+    phase = PhaseFilter()
+    modes = tuple(mode._replace(mean=(1.0, 0.1, -0.3)) for mode in phase.start(1.0, 0.1, 1e-6, 1e-4))
+    (s,), _ = phase.ahead(modes, [-2.0])
+    assert s == pytest.approx(0.8)
