@@ -20,6 +20,12 @@ LEAST_VIEWS = 5
 """Fewest pairs of photographs, or photographs of a single camera, with a board in them."""
 WORST_RMS = 3.0
 """A reprojection error [px] beyond this is not that of a lens: the board is another one, or the pairs are mixed up."""
+LEAST_SPREAD = np.radians(15.0)
+"""Least angle between the boards of two photographs: held alike in all of them they do not tell what the lens is."""
+LEAST_BASELINE = 0.2
+"""Least distance between two cameras, in squares of the board."""
+LARGEST_SQUARE = 1.0
+"""Largest side of a square [m]; more are millimetres."""
 MOST_LEFT_OUT = 20
 """Pairs that are left out in turn to see how good the rest is."""
 LENS_OPTIONS = {"fix_principal_point": False, "fix_aspect_ratio": False, "radial_terms": 2, "tangential": True}
@@ -38,8 +44,8 @@ def parse_board(text, square):
         raise DrakeTrackerError(f"--board {text}: give the inner corners as COLUMNSxROWS, for example 9x6")
     if square is None:
         raise DrakeTrackerError("--square is missing: the side of one square of the board [m], for example 0.025")
-    if not 0.0 < square < np.inf:
-        raise DrakeTrackerError(f"--square {square:g}: the side of a square must be above 0 m")
+    if not 1e-4 <= square <= LARGEST_SQUARE:
+        raise DrakeTrackerError(f"--square {square:g}: the side of a square must lie in 0.0001..{LARGEST_SQUARE:g} m")
     return Chessboard(int(match[1]), int(match[2]), square)
 
 
@@ -59,13 +65,24 @@ def calibrate_photographs(specs, board, path, *, world=False):
     """
     if not Path(path).absolute().parent.is_dir():
         raise DrakeTrackerError(f"-o {path}: there is no folder {Path(path).parent}")
+    if Path(path).is_dir():
+        raise DrakeTrackerError(f"-o {path}: is a folder; name a file")
     files = [list_images(spec) for spec in specs]
+    if len(files) == 2 and files[0] == files[1]:
+        raise DrakeTrackerError(f"{specs[0]} and {specs[1]}: these are the same images; give those of each camera")
     if len(set(map(len, files))) > 1:
         raise DrakeTrackerError(
             f"{specs[0]} has {len(files[0])} images and {specs[1]} has {len(files[1])}; every pair needs both"
         )
     with closing(StepsProgress()) as progress:
         names, views, shapes = _find_boards(list(zip(*files)), board, progress)
+    for spec, views_of_one, shape in zip(specs, views, shapes):
+        spread = lens_from_corners(views_of_one, board, shape, **LENS_OPTIONS).spread
+        if spread < LEAST_SPREAD:
+            raise DrakeTrackerError(
+                f"{spec}: the board is held alike in all images, within {np.degrees(spread):.0f} deg; take photographs "
+                "of it tilted to all sides, by 20 deg and more"
+            )
     errors = {}
     if len(specs) == 1:
         (views_left,), (shape,) = views, shapes
@@ -83,6 +100,8 @@ def calibrate_photographs(specs, board, path, *, world=False):
             f"{board.columns} x {board.rows} inner corners, or the images are not pairs of one moment"
         )
     if len(specs) == 2:
+        if np.linalg.norm(right.X_WC[:3, 3]) < LEAST_BASELINE * board.square:
+            raise DrakeTrackerError(f"{specs[0]} and {specs[1]}: both cameras stand at one place; are they two?")
         print(f"distance between the cameras: {np.linalg.norm(right.X_WC[:3, 3]):.4g} m")
         with closing(StepsProgress()) as progress:
             wrong = left_out_errors(*views, board, *shapes, most=MOST_LEFT_OUT, progress=progress, **LENS_OPTIONS)

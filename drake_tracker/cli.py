@@ -46,7 +46,7 @@ def main(arguments=None):
         remedy = "`make setup` installs what is missing, and `drake-tracker doctor` says more"
         print(f"drake-tracker: a package does not load ({error}); {remedy}", file=sys.stderr)
         return TROUBLE
-    except Exception:  # Python's own exit code would be 1, which says that the run went well and took nothing.
+    except (Exception, SystemExit):  # Python's own code, or that of a user's part, would tell that the run went well
         traceback.print_exc()
         return FAULT
 

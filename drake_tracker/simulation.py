@@ -48,7 +48,7 @@ def simulate(
       live: a `LiveView` that shows the run, and may hold it; real-time factor and wall time are without that time.
 
     Raises DrakeTrackerError on a scenario that cannot be built and, when cameras are needed, on a machine that
-    cannot render.
+    cannot render. What a part of the scenario raises as it runs is raised when everything up to there was written.
     """
     clock = {"start": time.monotonic()}
     task = task_of(scenario)
@@ -102,9 +102,15 @@ def simulate(
     if live is not None:
         live.begin()
     clock["simulate"] = time.monotonic()
+    fault = None
     with _interrupts(watch):
-        simulator.Initialize()
-        simulator.AdvanceTo(scenario.duration)
+        try:
+            simulator.Initialize()
+            simulator.AdvanceTo(scenario.duration)
+        except Exception as error:  # of the user's own part, perhaps: what there is by then is kept
+            if context.get_time() <= 0.0:
+                raise
+            fault, watch.interrupted = error, True
     clock["write"] = time.monotonic()
     if live is not None:
         live.write()
@@ -128,6 +134,8 @@ def simulate(
     }
     if out is not None:
         save_summary(summary, out / "summary.json")
+    if fault is not None:
+        raise fault
     return summary
 
 

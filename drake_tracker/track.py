@@ -79,7 +79,7 @@ def prepare(
     """
     for name, value, least in (("fps", fps, 0.0), ("duration", duration, 0.0), ("max-gap", max_gap, 0.0)):
         if value is not None and not least < value < np.inf:
-            raise DrakeTrackerError(f"--{name} {value:g}: must be above {least:g}")
+            raise DrakeTrackerError(f"--{name} {value:g}: must be above {least:g} and finite")
     for name, value in (("height", height), ("offset", offset)):
         if not np.isfinite(value):
             raise DrakeTrackerError(f"--{name} {value:g}: must be a finite number")
@@ -139,7 +139,7 @@ def run(tracking, out, *, overlay=True, progress=None):
     """Makes a track and leaves track.csv, overlay.mp4, track.png and summary.json in the folder ``out``.
 
     A key press of Ctrl-C ends it, with everything made so far. So does trouble on the way, a damaged video or a full
-    disk; then DrakeTrackerError, one line, is raised at the end.
+    disk; then DrakeTrackerError, one line, is raised at the end, or what an estimator of one's own raised.
 
     Args:
         tracking: `Tracking`. overlay: whether to write the video. progress: called with (time [s], text).
@@ -198,6 +198,8 @@ class _kept:
             self._trouble.append(DrakeTrackerError(words))
             if self._whole is not None:
                 (self._out / self._whole).unlink(missing_ok=True)
+        elif isinstance(error, Exception):  # of an estimator of the user's own, say
+            self._trouble.append(error)
         else:
             return False
         return True

@@ -113,7 +113,10 @@ def test_a_pair_without_the_board_is_named_and_passed_over(shots, capsys):
         (lambda: None, "left right", {"board": "6by5"}, "--board 6by5: give the inner corners as COLUMNSxROWS"),
         (lambda: None, "left right", {"board": "6x4x2"}, "--board 6x4x2"),
         (lambda: None, "left right", {"board": "6x6"}, "a board of 6 x 6 inner corners cannot be used"),
-        (lambda: None, "left right", {"square": "0"}, "--square 0: the side of a square must be above 0 m"),
+        (lambda: None, "left right", {"square": "0"}, "--square 0: the side of a square must lie in 0.0001..1 m"),
+        (lambda: None, "left right", {"square": "30"}, "--square 30: the side of a square must lie in 0.0001..1 m"),
+        (lambda: None, "left left", {}, "left and left: these are the same images"),
+        (lambda: alike(0), "left right", {}, "left: the board is held alike in all images, within 0 deg"),
         (lambda: None, "left nowhere", {}, "nowhere: there is no such folder of images"),
         (lambda: None, "left right left", {}, "3 image sets; give one or two"),
         (lambda: None, "left right --set a=b", {}, "--set changes a scenario"),
@@ -126,6 +129,13 @@ def test_bad_input_is_one_line_and_leaves_the_file_that_was_there(shots, capfd, 
     (line,) = capfd.readouterr().err.splitlines()
     assert line.startswith("drake-tracker: ") and message in line
     assert Path("rig.yaml").read_text() == "as it was"
+
+
+def alike(k):
+    """Every pair shows the board as the ``k``-th does."""
+    for side in ("left", "right"):
+        for n in range(len(HELD)):
+            Path(f"{side}/{n + 6}.png").write_bytes(Path(f"{side}/{k + 6}.png").read_bytes())
 
 
 def smaller(path):

@@ -3,6 +3,7 @@
 import errno
 import itertools
 import json
+import shlex
 import shutil
 import sys
 from pathlib import Path
@@ -117,6 +118,42 @@ def test_folders_of_images_whose_missing_numbers_were_dropped(folder):
     assert (data["valid"] == 0).sum() == 3 and np.nanmax(errors(data)) < 0.002
 
 
+def test_folders_that_count_through_the_same_numbers_share_a_clock(folder):
+    """The right camera's first images are missing: its others stay where their numbers put them."""
+    left = write_images(folder / "left", images("left")[:45], range(45))
+    right = write_images(folder / "right", images("right")[5:45], range(5, 45))
+    arguments = ("--calibration", "stereo.yaml", "--fps", "30", "--no-overlay")
+    assert track(left, right, *arguments) == 0
+    data = read_track(folder / "out")
+    assert (data["valid"] == 1).sum() > 30 and np.nanmax(errors(data)) < 0.002
+
+
+def test_cameras_that_are_swapped_are_guessed(folder, capsys):
+    for name, other in (("left", "right"), ("right", "left")):
+        write_video(folder / f"{name}.mkv", images(other)[:45], TIMES[:45])
+    track("left.mkv", "right.mkv", "--calibration", "stereo.yaml", "--no-overlay")
+    said = capsys.readouterr().out
+    assert "both cameras saw motion in" in said and "are the cameras swapped" in said
+    assert "nothing was seen to move" not in said
+
+
+def test_what_an_estimator_raises_on_the_way_leaves_the_track_up_to_there(folder, monkeypatch, capfd):
+    (folder / "late.py").write_text(
+        "from drake_tracker.estimation.coordinated_turn import CoordinatedTurn\n"
+        "class Late(CoordinatedTurn):\n"
+        "    def update(self, state, stamp, p_WQ):\n"
+        "        if stamp > 1.5:\n"
+        "            raise ValueError('too late')\n"
+        "        return super().update(state, stamp, p_WQ)\n"
+    )
+    monkeypatch.setattr("drake_tracker.diagrams.estimators.check_estimator", lambda *_: None)
+    arguments = ("--calibration", "stereo.yaml", "--no-overlay", "--estimator", "!Custom {call: late.Late}")
+    assert track(*videos(folder), *arguments) == 3
+    assert "ValueError: too late" in capfd.readouterr().err
+    assert len(read_track(folder / "out")["stamp"]) > 20
+    assert (folder / "out" / "summary.json").is_file() and (folder / "out" / "track.png").is_file()
+
+
 def test_a_single_video_gives_the_centroid(folder):
     write_video(folder / "left.mkv", images("left")[:30], TIMES[:30])
     assert track("left.mkv") == 0
@@ -165,6 +202,9 @@ def test_nothing_that_moves_is_no_success(folder, capsys):
         ("text.mkv", ["text.mkv: this video cannot be read"]),
         ("nowhere.mkv", ["nowhere.mkv: there is no such file"]),
         ("left.mkv --detector Eye", ["detector must be one of !NormalFlow, !FrameDifference"]),
+        ("left.mkv --detector '!NormalFlow {foo: 1}'", ["detector.foo"]),
+        ("left.mkv --estimator '!!ArcLength {}'", ["!!ArcLength is no tag; one ! makes one"]),
+        ("left.mkv --max-gap inf", ["--max-gap inf: must be above 0 and finite"]),
         ("left.mkv --estimator Oracle", ["estimator must be one of !CoordinatedTurn"]),
         ("left.mkv --fps -1", ["--fps -1: must be above 0"]),
         ("left.mkv --offset nan", ["--offset nan: must be a finite number"]),
@@ -177,7 +217,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(folder, capfd, arguments, word
     (folder / "text.mkv").write_text("this is no video")
     wide = {name: CameraModel(c.K, c.distortion, c.X_CW, 640, 480) for name, c in CAMERAS.items()}
     write_calibration(folder / "wide.yaml", wide)
-    assert track(*arguments.split()) == 2
+    assert track(*shlex.split(arguments)) == 2
     one_line(capfd, *words)
     assert not (folder / "out").exists()
 

@@ -33,11 +33,20 @@ def open_directory(plan, out):
         _compare(wanted, _read_plan(out), out)
     record = Record(out / TRIALS)
     try:
+        _check_rows(record)
         write_whole(out / PLAN, json.dumps(wanted, indent=2) + "\n")
     except DrakeTrackerError:
         record.close()
         raise
     return record
+
+
+def _check_rows(record):
+    for row in record.rows:
+        kept = isinstance(row.get("settings"), dict) and isinstance(row.get("seed"), int) and "success" in row
+        if not kept:
+            number = record.rows.index(row) + 1
+            raise DrakeTrackerError(f"{record.path}: result {number} is not that of a trial; take its line out")
 
 
 def discard(out):

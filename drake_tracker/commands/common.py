@@ -1,10 +1,13 @@
 """What several commands share: exit codes, arguments, the directory that a job leaves."""
 
+import re
 import time
 from pathlib import Path
 
 from drake_tracker.errors import DrakeTrackerError
 
+LONGEST_NAME = 100
+"""Letters of a scenario's name that the name of a directory has, at most."""
 SUCCESS, NOT_TAKEN, TROUBLE, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
 
 
@@ -62,7 +65,8 @@ def forget_if_empty(out):
 
 def free_name(name):
     """Returns the path of a directory in runs/ that is not there yet, named by a name and the time."""
-    stem = Path("runs") / f"{name.replace(':', '-')}-{time.strftime('%Y%m%d-%H%M%S')}"
+    name = re.sub(r"[^\w.+-]", "-", name).lstrip(".")[:LONGEST_NAME]
+    stem = Path("runs") / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}"
     out, count = stem, 1
     while out.exists():
         count += 1

@@ -5,6 +5,9 @@ from pathlib import Path
 from drake_tracker.commands.common import INTERRUPTED, NOT_TAKEN, SUCCESS, run_directory
 from drake_tracker.errors import DrakeTrackerError
 
+LEAST_SEEN = 5
+"""Images in which both cameras saw motion, of which something should have come."""
+
 
 def register(commands):
     """Adds the command to the parsers ``commands``."""
@@ -55,6 +58,13 @@ def execute(options):
     print(f"{'directory':<18}{out}")
     if summary["interrupted"]:
         return INTERRUPTED
-    if not summary["results"]:
+    both = summary.get("seen_by_both") or 0
+    if both > LEAST_SEEN and summary["results"] < 0.5 * both:
+        print(
+            f"both cameras saw motion in {both} images, but in most of them the rays pass each other by more than "
+            f"{options.max_gap:g} m (--max-gap): are the cameras swapped, the calibration another one's, or the videos "
+            "not of one moment?"
+        )
+    elif not summary["results"]:
         print("nothing was seen to move")
     return SUCCESS if summary["results"] else NOT_TAKEN

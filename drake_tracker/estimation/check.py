@@ -26,7 +26,7 @@ def check_estimator(estimator, name=None):
         raise DrakeTrackerError(f"{name} has no method {', '.join(missing)}; an estimator has {', '.join(METHODS)}")
     try:
         trouble = _drive(estimator)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise DrakeTrackerError(f"{name} {raised(error)}") from error
     if trouble:
         raise DrakeTrackerError(f"{name}.{trouble}")

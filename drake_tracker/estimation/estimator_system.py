@@ -10,6 +10,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
 from drake_tracker.arrays import read_only
+from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -58,6 +59,9 @@ class EstimatorSystem(LeafSystem):
 
     The update is an unrestricted one every ``timing.VISION_PERIOD``, a quarter of a plant step after the images.  Both
     outputs depend on the state alone.
+
+    The update raises DrakeTrackerError when the estimator, which may be the user's own, predicts something that is not
+    finite, or of another shape than `drake_tracker.estimation` says.
     """
 
     def __init__(self, estimator, *, period=VISION_PERIOD, offset=vision_slot(ESTIMATOR_SLOT)):
@@ -97,13 +101,23 @@ class EstimatorSystem(LeafSystem):
     def _predict(self, estimate, stamp, seq):
         """Returns the memory with a new packet built on ``estimate``."""
         times = estimate.stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
-        knots = np.empty((KNOT_COUNT, 5))
-        knots[:, :4] = self._estimator.predict(estimate, times)
-        knots[:, 4] = self._estimator.predict_std(estimate, times)
+        path, std = self._asked("predict", estimate, times, 4), self._asked("predict_std", estimate, times)
+        knots = np.column_stack([path, std])
         packet = pack_prediction(estimate.stamp, seq, knots)
         speed = np.linalg.norm(knots[1, :3] - knots[0, :3]) / KNOT_SPACING
         filtered = np.concatenate([[estimate.stamp], knots[0, :4], [speed, 1.0]])
         return EstimatorMemory(estimate, stamp, seq, read_only(packet), read_only(filtered))
+
+    def _asked(self, method, estimate, times, *columns):
+        """Returns what the estimator, which may be the user's own, says of ``times``; raises DrakeTrackerError when
+        that is of another shape or not finite."""
+        rows = np.asarray(getattr(self._estimator, method)(estimate, times), dtype=float)
+        shape = (len(times), *columns)
+        if rows.shape == shape and np.isfinite(rows).all():
+            return rows
+        wrong = f"the shape {rows.shape}, not {shape}" if rows.shape != shape else "a number that is not finite"
+        name = f"{type(self._estimator).__name__}.{method}"
+        raise DrakeTrackerError(f"{name} returned {wrong} after the point of {estimate.stamp:.3f} s")
 
     def _calc_prediction(self, context, output):
         output.SetFromVector(context.get_abstract_state(0).get_value().packet)

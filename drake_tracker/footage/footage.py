@@ -17,6 +17,8 @@ class Footage:
             which counts from the first image. It may raise DrakeTrackerError midway, when a file is damaged.
         times: (n,) [s] of all images, known beforehand; None for a live camera.
         epoch: time of the first image [s] on a clock that other footage shares, or None: a clock of its own.
+        counted: whether that clock is a count of images, which other footage that is counted shares if it counts
+            through the same numbers.
         rate: images per second that a live camera announces.
         close: function that lets go of the source.
     """
@@ -26,6 +28,7 @@ class Footage:
     frames: Callable
     times: np.ndarray | None = None
     epoch: float | None = None
+    counted: bool = False
     rate: float | None = None
     close: Callable = field(default=lambda: None)
 

@@ -8,6 +8,8 @@ from drake_tracker.errors import DrakeTrackerError
 
 LEAST_FRAMES = 8
 """Fewer images show no motion worth tracking."""
+MOST_TICKS = 100
+"""Ticks for each image, at most: of more the images are not one recording."""
 _GIVE_WAY = 0.1
 """Part of what a time is off by which the counting clock is set."""
 _PASSES = 3
@@ -48,6 +50,12 @@ def fit_clock(times, name=""):
     clock = FrameClock(float(np.median(np.diff(times))), float(times[0]))
     for _ in range(_PASSES):  # the first image's own jitter is known after the first
         counts = _count_ticks(times.tolist(), clock)
+        if counts[-1] > MOST_TICKS * len(times):
+            gap = int(np.argmax(np.diff(times)))
+            raise DrakeTrackerError(
+                f"{name}: {len(times)} images over {times[-1] - times[0]:.0f} s, {np.diff(times)[gap]:.0f} s of them "
+                f"between image {gap + 1} and the next; does each belong to this recording?"
+            )
         middle = counts.mean()
         period = (counts - middle) @ (times - times.mean()) / ((counts - middle) @ (counts - middle))
         clock = FrameClock(float(period), float(times.mean() - middle * period))

@@ -18,10 +18,10 @@ def list_images(spec):
     """
     path = Path(spec)
     if path.is_dir():
-        files = [file for file in path.iterdir() if file.suffix.lower() in SUFFIXES]
+        files = [file for file in path.iterdir() if file.suffix.lower() in SUFFIXES and _is_image(file)]
         nothing = f"{spec}: there are no images ({', '.join(SUFFIXES)}) in this folder"
     else:
-        files = [Path(file) for file in glob.glob(str(spec))]
+        files = [Path(file) for file in glob.glob(str(spec)) if _is_image(Path(file))]
         nothing = f"{spec}: there is no such folder of images, and no file that fits it as a pattern"
     if not files:
         raise DrakeTrackerError(nothing)
@@ -54,7 +54,12 @@ class quiet_opencv:
         cv2.utils.logging.setLogLevel(self._level)
 
 
+def _is_image(file):
+    """False for folders, and for the files that systems hide beside images (._0001.png)."""
+    return file.is_file() and not file.name.startswith(".")
+
+
 def _natural(path):
     """Sorts left2 before left10."""
-    parts = re.split(r"(\d+)", path.name)
-    return [(int(part), "") if part.isdigit() else (-1, part) for part in parts]
+    parts = re.split("([0-9]+)", path.name)  # texts and numbers by turns
+    return [(int(part), "") if k % 2 else (-1, part) for k, part in enumerate(parts)]

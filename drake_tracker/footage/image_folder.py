@@ -1,7 +1,6 @@
 """A folder of images as footage; their times are the numbers in their names, or those numbers over a rate."""
 
 import re
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -17,14 +16,16 @@ _UNITS = {13: 1e-3, 16: 1e-6, 19: 1e-9}
 def open_images(spec, fps=None):
     """Returns the `Footage` of a folder, or of a quoted pattern, of images.
 
-    A name that ends in a number of 13, 16 or 19 digits says when the image was taken, in ms, us or ns, one with a
-    decimal point (1305031102.175304.png) in s; such folders share a clock. Any other number counts the images, at
-    ``fps`` per second: one that is missing was dropped. Without numbers the images follow each other.
+    A name that ends in a number of 13, 16 or 19 digits says when the image was taken, in ms, us or ns, one that ends in
+    one with a decimal point (1305031102.175304.png), or is one (2.175.png), in s; such folders share a clock. Any other
+    number counts the images, at ``fps`` per second: one that is missing was dropped. Without numbers, or with a time of
+    day (12-01-00.0333.png), the images follow each other in the order of their names.
 
-    Raises DrakeTrackerError when there are none, two have the same time, or ``fps`` is missing.
+    Raises DrakeTrackerError when there are none, two have the same time, one has no number and others do, or ``fps`` is
+    missing.
     """
     files = list_images(spec)
-    times, epoch = _stamps(spec, files, fps)
+    times, epoch, counted = _stamps(spec, files, fps)
     order = np.argsort(times, kind="stable")
     files, times = [files[i] for i in order], times[order] - times.min()
     same = np.flatnonzero(np.diff(times) <= 0.0)
@@ -32,33 +33,33 @@ def open_images(spec, fps=None):
         first, second = files[same[0]], files[same[0] + 1]
         raise DrakeTrackerError(f"{spec}: {first.name} and {second.name} have the same number")
     height, width = read_image(files[0]).shape[:2]
-    return Footage(str(spec), (width, height), lambda: _frames(files, times, (width, height)), times, epoch)
+    return Footage(str(spec), (width, height), lambda: _frames(files, times, (width, height)), times, epoch, counted)
 
 
 def _stamps(spec, files, fps):
-    """Returns (times (n,) [s], epoch or None) that the names of files tell, relative to the earliest if it has one."""
-    texts = [re.search(r"(\d+(?:\.\d+)?)$", Path(file).stem) for file in files]
+    """Returns (times (n,) [s], epoch or None, whether counted) that the names of files tell, relative to the earliest
+    if it has one."""
+    texts = [re.search(r"([0-9]+(?:\.[0-9]+)?)$", file.stem) for file in files]
     texts = [match[1] if match else "" for match in texts]
-    if all("." in text for text in texts):
+    if any(texts) and not all(texts):
+        odd = files[texts.index("")]
+        raise DrakeTrackerError(f"{spec}: {odd.name} has no number and others have; name the others by a pattern")
+    if all("." in text and (len(text.split(".")[0]) > 8 or text == file.stem) for text, file in zip(texts, files)):
         seconds = [int(text.split(".")[0]) for text in texts]
         fractions = np.array([float("0." + text.split(".")[1]) for text in texts])
-        return np.array([second - min(seconds) for second in seconds]) + fractions, float(min(seconds)) + _least(
-            seconds, fractions
-        )
+        least = min(fraction for second, fraction in zip(seconds, fractions) if second == min(seconds))
+        return np.array([second - min(seconds) for second in seconds]) + fractions, float(min(seconds)) + least, False
     lengths = {len(text) for text in texts}
     if len(lengths) == 1 and lengths <= set(_UNITS):
         unit = _UNITS[lengths.pop()]
         numbers = [int(text) for text in texts]
-        return unit * np.array([number - min(numbers) for number in numbers], dtype=float), unit * min(numbers)
+        return unit * np.array([number - min(numbers) for number in numbers], dtype=float), unit * min(numbers), False
     if fps is None:
         raise DrakeTrackerError(f"{spec}: these images do not tell when they were taken; say --fps N")
     if all(text and "." not in text for text in texts):
-        return np.array([int(text) for text in texts], dtype=float) / fps, None
-    return np.arange(len(files)) / fps, None
-
-
-def _least(seconds, fractions):
-    return min(fraction for second, fraction in zip(seconds, fractions) if second == min(seconds))
+        counts = np.array([int(text) for text in texts], dtype=float)
+        return counts / fps, counts.min() / fps, True
+    return np.arange(len(files)) / fps, None, False
 
 
 def _frames(files, times, size):

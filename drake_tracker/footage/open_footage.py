@@ -1,5 +1,6 @@
 """From what the user wrote to footage: a number, a folder, a pattern, a bag or a video file."""
 
+import re
 from pathlib import Path
 
 from drake_tracker.errors import DrakeTrackerError
@@ -16,7 +17,7 @@ def open_footage(spec, fps=None):
     ``fps``: images per second, where the source does not tell, or in place of what a video file tells. Raises
     DrakeTrackerError, one line, when it cannot be read.
     """
-    if spec.isdigit():
+    if re.fullmatch("[0-9]{1,4}", spec):
         return open_camera(spec, fps)
     bag, _, topic = spec.partition(":/")
     if bag.endswith(".mcap") or (Path(bag).is_dir() and any(Path(bag).glob("*.mcap"))):

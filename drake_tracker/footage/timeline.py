@@ -35,8 +35,8 @@ def align(footage, *, offset=0.0, duration=None):
     """Returns the `Timeline` of one or two `Footage`.
 
     Stamps are 0 at the first image of the first camera. Two cameras whose times are of one clock (live cameras, a bag,
-    images named by the time since 1970) keep them. Else both recordings are taken to begin at the same instant, or the
-    second ``offset`` [s] later.
+    images named by the time since 1970, images counted through the same numbers) keep them. Else both recordings are
+    taken to begin at the same instant, or the second ``offset`` [s] later.
 
     Args:
         duration: no more than this is used [s].
@@ -58,7 +58,7 @@ def align(footage, *, offset=0.0, duration=None):
                 "both cameras must have the same rate"
             )
         clock = FrameClock(period, clock.start)
-        shared = first.epoch is not None and other.epoch is not None
+        shared = _share_a_clock(first, other)
         lag = offset + (other.epoch - first.epoch + clock.start - start if shared else 0.0)
         shift = round(lag / period)
         sequences.append(FrameSequence(other, clock, shift, clock.start - lag))
@@ -70,6 +70,15 @@ def align(footage, *, offset=0.0, duration=None):
         limit = max(1, round(duration / period))
         count = limit if count is None else min(count, limit)
     return Timeline(period, count, tuple(sequences))
+
+
+def _share_a_clock(first, other):
+    if first.epoch is None or other.epoch is None or first.counted != other.counted:
+        return False
+    if not first.counted:
+        return True
+    ends = [each.epoch + each.times[-1] for each in (first, other)]
+    return max(first.epoch, other.epoch) < min(ends)
 
 
 def _last_tick(footage, clock):

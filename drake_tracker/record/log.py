@@ -121,6 +121,13 @@ def load_log(path):
         with np.load(path) as arrays:
             names = [key for key in arrays.files if "." not in key]
             fields = {name: tuple(arrays[f"{name}.names"].tolist()) for name in names}
-            return {name: Signal(arrays[f"{name}.time"], arrays[name], fields[name]) for name in names}
+            data = {name: [_numbers(arrays[key]) for key in (f"{name}.time", name)] for name in names}
+            return {name: Signal(*data[name], fields[name]) for name in names}
     except _DAMAGED as error:
         raise DrakeTrackerError(f"{path}: this log is damaged, or was only half written: {error}") from None
+
+
+def _numbers(array):
+    if array.dtype.kind not in "fiu":
+        raise ValueError(f"there are arrays of {array.dtype} in it, not of numbers")
+    return array

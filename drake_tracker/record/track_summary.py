@@ -12,7 +12,7 @@ def summarize_track(data, period):
     ``results``: images with a valid point (or centroid, of a single camera without calibration), ``described``: of so
     many. ``gap_rms_m``: by how much the two rays pass each other. ``prediction_rms_m``: predictions `HORIZON` ahead
     against the point measured then, interpolated between neighbours. ``extent_m`` or ``extent_px``: size of the box
-    that holds the track.
+    that holds the track. ``seen_by_both``: images in which both cameras saw something move.
 
     Args:
         data: what `TrackTable.data` returns. period: of the images [s].
@@ -28,9 +28,12 @@ def summarize_track(data, period):
     gap = gap[~np.isnan(gap)]
     filtered = np.column_stack([data[f"filtered_{name}"] for name in names])
     steps = np.diff(data["stamp"])
+    sides = [column for name, column in data.items() if name.endswith("_u")]
+    seen_by_both = int(np.isfinite(sides).all(axis=0).sum()) if len(sides) == 2 else None
     speeds = np.linalg.norm(np.diff(filtered, axis=0), axis=1) / np.where(steps > 0.0, steps, np.nan)
     return summary | {
         "extent_m": extent,
+        "seen_by_both": seen_by_both,
         "gap_rms_m": float(np.sqrt(np.mean(gap**2))) if len(gap) else None,
         "median_speed_m_s": float(np.nanmedian(speeds)) if np.isfinite(speeds).any() else None,
         "prediction_rms_m": _prediction_rms(data, path, valid, period),

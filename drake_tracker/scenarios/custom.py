@@ -37,7 +37,7 @@ def make_custom(part, where):
         return make(**part.parameters)
     except DrakeTrackerError as error:
         raise DrakeTrackerError(f"{where}: {part.call}: {error}") from None
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise DrakeTrackerError(f"{where}: {part.call} {raised(error)}") from error
 
 
@@ -59,7 +59,7 @@ def _find(part, folder, where):
     except SyntaxError as error:
         place = f"{Path(error.filename or module_name).name} line {error.lineno}"
         raise DrakeTrackerError(f"{where}: {place}: {error.msg}") from None
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a script that ends with exit() is no module
         raise DrakeTrackerError(f"{where}: {module_name} {raised(error)}") from error
     file = getattr(sys.modules[top], "__file__", None)
     if folder and not (file and Path(file).resolve().is_relative_to(folder)):

@@ -154,9 +154,11 @@ def _suggest(name, key, tag, kinds, root):
     for kind, part in kinds.items():
         if name in [field.name for field in dataclasses.fields(part)]:
             return f" in !{tag}; it belongs to {key}: !{kind}"
-    paths = [prefix + own for own in names] + list(setting_keys(root))
+    paths = [prefix + own for own in names]
+    if dataclasses.is_dataclass(root):  # not a part by itself, as an option of the command line names one
+        paths += setting_keys(root)
     scores = [difflib.SequenceMatcher(None, name, path.rpartition(".")[2]).ratio() for path in paths]
-    if max(scores) >= 0.6:
+    if max(scores, default=0.0) >= 0.6:
         return f"; did you mean {paths[scores.index(max(scores))]}?"
     return f"; {key or 'a scenario'} has {', '.join(names) or 'no settings'}"
 

@@ -10,6 +10,8 @@ from typing import Any, Optional
 
 import yaml
 
+_MAPPING = "tag:yaml.org,2002:map"
+"""What YAML itself calls a mapping that bears no tag."""
 _EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
 
 
@@ -51,6 +53,8 @@ def _convert(loader, node, path, describe, errors):
     if isinstance(node, yaml.SequenceNode):
         return Value([_convert(loader, item, path, describe, errors) for item in node.value], origin, tag)
     if isinstance(node, yaml.MappingNode):
+        if tag is None and node.tag != _MAPPING:
+            errors.append(f"{origin}: {path or 'tag'}: !!{node.tag.rpartition(':')[2]} is no tag; one ! makes one")
         data = {}
         for key_node, value_node in node.value:
             key = str(key_node.value)

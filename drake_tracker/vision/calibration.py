@@ -26,11 +26,13 @@ _ROTATION_TOLERANCE = 1e-6
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Lens:
-    """Intrinsic parameters: K (3, 3) [px], distortion (5,), and the reprojection error [px rms] of their views."""
+    """Intrinsic parameters: K (3, 3) [px], distortion (5,); of the views that they are of the reprojection error
+    [px rms], and the greatest angle between two boards [rad]: of boards held alike no lens can be told."""
 
     K: np.ndarray
     distortion: np.ndarray
     rms: float
+    spread: float
 
 
 def calibrate_intrinsics(images, board, **options):
@@ -68,10 +70,12 @@ def lens_from_corners(
     ):
         flags |= flag if fixed else 0
     # The aspect ratio that is kept is that of the matrix handed in.
-    rms, K, distortion, _, _ = cv2.calibrateCamera(
+    rms, K, distortion, turns, _ = cv2.calibrateCamera(
         *_opencv_lists(board, views), shape[::-1], np.eye(3), np.zeros(5), flags=flags
     )
-    return Lens(K, distortion.ravel()[:5], rms)
+    normals = np.array([cv2.Rodrigues(turn)[0][:, 2] for turn in turns])
+    spread = float(np.arccos(np.clip(normals @ normals.T, -1.0, 1.0)).max())
+    return Lens(K, distortion.ravel()[:5], rms, spread)
 
 
 def locate_camera(images, lens, board, poses):

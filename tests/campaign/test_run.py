@@ -130,6 +130,7 @@ def test_a_campaign_of_another_version_or_scenario_file_is_refused(tmp_path, key
         (PLAN, '{"scenario": "tr', "campaign.json: damaged"),
         (PLAN, None, "holds no campaign"),
         (TRIALS, '{"seed": 0}\nrubbish\n{"seed": 1}\n', "trials.jsonl line 2: not a result"),
+        (TRIALS, '{"seed": 0, "settings": {}}\n', "trials.jsonl: result 1 is not that of a trial"),
     ],
 )
 def test_a_damaged_directory_is_refused_and_left_as_it_is(tmp_path, name, text, said):

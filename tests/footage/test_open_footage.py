@@ -32,7 +32,7 @@ def test_a_video_has_the_containers_times(tmp_path):
 def test_images_are_timed_by_the_numbers_in_their_names(tmp_path):
     counted = open_footage(write_images(tmp_path / "counted", GREY[:3], [9, 10, 12]), fps=20.0)
     np.testing.assert_allclose(counted.times, [0.0, 0.05, 0.15])
-    assert levels(counted) == [0, 1, 2] and counted.epoch is None
+    assert levels(counted) == [0, 1, 2] and counted.epoch == pytest.approx(0.45) and counted.counted
     for folder, names, epoch in (
         ("ns", ["1700000000000000000", "1700000000050000000"], 1.7e9),
         ("seconds", ["1305031102.175304", "1305031102.225304"], 1305031102.175304),
@@ -42,13 +42,31 @@ def test_images_are_timed_by_the_numbers_in_their_names(tmp_path):
             cv2.imwrite(str(tmp_path / folder / f"{name}.png"), image)
         footage = open_footage(str(tmp_path / folder))
         np.testing.assert_allclose(footage.times, [0.0, 0.05], atol=1e-6)
-        assert footage.epoch == pytest.approx(epoch, abs=1e-6)
+        assert footage.epoch == pytest.approx(epoch, abs=1e-6) and not footage.counted
     assert len(open_footage(str(tmp_path / "counted" / "image*9.png"), fps=1.0).times) == 1
+
+
+def test_what_systems_hide_beside_images_and_folders_are_no_images(tmp_path):
+    folder = write_images(tmp_path / "images", GREY[:3])
+    (tmp_path / "images" / "._image00001.png").write_text("of another system")
+    (tmp_path / "images" / "more.png").mkdir()
+    assert levels(open_footage(folder, fps=20.0)) == [0, 1, 2]
+
+
+def test_a_time_of_day_in_a_name_orders_and_no_more(tmp_path):
+    for name, image in zip(("12-00-59.95", "12-01-00.00", "12-01-00.05"), GREY):
+        cv2.imwrite(str(tmp_path / f"{name}.png"), image)
+    footage = open_footage(str(tmp_path), fps=20.0)
+    assert levels(footage) == [0, 1, 2] and footage.epoch is None
+    np.testing.assert_allclose(footage.times, [0.0, 0.05, 0.1])
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
+        (lambda folder: with_another(write_images(folder / "images", GREY)), "background.png has no number and others"),
+        (lambda folder: "\u00b2", "there is no such file, folder or camera"),
+        (lambda folder: "9" * 23, "there is no such file, folder or camera"),
         (lambda folder: str(folder / "nowhere.mp4"), "nowhere.mp4: there is no such file, folder or camera"),
         (lambda folder: text_file(folder / "a.mp4"), "a.mp4: this video cannot be read: "),
         (lambda folder: str(folder), "there are no images"),
@@ -63,6 +81,11 @@ def test_what_cannot_be_read_is_one_line(tmp_path, make, message, capfd):
         open_footage(make(tmp_path))
     assert "\n" not in str(caught.value)
     assert capfd.readouterr() == ("", "")
+
+
+def with_another(folder):
+    cv2.imwrite(f"{folder}/background.png", GREY[0])
+    return folder
 
 
 def text_file(path):

@@ -7,6 +7,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
+from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.record.log import Signal, add_loggers, load_log, read_log, save_log, signals, tool_signal
 from drake_tracker.timing import TIME_STEP
 
@@ -60,6 +61,13 @@ def test_what_is_saved_is_loaded(log, tmp_path):
         assert loaded[name].names == signal.names
         np.testing.assert_array_equal(loaded[name].times, signal.times)
         np.testing.assert_array_equal(loaded[name].data, signal.data)
+
+
+def test_a_log_of_words_is_damaged(tmp_path):
+    words = np.array([["one"]])
+    np.savez(tmp_path / "log.npz", **{"point": words, "point.time": np.zeros(1), "point.names": np.array(["x"])})
+    with pytest.raises(DrakeTrackerError, match="log.npz: this log is damaged.*not of numbers"):
+        load_log(tmp_path / "log.npz")
 
 
 def test_tool_comes_from_forward_kinematics():

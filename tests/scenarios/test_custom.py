@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pydrake.lcm import DrakeLcm
 
-from drake_tracker import load_scenario, make_diagram, simulate
+from drake_tracker import cli, load_scenario, make_diagram, simulate
 from drake_tracker.campaign.plan import make_plan
 from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.trial import run_trial
@@ -110,6 +110,17 @@ def test_it_runs_in_the_loop(folder, name):
     assert summary["prediction_rms_m"] > 0.0
 
 
+def test_what_it_raises_on_the_way_is_told_and_the_run_up_to_there_is_kept(folder, name, tmp_path, capfd):
+    path = write(folder, name, "Broken")
+    with (folder / f"{name}.py").open("a") as file:
+        file.write("\n\nclass Broken(StraightOn):\n    def predict(self, state, times):\n"
+                   "        return super().predict(state, times) * (np.nan if state.stamp > 2.5 else 1.0)\n")  # fmt: skip
+    assert cli.main(["run", path, "--out", str(tmp_path / "out"), "--no-record", "--duration", "5"]) == 2
+    (line,) = [line for line in capfd.readouterr().err.splitlines() if line.startswith("drake-tracker: ")]
+    assert "Broken.predict returned a number that is not finite after the point of 2.5" in line
+    assert {"log.npz", "summary.json", "tracking.png"} <= {path.name for path in (tmp_path / "out").iterdir()}
+
+
 def test_workers_find_it_whatever_their_folder(folder, name, monkeypatch):
     plan = make_plan(write(folder, name), 1, overrides=["duration=0.6"])
     monkeypatch.chdir("/")
@@ -145,6 +156,7 @@ def test_a_module_that_is_not_there_or_does_not_load(folder, name):
     for k, (text, said) in enumerate([
         ("x = (", "line 1: '(' was never closed"),
         ("\nimport no_such_package_at_all", "ModuleNotFoundError: No module named 'no_such_package_at_all'"),
+        ("import sys\nsys.exit(0)", "raised SystemExit: 0 ({module}.py line 2)"),
         ("\n\n1 / 0", "raised ZeroDivisionError: division by zero ({module}.py line 3)"),
     ]):  # fmt: skip
         module = f"{name}_{k}"
