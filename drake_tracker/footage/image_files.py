@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import cv2
+import numpy as np
 
 from drake_tracker.errors import DrakeTrackerError
 
@@ -28,19 +29,37 @@ def list_images(spec):
     return sorted(files, key=_natural)
 
 
-def read_image(path, flags=cv2.IMREAD_COLOR):
+def read_image(path, flags=cv2.IMREAD_COLOR, bits=None):
     """Returns an image file as OpenCV reads it, BGR (h, w, 3) or, as ``flags`` say, grey (h, w), uint8.
 
-    Raises DrakeTrackerError when it cannot be read.
+    ``bits``: that the pixels have; None: as many as those of this image (`bits_of`). Raises DrakeTrackerError when it
+    cannot be read.
     """
+    image = read_whole(path, flags)
+    if image.dtype == np.uint8:
+        return image
+    return np.minimum(image >> ((bits or bits_of(image)) - 8), 255).astype(np.uint8)
+
+
+def read_whole(path, flags=cv2.IMREAD_COLOR):
+    """Returns an image file likewise, with all its bits: uint8 or uint16."""
     with quiet_opencv():
         try:
-            image = cv2.imread(str(path), flags)
+            image = cv2.imread(str(path), flags | cv2.IMREAD_ANYDEPTH)
         except cv2.error:
             image = None
     if image is None:
         raise DrakeTrackerError(f"{path}: this image cannot be read")
+    if image.dtype not in (np.uint8, np.uint16):
+        raise DrakeTrackerError(f"{path}: this image has pixels of {image.dtype}; 8 or 16 bits are needed")
     return image
+
+
+def bits_of(image):
+    """Returns how many bits the pixels of an image have: 16, 12 (of cameras that leave the upper four empty), or 8."""
+    if image.dtype == np.uint8:
+        return 8
+    return 12 if image.max() < 4096 else 16
 
 
 class quiet_opencv:

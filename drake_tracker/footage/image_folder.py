@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_tracker.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
-from drake_tracker.footage.image_files import list_images, read_image
+from drake_tracker.footage.image_files import bits_of, list_images, read_image, read_whole
 
 _UNITS = {13: 1e-3, 16: 1e-6, 19: 1e-9}
 """Unit [s] of a whole number that is a time since 1970, by its digits."""
@@ -32,8 +32,12 @@ def open_images(spec, fps=None):
     if len(same):
         first, second = files[same[0]], files[same[0] + 1]
         raise DrakeTrackerError(f"{spec}: {first.name} and {second.name} have the same number")
-    height, width = read_image(files[0]).shape[:2]
-    return Footage(str(spec), (width, height), lambda: _frames(files, times, (width, height)), times, epoch, counted)
+    first = read_whole(files[0])
+    height, width = first.shape[:2]
+    bits = bits_of(first)  # and not of each by itself: it would flicker
+    return Footage(
+        str(spec), (width, height), lambda: _frames(files, times, (width, height), bits), times, epoch, counted
+    )
 
 
 def _stamps(spec, files, fps):
@@ -62,9 +66,9 @@ def _stamps(spec, files, fps):
     return np.arange(len(files)) / fps, None, False
 
 
-def _frames(files, times, size):
+def _frames(files, times, size, bits):
     for file, time in zip(files, times):
-        image = read_image(file)
+        image = read_image(file, bits=bits)
         if image.shape[1::-1] != size:
             raise DrakeTrackerError(
                 f"{file} has {image.shape[1]} x {image.shape[0]} px, the images before it have {size[0]} x {size[1]} px"

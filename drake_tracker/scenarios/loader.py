@@ -90,6 +90,8 @@ def in_package(name):
 def _locate(spec):
     """Returns the file and, when the spec gives one, the name of the entry."""
     head, colon, tail = spec.rpartition(":")
+    if colon and not tail:
+        raise DrakeTrackerError(f"{spec} is no scenario: there is no name after the colon")
     file, name = (head, tail) if colon else (spec, "")
     if file.endswith((".yaml", ".yml")) or "/" in file:
         path = Path(file)

@@ -53,6 +53,16 @@ def test_what_systems_hide_beside_images_and_folders_are_no_images(tmp_path):
     assert levels(open_footage(folder, fps=20.0)) == [0, 1, 2]
 
 
+@pytest.mark.parametrize("top", [255 * 16 + 15, 65535])
+def test_of_12_bits_in_16_none_are_lost(tmp_path, top):
+    ramp = np.linspace(0, top, 24 * 16).reshape(16, 24)
+    for k, share in enumerate((1.0, 0.05)):
+        cv2.imwrite(str(tmp_path / f"{k}.png"), (share * ramp).astype(np.uint16))
+    footage = open_footage(str(tmp_path), fps=20.0)
+    bright, dark = [image.astype(float).mean() for _, image in footage.frames()]
+    assert bright == pytest.approx(127, abs=2) and dark == pytest.approx(0.05 * 127, abs=1)
+
+
 def test_a_time_of_day_in_a_name_orders_and_no_more(tmp_path):
     for name, image in zip(("12-00-59.95", "12-01-00.00", "12-01-00.05"), GREY):
         cv2.imwrite(str(tmp_path / f"{name}.png"), image)

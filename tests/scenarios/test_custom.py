@@ -113,8 +113,8 @@ def test_it_runs_in_the_loop(folder, name):
 def test_what_it_raises_on_the_way_is_told_and_the_run_up_to_there_is_kept(folder, name, tmp_path, capfd):
     path = write(folder, name, "Broken")
     with (folder / f"{name}.py").open("a") as file:
-        file.write("\n\nclass Broken(StraightOn):\n    def predict(self, state, times):\n"
-                   "        return super().predict(state, times) * (np.nan if state.stamp > 2.5 else 1.0)\n")  # fmt: skip
+        file.write("\n\nclass Broken(StraightOn):\n    def predict(self, state, times):\n")
+        file.write("        return super().predict(state, times) * (np.nan if state.stamp > 2.5 else 1.0)\n")
     assert cli.main(["run", path, "--out", str(tmp_path / "out"), "--no-record", "--duration", "5"]) == 2
     (line,) = [line for line in capfd.readouterr().err.splitlines() if line.startswith("drake-tracker: ")]
     assert "Broken.predict returned a number that is not finite after the point of 2.5" in line

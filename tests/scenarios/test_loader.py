@@ -227,6 +227,7 @@ def test_duplicate_keys_are_refused_with_both_lines(tmp_path):
 @pytest.mark.parametrize(
     "spec, said",
     [
+        ("train:", "train: is no scenario: there is no name after the colon"),
         ("trian", "no scenario 'trian'; there are train, train:interlaced"),
         ("trian", "did you mean train?"),
         ("train:papr", "did you mean paper?"),
