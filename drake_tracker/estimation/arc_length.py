@@ -4,7 +4,7 @@ Each chord of the measured path is compared with the one before it.  Kaiser movi
 inversion (equations 16-18) and T_delta (equation 6) give a circular arc that is run on into the future.
 
 Two readings of the paper are built.  ``literal`` takes chords of one frame, as printed: at 0.15 m/s and 60 Hz a chord
-is 2.5 mm, and with 1 mm of noise its direction is mostly noise, so that the present position comes out some 30 mm off.
+is 2.5 mm, and with 1 mm of noise its direction is mostly noise, so that 0.25 s ahead it comes out some 50 mm off.
 ``baseline`` takes chords of m frames, long enough for the noise at hand, and starts the arc from an averaged point.
 
 The paper's "multiply v by tau, as well as the bending" is not done in a single T_delta, which is no better than a
