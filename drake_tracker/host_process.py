@@ -16,6 +16,9 @@ from drake_tracker.timing import SERVO_SLOT, VISION_PERIOD, vision_slot
 
 SILENCE = 1.0
 """Wall time [s] without a message after which the arm counts as silent."""
+MOST_WAITING = 60
+"""Cycles that wait for their turn, at most: a host that is slower than the laboratory skips the oldest, rather than
+fall behind without limit."""
 _CAMERA = "camera_"
 
 
@@ -47,7 +50,8 @@ class HostProcess:
         self._last_heard = None
         self._silent = False
         self._stamp = None
-        self.counts = {"laboratories": 0, "cycles": 0, "cycles_incomplete": 0, "packets": 0, "not_understood": 0}
+        names = ("laboratories", "cycles", "cycles_incomplete", "packets", "not_understood", "skipped")
+        self.counts = dict.fromkeys(names, 0)
 
     @property
     def time(self):
@@ -60,7 +64,14 @@ class HostProcess:
         Raises DrakeTrackerError when the images are not those of the scenario.
         """
         count = 0
-        for port, data in self.mailbox.collect(timeout):
+        messages = self.mailbox.collect(timeout)
+        late = len(messages) - MOST_WAITING * len(self._side.heard)
+        if late > 0:
+            if not self.counts["skipped"]:
+                self._tell("slower than the arm sends: images are skipped")
+            self.counts["skipped"] += late
+            messages = messages[late:]
+        for port, data in messages:
             for cycle in self._take(port, data):
                 self._work(cycle)
                 count += 1
@@ -93,13 +104,13 @@ class HostProcess:
         if cycle.anew:
             self._begin(cycle.number)
         elif cycle.number > self._next:  # cycles of which nothing came
-            self._say_frames({})
+            self._say_frames({}, cycle.number - 1)
             self._simulator.AdvanceTo((cycle.number - 1) * VISION_PERIOD + self._done)
             self.counts["cycles_incomplete"] += cycle.number - self._next
         for port, (_, data) in cycle.messages.items():
             self._inside.Publish(channel_of(port), data)
         self._inside.HandleSubscriptions(0)
-        self._say_frames(cycle.messages)
+        self._say_frames(cycle.messages, cycle.number)
         self._simulator.AdvanceTo(cycle.number * VISION_PERIOD + self._done)
         self._next = cycle.number + 1
         self.counts["cycles"] += 1
@@ -114,7 +125,7 @@ class HostProcess:
         context = self._side.CreateDefaultContext()
         context.SetTime((number - 0.5) * VISION_PERIOD)
         self._simulator.reset_context(context)
-        self._say_frames({})
+        self._say_frames({}, number)
         self._simulator.Initialize()
         if self.counts["laboratories"]:
             self._tell(f"the arm's clock stands at {number * VISION_PERIOD:.2f} s now: starting afresh")
@@ -123,11 +134,11 @@ class HostProcess:
         self.counts["laboratories"] += 1
         self._silent = False
 
-    def _say_frames(self, messages):
-        """Tells the vision which cameras have an image in the coming cycle, and when it was taken."""
+    def _say_frames(self, messages, number):
+        """Tells the vision which cameras have an image in the cycle ``number``, and when it was taken."""
         context = self._simulator.get_mutable_context()
         for port in self._image_sizes:
-            sent = messages[port][0] if port in messages else 0.0
+            sent = messages[port][0] if port in messages else number * VISION_PERIOD
             frame = self._side.GetInputPort(port.replace(_CAMERA, "frame_"))
             frame.FixValue(context, [sent, float(port in messages)])
 

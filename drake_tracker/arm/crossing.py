@@ -59,10 +59,10 @@ class BoardEdge:
     def crossing(self, packet):
         """Returns the `Crossing` on a `Prediction`'s path, or None when there is none."""
         packet = np.asarray(packet)
-        if not Prediction(packet).valid or not np.all(np.isfinite(packet)):
+        if not _is_path(packet):
             return None
         knots = prediction_knots(packet)
-        x, y, _ = ((knots[:, :3] - self.p_WB) @ self.R_WB).T
+        x, y = self._on_board(knots)
         below = np.flatnonzero((y[:-1] > 0.0) & (y[1:] <= 0.0))
         if len(below) == 0:
             return None
@@ -75,9 +75,22 @@ class BoardEdge:
         time = packet[2] + packet[3] * (k + part)
         return Crossing(float(time), p_WQ, self.place(at + drift * self.beyond), float(std))
 
+    def stays_above(self, packet):
+        """Whether a `Prediction`'s path stays on the board from its beginning to its end."""
+        packet = np.asarray(packet)
+        return _is_path(packet) and bool((self._on_board(prediction_knots(packet))[1] > 0.0).all())
+
+    def _on_board(self, knots):
+        """Returns x and y [m] in B of knots, each (n,)."""
+        return ((knots[:, :3] - self.p_WB) @ self.R_WB)[:, :2].T
+
     def place(self, x):
         """Returns the pose (x, y, z, yaw) in W of `Crossing.place` for a ball at x [m] along x_B, no farther than the
         board is wide."""
         x = min(max(x, -self.farthest), self.farthest)
         p_WQ = self.p_WB + self.R_WB @ [x, 0.0, self.ball_radius] + self.beyond * self.outward
         return np.append(p_WQ, self.yaw)
+
+
+def _is_path(packet):
+    return bool(Prediction(packet).valid) and bool(np.all(np.isfinite(packet)))

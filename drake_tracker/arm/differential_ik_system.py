@@ -19,7 +19,8 @@ class DifferentialIkSystem(LeafSystem):
         output_ports:
         - q_commanded
 
-    ``X_WT_desired`` is a RigidTransform; ``q_commanded`` [rad] is a set-point due one servo period later. Updates every
+    ``X_WT_desired`` is a RigidTransform; ``q_commanded`` [rad] is the set-point of the same instant, `SPLINE_DELAY`
+    periods after it is sampled. Updates every
     30 ms in the last slot of the servo room. The set-point integrates from ``q_initial`` and never reads the measured
     joints: the joint servo closes that loop.
     """

@@ -24,7 +24,8 @@ RESTART_DISTANCE = 0.10
 
 @dataclass(frozen=True)
 class ServoState:
-    """Everything the servo remembers: the filter over (x, y, z, yaw), the packet held, when it came, how it stands."""
+    """Everything the servo remembers: the filter over (x, y, z, yaw), the packet held, when the newest one was first on
+    the line and its stamp, how it stands."""
 
     due: float
     x: np.ndarray
@@ -32,6 +33,7 @@ class ServoState:
     a: np.ndarray
     packet: np.ndarray
     arrived: float
+    newest: float
     stale: bool
     valid: bool
 
@@ -60,7 +62,7 @@ class Servo:
     def initial_state(self):
         zero = read_only(np.zeros(4))
         packet = read_only(np.zeros(message_size(Prediction)))
-        return ServoState(0.0, zero, zero, zero, packet, 0.0, True, False)
+        return ServoState(0.0, zero, zero, zero, packet, 0.0, 0.0, True, False)
 
     def update(self, state, time, packet, frozen):
         """Returns the state after the tick at ``time`` [s].
@@ -70,11 +72,13 @@ class Servo:
         """
         packet = np.asarray(packet)
         due = time + self.lead
-        held, arrived = state.packet, state.arrived
-        if not frozen and _is_newer(packet, held):
-            held, arrived = read_only(packet.copy()), time
+        held, arrived, newest = state.packet, state.arrived, state.newest
+        if _is_newer(packet, newest):
+            arrived, newest = time, float(packet[0])
+        if not frozen and _is_newer(packet, held[0]):
+            held = read_only(packet.copy())
         if not Prediction(held).valid:
-            return ServoState(due, state.x, state.v, state.a, held, arrived, True, False)
+            return ServoState(due, state.x, state.v, state.a, held, arrived, newest, True, False)
         stale = not frozen and time - arrived > self.stale_after
         end = held[2] + held[3] * (KNOT_COUNT - 1)
         if due <= end:
@@ -83,7 +87,7 @@ class Servo:
         else:  # nothing to measure against: constant velocity, since an old acceleration would run away
             x, v, a = abg_predict(state.x, state.v, np.zeros(4), due - state.due)
         valid = due <= end + self.coast
-        return ServoState(due, read_only(x), read_only(v), read_only(a), held, arrived, stale, valid)
+        return ServoState(due, read_only(x), read_only(v), read_only(a), held, arrived, newest, stale, valid)
 
     def _correct(self, state, measurement, due, held):
         measurement = measurement.copy()
@@ -103,6 +107,6 @@ class Servo:
         )
 
 
-def _is_newer(packet, held):
+def _is_newer(packet, stamp):
     fields = Prediction(packet)
-    return bool(fields.valid) and fields.stamp > held[0] and bool(np.all(np.isfinite(packet)))
+    return bool(fields.valid) and fields.stamp > stamp and bool(np.all(np.isfinite(packet)))

@@ -42,13 +42,14 @@ class SetPointSplineSystem(LeafSystem):
         from_state = {self.discrete_state_ticket(state)}
         self.DeclareVectorOutputPort("desired_state", 2 * n, self._calc_state, from_state | {self.time_ticket()})
         self.DeclareVectorOutputPort("desired_acceleration", n, self._calc_acceleration, from_state)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        # Unrestricted, since the plant's step at the same instant is a discrete one: it comes after, and reads the new
+        # spline, whichever of the two times is the less by a rounding.
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context, state):
         old = context.get_discrete_state_vector().value()
-        state.set_value(
-            np.concatenate([old[self._n : 3 * self._n], self._set_point.Eval(context), [context.get_time()]])
-        )
+        new = np.concatenate([old[self._n : 3 * self._n], self._set_point.Eval(context), [context.get_time()]])
+        state.get_mutable_discrete_state().get_mutable_vector(0).SetFromVector(new)
 
     def _calc_state(self, context, output):
         a, b, c, sampled = self._points(context)

@@ -77,7 +77,7 @@ class ToolMotion:
         """
         state = self._follow_reference(state, command, target)
         if command.motion != state.motion or self._jumped(state):
-            state = self._begin(state, time, command, q6)
+            state = self._begin(state, time, command, target, q6)
         elif self.symmetric and not command.frozen and not self.flipping(state, time) and must_flip(q6):
             state = self._flip(state, time, q6, target.yaw_rate)
         duration = max(command.duration, self.period)
@@ -102,7 +102,7 @@ class ToolMotion:
         if frame != state.frame:  # a new frame has no past of its own: let it have moved as its pose moves now
             past = reference.copy()
             if frame == MotionFrame.OBJECT and target.valid:
-                past -= self.period * np.array([target.vx, target.vy, target.vz, target.yaw_rate])
+                past -= self._step(target)
         else:
             past = state.reference
         return replace(state, reference=reference, previous_reference=past, frame=frame)
@@ -112,14 +112,20 @@ class ToolMotion:
         step = state.reference - state.previous_reference
         return np.linalg.norm(step[:3]) > JUMP_DISTANCE or abs(step[3]) > JUMP_ANGLE
 
-    def _begin(self, state, time, command, q6):
+    def _step(self, target):
+        """Returns how far a target goes in a period, (x, y, z, yaw) [m, rad]."""
+        return self.period * np.array([target.vx, target.vy, target.vz, target.yaw_rate])
+
+    def _begin(self, state, time, command, target, q6):
         """Solves for Drive, and for its rate, from the last two poses of the tool and of the reference."""
         keep = command.frozen and self.symmetric
         branch = state.branch if keep else self._best_branch(state, q6)
         # Jaws that are just turning over do the rest as a part of this motion, or they would turn twice as fast.
         state = replace(state, branch=branch, previous_branch=branch, flip_start=-np.inf)
-        if not self.moving or self._jumped(state):  # its last step says nothing of how it moves
+        if not self.moving:
             state = replace(state, previous_reference=state.reference)
+        elif self._jumped(state):  # its last step says nothing of how it moves
+            state = replace(state, previous_reference=state.reference - self._step(target))
         before_last = 2 * state.previous_reference - state.reference
         drive = self._solve(state.tool, state.previous_reference, command.height, branch)
         earlier = self._solve(state.previous_tool, before_last, command.height, branch)

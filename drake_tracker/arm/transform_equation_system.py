@@ -26,7 +26,7 @@ class TransformEquationSystem(LeafSystem):
 
     ``target`` is a `ServoTarget` (Obj), ``command`` an `ArmCommand` (Grasp, and the motion to make), ``q_commanded``
     [rad] the last joint set-points, of which joint 6 (the last) decides the jaws' branch. ``X_WT_desired`` is a
-    RigidTransform due one servo period later, ``status`` a `ToolStatus`. Both are state.
+    RigidTransform due at the ``time`` of the target, ``status`` a `ToolStatus`. Both are state.
 
     Args:
       motion: a `ToolMotion`. model: an `ArmModel`. q_initial: joint positions at the start [rad].

@@ -20,7 +20,7 @@ from drake_tracker.grasp.catch_schema import (
     OperatorMode,
 )
 from drake_tracker.grasp.motor_schema import SchemaMachine
-from drake_tracker.messages import ServoTarget, message_size
+from drake_tracker.messages import KNOT_COUNT, ServoTarget, message_size
 
 STOPPING_SHARE = 0.3
 """A motion that stops goes on by this share of speed times duration: less, and it would come back."""
@@ -87,9 +87,10 @@ class CatchMachine(SchemaMachine):
     def update(self, state, seen):
         """Returns the state after a tick with the given `CatchObservation`."""
         state = replace(state, time=seen.time)
-        crossing = self.edge.crossing(seen.packet) if seen.packet[0] != state.stamp else None
-        if crossing is not None:
-            state = replace(state, crossing=crossing, stamp=float(seen.packet[0]))
+        if seen.packet[0] != state.stamp:
+            crossing = self.edge.crossing(seen.packet) or self._postponed(state, seen)
+            if crossing is not None:
+                state = replace(state, crossing=crossing, stamp=float(seen.packet[0]))
         state = self.advance(state, seen)
         if state.phase == CatchPhase.FOLLOW and self.parameters.follow:
             state = self._approach(state, state.crossing.place, self.parameters.rim_height, seen)
@@ -150,7 +151,7 @@ class CatchMachine(SchemaMachine):
         return self._fresh(state) and self.time_left(state) <= self.parameters.settle_time
 
     def arrives_elsewhere(self, state, seen):
-        if self.time_left(state) <= 0.0:
+        if not self.parameters.follow or self.time_left(state) <= 0.0:
             return False
         return np.linalg.norm((state.crossing.place - state.goal)[:3]) > self.parameters.settle_tolerance
 
@@ -167,6 +168,14 @@ class CatchMachine(SchemaMachine):
         return self._elapsed(state, seen) >= self.parameters.raise_duration
 
     # Parts of a tick.
+
+    def _postponed(self, state, seen):
+        """Returns the crossing known so far, no sooner than the end of a path on which the ball stays on the board: it
+        was thrown back up. None when there is none, or when the path begins beyond the edge."""
+        if state.crossing is None or not self.edge.stays_above(seen.packet):
+            return None
+        end = seen.packet[2] + seen.packet[3] * (KNOT_COUNT - 1)
+        return state.crossing._replace(time=max(state.crossing.time, float(end)))
 
     def _fresh(self, state):
         """Whether the ball was seen lately: one that lies jammed is not, and what was foreseen of it is void."""

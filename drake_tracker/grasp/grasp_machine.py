@@ -6,9 +6,10 @@ import numpy as np
 
 from drake_tracker.arm.differential_ik import make_parameters
 from drake_tracker.grasp.gate import Gate, can_follow, horizon, judge_prediction
-from drake_tracker.grasp.motor_schema import SchemaMachine
+from drake_tracker.grasp.motor_schema import SchemaMachine, since
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
 from drake_tracker.grasp.schema import PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
+from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING
 
 SEEN_FOR = 0.2
 """The object counts as seen once its target has been valid and fresh for this long [s]."""
@@ -16,6 +17,8 @@ GRIP_CONFIRMED = 0.06
 """The jaws hold something once they have stood still under force for this long [s]."""
 WIDTH_TOLERANCE = 0.010
 """A stop of the jaws this near [m] to the object's width is the object."""
+PATH_DURATION = (KNOT_COUNT - 1) * KNOT_SPACING
+"""A predicted path ends so long [s] after its stamp."""
 FORCE_SHARE = 0.6
 """Share of the grip force that must be felt to believe in a grip."""
 
@@ -69,7 +72,8 @@ class GraspMachine(SchemaMachine):
 
     def update(self, state, seen):
         """Returns the state after a tick with the given `Observation`."""
-        fresh = bool(seen.target.valid) and not seen.target.stale
+        # While it is blind nothing is seen: what was seen before the descent does not count after it.
+        fresh = bool(seen.target.valid) and not seen.target.stale and not PROGRAMS[state.phase].frozen
         state = replace(
             state,
             seen_since=min(state.seen_since, seen.time) if fresh else np.inf,
@@ -85,7 +89,7 @@ class GraspMachine(SchemaMachine):
     # Conditions of TRANSITIONS, each a question about (state, seen).
 
     def object_seen(self, state, seen):
-        return seen.time - state.seen_since >= SEEN_FOR
+        return since(state.seen_since, seen.time) >= SEEN_FOR
 
     def object_lost(self, state, seen):
         return not seen.target.valid
@@ -100,7 +104,7 @@ class GraspMachine(SchemaMachine):
         return self._elapsed(state, seen) >= self.parameters.descent_duration - self.parameters.closing_lead
 
     def jaws_hold(self, state, seen):
-        return seen.time - state.gripped_since >= GRIP_CONFIRMED
+        return since(state.gripped_since, seen.time) >= GRIP_CONFIRMED
 
     def jaws_empty(self, state, seen):
         if seen.jaws.width < self.parameters.object_width - WIDTH_TOLERANCE:
@@ -130,6 +134,8 @@ class GraspMachine(SchemaMachine):
             return Gate.FLIPPING, 0.0
         if seen.target.stale:
             return Gate.STALE, 0.0
+        if horizon(parameters, seen.target) > PATH_DURATION:
+            return Gate.OUT_OF_REACH, 0.0
         verdict, error = judge_prediction(parameters, state.memory, seen.packet, seen.target)
         if verdict == Gate.OPEN and not can_follow(
             parameters,

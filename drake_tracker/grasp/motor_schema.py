@@ -10,6 +10,9 @@ import numpy as np
 
 from drake_tracker.arm.tool_motion import MotionFrame
 
+ROUNDING = 1e-9
+"""Of sums of periods [s]."""
+
 
 @dataclass(frozen=True)
 class Program:
@@ -66,4 +69,12 @@ class SchemaMachine:
 
     @staticmethod
     def _elapsed(state, seen):
-        return seen.time - state.entered
+        """Returns the time [s] since the phase began; see `since`."""
+        return since(state.entered, seen.time)
+
+
+def since(start, now):
+    """Returns how long [s] ago ``start`` was. Both are times of ticks, whose sums are rounded: of a number of periods
+    that is just reached nothing must be missing.
+    """
+    return now - start + ROUNDING

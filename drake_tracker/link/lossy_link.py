@@ -16,7 +16,7 @@ from drake_tracker.messages import Prediction
 LINK_STREAM = 40
 """The link's stream of random numbers: default_rng([seed, LINK_STREAM, seq])."""
 
-_STAMP, _SEQ, _VALID = (Prediction.get_fields().index(name) for name in ("stamp", "seq", "valid"))
+_STAMP, _SEQ, _SPACING, _VALID = (Prediction.get_fields().index(name) for name in ("stamp", "seq", "spacing", "valid"))
 
 
 @dataclass(frozen=True)
@@ -51,13 +51,13 @@ class LossyLink:
     def post(self, state, packet, now):
         """Returns the `LinkState` after ``packet``, a `Prediction` vector, is offered to the line at ``now`` [s].
 
-        A packet that is not valid, whose stamp was the last one offered, or which is stamped after ``now`` (it was made
-        for another run of the arm's clock) is not sent.
+        A packet is not sent that is not valid, whose stamp was the last one offered, which is stamped after ``now`` (it
+        was made for another run of the arm's clock), or which cannot be read (anything not finite, no spacing).
         """
-        seq, stamp = int(packet[_SEQ]), packet[_STAMP]
-        if not packet[_VALID] or stamp == state.last_stamp or stamp > now:
+        stamp = packet[_STAMP]
+        if not packet[_VALID] or stamp == state.last_stamp or stamp > now or not _is_sound(packet):
             return state
-        loss_draw, jitter_draw = self._draw(seq)
+        loss_draw, jitter_draw = self._draw(int(packet[_SEQ]))
         lost = bool(loss_draw < self._loss_probability(state))
         in_flight = _prune(state.in_flight, now)
         if not lost:
@@ -100,6 +100,11 @@ def newest_arrived(state, now):
     """
     arrived = (packet for arrival, packet in state.in_flight if arrival <= now)
     return max(arrived, key=lambda packet: packet[_STAMP], default=None)
+
+
+def _is_sound(packet):
+    """Whether the arm can read a packet, which may be that of somebody else's host."""
+    return bool(np.isfinite(packet).all()) and packet[_SPACING] > 0.0 and packet[_SEQ] >= 0.0
 
 
 def _prune(in_flight, now):

@@ -152,4 +152,5 @@ class LiveView:
     def _picture(self, route):
         if route == "/frame.jpg":
             return self.frames.jpeg()
-        return self._question.png if self._question else None
+        question = self._question  # which the simulation's thread may take away meanwhile
+        return question.png if question else None

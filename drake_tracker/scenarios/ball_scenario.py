@@ -186,4 +186,6 @@ class BallScenario(BaseScenario):
                 found.append((f"camera.{key}", "must have its lower end first"))
         if (self.vision.detector.smoothing_size or 1) % 2 == 0:
             found.append(("vision.detector.smoothing_size", "must be odd"))
+        if self.catch.settle_tolerance < self.catch.follow_tolerance:
+            found.append(("catch.settle_tolerance", "must not be below catch.follow_tolerance"))
         return found

@@ -171,6 +171,15 @@ def test_frozen_it_leaves_new_packets_and_keeps_to_the_path_it_holds():
     assert thawed.packet[0] == pytest.approx(3.9 - LAG) and not thawed.stale
 
 
+def test_packets_that_stopped_while_it_was_frozen_are_stale_when_it_thaws():
+    servo = Servo(lead=LEAD)
+    state = run(servo, 1.0, 3.0, live())[-1]
+    last = packet_at(3.1 - LAG)
+    state = run(servo, 3.0, 3.9, lambda time: packet_at(min(time, 3.1) - LAG), state, frozen=True)[-1]
+    thawed = servo.update(state, 3.9, last, False)
+    assert thawed.packet[0] == last[0] and thawed.stale
+
+
 def test_it_starts_again_where_the_path_jumps():
     servo = Servo(lead=LEAD)
     state = run(servo, 1.0, 3.0, live())[-1]

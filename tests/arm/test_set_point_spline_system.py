@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
@@ -66,6 +66,35 @@ def test_position_and_velocity_have_no_steps_and_velocity_is_the_derivative():
     inside = np.abs((times / SERVO_PERIOD + 0.5) % 1.0 - 0.5) > 0.15  # away from the joints of the spline
     steps = inside[1:] & inside[:-1]
     np.testing.assert_allclose(np.diff(v[:, 0])[steps], a[1:, 0][steps] * TIME_STEP, atol=1e-6)
+
+
+def test_the_plant_reads_the_new_spline_at_the_instant_at_which_it_begins():
+    """The plant is a discrete System at its own rate: the two times differ by a rounding, or do not."""
+
+    class Plant(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.DeclareVectorInputPort("acceleration", 1)
+            self.DeclareDiscreteState(1)
+            self.DeclarePeriodicDiscreteUpdateEvent(TIME_STEP, 0.0, self._update)
+            self.rows = []
+
+        def _update(self, context, state):
+            self.rows.append((context.get_time(), self.get_input_port().Eval(context)[0]))
+
+    times = np.arange(0.0, 6.0, SERVO_PERIOD)
+    set_points = np.where(np.arange(len(times)) % 2, 0.01, 0.0)[None, :]
+    builder = DiagramBuilder()
+    steps = PiecewisePolynomial.ZeroOrderHold(times - 0.5 * SERVO_PERIOD, set_points)
+    source = builder.AddSystem(TrajectorySource(steps))
+    spline, plant = builder.AddSystem(SetPointSplineSystem([0.0])), builder.AddSystem(Plant())
+    builder.Connect(source.get_output_port(), spline.GetInputPort("set_point"))
+    builder.Connect(spline.GetOutputPort("desired_acceleration"), plant.get_input_port())
+    Simulator(builder.Build()).AdvanceTo(5.5)
+    rows = np.array(plant.rows)
+    periods = np.floor(rows[:, 0] / SERVO_PERIOD + 0.01).astype(int)
+    for period in range(5, 180):  # one acceleration throughout a period
+        assert np.ptp(rows[periods == period, 1]) < 1e-9
 
 
 def test_outputs_are_state_and_hold_when_asked_late():

@@ -209,6 +209,21 @@ def test_a_reference_that_jumps_is_approached_anew_and_not_followed():
     np.testing.assert_allclose(run.rows[-1][:3], there[:3] + [0.0, 0.0, HOVER], atol=1e-9)
 
 
+def test_a_moving_reference_that_jumps_changes_the_hands_speed_by_little_at_once():
+    run, v = Run(), 0.15
+
+    def moving(k, y):
+        return target([0.45 + v * k * SERVO_PERIOD, y, 0.485, np.pi], (v, 0.0, 0.0, 0.0))
+
+    for k in range(50):
+        run.tick(command(), moving(k, 0.0))
+    for k in range(50, 80):
+        run.tick(command(), moving(k, 0.12))
+    steps = np.diff(run.rates()[40:, 0])
+    assert run.rates()[48, 0] == pytest.approx(v, abs=1e-6)
+    assert np.max(np.abs(steps)) < 0.02  # it goes on as the object does, and begins to go aside
+
+
 def test_a_jump_of_the_direction_alone_is_approached_anew_too():
     run = Run()
     for _ in range(60):

@@ -141,6 +141,26 @@ def test_nothing_is_caught_of_a_ball_that_is_seen_no_more(bench):
     assert bench.ball(bench.time + 0.8) == CatchPhase.FOLLOW
 
 
+@pytest.mark.parametrize("phase", [CatchPhase.SETTLE, CatchPhase.CUP])
+def test_a_ball_that_is_thrown_back_up_is_waited_for(bench, phase):
+    """What is foreseen of it now ends on the board: the crossing that was foreseen before is void."""
+    arrival = bench.time + 1.0
+    bench.until(phase, arrival)
+    for _ in range(60):
+        bench.tick(ball_packet(bench.time - LAG, bench.time + 1.9, 0.02, speed=1.2))
+    assert bench.state.phase == CatchPhase.FOLLOW and bench.machine.time_left(bench.state) > 1.0
+    arrival = bench.time + 0.9
+    assert bench.until(CatchPhase.CUP, arrival, x=0.02) == pytest.approx(arrival, abs=1.1 * PERIOD)
+
+
+def test_a_hand_that_stays_in_the_middle_changes_no_phase_for_where_the_ball_comes():
+    bench = Bench(follow=False)
+    arrival, phases = bench.time + 1.0, []
+    while bench.time < arrival + 0.1:
+        phases.append(bench.ball(arrival, x=0.15))
+    assert sum(a != b for a, b in zip(phases, phases[1:], strict=False)) == 2
+
+
 def test_a_path_that_does_not_reach_the_edge_moves_nothing(bench):
     for _ in range(20):
         assert bench.tick(ball_packet(bench.time, bench.time + 1.7, 0.0, speed=1.2)) == CatchPhase.WAIT

@@ -151,7 +151,7 @@ def test_the_whole_success(bench):
     assert bench.tick() == Phase.INTERCEPT
     assert bench.state.gate == Gate.OPEN
     to_close = bench.until(Phase.CLOSE)
-    assert to_close == pytest.approx(PARAMETERS.descent_duration - PARAMETERS.closing_lead, abs=1.1 * SERVO_PERIOD)
+    assert to_close == pytest.approx(PARAMETERS.descent_duration - PARAMETERS.closing_lead, abs=0.1 * SERVO_PERIOD)
     for _ in range(4):
         assert bench.tick(width=0.06, force=2.0) == Phase.CLOSE
     to_lift = bench.until(Phase.LIFT, width=WIDTH + 0.001, force=FORCE)
@@ -172,6 +172,34 @@ def test_the_jaws_begin_to_close_before_the_descent_ends(bench):
             first = bench.time - SERVO_PERIOD - start
     assert first < PARAMETERS.descent_duration - 0.5 * PARAMETERS.closing_lead
     assert first >= PARAMETERS.descent_duration - PARAMETERS.closing_lead - 1e-9
+
+
+def test_the_jaws_begin_to_close_after_as_many_ticks_whenever_the_descent_began(arm_model):
+    """Times of ticks are sums that are rounded, each to another side."""
+    closings = set()
+    for k in range(150):
+        bench = Bench(arm_model)
+        bench.time = (37 + k + 0.7) * SERVO_PERIOD
+        bench.put(Phase.INTERCEPT)
+        ticks = 0
+        while bench.tick() == Phase.INTERCEPT:
+            ticks += 1
+            bench.time = (37 + k + 0.7 + ticks) * SERVO_PERIOD
+        closings.add(ticks)
+    assert closings == {round((PARAMETERS.descent_duration - PARAMETERS.closing_lead) / SERVO_PERIOD)}
+
+
+def test_after_a_miss_the_object_must_be_seen_anew(bench):
+    bench.until(Phase.TRACK)
+    bench.put(Phase.RETREAT)
+    bench.until(Phase.ACQUIRE)
+    assert bench.until(Phase.TRACK) >= SEEN_FOR - 1e-6
+
+
+def test_what_lies_beyond_the_end_of_the_predicted_path_is_out_of_reach(arm_model):
+    bench = Bench(arm_model, replace(PARAMETERS, descent_duration=1.4))
+    assert open_gate(bench) == Phase.TRACK
+    assert bench.state.gate == Gate.OUT_OF_REACH
 
 
 def test_a_miss_is_noticed_when_the_jaws_meet_and_tried_again(bench):

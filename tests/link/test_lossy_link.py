@@ -47,6 +47,15 @@ def test_only_valid_and_new_packets_are_sent():
     assert link.post(state, packet(3), 0.3) is state
 
 
+@pytest.mark.parametrize(
+    "field, value", [("seq", np.nan), ("seq", np.inf), ("seq", -1), ("spacing", 0.0), ("x3", np.nan)]
+)
+def test_what_nobody_can_read_is_not_sent(field, value):
+    broken = packet(3)
+    broken[Prediction.get_fields().index(field)] = value
+    assert LossyLink(drop=0.1).post(LinkState(), broken, 0.2) == LinkState()
+
+
 def test_a_host_that_was_started_again_counts_from_1_and_is_heard():
     link, state = LossyLink(delay=0.1), LinkState()
     for seq in (500, 501):

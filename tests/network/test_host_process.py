@@ -7,7 +7,7 @@ from pydrake.lcm import DrakeLcm
 
 from drake_tracker import load_scenario
 from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.host_process import SILENCE, HostProcess
+from drake_tracker.host_process import MOST_WAITING, SILENCE, HostProcess
 from drake_tracker.messages import Prediction, TrackPoint
 from drake_tracker.network.channels import channel_of
 from drake_tracker.network.signal_message import decode_signal, encode_signal
@@ -64,6 +64,15 @@ def test_messages_that_came_while_the_host_was_busy_are_all_worked_on():
     other.host.step = busy
     other.send(range(60, 90))
     np.testing.assert_array_equal(one.last(), other.last())
+
+
+def test_a_host_that_is_too_slow_skips_the_oldest_and_says_so():
+    sender = Sender()
+    step, sender.host.step = sender.host.step, lambda timeout: None
+    sender.send(range(MOST_WAITING + 30))
+    assert step(0.0) == MOST_WAITING
+    assert sender.host.counts["skipped"] == 30 and "slower than the arm sends: images are skipped" in sender.news
+    assert sender.host.time == pytest.approx((MOST_WAITING + 29) * VISION_PERIOD, abs=VISION_PERIOD)
 
 
 def test_a_laboratory_that_begins_anew_gets_a_host_that_does():
