@@ -20,10 +20,12 @@ from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.crossing import HAND_YAW
 from drake_tracker.arm.description import joints_for, make_arm_model
 from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.diagrams.train import home_reference, load_cameras, project_window
+from drake_tracker.diagrams.train import load_cameras
+from drake_tracker.diagrams.train_reach import home_reference
 from drake_tracker.diagrams.train_track import draw_track
 from drake_tracker.timing import VISION_PERIOD
 from drake_tracker.vision.plane_projection import board_window, camera_on_board
+from drake_tracker.vision.window import project_window
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import CAMERA_NAMES, lens_matrix, true_camera_model

@@ -91,7 +91,7 @@ def print_cells(rows):
 
 
 def print_side_by_side(rows, estimators):
-    """Prints a column for each estimator: how many of each cell were lifted at the first attempt, or later, and when."""
+    """Prints a column for each estimator: how many of a cell were lifted at the first attempt, or later, and when."""
 
     def shown(runs):
         lifted, first = taken(runs)

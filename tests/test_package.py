@@ -1,6 +1,7 @@
 """The rules that hold for every module of the package, and the files that it needs."""
 
 import ast
+import importlib.util
 import re
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from drake_tracker.models_path import models_path
 PACKAGE = Path(drake_tracker.errors.__file__).parent
 REPOSITORY = PACKAGE.parent
 MODULES = sorted(PACKAGE.rglob("*.py"))
+SCRIPTS = sorted(path for folder in ("benchmarks", "docs", "models") for path in (REPOSITORY / folder).rglob("*.py"))
 ROOMS = ("vision", "estimation", "link", "arm", "grasp", "world", "footage", "network")
 CONTROLLER_ROOMS = ("vision", "estimation", "link", "arm", "grasp", "network")
 ASSEMBLIES = {"arm/joint_servo.py", "world/cameras.py", "world/calibration_board.py", "world/plant.py"}
@@ -100,6 +102,16 @@ def test_every_module_imports_and_nothing_happens(tmp_path):
     )
     assert in_child(code, tmp_path).split() == ["1"]
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.relative_to(REPOSITORY).as_posix())
+def test_what_benchmarks_and_documents_import_of_the_package_is_there(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module.startswith("drake_tracker"):
+            module = importlib.import_module(node.module)
+            for alias in node.names:
+                found = hasattr(module, alias.name) or importlib.util.find_spec(f"{node.module}.{alias.name}")
+                assert found, f"line {node.lineno}: {node.module} has no {alias.name}"
 
 
 def test_the_command_line_starts_without_drake(tmp_path):
