@@ -79,7 +79,7 @@ def ball_pictures(run, folder):
     studio = ball_studio(scenario, folder)
     studio.pose(log, log["truth_verdict"]["crossing_time"][-1] - BEFORE_CROSSING)
     return {
-        "ball": studio.render((1.62, -1.95, 1.42), (0.66, 0.0, 0.56), 1280, 700, 36.0),
+        "ball": studio.render((0.95, -2.20, 1.62), (0.47, 0.0, 0.58), 1280, 700, 32.0),
         "ball_path": smaller(run / "ball_path.png", 1600),
     }
 
