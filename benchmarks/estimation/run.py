@@ -32,6 +32,7 @@ from contestants import BASELINES, OURS, read_parameters
 from measure import run_cell
 from speed import update_times
 from tables import cells_of, merged, print_rows, table_rows
+from train_grasp import RESULTS as GRASPS
 from trials import SUBJECTS, TRIALS
 from verdicts import print_verdicts, verdicts
 from worlds import NOISES, PATHS, SPEED_LAWS
@@ -125,7 +126,7 @@ def main():
     lines = merged([line for line in read_lines(path) if line["cell"] in cells])
     lines.sort(key=lambda line: (list(cells).index(line["cell"]), line["seed"]))
     rows, times = table_rows(cells_of(lines)), update_times(read_parameters())
-    judged = verdicts(lines, times)
+    judged = verdicts(lines, times, read_lines(GRASPS))
     print_rows(rows)
     print_verdicts(judged)
     makers = {json.dumps(maker, sort_keys=True) for line in lines for maker in line["made_by"]}
