@@ -20,9 +20,8 @@ class DifferentialIkSystem(LeafSystem):
         - q_commanded
 
     ``X_WT_desired`` is a RigidTransform; ``q_commanded`` [rad] is the set-point of the same instant, `SPLINE_DELAY`
-    periods after it is sampled. Updates every
-    30 ms in the last slot of the servo room. The set-point integrates from ``q_initial`` and never reads the measured
-    joints: the joint servo closes that loop.
+    periods after it is sampled. Updates every 30 ms in the last slot of the servo room. The set-point integrates from
+    ``q_initial`` and never reads the measured joints: the joint servo closes that loop.
     """
 
     def __init__(self, model, q_initial, time_step=TIME_STEP, period=SERVO_PERIOD):

@@ -42,10 +42,8 @@ def open_directory(plan, out):
 
 
 def _check_rows(record):
-    for row in record.rows:
-        kept = isinstance(row.get("settings"), dict) and isinstance(row.get("seed"), int) and "success" in row
-        if not kept:
-            number = record.rows.index(row) + 1
+    for number, row in enumerate(record.rows, 1):
+        if not (isinstance(row.get("settings"), dict) and isinstance(row.get("seed"), int) and "success" in row):
             raise DrakeTrackerError(f"{record.path}: result {number} is not that of a trial; take its line out")
 
 
