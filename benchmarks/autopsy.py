@@ -24,17 +24,17 @@ from common import append_results, print_table
 
 from drake_tracker.arm import servo_system
 from drake_tracker.arm.servo import Servo
-from drake_tracker.autopsy.autopsy import perform
-from drake_tracker.autopsy.stages import WORDS, Stage
+from drake_tracker.report.autopsy.autopsy import perform
+from drake_tracker.report.autopsy.stages import WORDS, Stage
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import Lost
 from drake_tracker.campaign.wilson import wilson
-from drake_tracker.diagrams import train
-from drake_tracker.errors import MachineError
-from drake_tracker.record.log import load_log
-from drake_tracker.record.summary import tidy
-from drake_tracker.scenarios import load_scenario
-from drake_tracker.simulation import simulate
+from drake_tracker.tasks.train import diagram as train
+from drake_tracker.core.errors import MachineError
+from drake_tracker.core.log import load_log
+from drake_tracker.tasks.train.summary import tidy
+from drake_tracker.tasks import load_scenario
+from drake_tracker.run.simulation import simulate
 from drake_tracker.vision.normal_flow import NormalFlow
 from drake_tracker.vision.vision_diagram import VisionDiagram
 

@@ -20,7 +20,7 @@ from common import append_results, print_table
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import run_line
 from drake_tracker.campaign.wilson import wilson
-from drake_tracker.scenarios import load_scenario
+from drake_tracker.tasks import load_scenario
 
 RESULTS = Path(__file__).parent / "results" / "ball.jsonl"
 FIRST_SEED = 1000

@@ -8,7 +8,7 @@ from pathlib import Path
 from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.record import Record
 from drake_tracker.campaign.trial import Lost
-from drake_tracker.progress import time_left
+from drake_tracker.core.progress import time_left
 
 
 def print_table(header, rows):

@@ -129,7 +129,7 @@ def draw(rows, path):
     from matplotlib.figure import Figure
 
     from drake_tracker.campaign.plots import draw_map
-    from drake_tracker.record.style import PLOT_STYLE
+    from drake_tracker.tasks.style import PLOT_STYLE
 
     maps = {estimator: rates(rows, "Measured", estimator) for estimator in MAPPED}
     cells = [cell for found in maps.values() for cell in found]

@@ -25,8 +25,8 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.description import PUMA560, make_arm_model
-from drake_tracker.diagrams.train_track import draw_track
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.world.cameras import CAMERA_NAMES
 from drake_tracker.world.world_diagram import WorldDiagram
 

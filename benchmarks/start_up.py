@@ -21,8 +21,8 @@ from pathlib import Path
 
 from common import print_table
 
-from drake_tracker.scenarios import load_scenario
-from drake_tracker.simulation import simulate
+from drake_tracker.tasks import load_scenario
+from drake_tracker.run.simulation import simulate
 
 ROOT = Path(__file__).resolve().parents[1]
 DURATION = 30.0

@@ -17,8 +17,8 @@ import numpy as np
 from pydrake.systems.framework import InputPortIndex, OutputPortIndex
 
 from drake_tracker import load_scenario, make_diagram
-from drake_tracker.record.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, RULE, SOFT_INK
-from drake_tracker.timing import (
+from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, RULE, SOFT_INK
+from drake_tracker.core.timing import (
     ESTIMATOR_SLOT,
     GRASP_SLOT,
     IK_SLOT,

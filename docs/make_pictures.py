@@ -4,7 +4,7 @@
     python docs/make_pictures.py --run runs/train-…  takes the log of a run that is there already, of either task
 
 The laboratory is rendered anew from the logged joints and the logged pose of the train or the ball, larger and in
-better light than the tracking cameras see it (`drake_tracker/record/studio.py`).
+better light than the tracking cameras see it (`drake_tracker/figures/studio.py`).
 """
 
 import argparse
@@ -17,8 +17,8 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker import load_scenario, make_diagram, simulate
 from drake_tracker.figures.grasp_frames import moments, render_frames
-from drake_tracker.record.log import load_log
-from drake_tracker.record.studio import ball_studio, train_studio
+from drake_tracker.core.log import load_log
+from drake_tracker.figures.studio import ball_studio, train_studio
 
 IMAGES = Path(__file__).parent / "images"
 SHOWN = ("track", "grasp", "lift")

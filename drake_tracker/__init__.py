@@ -16,13 +16,13 @@ import importlib
 __version__ = "0.1.0"
 
 _PUBLIC = {
-    "DrakeTrackerError": "drake_tracker.errors",
-    "load_scenario": "drake_tracker.scenarios",
-    "list_scenarios": "drake_tracker.scenarios",
-    "make_diagram": "drake_tracker.tasks",
+    "DrakeTrackerError": "drake_tracker.core.errors",
+    "load_scenario": "drake_tracker.tasks",
+    "list_scenarios": "drake_tracker.tasks",
+    "make_diagram": "drake_tracker.tasks.registry",
     "make_estimator": "drake_tracker.estimation",
     "run_campaign": "drake_tracker.campaign.run",
-    "simulate": "drake_tracker.simulation",
+    "simulate": "drake_tracker.run.simulation",
 }
 __all__ = sorted(_PUBLIC)
 

@@ -24,7 +24,7 @@ from drake_tracker.commands import (
     view,
 )
 from drake_tracker.commands.common import FAULT, INTERRUPTED, TROUBLE
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 COMMANDS = (run, view, replay, list_scenarios, doctor, calibrate, track, measure, campaign, figures, host, arm)
 """In the order of ``--help``."""

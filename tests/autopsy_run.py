@@ -7,10 +7,10 @@ import numpy as np
 from drake_tracker.arm.transform_equation import share_done
 from drake_tracker.estimation import make_estimator
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING, Prediction, evaluate_prediction, pack_prediction
-from drake_tracker.record.log import Signal, signals
-from drake_tracker.scenarios.train_scenario import TrainScenario
-from drake_tracker.timing import SERVO_PERIOD, VISION_PERIOD
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, Prediction, evaluate_prediction, pack_prediction
+from drake_tracker.core.log import Signal, signals
+from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.core.timing import SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.vision.triangulation import triangulate
 from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
 

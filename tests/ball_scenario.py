@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_tracker.scenarios.ball_scenario import BallScenario
+from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.vision.board_poses import BoardPoses
 from drake_tracker.world.ball_board import draw_board_pose
 from drake_tracker.world.ball_camera import draw_camera_pose

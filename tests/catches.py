@@ -8,7 +8,7 @@ from slopes import LAG, RADIUS, board_pose, to_world
 from drake_tracker.arm.crossing import BoardEdge
 from drake_tracker.arm.tool_motion import ToolMotion
 from drake_tracker.grasp.catch_machine import CatchObservation
-from drake_tracker.messages import (
+from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     ArmCommand,

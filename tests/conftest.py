@@ -8,7 +8,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.scenarios.train_scenario import Cameras
+from drake_tracker.tasks.train.scenario import Cameras
 from drake_tracker.vision.window import project_window
 from drake_tracker.world.cameras import true_camera_models
 

@@ -10,8 +10,8 @@ import pytest
 
 from drake_tracker import cli
 from drake_tracker.commands import common
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.progress import Progress, TrialsProgress, time_left
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.progress import Progress, TrialsProgress, time_left
 
 
 @pytest.fixture
@@ -26,9 +26,9 @@ def simulated(monkeypatch, tmp_path):
             raise seen.effect
         return seen.effect
 
-    module = types.ModuleType("drake_tracker.simulation")
+    module = types.ModuleType("drake_tracker.run.simulation")
     module.simulate = simulate
-    monkeypatch.setitem(sys.modules, "drake_tracker.simulation", module)
+    monkeypatch.setitem(sys.modules, "drake_tracker.run.simulation", module)
     return seen
 
 
@@ -168,7 +168,7 @@ def test_trouble_in_the_run_is_one_line_and_leaves_no_empty_directory(simulated,
 
 
 def test_a_package_that_does_not_load_is_one_line(simulated, monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "drake_tracker.simulation", None)
+    monkeypatch.setitem(sys.modules, "drake_tracker.run.simulation", None)
     assert cli.main(["run", "train"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "drake-tracker doctor" in line
@@ -198,10 +198,10 @@ def test_list_shows_the_scenarios_and_the_settings_of_one(capsys):
 
 
 def test_calibrate_hands_over_to_the_calibration(monkeypatch, tmp_path):
-    module = types.ModuleType("drake_tracker.calibrate")
+    module = types.ModuleType("drake_tracker.calibration.rendered_boards")
     calls = []
     module.calibrate = lambda scenario, path: calls.append((scenario.name, scenario.cameras.noise, path))
-    monkeypatch.setitem(sys.modules, "drake_tracker.calibrate", module)
+    monkeypatch.setitem(sys.modules, "drake_tracker.calibration.rendered_boards", module)
     path = tmp_path / "cameras.yaml"
     assert cli.main(["calibrate", "train", "--set", "cameras.noise=0", "-o", str(path)]) == 0
     assert calls == [("train", 0.0, path)]

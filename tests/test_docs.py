@@ -17,7 +17,7 @@ from guides import blocks as guide_blocks
 import drake_tracker
 from drake_tracker import cli
 from drake_tracker.commands import common
-from drake_tracker.scenarios import load_scenario
+from drake_tracker.tasks import load_scenario
 
 REPOSITORY = Path(__file__).parents[1]
 DOCUMENTS = sorted(

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 
-import drake_tracker.errors
-from drake_tracker import doctor
-from drake_tracker.models_path import models_path
+import drake_tracker.core.errors
+from drake_tracker.core import machine
+from drake_tracker.core.models_path import models_path
 
-PACKAGE = Path(drake_tracker.errors.__file__).parent
+PACKAGE = Path(drake_tracker.core.errors.__file__).parents[1]
 REPOSITORY = PACKAGE.parent
 MODULES = sorted(PACKAGE.rglob("*.py"))
 SCRIPTS = sorted(path for folder in ("benchmarks", "docs", "models") for path in (REPOSITORY / folder).rglob("*.py"))
@@ -122,7 +122,7 @@ def test_the_command_line_starts_without_drake(tmp_path):
     assert in_child(code, tmp_path).split() == []
 
 
-@pytest.mark.parametrize("before", ["", "import drake_tracker.simulation\n"])
+@pytest.mark.parametrize("before", ["", "import drake_tracker.run.simulation\n"])
 def test_the_public_names_are_callable_in_whatever_order_modules_were_imported(tmp_path, before):
     """`simulate` is a function and a module of the package."""
     code = before + (
@@ -140,10 +140,10 @@ def test_models_are_found_and_name_their_package():
 
 
 def test_models_in_an_installed_package(tmp_path, monkeypatch):
-    from drake_tracker import models_path as module
+    from drake_tracker.core import models_path as module
 
     monkeypatch.setattr(module, "_PACKAGE", tmp_path / "site-packages" / "drake_tracker")
-    with pytest.raises(drake_tracker.errors.DrakeTrackerError, match="models are missing"):
+    with pytest.raises(drake_tracker.core.errors.DrakeTrackerError, match="models are missing"):
         module.models_path()
     inside = tmp_path / "site-packages" / "drake_tracker" / "models"
     inside.mkdir(parents=True)
@@ -168,4 +168,4 @@ def test_every_requirement_is_pinned_and_the_pins_name_no_host():
 def test_make_setup_and_the_doctor_name_the_same_libraries():
     makefile = (REPOSITORY / "Makefile").read_text(encoding="utf-8")
     for package in ("libglib2.0-0", "libegl1", "libgl1-mesa-dri"):
-        assert package in makefile and package in doctor.APT_LINE
+        assert package in makefile and package in machine.APT_LINE

@@ -9,8 +9,8 @@ from drake_tracker.arm.joint_servo import add_joint_feedforward, add_set_point_s
 from drake_tracker.arm.servo_system import make_servo_system
 from drake_tracker.arm.tool_motion import ToolMotion
 from drake_tracker.arm.transform_equation_system import TransformEquationSystem
-from drake_tracker.messages import ArmCommand, message_size
-from drake_tracker.timing import SERVO_PERIOD
+from drake_tracker.core.messages import ArmCommand, message_size
+from drake_tracker.core.timing import SERVO_PERIOD
 
 _ANSWERED = {"target": "servo", "status": "transform_equation", "q_commanded": "inverse_kinematics"}
 """Inputs of the decision that this room answers: {port: the System that has an output of that name}."""

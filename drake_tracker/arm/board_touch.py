@@ -16,7 +16,7 @@ board has them) and errors of std s across the plane and of std p in it, by the 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 MAX_MISFIT = 0.010
 """Greatest difference [m] between the distance of two touched points and that of their marks."""

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.messages import Prediction, prediction_knots
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import Prediction, prediction_knots
 
 HAND_YAW = math.pi
 """Direction [rad] of the hand's x axis from the board's upward direction: the cup's stem stands on the arm's side."""

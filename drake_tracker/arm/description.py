@@ -11,8 +11,8 @@ from pydrake.multibody.tree import PdControllerGains, WeldJoint
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.differential_ik import make_parameters, step_joints
 from drake_tracker.arm.joint_servo import actuators_of
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.models_path import models_path
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.models_path import models_path
 
 FINGERS = ("finger_left", "finger_right")
 """The gripper's prismatic joints; each travels half the opening, the first is driven and the second coupled to it."""

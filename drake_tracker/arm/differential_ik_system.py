@@ -5,7 +5,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import LeafSystem
 
 from drake_tracker.arm.differential_ik import limit_acceleration, make_parameters, step_joints
-from drake_tracker.timing import IK_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
+from drake_tracker.core.timing import IK_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
 
 
 class DifferentialIkSystem(LeafSystem):

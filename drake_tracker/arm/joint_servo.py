@@ -4,7 +4,7 @@ from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.controllers import InverseDynamics
 
 from drake_tracker.arm.set_point_spline_system import SetPointSplineSystem
-from drake_tracker.timing import SERVO_PERIOD
+from drake_tracker.core.timing import SERVO_PERIOD
 
 
 def actuators_of(plant, instance):

@@ -5,8 +5,8 @@ from pydrake.systems.framework import LeafSystem
 
 from drake_tracker.arm.servo import Servo
 from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY
-from drake_tracker.messages import ArmCommand, Prediction, ServoTarget, message_size
-from drake_tracker.timing import SERVO_PERIOD, SERVO_SLOT, TIME_STEP, servo_slot
+from drake_tracker.core.messages import ArmCommand, Prediction, ServoTarget, message_size
+from drake_tracker.core.timing import SERVO_PERIOD, SERVO_SLOT, TIME_STEP, servo_slot
 
 
 class ServoSystem(LeafSystem):

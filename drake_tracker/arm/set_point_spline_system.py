@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.timing import SERVO_PERIOD
+from drake_tracker.core.timing import SERVO_PERIOD
 
 SPLINE_DELAY = 1.5
 """Periods from the sampling of a set-point to the instant at which the reference passes it."""

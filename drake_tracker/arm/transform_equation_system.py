@@ -6,8 +6,8 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import LeafSystem
 
 from drake_tracker.arm.arm_model import tool_down, tool_yaw
-from drake_tracker.messages import ArmCommand, ServoTarget, ToolStatus, message_size
-from drake_tracker.timing import SERVO_PERIOD, TIME_STEP, TRANSFORM_SLOT, servo_slot
+from drake_tracker.core.messages import ArmCommand, ServoTarget, ToolStatus, message_size
+from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, TRANSFORM_SLOT, servo_slot
 
 
 class TransformEquationSystem(LeafSystem):

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 
 from drake_tracker import __version__
 from drake_tracker.campaign.trial import Lost
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 CONNECT_TIMEOUT = 10.0
 """Time [s] in which a scheduler must answer."""

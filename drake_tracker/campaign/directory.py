@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from drake_tracker.campaign.record import Record
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 PLAN, TRIALS = "campaign.json", "trials.jsonl"
 """Names of the files."""

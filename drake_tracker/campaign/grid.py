@@ -6,8 +6,8 @@ from typing import Any
 
 import yaml
 
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.scenarios import load_scenario
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.tasks import load_scenario
 from drake_tracker.scenarios.tree import parse
 
 _OWN = {"seed": "every trial has a seed of its own: use --trials and --first-seed"}

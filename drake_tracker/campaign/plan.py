@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 from drake_tracker import __version__
 from drake_tracker.campaign.grid import make_cells, yaml_text
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.scenarios import load_scenario
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.tasks import load_scenario
 
 VISIONS = {"measured": "vision=!Measured {}"}
 """The override for each choice of ``vision``."""

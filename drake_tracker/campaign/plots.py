@@ -3,7 +3,7 @@
 import numpy as np
 
 from drake_tracker.campaign.grid import plain_value
-from drake_tracker.record.style import INK, PLOT_STYLE, PREDICTED, RULE, SOFT_INK
+from drake_tracker.tasks.style import INK, PLOT_STYLE, PREDICTED, RULE, SOFT_INK
 
 COLOURS = (PREDICTED, "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", SOFT_INK)
 """Of the lines, in turn."""

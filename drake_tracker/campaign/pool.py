@@ -3,7 +3,7 @@
 import os
 
 from drake_tracker.campaign.trial import Lost
-from drake_tracker.trials import WorkerDied, run_trials
+from drake_tracker.core.worker_pool import WorkerDied, run_trials
 
 
 def pool(workers):

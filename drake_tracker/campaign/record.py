@@ -5,7 +5,7 @@ import json
 import os
 from pathlib import Path
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 
 class Record:

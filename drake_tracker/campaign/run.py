@@ -11,7 +11,7 @@ from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.rates import rate_columns, rate_table, rates_of
 from drake_tracker.campaign.table import columns_of, require_parquet, write_csv, write_parquet
 from drake_tracker.campaign.trial import Lost, run_trial
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.scenarios.reader import setting_unit
 
 TABLE, RATES, PICTURE = "trials.csv", "rates.csv", "success.png"
@@ -142,8 +142,8 @@ def _run(runner, work, missing, record, count, progress):
 
 
 def _require_renderer(plan):
-    from drake_tracker.doctor import require_renderer
-    from drake_tracker.tasks import task_of
+    from drake_tracker.core.machine import require_renderer
+    from drake_tracker.tasks.registry import task_of
 
     if any(task_of(cell.scenario).needs_renderer(cell.scenario) for cell in plan.cells):
         require_renderer()

@@ -5,7 +5,7 @@ import io
 
 from drake_tracker.campaign.directory import replace_whole, write_whole
 from drake_tracker.campaign.grid import plain_value
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 FIRST = ("seed", "success", "failure_reason")
 """Columns after those of the varied settings; the rest follow as they come up."""

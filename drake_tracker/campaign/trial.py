@@ -3,7 +3,7 @@
 import time
 from typing import NamedTuple
 
-from drake_tracker.errors import MachineError
+from drake_tracker.core.errors import MachineError
 
 
 class Lost(NamedTuple):
@@ -23,7 +23,7 @@ def run_line(scenario, **named):
 
     A run that ends with an exception counts as one that took nothing, and the exception is its reason.
     """
-    from drake_tracker.simulation import simulate  # Only now: a campaign is checked without waiting for Drake.
+    from drake_tracker.run.simulation import simulate  # Only now: a campaign is checked without waiting for Drake.
 
     start = time.monotonic()
     try:

@@ -2,7 +2,7 @@
 
 from drake_tracker.commands.common import add_lcm, add_run, add_scenario, forget_if_empty, run_directory
 from drake_tracker.commands.report import report
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 _STALE = "grasp.when_stale"
 """Where the host can die, the arm holds, unless its scenario says otherwise."""
@@ -24,17 +24,17 @@ def register(commands):
 
 
 def execute(options):
-    from drake_tracker.progress import Progress
-    from drake_tracker.scenarios import load_scenario
+    from drake_tracker.core.progress import Progress
+    from drake_tracker.tasks import load_scenario
 
     if not 0.0 <= options.rate < float("inf"):
         raise DrakeTrackerError(f"--rate {options.rate:g}: it must be 0 or more")
     asked = (options.scenario, options.seed, options.duration)
     scenario = load_scenario(*asked, options.overrides)
 
-    from drake_tracker.diagrams.two_processes import check_task, make_arm_side
+    from drake_tracker.tasks.train.two_processes import check_task, make_arm_side
     from drake_tracker.network.bus import open_bus
-    from drake_tracker.simulation import simulate
+    from drake_tracker.run.simulation import simulate
 
     check_task(scenario)
     if _STALE not in scenario.origins:

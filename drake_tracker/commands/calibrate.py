@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from drake_tracker.commands.common import SUCCESS, add_overrides
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 
 def register(commands):
@@ -24,7 +24,7 @@ def register(commands):
 
 
 def execute(options):
-    from drake_tracker.scenarios import in_package, load_scenario
+    from drake_tracker.tasks import in_package, load_scenario
 
     sources, board = options.source, options.board
     if board is None and (len(sources) > 1 or options.square is not None or options.world):
@@ -34,7 +34,7 @@ def execute(options):
         if options.out is None and scenario.task == "train" and in_package(scenario.cameras.calibration):
             raise DrakeTrackerError("calibrate: -o FILE is missing: the package's own calibration is not written over")
 
-        from drake_tracker.calibrate import calibrate
+        from drake_tracker.calibration.rendered_boards import calibrate
 
         calibrate(scenario, options.out)
         return SUCCESS
@@ -44,7 +44,7 @@ def execute(options):
         raise DrakeTrackerError("calibrate: --set changes a scenario, and photographs have none")
     if options.out is None:
         raise DrakeTrackerError("calibrate: -o FILE is missing: the calibration file to write")
-    from drake_tracker.calibrate_photographs import calibrate_photographs, parse_board
+    from drake_tracker.calibration.photographs import calibrate_photographs, parse_board
 
     calibrate_photographs(sources, parse_board(board, options.square), options.out, world=options.world)
     return SUCCESS

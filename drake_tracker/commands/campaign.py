@@ -30,7 +30,7 @@ def register(commands):
 def execute(options):
     from drake_tracker.campaign.grid import parse_vary
     from drake_tracker.campaign.run import RATES, TABLE, run_campaign
-    from drake_tracker.progress import TrialsProgress
+    from drake_tracker.core.progress import TrialsProgress
 
     vary = parse_vary(options.vary)
     out = options.out or free_name("campaign-" + Path(options.scenario).stem)

@@ -4,7 +4,7 @@ import re
 import time
 from pathlib import Path
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 LONGEST_NAME = 100
 """Letters of a scenario's name that the name of a directory has, at most."""

@@ -8,6 +8,6 @@ def register(commands):
 
 
 def execute(options):
-    from drake_tracker import doctor
+    from drake_tracker.core import machine
 
-    return doctor.main()
+    return machine.main()

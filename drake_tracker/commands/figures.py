@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from drake_tracker.commands.common import SUCCESS, forget_if_empty, run_directory
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 
 def register(commands):
@@ -19,7 +19,7 @@ def register(commands):
 
 def execute(options):
     from drake_tracker.figures.bound_curves import OWN, read_bounds
-    from drake_tracker.scenarios import load_scenario
+    from drake_tracker.tasks import load_scenario
 
     load_scenario("train", seed=options.seed)  # a bad seed is answered before anything is made
     bounds = read_bounds(options.bounds or OWN)

@@ -18,13 +18,13 @@ def register(commands):
 
 
 def execute(options):
-    from drake_tracker.scenarios import load_scenario
+    from drake_tracker.tasks import load_scenario
 
     scenario = load_scenario(options.scenario, overrides=options.overrides)
 
-    from drake_tracker.host_process import HostProcess
+    from drake_tracker.run.host_process import HostProcess
     from drake_tracker.network.bus import open_bus
-    from drake_tracker.progress import Progress
+    from drake_tracker.core.progress import Progress
 
     stopped = []
     previous = signal.signal(signal.SIGINT, lambda *_: stopped.append(True))

@@ -11,7 +11,7 @@ def register(commands):
 
 
 def execute(options):
-    from drake_tracker.scenarios import list_scenarios, load_scenario
+    from drake_tracker.tasks import list_scenarios, load_scenario
     from drake_tracker.scenarios.reader import describe_settings
 
     if options.scenario:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from drake_tracker.commands.common import SUCCESS, add_scenario
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 
 def register(commands):
@@ -21,7 +21,7 @@ def register(commands):
 
 
 def execute(options):
-    from drake_tracker.scenarios import load_scenario
+    from drake_tracker.tasks import load_scenario
 
     scenario = load_scenario(options.scenario, overrides=options.overrides)
     speeds = {}
@@ -31,7 +31,7 @@ def execute(options):
         except ValueError:
             raise DrakeTrackerError(f"--speeds {options.speeds}: must be numbers separated by commas") from None
 
-    from drake_tracker.measure import measure  # Only now: bad input is answered without waiting for Drake.
+    from drake_tracker.calibration.measure_vision import measure  # Only now: bad input is answered without waiting for Drake.
 
     measure(scenario, options.out, seeds=options.seeds, laps=options.laps, **speeds)
     return SUCCESS

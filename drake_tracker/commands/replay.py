@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from drake_tracker.commands.common import SUCCESS, add_overrides, forget_if_empty, run_directory
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 _ROWS = (
     ("position_rms_m", "present position"),
@@ -34,7 +34,7 @@ def execute(options):
     for variable in ("OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
         os.environ.setdefault(variable, "1")  # matrices and images are small: more threads only get in the way
 
-    from drake_tracker.progress import Progress
+    from drake_tracker.core.progress import Progress
     from drake_tracker.replay.recording import open_recording
     from drake_tracker.replay.replay import replay
 

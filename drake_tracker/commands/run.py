@@ -5,7 +5,7 @@ from pathlib import Path
 
 from drake_tracker.commands.common import add_run, add_scenario, forget_if_empty, run_directory
 from drake_tracker.commands.report import outcome, report
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 
 def register(commands):
@@ -24,8 +24,8 @@ def register(commands):
 
 
 def execute(options):
-    from drake_tracker.progress import Progress
-    from drake_tracker.scenarios import load_scenario
+    from drake_tracker.core.progress import Progress
+    from drake_tracker.tasks import load_scenario
 
     scenario = load_scenario(options.scenario, options.seed, options.duration, options.overrides)
     if options.graphviz and not options.graphviz.absolute().parent.is_dir():
@@ -35,7 +35,7 @@ def execute(options):
     if options.port and not options.live:
         raise DrakeTrackerError(f"--port {options.port} is that of the live view: add --live")
 
-    from drake_tracker.simulation import simulate  # Only now: bad input is answered without waiting for Drake.
+    from drake_tracker.run.simulation import simulate  # Only now: bad input is answered without waiting for Drake.
 
     progress = Progress(scenario.duration)
     with _live_view(options, progress) as live:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from drake_tracker.commands.common import INTERRUPTED, NOT_TAKEN, SUCCESS, run_directory
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 LEAST_SEEN = 5
 """Images in which both cameras saw motion, of which something should have come."""
@@ -39,8 +39,8 @@ def execute(options):
     if len(options.source) > 2:
         raise DrakeTrackerError(f"track: {len(options.source)} sources; give one or two, and put patterns in quotes")
 
-    from drake_tracker.progress import Progress
-    from drake_tracker.track import prepare, run
+    from drake_tracker.core.progress import Progress
+    from drake_tracker.tracking.track import prepare, run
 
     names = "calibration plane height camera fps offset duration detector estimator max_gap"
     tracking = prepare(options.source, **{name: getattr(options, name) for name in names.split()})

@@ -22,9 +22,9 @@ def register(commands):
 
 
 def execute(options):
-    from drake_tracker.view.page import page_of
-    from drake_tracker.view.run_files import read_run
-    from drake_tracker.view.server import make_server
+    from drake_tracker.report.page import page_of
+    from drake_tracker.report.run_files import read_run
+    from drake_tracker.report.server import make_server
 
     run = read_run(options.run)
     page = page_of(run)

@@ -4,8 +4,8 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from drake_tracker.arm.description import PROBE_FRAME, PUMA560, PUMA560_CUP, SEVEN_JOINT, ArmDescription, add_arm
 from drake_tracker.arm.joint_servo import actuators_of
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.scenarios.custom import make_custom
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.diagrams.custom import make_custom
 from drake_tracker.scenarios.parts import Custom
 
 _DRIVES = {True: "one must drive the fingers", False: "a hand without fingers has none"}

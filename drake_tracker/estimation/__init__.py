@@ -6,7 +6,7 @@ times [s], and ``predict_std(state, times) -> (n,)`` [m].  A state is a frozen d
 time [s] of the newest point in it.
 """
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation.arc_length import ArcLength
 from drake_tracker.estimation.cartesian import AlphaBetaGamma
 from drake_tracker.estimation.closed_path import ClosedPath

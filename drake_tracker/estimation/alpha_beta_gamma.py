@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_tracker.arrays import read_only
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.errors import DrakeTrackerError
 
 LEAST_INDEX = 1e-30
 """Smallest tracking index whose gains are told from none."""

@@ -7,7 +7,7 @@ import numpy as np
 from drake_tracker.estimation.alpha_beta_gamma import AlphaBetaGammaFilter, AlphaBetaGammaState
 from drake_tracker.estimation.error_growth import HORIZON, ErrorGrowth
 from drake_tracker.estimation.parameters import not_negative, positive
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD
 
 
 @dataclass(frozen=True)

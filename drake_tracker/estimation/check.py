@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from drake_tracker.errors import DrakeTrackerError, raised
-from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.errors import DrakeTrackerError, raised
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING
+from drake_tracker.core.timing import VISION_PERIOD
 
 METHODS = ("initial_state", "update", "ready", "predict", "predict_std")
 """What an estimator does; see `drake_tracker.estimation`."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_tracker.arrays import read_only
+from drake_tracker.core.frozen_state import read_only
 
 SHORTEST_LAP = 0.25
 """A way back to the same place that is shorter [m] is no lap."""

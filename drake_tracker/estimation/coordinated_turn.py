@@ -19,7 +19,7 @@ from itertools import compress
 
 import numpy as np
 
-from drake_tracker.arrays import read_only
+from drake_tracker.core.frozen_state import read_only
 from drake_tracker.estimation.coverage import HORIZON, Coverage
 from drake_tracker.estimation.parameters import not_negative, positive
 from drake_tracker.estimation.turn_model import (

@@ -9,9 +9,9 @@ from pydrake.common.containers import namedview
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.arrays import read_only
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.messages import (
+from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     Prediction,
@@ -19,7 +19,7 @@ from drake_tracker.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 
 Filtered = namedview("Filtered", ["stamp", "x", "y", "z", "yaw", "speed", "valid"])
 """The filtered state at its newest stamp [s]: position in W [m], yaw of travel [rad], speed [m/s]."""

@@ -8,7 +8,7 @@ a moving average, as here, the same window's highest side lobe is at -19.5 dB, n
 import numpy as np
 from scipy.special import i0
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 
 def kaiser_beta(attenuation):

@@ -4,7 +4,7 @@ import inspect
 import math
 import numbers
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 GREATEST = 1e9
 """No parameter is greater: its square is still a number to reckon with."""

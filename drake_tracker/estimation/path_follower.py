@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_tracker.arrays import read_only
+from drake_tracker.core.frozen_state import read_only
 from drake_tracker.estimation.coordinated_turn import SIGMA_LIMITS
 from drake_tracker.estimation.periodic_path import PeriodicPath, basis, improve_path, slope, straighten
 from drake_tracker.estimation.phase_filter import CRUISE, centre, deviations, spread

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize_scalar
 
-from drake_tracker.arrays import read_only
+from drake_tracker.core.frozen_state import read_only
 
 SHORTEST_WAVE = 0.05
 """Finest detail of a path [m]."""

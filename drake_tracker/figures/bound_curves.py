@@ -7,7 +7,7 @@ import json
 import math
 from pathlib import Path
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 OWN = Path(__file__).with_name("bounds.json")
 STAGES = ("first_lap", "after_closure", "both")

@@ -27,8 +27,8 @@ from drake_tracker.figures.measured_arc import (
 )
 from drake_tracker.figures.paper_style import save
 from drake_tracker.figures.trajectory import draw_trajectory, trajectory
-from drake_tracker.record.studio import train_studio
-from drake_tracker.record.summary import git_commit, package_versions
+from drake_tracker.figures.studio import train_studio
+from drake_tracker.tasks.train.summary import git_commit, package_versions
 
 RUNS, QUICK_RUNS = 12, 1
 """Synthetic runs for the error against the horizon."""

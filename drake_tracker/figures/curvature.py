@@ -3,8 +3,8 @@
 import numpy as np
 
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
-from drake_tracker.record.style import FAR_PREDICTED, HAND, INK, PREDICTED, RULE, SOFT_INK
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PREDICTED, RULE, SOFT_INK
+from drake_tracker.core.timing import VISION_PERIOD
 
 SPEED = 0.15
 """Of the train on the oval [m/s]."""

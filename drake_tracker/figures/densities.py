@@ -13,7 +13,7 @@ from drake_tracker.estimation.rice import (
     noise_ratio,
 )
 from drake_tracker.figures.paper_style import head, quiet_grid, shades, sheet
-from drake_tracker.record.style import FAR_PREDICTED, INK, PREDICTED, RULE, SOFT_INK
+from drake_tracker.tasks.style import FAR_PREDICTED, INK, PREDICTED, RULE, SOFT_INK
 
 SIGMAS = np.round(np.arange(0.4, 1.01, 0.1), 1)
 """Noise of figure 8, in units of s_0."""

@@ -10,8 +10,8 @@ import numpy as np
 from drake_tracker.estimation import make_estimator
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.figures.statistics import mean_interval
-from drake_tracker.record.style import FAR_PREDICTED, FILTERED, HAND, INK, PREDICTED, SEEN, SOFT_INK
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.tasks.style import FAR_PREDICTED, FILTERED, HAND, INK, PREDICTED, SEEN, SOFT_INK
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.world.tracks import Track, make_track
 
 SIGMA = 0.001

@@ -4,8 +4,8 @@ import numpy as np
 
 from drake_tracker.estimation.kaiser import kaiser_beta, kaiser_order, kaiser_window
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
-from drake_tracker.record.style import FAR_PREDICTED, PREDICTED, SEEN, SOFT_INK
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.tasks.style import FAR_PREDICTED, PREDICTED, SEEN, SOFT_INK
+from drake_tracker.core.timing import VISION_PERIOD
 
 ATTENUATION, TRANSITION = 30.0, 0.05
 """A [dB] and the width of the transition [share of the sampling rate], as the paper chose them."""

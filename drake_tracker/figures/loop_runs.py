@@ -1,11 +1,11 @@
 """The two runs of the camera loop that figures 7 and 12 to 14 are made of: one tracks, one grasps."""
 
-from drake_tracker.diagrams.train_track import draw_track
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.progress import Progress
-from drake_tracker.record.log import load_log
-from drake_tracker.scenarios import load_scenario
-from drake_tracker.simulation import simulate
+from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.progress import Progress
+from drake_tracker.core.log import load_log
+from drake_tracker.tasks import load_scenario
+from drake_tracker.run.simulation import simulate
 
 TRACKING = "train:paper"
 """The filter of 1991: the figures show what the paper's own filter makes of the points."""

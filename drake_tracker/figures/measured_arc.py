@@ -7,10 +7,10 @@ from drake_tracker.estimation.rice import arc_length_density, recover_arc_length
 from drake_tracker.figures.kaiser_response import ATTENUATION
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.figures.statistics import correlation, kolmogorov_smirnov, rice_distribution
-from drake_tracker.record.episode import errors, train_pose
-from drake_tracker.record.style import FAR_PREDICTED, INK, PREDICTED, SEEN
-from drake_tracker.record.summary import JITTER_WINDOW, without_mean
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.tasks.episode import errors, train_pose
+from drake_tracker.tasks.style import FAR_PREDICTED, INK, PREDICTED, SEEN
+from drake_tracker.tasks.train.summary import JITTER_WINDOW, without_mean
+from drake_tracker.core.timing import VISION_PERIOD
 
 START_UP = 1.0
 """Time [s] from the first point until the train has gathered speed."""

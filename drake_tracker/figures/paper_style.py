@@ -8,7 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
-from drake_tracker.record.style import PLOT_STYLE, SOFT_INK
+from drake_tracker.tasks.style import PLOT_STYLE, SOFT_INK
 
 DPI = 150
 _PALE, _DEEP = "#a9d8f2", "#00304d"

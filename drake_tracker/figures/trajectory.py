@@ -5,8 +5,8 @@ import numpy as np
 from drake_tracker.figures.measured_arc import seen_points
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.record.episode import during, errors, phase_spans, train_pose
-from drake_tracker.record.style import PREDICTED, SEEN
+from drake_tracker.tasks.episode import during, errors, phase_spans, train_pose
+from drake_tracker.tasks.style import PREDICTED, SEEN
 
 
 def trajectory(log, scenario, lap_length):

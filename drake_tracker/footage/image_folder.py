@@ -5,7 +5,7 @@ import re
 import cv2
 import numpy as np
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.image_files import bits_of, list_images, read_image, read_whole
 

@@ -4,7 +4,7 @@ import time
 
 import cv2
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.image_files import quiet_opencv
 

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.image_folder import open_images
 from drake_tracker.footage.live_camera import open_camera
 from drake_tracker.footage.rosbag import open_bag

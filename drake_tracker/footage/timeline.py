@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.frame_clock import FrameClock, fit_clock
 from drake_tracker.footage.frame_sequence import FrameSequence
 

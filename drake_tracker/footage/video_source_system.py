@@ -8,7 +8,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.messages import FrameInfo, message_size
+from drake_tracker.core.messages import FrameInfo, message_size
 
 _BEFORE = 0.125
 """Part of a period by which a reader may come early and still read the tick that is due."""

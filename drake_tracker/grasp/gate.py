@@ -24,7 +24,7 @@ from drake_tracker.grasp.prediction_memory import (
     recall,
     recent,
 )
-from drake_tracker.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
+from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
 
 RECENT = 2.5
 """An open track is judged by the packets stamped within so much time [s] before the present."""

@@ -9,7 +9,7 @@ from drake_tracker.grasp.gate import Gate, can_follow, horizon, judge_prediction
 from drake_tracker.grasp.motor_schema import SchemaMachine, since
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
 from drake_tracker.grasp.schema import PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
-from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING
 
 SEEN_FOR = 0.2
 """The object counts as seen once its target has been valid and fresh for this long [s]."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from drake_tracker.messages import Prediction, evaluate_prediction, prediction_knots
+from drake_tracker.core.messages import Prediction, evaluate_prediction, prediction_knots
 
 MAX_RECORDS = 3000
 """Records kept: 90 s at one packet each 30 ms."""

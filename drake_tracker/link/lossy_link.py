@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.messages import Prediction
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import Prediction
 
 LINK_STREAM = 40
 """The link's stream of random numbers: default_rng([seed, LINK_STREAM, seq])."""

@@ -9,7 +9,7 @@ import threading
 import time
 from importlib.resources import files
 
-from drake_tracker.loopback import LoopbackHandler, LoopbackServer
+from drake_tracker.core.loopback_server import LoopbackHandler, LoopbackServer
 
 FILES = {
     "/": ("index.html", "text/html; charset=utf-8"),

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_tracker.messages import Prediction, evaluate_prediction
+from drake_tracker.core.messages import Prediction, evaluate_prediction
 
 FAINT, BRIGHT = "faint", "bright"
 """How a line is drawn: what was measured or asked for, and what came of it."""

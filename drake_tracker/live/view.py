@@ -73,8 +73,8 @@ class LiveView:
         from drake_tracker.diagrams.arms import arm_of
         from drake_tracker.live.strips import SPANS, STRIPS
         from drake_tracker.live.strips_system import add_strips
-        from drake_tracker.record.style import phase_colour
-        from drake_tracker.tasks import has_images
+        from drake_tracker.tasks.style import phase_colour
+        from drake_tracker.tasks.registry import has_images
 
         add_strips(builder, hand_eye, scenario.task, make_arm_model(arm_of(scenario)), self.state.add_sample)
         self.state.set_facts(

@@ -7,7 +7,7 @@ import threading
 import cv2
 import numpy as np
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.circle_finder import best_reading, read_window
 
 LOOK = 0.1

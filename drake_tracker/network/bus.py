@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pydrake.lcm import DrakeLcm
 
-from drake_tracker.errors import DrakeTrackerError, MachineError
+from drake_tracker.core.errors import DrakeTrackerError, MachineError
 from drake_tracker.network.channels import DEFAULT_URL
 
 _URL = re.compile(r"udpm://([0-9.]+):([0-9]+)(\?.*)?")

@@ -7,7 +7,7 @@ from pydrake.systems.sensors import ImageToLcmImageArrayT, PixelType
 
 from drake_tracker.network.channels import channel_of
 from drake_tracker.network.signal_system import add_receiver, add_sender
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD
 
 
 class ImageSenderDiagram(Diagram):

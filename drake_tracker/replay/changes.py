@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 _ALWAYS = ("estimator", "link", "servo")
 CHANGEABLE = {

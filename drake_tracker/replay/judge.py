@@ -4,8 +4,8 @@ import numpy as np
 
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.record.ball_summary import ROLLING, last_verdict
-from drake_tracker.record.episode import (
+from drake_tracker.tasks.ball.summary import ROLLING, last_verdict
+from drake_tracker.tasks.episode import (
     Predictions,
     during,
     phase_spans,
@@ -13,7 +13,7 @@ from drake_tracker.record.episode import (
     predictions_of_now,
     sighted,
 )
-from drake_tracker.record.figures import LONG, SHORT
+from drake_tracker.tasks.train.figures import LONG, SHORT
 
 HORIZONS = (SHORT, LONG)
 """Horizons [s] at which predictions are judged."""

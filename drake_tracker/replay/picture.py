@@ -5,8 +5,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from drake_tracker.record.figures import LONG, broken, draw_phases, name_colours
-from drake_tracker.record.style import FAR_PREDICTED, PLOT_STYLE, PREDICTED, RULE, SOFT_INK, TRUTH
+from drake_tracker.tasks.train.figures import LONG, broken, draw_phases, name_colours
+from drake_tracker.tasks.style import FAR_PREDICTED, PLOT_STYLE, PREDICTED, RULE, SOFT_INK, TRUTH
 from drake_tracker.replay.judge import HORIZONS
 
 RECORDED, REPLAYED = FAR_PREDICTED, PREDICTED

@@ -6,8 +6,8 @@ import time
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.record.log import add_loggers, read_log, save_log
-from drake_tracker.record.summary import git_commit, package_versions
+from drake_tracker.core.log import add_loggers, read_log, save_log
+from drake_tracker.tasks.train.summary import git_commit, package_versions
 from drake_tracker.replay.changes import changed_settings
 from drake_tracker.replay.judge import Judge, compare_signals
 from drake_tracker.replay.parts import make_diagram

@@ -1,6 +1,6 @@
 """A part of a scenario given as an option of the command line: a tag and its settings."""
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.scenarios.reader import read
 from drake_tracker.scenarios.tree import parse
 

@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import Optional, Union
 
-from drake_tracker.scenarios.setting import setting
-from drake_tracker.timing import TIME_STEP, VISION_PERIOD
+from drake_tracker.core.setting import setting
+from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
 
 
 @dataclass

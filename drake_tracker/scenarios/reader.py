@@ -5,7 +5,7 @@ import difflib
 import math
 import typing
 
-from drake_tracker.scenarios.setting import allowed
+from drake_tracker.core.setting import allowed
 from drake_tracker.scenarios.tree import Value
 
 _NOUNS = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}

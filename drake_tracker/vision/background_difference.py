@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.binary_detector import BinaryDetector, BinaryDetectorParameters
 from drake_tracker.vision.frame_difference import DifferenceImages
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 import cv2
 import numpy as np
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.region_centroid import hull_centroid, mean_centroid
 
 LEVEL_ROWS = 4

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from pydrake.math import RigidTransform
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 POSES_FILE = "board.npz"
 """Of the directory of a run: what the initialisation found."""

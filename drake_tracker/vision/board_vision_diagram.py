@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_tracker.timing import (
+from drake_tracker.core.timing import (
     BALL_THROUGHPUT_CYCLES,
     BALL_UPDATE_CYCLES,
     PROJECTOR_SLOT,

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import yaml
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.chessboard import find_corners
 

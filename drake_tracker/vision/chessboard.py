@@ -5,7 +5,7 @@ import dataclasses
 import cv2
 import numpy as np
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 _FINDER_WIDTH = 1024
 _FRONTAL_SQUARE = 24

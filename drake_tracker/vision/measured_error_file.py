@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.calibration import check_rig
 from drake_tracker.vision.measured_error import AXES, MeasuredError
 

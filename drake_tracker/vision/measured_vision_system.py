@@ -6,8 +6,8 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import DiscreteTimeDelay
 
-from drake_tracker.messages import TrackPoint, message_size
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.messages import TrackPoint, message_size
+from drake_tracker.core.timing import VISION_PERIOD
 
 TRUTH_PORT = "truth_train_state"
 """The one input by which a controller's room may read truth, and only when the scenario says ``vision: !Measured``."""

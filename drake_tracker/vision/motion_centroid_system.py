@@ -10,10 +10,10 @@ from pydrake.systems.framework import LeafSystem
 from pydrake.systems.primitives import DiscreteTimeDelay
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.arrays import read_only
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.messages import Centroid, FrameInfo, message_size
-from drake_tracker.timing import LAG_CYCLES, VISION_PERIOD, delay_cycles
+from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import Centroid, FrameInfo, message_size
+from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD, delay_cycles
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, fields, replace
 import cv2
 import numpy as np
 
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.timing import VISION_PERIOD
 
 
 @dataclass(frozen=True)

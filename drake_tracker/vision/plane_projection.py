@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_tracker.constants import GRAVITY
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.constants import GRAVITY
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.window import window_around
 

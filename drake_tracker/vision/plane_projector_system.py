@@ -6,9 +6,9 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.arrays import read_only
-from drake_tracker.messages import Centroid, TrackPoint, message_size
-from drake_tracker.timing import PROJECTOR_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.messages import Centroid, TrackPoint, message_size
+from drake_tracker.core.timing import PROJECTOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.vision.plane_projection import LastReading, project_to_plane
 
 

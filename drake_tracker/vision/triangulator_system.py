@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.messages import Centroid, TrackPoint, message_size
+from drake_tracker.core.messages import Centroid, TrackPoint, message_size
 from drake_tracker.vision.triangulation import triangulate
 from drake_tracker.vision.window import check_box
 

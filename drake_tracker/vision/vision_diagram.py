@@ -2,7 +2,7 @@
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
 from drake_tracker.vision.normal_flow import NormalFlow
 from drake_tracker.vision.triangulator_system import STAMP_TOLERANCE, TriangulatorSystem

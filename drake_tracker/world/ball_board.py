@@ -8,7 +8,7 @@ configuration is any object with the fields of a scenario's ``board``: incline_d
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 BALL_RADIUS = 0.020
 """Of the model ball [m]."""

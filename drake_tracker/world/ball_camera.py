@@ -11,7 +11,7 @@ import numpy as np
 from pydrake.geometry import LightParameter, MakeRenderEngineVtk
 from pydrake.math import RigidTransform, RotationMatrix
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, face_corners
 from drake_tracker.world.ball_board_visual import WALL_HEIGHT
 from drake_tracker.world.cameras import RENDERER_NAME, add_camera, camera_pose, true_camera_model

@@ -23,7 +23,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import OutputPort
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.world.lighting import render_engine_params
 from drake_tracker.world.pixel_binning_system import PixelBinningSystem

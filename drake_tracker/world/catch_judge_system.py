@@ -11,7 +11,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.world.judge_system import touching_pairs
 
 BOWL_LOWER, BOWL_UPPER = (-0.040, -0.050, 0.0), (0.040, 0.050, 0.070)

@@ -2,7 +2,7 @@
 
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.messages import JawState, message_size
+from drake_tracker.core.messages import JawState, message_size
 
 
 class JawSensorSystem(LeafSystem):

@@ -10,7 +10,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD
 
 LIFTED = 0.10
 """Height [m] above its place on the rail at which the train counts as lifted."""

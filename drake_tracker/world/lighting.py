@@ -7,7 +7,7 @@ sensor, see `SensorNoiseSystem`, because a render engine's lights cannot change 
 import numpy as np
 from pydrake.geometry import LightParameter, RenderEngineVtkParams
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 LIGHT_SIDES = ("cameras", "one_side")
 ELEVATION_DEG = 30.0

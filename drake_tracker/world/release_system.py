@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD
 
 DELAY_RANGE = (0.3, 1.0)
 """Of the gate after the arm is ready [s]: nobody may count on the ball's start."""

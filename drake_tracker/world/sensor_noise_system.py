@@ -6,7 +6,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD
 
 _BANK_MARGIN = 256
 _BANK_STREAM = 0

@@ -2,7 +2,7 @@
 
 import math
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 SPEED_LAWS = ("constant", "varying", "stop_and_go")
 

@@ -18,7 +18,7 @@ from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspDiagnosis, GraspSystem
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.messages import (
+from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     ArmCommand,
@@ -27,8 +27,8 @@ from drake_tracker.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.scenarios import train_scenario
-from drake_tracker.timing import (
+from drake_tracker.tasks.train import scenario as train_scenario
+from drake_tracker.core.timing import (
     ESTIMATOR_SLOT,
     GRASP_SLOT,
     IK_SLOT,

@@ -3,7 +3,7 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from drake_tracker.arm.board_touch import MAX_MISFIT, board_pose_from_touches
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 MARKS = np.array([[-0.20, 0.12], [0.20, 0.12], [0.0, 0.30]])
 RADIUS = 0.004

@@ -18,7 +18,7 @@ from drake_tracker.arm.description import (
     make_arm_model,
 )
 from drake_tracker.arm.joint_servo import actuators_of
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 DOWN = tool_down([0.56, 0.0, 0.70], np.pi)
 

@@ -13,7 +13,7 @@ from drake_tracker.arm.differential_ik import (
     step_joints,
 )
 from drake_tracker.arm.transform_equation import share_done
-from drake_tracker.timing import SERVO_PERIOD
+from drake_tracker.core.timing import SERVO_PERIOD
 
 HOVER = np.array([0.56, 0.0, 0.705])
 

@@ -8,7 +8,7 @@ from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for
 from drake_tracker.arm.differential_ik import limit_acceleration, make_parameters, step_joints
 from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
-from drake_tracker.timing import IK_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
+from drake_tracker.core.timing import IK_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
 
 GOAL = tool_down([0.60, 0.08, 0.70], np.pi + 0.2)
 TICK = servo_slot(IK_SLOT)

@@ -15,7 +15,7 @@ from drake_tracker.arm.joint_servo import (
     set_servo_gains,
 )
 from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY
-from drake_tracker.timing import SERVO_PERIOD, TIME_STEP
+from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP
 
 SPEED = 0.2
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from drake_tracker.arm.servo import RESTART_DISTANCE, Servo
-from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING, Prediction, ServoTarget, message_size, pack_prediction
-from drake_tracker.timing import SERVO_PERIOD
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, Prediction, ServoTarget, message_size, pack_prediction
+from drake_tracker.core.timing import SERVO_PERIOD
 
 RADIUS, SPEED = 0.12, 0.2
 LEAD = 0.0308

@@ -5,7 +5,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.arm.servo import Servo
 from drake_tracker.arm.servo_system import ServoSystem
-from drake_tracker.messages import (
+from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     ArmCommand,
@@ -14,7 +14,7 @@ from drake_tracker.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.timing import (
+from drake_tracker.core.timing import (
     ESTIMATOR_SLOT,
     SERVO_PERIOD,
     SERVO_SLOT,

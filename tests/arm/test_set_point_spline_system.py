@@ -6,7 +6,7 @@ from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY, SetPointSplineSystem
-from drake_tracker.timing import SERVO_PERIOD, TIME_STEP
+from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP
 
 DELAY = SPLINE_DELAY * SERVO_PERIOD
 

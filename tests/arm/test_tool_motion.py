@@ -7,8 +7,8 @@ from drake_tracker.arm.description import PUMA560, joints_for
 from drake_tracker.arm.differential_ik import SPEED_SHARE, make_parameters, step_joints
 from drake_tracker.arm.tool_motion import JUMP_DISTANCE, MotionFrame, ToolMotion
 from drake_tracker.arm.tool_yaw import FLIP_ANGLE, flip_duration
-from drake_tracker.messages import ArmCommand, ServoTarget
-from drake_tracker.timing import SERVO_PERIOD
+from drake_tracker.core.messages import ArmCommand, ServoTarget
+from drake_tracker.core.timing import SERVO_PERIOD
 
 HOME = np.array([0.56, 0.0, 0.485, np.pi])
 HOVER, APPROACH = 0.22, 1.0

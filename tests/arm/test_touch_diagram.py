@@ -15,7 +15,7 @@ from drake_tracker.arm.board_touch import board_pose_from_touches
 from drake_tracker.arm.description import PUMA560_CUP, SEVEN_JOINT, add_arm, joints_for, make_arm_model
 from drake_tracker.arm.joint_servo import set_servo_gains
 from drake_tracker.arm.touch_diagram import TouchDiagram
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.grasp.touch_machine import touched_points
 from drake_tracker.grasp.touch_schema import TouchParameters, TouchPhase, TouchReport
 

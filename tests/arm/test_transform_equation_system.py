@@ -9,8 +9,8 @@ from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
 from drake_tracker.arm.tool_motion import MotionFrame, ToolMotion
 from drake_tracker.arm.tool_yaw import flip_duration
 from drake_tracker.arm.transform_equation_system import TransformEquationSystem
-from drake_tracker.messages import ArmCommand, ServoTarget, ToolStatus, message_size
-from drake_tracker.timing import SERVO_PERIOD, TIME_STEP, TRANSFORM_SLOT, servo_slot
+from drake_tracker.core.messages import ArmCommand, ServoTarget, ToolStatus, message_size
+from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, TRANSFORM_SLOT, servo_slot
 
 HOME = np.array([0.56, 0.0, 0.485, np.pi])
 HOVER = 0.22

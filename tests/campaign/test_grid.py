@@ -4,7 +4,7 @@ import pytest
 
 from drake_tracker.campaign.grid import make_cells, parse_vary, plain_value, split_values, yaml_text
 from drake_tracker.campaign.plan import make_plan
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 
 
 @pytest.mark.parametrize(

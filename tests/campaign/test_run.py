@@ -15,7 +15,7 @@ from drake_tracker.campaign.record import Record, read_lines
 from drake_tracker.campaign.run import carry_out, make_runner, run_campaign
 from drake_tracker.campaign.table import require_parquet
 from drake_tracker.campaign.trial import Lost, run_trial
-from drake_tracker.errors import DrakeTrackerError, MachineError
+from drake_tracker.core.errors import DrakeTrackerError, MachineError
 
 VARY = {"track.speed": ["0.1", "0.3"]}
 
@@ -214,7 +214,7 @@ def simulated(monkeypatch):
             raise simulate.effect
         return simulate.effect
 
-    monkeypatch.setattr("drake_tracker.simulation.simulate", simulate)
+    monkeypatch.setattr("drake_tracker.run.simulation.simulate", simulate)
     return simulate
 
 
@@ -240,7 +240,7 @@ def test_a_machine_without_a_renderer_is_found_out_first(monkeypatch, tmp_path):
     def refuse():
         raise MachineError("the renderer does not work")
 
-    monkeypatch.setattr("drake_tracker.doctor.require_renderer", refuse)
+    monkeypatch.setattr("drake_tracker.core.machine.require_renderer", refuse)
     with pytest.raises(MachineError):
         run_campaign("train", 1, workers=1, out=tmp_path / "c")
     assert contents(tmp_path) == {}

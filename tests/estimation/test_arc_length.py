@@ -3,7 +3,7 @@ import copy
 import numpy as np
 import pytest
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation import make_estimator
 
 PERIOD = 1.0 / 60.0

@@ -3,7 +3,7 @@
 import own_estimator
 import pytest
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation import ESTIMATORS, make_estimator
 from drake_tracker.estimation.check import check_estimator
 

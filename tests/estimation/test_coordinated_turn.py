@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from drives import HEIGHT, PERIOD, Drive, errors, rms, stadium
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.coordinated_turn import MOST_WILD
 from drake_tracker.estimation.turn_model import BEND, SPEED

@@ -3,7 +3,7 @@ import pytest
 from scipy.signal import freqz
 from scipy.signal.windows import kaiser as scipy_kaiser
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation.kaiser import kaiser_beta, kaiser_order, kaiser_window, moving_average_weights
 
 

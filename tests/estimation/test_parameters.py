@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation import make_estimator
 
 NO_NUMBERS = ("fast", None, [1.0], math.nan, math.inf, -1.0, True)

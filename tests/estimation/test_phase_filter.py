@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation.phase_filter import CRUISE, MANOEUVRE, STOP, PhaseFilter, _drive, spread
 
 PERIOD = 1.0 / 60.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from slopes import LAG, LENGTH, PERIOD, RADIUS, STEP, WIDTH, board_pose, points_of, roll, to_world
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation import make_estimator
 
 X_WB = board_pose()

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.frame_clock import FrameClock, fit_clock
 
 PERIOD = 1.0 / 30.0

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from films import film, write_images, write_video
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.live_camera import open_camera
 from drake_tracker.footage.open_footage import open_footage
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from mcap_ros2.writer import Writer
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.open_footage import open_footage
 
 HEADER = """std_msgs/Header header

@@ -9,8 +9,8 @@ from drake_tracker.arm.tool_motion import MotionFrame
 from drake_tracker.estimation import make_estimator
 from drake_tracker.grasp.catch_machine import CatchMachine, CatchObservation
 from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.messages import ArmCommand, Prediction, ServoTarget, ToolStatus, message_size
-from drake_tracker.scenarios.ball_scenario import Catch
+from drake_tracker.core.messages import ArmCommand, Prediction, ServoTarget, ToolStatus, message_size
+from drake_tracker.tasks.ball.scenario import Catch
 
 NOTHING = np.zeros(message_size(Prediction))
 PARAMETERS = Catch()

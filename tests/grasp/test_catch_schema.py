@@ -3,7 +3,7 @@ import pytest
 from drake_tracker.arm.tool_motion import MotionFrame
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_schema import CATCH_PROGRAMS, CATCH_SAME_MOTION, CATCH_TRANSITIONS, CatchPhase
-from drake_tracker.scenarios.ball_scenario import Catch
+from drake_tracker.tasks.ball.scenario import Catch
 
 
 def successors(phase):

@@ -19,9 +19,9 @@ from drake_tracker.grasp.gate import (
     touch_delay,
 )
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
-from drake_tracker.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
-from drake_tracker.scenarios.train_scenario import Grasp
-from drake_tracker.timing import SERVO_PERIOD
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
+from drake_tracker.tasks.train.scenario import Grasp
+from drake_tracker.core.timing import SERVO_PERIOD
 
 PARAMETERS = Grasp()
 

@@ -10,7 +10,7 @@ from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.grasp_machine import FORCE_SHARE, GRIP_CONFIRMED, SEEN_FOR, GraspMachine, Observation
 from drake_tracker.grasp.prediction_memory import PredictionMemory
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.messages import (
+from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     ArmCommand,
@@ -20,8 +20,8 @@ from drake_tracker.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.scenarios.train_scenario import Grasp
-from drake_tracker.timing import SERVO_PERIOD
+from drake_tracker.tasks.train.scenario import Grasp
+from drake_tracker.core.timing import SERVO_PERIOD
 
 PARAMETERS = Grasp()
 WIDTH, OPENING, FORCE = PARAMETERS.object_width, PARAMETERS.jaw_opening, PARAMETERS.grip_force

@@ -9,7 +9,7 @@ from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspDiagnosis, GraspSystem
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.messages import (
+from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     ArmCommand,
@@ -20,8 +20,8 @@ from drake_tracker.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.scenarios.train_scenario import Grasp
-from drake_tracker.timing import GRASP_SLOT, SERVO_PERIOD, SERVO_SLOT, TIME_STEP, servo_slot
+from drake_tracker.tasks.train.scenario import Grasp
+from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, SERVO_SLOT, TIME_STEP, servo_slot
 
 PARAMETERS = Grasp()
 TICK = servo_slot(GRASP_SLOT)

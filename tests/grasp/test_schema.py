@@ -3,7 +3,7 @@ import pytest
 from drake_tracker.arm.tool_motion import MotionFrame
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.schema import PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
-from drake_tracker.scenarios.train_scenario import Grasp
+from drake_tracker.tasks.train.scenario import Grasp
 
 
 def successors(phase):

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD
 
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.live.state import LONGEST_HISTORY, LiveState
-from drake_tracker.record.video_page import VideoPage
+from drake_tracker.run.video_page import VideoPage
 
 SQUARE = np.array([[10.0, 10.0], [100.0, 10.0], [100.0, 60.0], [10.0, 60.0]])
 

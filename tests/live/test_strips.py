@@ -6,7 +6,7 @@ import pytest
 from drake_tracker.estimation.estimator_system import Filtered
 from drake_tracker.grasp.catch_system import CatchDiagnosis
 from drake_tracker.live.strips import STRIPS, Sights, measure
-from drake_tracker.messages import (
+from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     ArmCommand,

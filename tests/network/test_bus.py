@@ -1,6 +1,6 @@
 import pytest
 
-from drake_tracker.errors import DrakeTrackerError, MachineError
+from drake_tracker.core.errors import DrakeTrackerError, MachineError
 from drake_tracker.network import bus
 from drake_tracker.network.channels import DEFAULT_URL
 

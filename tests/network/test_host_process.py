@@ -6,12 +6,12 @@ from drake import lcmt_drake_signal, lcmt_header, lcmt_image, lcmt_image_array
 from pydrake.lcm import DrakeLcm
 
 from drake_tracker import load_scenario
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.host_process import MOST_WAITING, SILENCE, HostProcess
-from drake_tracker.messages import Prediction, TrackPoint
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.run.host_process import MOST_WAITING, SILENCE, HostProcess
+from drake_tracker.core.messages import Prediction, TrackPoint
 from drake_tracker.network.channels import channel_of
 from drake_tracker.network.signal_message import decode_signal, encode_signal
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD
 
 LAG = 0.25
 

@@ -6,9 +6,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
-from drake_tracker.record.log import Signal
+from drake_tracker.core.log import Signal
 from drake_tracker.replay.log_source_system import LogSourceSystem
-from drake_tracker.timing import GRASP_SLOT, PROJECTOR_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, servo_slot
+from drake_tracker.core.timing import GRASP_SLOT, PROJECTOR_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, servo_slot
 
 END = 0.5
 SLOTS = np.arange(16) / 16.0

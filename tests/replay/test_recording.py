@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drake_tracker import cli
-from drake_tracker.record.camera_images import image_file
+from drake_tracker.run.camera_images import image_file
 from drake_tracker.replay.recording import open_recording
 
 

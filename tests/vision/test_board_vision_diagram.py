@@ -19,9 +19,9 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.messages import Centroid, TrackPoint
-from drake_tracker.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import Centroid, TrackPoint
+from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.vision.background_difference import BackgroundDifference
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.frame_difference import FrameDifference, FrameDifferenceParameters

@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 import pytest
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.calibration import (
     calibrate_intrinsics,
     lens_from_corners,

@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.chessboard import Chessboard, draw_board, find_corners
 
 BOARD = Chessboard(9, 6, 0.05)

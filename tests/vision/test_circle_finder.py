@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from ball_pictures import CIRCLES, RADIUS, camera_pose, draw_board, intrinsics, shoot
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.circle_finder import CircleReading, best_reading, find_circles, read_window
 from drake_tracker.vision.circle_pose import image_centres
 

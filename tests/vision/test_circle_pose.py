@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from ball_pictures import CIRCLES, RADIUS, SIZE, camera_pose, draw_board, intrinsics, random_camera_pose, shoot
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.circle_finder import find_circles
 from drake_tracker.vision.circle_pose import image_centres, locate_board
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from ball_pictures import FROM_CAMERA, FROM_SIDE, put_ball, shoot
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.background_difference import BackgroundDifference, BackgroundDifferenceParameters
 from drake_tracker.vision.frame_difference import DifferenceImages, FrameDifference, FrameDifferenceParameters
 from drake_tracker.vision.static_threshold import StaticThreshold, StaticThresholdParameters

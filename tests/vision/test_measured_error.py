@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.measured_error import LONGEST_GAP, MeasuredError, pattern_at
 from drake_tracker.vision.measured_error_file import load_error, save_error
 from drake_tracker.vision.measured_error_fit import (

@@ -7,9 +7,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.messages import Centroid, FrameInfo, message_size
-from drake_tracker.timing import (
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import Centroid, FrameInfo, message_size
+from drake_tracker.core.timing import (
     ESTIMATOR_SLOT,
     LAG_CYCLES,
     TIME_STEP,

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.normal_flow import NormalFlow, erode_isolated
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from ball_pictures import BALL_RADIUS, INCLINE, LENGTH, SIZE, WIDTH, camera_pose, intrinsics
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.plane_projection import (
     ROLL,
     LastReading,

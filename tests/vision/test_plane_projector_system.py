@@ -7,8 +7,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
-from drake_tracker.messages import Centroid, TrackPoint, message_size
-from drake_tracker.timing import ESTIMATOR_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
+from drake_tracker.core.messages import Centroid, TrackPoint, message_size
+from drake_tracker.core.timing import ESTIMATOR_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
 from drake_tracker.vision.plane_projection import PlausibleReadings, camera_on_board
 from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.predicted_window import PredictedWindow
 from drake_tracker.vision.region_centroid import RegionCentroid
 

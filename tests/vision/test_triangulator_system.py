@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.messages import TrackPoint
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import TrackPoint
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.triangulator_system import TriangulatorSystem
 

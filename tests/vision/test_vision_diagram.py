@@ -4,9 +4,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.messages import Centroid, TrackPoint
-from drake_tracker.timing import LAG_CYCLES, VISION_PERIOD
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import Centroid, TrackPoint
+from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.vision_diagram import VisionDiagram
 

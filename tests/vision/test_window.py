@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.window import project_window
 

@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import VectorLogSink
 
 from drake_tracker.arm.description import models_parser
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.world.ball_board import (
     BALL_RADIUS,
     CIRCLE_RADIUS,

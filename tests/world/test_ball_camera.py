@@ -3,7 +3,7 @@ import pytest
 from ball_scenario import make_scenario
 from pydrake.math import RigidTransform
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, draw_board_pose, face_corners
 from drake_tracker.world.ball_board_visual import WALL_HEIGHT
 from drake_tracker.world.ball_camera import MARGIN, clears_walls, draw_camera_pose

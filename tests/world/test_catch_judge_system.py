@@ -12,7 +12,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560_CUP, joints_for, make_arm_model
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.ball_plant import add_ball_laboratory
 from drake_tracker.world.catch_judge_system import (

@@ -1,6 +1,6 @@
 import pytest
 
-from drake_tracker.messages import JawState
+from drake_tracker.core.messages import JawState
 from drake_tracker.world.jaw_sensor_system import JawSensorSystem
 
 

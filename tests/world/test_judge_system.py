@@ -15,8 +15,8 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
-from drake_tracker.messages import JawState
-from drake_tracker.timing import TIME_STEP, VISION_PERIOD
+from drake_tracker.core.messages import JawState
+from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
 from drake_tracker.world.jaw_sensor_system import JawSensorSystem
 from drake_tracker.world.judge_system import HELD, LIFTED, OFF_TRACK, JudgeSystem, Verdict
 from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory

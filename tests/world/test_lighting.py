@@ -5,8 +5,8 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.scenarios.train_scenario import Cameras, Lighting
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.tasks.train.scenario import Cameras, Lighting
 from drake_tracker.world.cameras import CAMERA_NAMES, add_cameras, true_camera_models
 from drake_tracker.world.lighting import make_lights, render_engine_params
 

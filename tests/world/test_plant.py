@@ -5,7 +5,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.timing import TIME_STEP
+from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory, place_train
 from drake_tracker.world.tracks import make_track
 

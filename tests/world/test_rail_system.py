@@ -10,8 +10,8 @@ from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.errors import DrakeTrackerError
-from drake_tracker.timing import TIME_STEP
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.world.rail_system import RailSystem, add_rail
 from drake_tracker.world.speed_law import distance_at
 from drake_tracker.world.tracks import make_track

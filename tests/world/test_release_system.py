@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.world.release_system import DELAY_RANGE, ReleaseSystem, draw_delay
 
 TRAVEL = 0.034

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.world.sensor_noise_system import SensorNoiseSystem, flicker_gain
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipe
 
-from drake_tracker.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.world.tracks import MAX_NODES, TRACK_KINDS, make_track
 
 KINDS = [kind for kind in TRACK_KINDS if kind != "csv"]

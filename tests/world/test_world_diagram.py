@@ -5,8 +5,8 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
-from drake_tracker.messages import JawState
-from drake_tracker.scenarios.train_scenario import TrainScenario
+from drake_tracker.core.messages import JawState
+from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
 from drake_tracker.world.judge_system import Verdict
 from drake_tracker.world.plant import TRAIN_HEIGHT

@@ -1,0 +1,1 @@
+"""Calibrates cameras, and measures the error of the vision."""

@@ -1,0 +1,1 @@
+"""What every subsystem shares: messages, timing, errors, frozen state, logs, paths and progress."""

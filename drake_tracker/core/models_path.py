@@ -1,0 +1,20 @@
+"""Where the models are."""
+
+from pathlib import Path
+
+from drake_tracker.core.errors import DrakeTrackerError
+
+_PACKAGE = Path(__file__).parents[1]
+
+
+def models_path():
+    """Returns the folder of the models, the one with package.xml: ``models/`` beside the package in a checkout, inside
+    the package when it was installed from a wheel.
+
+    Raises DrakeTrackerError when it is in neither place.
+    """
+    places = (_PACKAGE.parent / "models", _PACKAGE / "models")
+    for place in places:
+        if (place / "package.xml").is_file():
+            return place
+    raise DrakeTrackerError(f"the models are missing: there is no package.xml in {places[0]} or {places[1]}")

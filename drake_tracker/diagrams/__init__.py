@@ -1,0 +1,1 @@
+"""The wiring of a hand-eye system."""

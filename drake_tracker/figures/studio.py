@@ -1,0 +1,213 @@
+"""A studio: the laboratory of a run rendered anew from its log, larger and in better light than the cameras see it.
+
+Soft boxes, one lamp that casts shadows, and four times the pixels that are kept.
+"""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from pydrake.common import MemoryFile
+from pydrake.geometry import (
+    Box,
+    ClippingRange,
+    ColorRenderCamera,
+    Cylinder,
+    EnvironmentMap,
+    EquirectangularMap,
+    InMemoryMesh,
+    LightParameter,
+    MakeRenderEngineVtk,
+    Mesh,
+    RenderCameraCore,
+    RenderEngineVtkParams,
+    Rgba,
+)
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.sensors import CameraInfo
+
+from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.world.ball_fixtures import GATE_TRAVEL
+from drake_tracker.world.ball_plant import add_ball_laboratory
+from drake_tracker.world.cameras import camera_poses
+from drake_tracker.world.plant import add_laboratory
+from drake_tracker.world.track_visual import add_track_visual
+
+OVERSAMPLING = 2
+RENDERER = "studio"
+COVE_RADIUS, COVE_BEND = 3.4, 1.6
+"""Radius [m] of the studio's flat floor, and of the bend that leads from it to the wall."""
+LAMP, AMBIENT = 5.4, 0.45
+"""Brightness of the lamp that casts shadows and of the soft boxes."""
+
+
+class Studio:
+    """Renders a laboratory in any posture.
+
+    Args:
+      laboratory: with the attributes plant and scene_graph, in a ``builder`` to which nothing else is added.
+      places: model instances and functions (log, time [s]) -> their positions.
+      folder: where the studio's light may be written.
+    """
+
+    def __init__(self, laboratory, builder, places, folder):
+        self._laboratory, self._places = laboratory, places
+        self._scene_graph = laboratory.scene_graph
+        self._scene_graph.AddRenderer(RENDERER, MakeRenderEngineVtk(studio_light(folder)))
+        self._diagram = builder.Build()
+        self._context = self._diagram.CreateDefaultContext()
+
+    def pose(self, log, time):
+        """Puts everything where it was at ``time`` [s] of a log."""
+        plant = self._laboratory.plant
+        context = plant.GetMyMutableContextFromRoot(self._context)
+        for instance, positions in self._places:
+            plant.SetPositions(context, instance, positions(log, time))
+
+    def render(self, eye, target, width, height, fov_deg):
+        """Returns a BGR image seen from ``eye`` towards ``target`` [m, W]; ``fov_deg`` is vertical."""
+        fov = np.deg2rad(fov_deg)
+        info = CameraInfo(width * OVERSAMPLING, height * OVERSAMPLING, fov)
+        core = RenderCameraCore(RENDERER, info, ClippingRange(0.05, 20.0), RigidTransform())
+        query = self._scene_graph.get_query_output_port().Eval(
+            self._scene_graph.GetMyContextFromRoot(self._context)
+        )
+        image = query.RenderColorImage(
+            ColorRenderCamera(core), self._scene_graph.world_frame_id(), looking(eye, target)
+        )
+        bgr = cv2.cvtColor(np.array(image.data), cv2.COLOR_RGBA2BGR)
+        return cv2.resize(bgr, (width, height), interpolation=cv2.INTER_AREA)
+
+
+def train_studio(scenario, folder):
+    """Returns the `Studio` of a `TrainScenario`: its track, train and cameras."""
+    track, _ = draw_track(scenario)
+    builder = DiagramBuilder()
+
+    def decorate(plant):
+        add_track_visual(plant, track, scenario.table_height)
+        add_cove(plant)
+        for X_WC in camera_poses(scenario.cameras).values():
+            add_camera_stand(plant, X_WC)
+
+    laboratory = add_laboratory(
+        builder, arm_of(scenario), scenario.train.body, scenario.table_height, scenario.time_step, decorate
+    )
+    places = [
+        (laboratory.arm, _joints(laboratory)),
+        (laboratory.gripper, lambda log, time: [0.5 * sample(log["jaws"], time)[0]] * 2),
+        (laboratory.train, lambda log, time: _body(log["truth_train_state"], time)),
+    ]
+    return Studio(laboratory, builder, places, folder)
+
+
+def ball_studio(scenario, folder):
+    """Returns the `Studio` of a `BallScenario`: its board and ball, the gate open."""
+    builder = DiagramBuilder()
+    laboratory = add_ball_laboratory(builder, arm_of(scenario), scenario, decorate=add_cove)
+    places = [
+        (laboratory.arm, _joints(laboratory)),
+        (laboratory.gate, lambda log, time: [GATE_TRAVEL]),
+        (laboratory.ball, lambda log, time: _body(log["truth_ball_state"], time)),
+    ]
+    return Studio(laboratory, builder, places, folder)
+
+
+def _joints(laboratory):
+    return lambda log, time: sample(log["arm_state"], time)[: laboratory.plant.num_positions(laboratory.arm)]
+
+
+def _body(state, time):
+    """Returns the positions of a free body from its logged state."""
+    body = sample(state, time)
+    body[:4] /= np.linalg.norm(body[:4])
+    return body[:7]
+
+
+def looking(eye, target):
+    """Returns X_WC of a camera at ``eye`` that looks at ``target`` [m, W], upright: x right, y down, z forward."""
+    forward = np.subtract(target, eye)
+    forward = forward / np.linalg.norm(forward)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    return RigidTransform(RotationMatrix(np.column_stack([right, np.cross(forward, right), forward])), eye)
+
+
+def add_cove(plant):
+    """Draws the studio's floor, which bends up into its wall all around: looks only."""
+    bend = np.linspace(0.0, 0.5 * np.pi, 13)
+    radius = np.concatenate([[0.0], COVE_RADIUS + COVE_BEND * np.sin(bend), [COVE_RADIUS + COVE_BEND]])
+    height = np.concatenate([[0.0], COVE_BEND * (1.0 - np.cos(bend)), [6.0]])
+    # Outward along the profile the normal turns from up to inward.
+    slope = np.concatenate([[0.0], bend, [bend[-1]]])
+    turn = np.linspace(0.0, 2.0 * np.pi, 97)[:-1]
+    lines = []
+    for r, z, a in zip(radius, height, slope):
+        lines += [f"v {r * np.cos(t):.4f} {r * np.sin(t):.4f} {z:.4f}" for t in turn]
+        lines += [f"vn {-np.sin(a) * np.cos(t):.4f} {-np.sin(a) * np.sin(t):.4f} {np.cos(a):.4f}" for t in turn]
+    n = len(turn)
+    for i in range(len(radius) - 1):
+        for j in range(n):
+            corners = (i * n + j, (i + 1) * n + j, (i + 1) * n + (j + 1) % n, i * n + (j + 1) % n)
+            lines.append("f " + " ".join(f"{k + 1}//{k + 1}" for k in corners))
+    mesh = MemoryFile(contents="\n".join(lines) + "\n", extension=".obj", filename_hint="cove")
+    plant.RegisterVisualGeometry(
+        plant.world_body(), RigidTransform([0.3, 0.0, 0.0]), Mesh(InMemoryMesh(mesh_file=mesh)), "cove",
+        np.array([0.36, 0.38, 0.41, 1.0]),
+    )
+
+
+def add_camera_stand(plant, X_WC):
+    """Draws a camera at X_WC on a pole: looks only."""
+    world = plant.world_body()
+    dark, steel = np.array([0.06, 0.06, 0.07, 1.0]), np.array([0.45, 0.46, 0.48, 1.0])
+    name = f"camera_{'left' if X_WC.translation()[1] > 0 else 'right'}"
+    parts = (
+        ("case", X_WC @ RigidTransform([0.0, 0.0, -0.07]), Box(0.055, 0.05, 0.12), dark),
+        ("lens", X_WC @ RigidTransform([0.0, 0.0, -0.005]), Cylinder(0.019, 0.04), steel),
+    )
+    x, y, z = (X_WC @ RigidTransform([0.0, 0.0, -0.07])).translation()
+    pole = ("pole", RigidTransform([x, y, 0.5 * (z - 0.03)]), Cylinder(0.012, z - 0.03), steel)
+    foot = ("foot", RigidTransform([x, y, 0.01]), Cylinder(0.11, 0.02), dark)
+    for part, X_WG, shape, colour in (*parts, pole, foot):
+        plant.RegisterVisualGeometry(world, X_WG, shape, f"{name}_{part}", colour)
+
+
+def studio_light(folder):
+    """Returns `RenderEngineVtkParams`: soft boxes all around, and a lamp that casts shadows."""
+    path = Path(folder) / "studio.hdr"
+    cv2.imwrite(str(path), soft_boxes())
+    return RenderEngineVtkParams(
+        environment_map=EnvironmentMap(texture=EquirectangularMap(path=str(path)), skybox=False),
+        lights=[
+            LightParameter(
+                type="spot", frame="world", position=[2.4, -2.0, 3.6], direction=[-2.0, 2.0, -3.1],
+                cone_angle=60.0, intensity=LAMP, color=Rgba(1.0, 0.97, 0.92),
+            ),
+        ],
+        cast_shadows=True,
+        shadow_map_size=4096,
+        force_to_pbr=True,
+        exposure=0.9,
+    )
+
+
+def soft_boxes():
+    """Returns an environment of a grey room with a ceiling light and two soft boxes, BGR float32, equirectangular."""
+    v, u = np.mgrid[0:256, 0:512]
+    elevation = 90.0 - 180.0 * (v + 0.5) / 256
+    azimuth = 360.0 * (u + 0.5) / 512
+    light = 0.22 + 0.35 * np.clip(elevation / 90.0, 0.0, 1.0)
+    light[elevation < 0] = 0.16
+    light += 2.6 * (elevation > 62)
+    for centre in (60.0, 215.0):
+        light += 2.4 * ((np.abs(azimuth - centre) < 26) & (np.abs(elevation - 28) < 15))
+    light = cv2.GaussianBlur(light.astype(np.float32), (0, 0), 5.0)
+    return AMBIENT * np.dstack([1.04 * light, light, 0.97 * light])
+
+
+def sample(signal, time):
+    """Returns the row of a logged signal at ``time`` [s], linear between samples."""
+    return np.array([np.interp(time, signal.times, column) for column in signal.data.T])

@@ -1,0 +1,1 @@
+"""The line from host to arm."""

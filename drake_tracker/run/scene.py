@@ -1,0 +1,191 @@
+"""The Meshcat recording of a run: the laboratory in three dimensions, with the predicted path drawn in."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import (
+    Cylinder,
+    Meshcat,
+    MeshcatAnimation,
+    MeshcatParams,
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    Rgba,
+    Role,
+    Sphere,
+)
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import LeafSystem
+
+from drake_tracker.core.messages import ArmCommand, Prediction, TrackPoint, message_size
+from drake_tracker.tasks.ball.foresight import path_points
+from drake_tracker.tasks.style import PHASES_THAT_PREDICT
+
+PREDICTED, SEEN = Rgba(0.30, 0.76, 1.0), Rgba(1.0, 0.69, 0.0)
+"""Colours of the predicted path and of the points seen, as in the camera video."""
+FRAMES_PER_SECOND = 30
+"""Of the recording."""
+_PREFIX = "laboratory"
+_PATH, _TRAIL = "tracking/predicted", "tracking/seen"
+_PATH_TIMES = np.arange(0.0, 1.21, 0.15)
+"""From now on, the times [s] at which the predicted path is marked."""
+PATH_MARKS = len(_PATH_TIMES)
+_TRAIL_FRAMES = range(0, 31, 5)
+"""From the newest point back, the frames whose triangulated points are marked."""
+
+
+@dataclass(frozen=True)
+class View:
+    """How a task is shown: from ``eye`` towards ``target`` (x, y, z) [m, W], with a field of view [deg]; ``phases`` in
+    which a predicted path is drawn; ``path``: (valid packet, now) -> its points, `PATH_MARKS` or none;
+    ``floor``: whether one is laid, for a laboratory without.
+    """
+
+    eye: tuple = (1.95, -1.20, 1.25)
+    target: tuple = (0.38, 0.02, 0.58)
+    fov_deg: float = 37.0
+    phases: tuple = PHASES_THAT_PREDICT
+    floor: bool = True
+    path: Callable = lambda packet, now: path_points(packet, now + _PATH_TIMES)
+
+
+TRAIN_VIEW = View()
+
+
+@dataclass(frozen=True, eq=False)
+class _Drawn:
+    """What is drawn: the packet that the arm goes by, and the latest triangulated points, newest first (None: not
+    seen).
+    """
+
+    packet: np.ndarray
+    trail: tuple = ()
+
+    def __deepcopy__(self, memo):
+        return self
+
+
+class TrackingDisplaySystem(LeafSystem):
+    """Draws the predicted path and the latest triangulated points into Meshcat.
+
+    .. pydrake_system::
+
+        name: TrackingDisplaySystem
+        input_ports:
+        - packet
+        - point
+        - command
+
+    ``packet`` is a `Prediction`, ``point`` a `TrackPoint`, ``command`` an `ArmCommand`; published `FRAMES_PER_SECOND`
+    times a second from time 0. While vision is not used the last packet before is held, as the arm holds it.
+
+    Args:
+      view: a `View`.
+    """
+
+    def __init__(self, meshcat, view=TRAIN_VIEW):
+        super().__init__()
+        self._meshcat, self._view = meshcat, view
+        self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
+        self._point = self.DeclareVectorInputPort("point", message_size(TrackPoint))
+        self._command = self.DeclareVectorInputPort("command", message_size(ArmCommand))
+        self._drawn = self.DeclareAbstractState(AbstractValue.Make(_Drawn(np.zeros(message_size(Prediction)))))
+        for path, count, colour in ((_PATH, PATH_MARKS, PREDICTED), (_TRAIL, len(_TRAIL_FRAMES), SEEN)):
+            for k in range(count):
+                meshcat.SetObject(f"{path}/{k}", Sphere(0.007 * (1.0 - 0.6 * k / count)), colour)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / FRAMES_PER_SECOND, 0.0, self._remember)
+        self.DeclarePeriodicPublishEvent(1.0 / FRAMES_PER_SECOND, 0.0, self._draw)
+
+    def _remember(self, context, state):
+        drawn = context.get_abstract_state(self._drawn).get_value()
+        frozen = ArmCommand(self._command.Eval(context)).frozen
+        packet = drawn.packet if frozen else np.array(self._packet.Eval(context))
+        point = TrackPoint(self._point.Eval(context))
+        newest = np.array([point.x, point.y, point.z]) if point.valid and not frozen else None
+        trail = (newest, *drawn.trail[: _TRAIL_FRAMES[-1]])
+        state.get_mutable_abstract_state(self._drawn).set_value(_Drawn(packet, trail))
+
+    def _draw(self, context):
+        now = context.get_time()
+        drawn = context.get_abstract_state(self._drawn).get_value()
+        phase = int(ArmCommand(self._command.Eval(context)).phase)
+        valid = bool(Prediction(drawn.packet).valid) and phase in self._view.phases
+        points = self._view.path(drawn.packet, now) if valid else ()
+        self._place(_PATH, points, now)
+        self._place(_TRAIL, [drawn.trail[k] for k in _TRAIL_FRAMES if k < len(drawn.trail)], now)
+
+    def _place(self, path, points, now):
+        """Moves the marks below ``path`` to ``points``; when one of these is None it hides them all."""
+        shown = len(points) > 0 and all(point is not None for point in points)
+        self._meshcat.SetProperty(path, "visible", shown, now)
+        if shown:
+            for k, point in enumerate(points):
+                self._meshcat.SetTransform(f"{path}/{k}", RigidTransform(point), now)
+
+
+class SceneRecorder:
+    """What `add_scene_recording` returns: `finish` writes the recording; ``url`` shows the scene while it runs."""
+
+    def __init__(self, meshcat, path):
+        self._meshcat, self._path = meshcat, path
+        self.url = meshcat.web_url()
+
+    def finish(self, root_context):
+        """Publishes the recording and writes it as one HTML file that needs nothing else."""
+        recording = self._meshcat.get_mutable_recording()
+        recording.set_loop_mode(MeshcatAnimation.LoopMode.kLoopRepeat)
+        recording.set_repetitions(1000)
+        self._meshcat.StopRecording()
+        self._meshcat.PublishRecording()
+        if self._path is not None:
+            Path(self._path).write_text(self._meshcat.StaticHtml(), encoding="utf-8")
+
+
+def add_scene_recording(builder, hand_eye, path, announce, view=TRAIN_VIEW):
+    """Shows a `HandEyeDiagram` in Meshcat and records it, `FRAMES_PER_SECOND` times a second.
+
+    Meshcat is served to this machine alone, and must be used by the thread that calls this.
+
+    Args:
+      path: HTML file to write at the end, or None. announce: whether to print the address.
+      view: a `View` of the task.
+
+    Returns a `SceneRecorder`.
+    """
+    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    _set_stage(meshcat, view)
+    parameters = MeshcatVisualizerParams(
+        publish_period=1.0 / FRAMES_PER_SECOND, role=Role.kIllustration, prefix=_PREFIX
+    )
+    MeshcatVisualizer.AddToBuilder(builder, hand_eye.GetOutputPort("truth_query"), meshcat, parameters)
+    display = builder.AddNamedSystem("tracking_display", TrackingDisplaySystem(meshcat, view))
+    for own, theirs in {"packet": "delivered", "point": "point", "command": "command"}.items():
+        builder.Connect(hand_eye.GetOutputPort(theirs), display.GetInputPort(own))
+    meshcat.StartRecording(FRAMES_PER_SECOND, set_visualizations_while_recording=True)
+    if announce:
+        print(f"Meshcat: {meshcat.web_url()}", flush=True)
+    return SceneRecorder(meshcat, path)
+
+
+def _set_stage(meshcat, view):
+    """Chooses the viewpoint, the background, a floor and the light."""
+    meshcat.SetCameraPose(np.array(view.eye), np.array(view.target))
+    meshcat.SetProperty("/Cameras/default/rotated/<object>", "fov", view.fov_deg)
+    for path in ("/Grid", "/Axes"):
+        meshcat.SetProperty(path, "visible", False)
+    meshcat.SetProperty("/Background/<object>", "top_color", [0.74, 0.79, 0.85])
+    meshcat.SetProperty("/Background/<object>", "bottom_color", [0.93, 0.94, 0.95])
+    if view.floor:
+        meshcat.SetObject("stage/floor", Cylinder(2.6, 0.01), Rgba(0.86, 0.87, 0.88))
+        meshcat.SetTransform("stage/floor", RigidTransform([0.4, 0.0, -0.006]))
+    # One lamp that casts shadows does most, the others fill in. Lights stand in the browser's frame: x, z, -y of W.
+    lamp = "/Lights/SpotLight"
+    meshcat.SetProperty(lamp, "visible", True)
+    meshcat.SetProperty(f"{lamp}/<object>", "position", [1.5, 3.2, -0.9])
+    meshcat.SetProperty(f"{lamp}/<object>", "intensity", 28.0)
+    meshcat.SetProperty(f"{lamp}/<object>", "castShadow", True)
+    for light, intensity in (("AmbientLight", 0.5), ("FillLight", 0.5)):
+        meshcat.SetProperty(f"/Lights/{light}/<object>", "intensity", intensity)

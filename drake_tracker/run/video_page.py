@@ -1,0 +1,299 @@
+"""Draws one frame of the camera video: what the cameras see now, and, below or beside it, what the centroid describes.
+
+The centroid comes a lag after the images it was found in. So it is drawn where it belongs, on the image of its stamp,
+with the motion energy of that stamp; on the present image stands what is made of it, the prediction for now and the
+next second.
+"""
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+from drake_tracker.tasks.style import bgr, draw_text, phase_colour
+
+SIDES = ("left", "right")
+"""Of the ports of two cameras; the side of a single one is ""."""
+_WIDTH, _MARGIN = 1280, 20
+_PANEL_WIDTH, _TALLEST_PANEL, _SHORTEST_PANEL = 512, 308, 230
+_TALLEST_SINGLE, _SHORTEST_SINGLE = 616, 500
+_COLUMNS, _TOP, _ROW_GAP = (20, 544), 50, 42
+_SIDEBAR = 1080
+_GROUND, _VOID = "#15181c", "#0c0e10"
+_BRIGHT, _MEDIUM, _DIM = "#f2f4f6", "#a3abb5", "#565e68"
+_ENERGY, _PATH, _OUTLINE, _GOAL = "#ffb000", "#4cc2ff", "#77808a", "#ff8a3d"
+_STATUS_TOP, _STATUS_HEIGHT = 140, 290
+_BORDER, _WIDE_BORDER = 4, 44
+"""Pixels of the image shown around the windows of two cameras, and around that of a single one."""
+_SHIFT = 4
+"""Fractional bits of the coordinates given to OpenCV's drawing functions."""
+
+
+@dataclass(frozen=True, eq=False)
+class CameraSight:
+    """One camera's share of a frame. Pixel coordinates are those of the full image.
+
+    image: BGR, the newest, or None. offset: (u0, v0) of its first pixel. path: (n, 2), where the prediction puts the
+    object, now first, or empty. late_image: BGR, of the centroid's stamp, or None. energy: the mask of that stamp, or
+    None.
+    centroid: (u, v), or None when it is not valid. goal: (3, 2), where the object is expected to come out, and the ends
+    of a bar about it, or empty.
+    """
+
+    image: np.ndarray
+    offset: tuple
+    path: np.ndarray
+    late_image: np.ndarray
+    energy: np.ndarray
+    centroid: tuple
+    goal: np.ndarray = ()
+
+
+@dataclass(frozen=True)
+class PageState:
+    """What a frame says beside the images: time [s], phase (of the task's enumeration), two short lines of text below
+    the phases, the centroid's stamp [s] or None, and whether the arm goes on without vision.
+    """
+
+    time: float
+    phase: IntEnum
+    notes: tuple
+    stamp: float
+    blind: bool = False
+
+
+def port_of(kind, side):
+    """Returns the name of a port of one camera: ``camera_left`` of a pair, ``camera`` of a single one."""
+    return f"{kind}_{side}" if side else kind
+
+
+class VideoPage:
+    """Draws frames of ``size`` (width, height) [px], both even, as tall as the windows ask for.
+
+    Two cameras stand side by side, each with its late image below; of a single one the late image stands beside it.
+    ``lag`` is that argument.
+
+    Args:
+      polygons: {side: (n, 2)}, the windows of interest [px]. image_size: (width, height) of the full images [px].
+      title, subtitle: two short lines of text. lag: from image to centroid [s].
+      goal: what the mark of a `CameraSight.goal` is called, or None where there is none.
+    """
+
+    def __init__(self, polygons, image_size, title, subtitle, lag, goal=None):
+        single = len(polygons) == 1
+        # Of a single camera more is shown: there is room, and the hand moves outside of the window.
+        border = _WIDE_BORDER if single else _BORDER
+        u0, v0, width, height = self._view = _common_view(polygons.values(), image_size, border)
+        tallest, shortest = (_TALLEST_SINGLE, _SHORTEST_SINGLE) if single else (_TALLEST_PANEL, _SHORTEST_PANEL)
+        self._scale = min(_PANEL_WIDTH / width, tallest / height)
+        panel_height = 2 * math.ceil(max(self._scale * height, shortest) / 2)
+        self._panel = (_PANEL_WIDTH, panel_height)
+        # Pixels of a panel left and above its view.
+        self._margin = tuple((panel - round(self._scale * n)) // 2 for panel, n in zip(self._panel, (width, height)))
+        self._rows = (_TOP,) if single else (_TOP, _TOP + panel_height + _ROW_GAP)
+        self.size = (_WIDTH, self._rows[-1] + panel_height + _MARGIN)
+        # Where a side's panels begin, (x, y): of its image now, and of its late image.
+        if single:
+            (side,) = polygons
+            self._places = {side: tuple((x, _TOP) for x in _COLUMNS)}
+        else:
+            self._places = {side: tuple((x, y) for y in self._rows) for side, x in zip(polygons, _COLUMNS)}
+        self.lag = lag
+        self._polygons = {side: self._to_panel(polygon) for side, polygon in polygons.items()}
+        self._blank = np.full((*reversed(self.size), 3), bgr(_GROUND), np.uint8)
+        self._draw_fixed(title, subtitle, lag, goal)
+
+    @property
+    def panels(self):
+        """Where in a frame the images are: a list of (side, ``late``: whether the centroid's image, (x, y, width,
+        height) [px]).
+        """
+        (dx, dy), size = self._margin, tuple(round(self._scale * n) for n in self._view[2:])
+        return [
+            (side, late, (x + dx, y + dy, *size))
+            for side, spots in self._places.items()
+            for late, (x, y) in zip((False, True), spots)
+        ]
+
+    def draw(self, sights, state):
+        """Returns the frame, BGR uint8, of {side: CameraSight} and a `PageState`."""
+        frame = self._blank.copy()
+        for side, places in self._places.items():
+            sight = sights[side]
+            now, late = (frame[y : y + self._panel[1], x : x + self._panel[0]] for x, y in places)
+            self._draw_now(now, sight, side)
+            self._draw_late(late, sight)
+        if state.stamp is not None:
+            words = f"{'not used now: ' if state.blind else ''}image of {state.stamp:.2f} s"
+            _right_text(frame, words, _COLUMNS[1] + self._panel[0], self._rows[-1] - 13, 15, _MEDIUM)
+        draw_text(frame, f"{state.time:.2f} s", _SIDEBAR - 2, 116, 34, _BRIGHT, bold=True)
+        status = _status(state.phase, state.notes)
+        frame[_STATUS_TOP : _STATUS_TOP + len(status), _SIDEBAR:] = status
+        return frame
+
+    def _draw_fixed(self, title, subtitle, lag, goal):
+        page = self._blank
+        for x in _COLUMNS:
+            for y in self._rows:
+                page[y : y + self._panel[1], x : x + self._panel[0]] = bgr(_VOID)
+        single = len(self._places) == 1
+        (x_now, y_now), (x_late, y_late) = next(iter(self._places.values()))
+        y = y_now - 14
+        x = draw_text(page, "Now", x_now, y, 17, _BRIGHT, bold=True)
+        words = "camera sees, and the path predicted" if single else "cameras see, and the path predicted from here on"
+        draw_text(page, f"what the {words}", x + 12, y, 15, _MEDIUM)
+        y = y_late - (14 if single else 13)
+        x = draw_text(page, f"{lag:.2f} s late", x_late, y, 17, _BRIGHT, bold=True)
+        words = "what moved" if single else "motion energy and its centroid, the newest to predict from"
+        draw_text(page, words, x + 12, y, 15, _MEDIUM)
+        draw_text(page, title, _SIDEBAR, _TOP - 14, 17, _BRIGHT, bold=True)
+        draw_text(page, subtitle, _SIDEBAR, _TOP + 8, 13, _MEDIUM)
+        legend = [
+            (_legend_path, "predicted, from now on" if goal else "predicted, now to 1 s on"),
+            *([(_legend_goal, goal)] if goal else []),
+            (_legend_energy, "pixels that move"),
+            (_legend_centroid, "their centroid"),
+            (_legend_outline, "window of interest"),
+        ]
+        y = self.size[1] - _MARGIN - 4 - 24 * (len(legend) - 1)
+        for draw, words in legend:
+            draw(page, _SIDEBAR + 10, y - 5)
+            draw_text(page, words, _SIDEBAR + 28, y, 13, _MEDIUM)
+            y += 24
+
+    def _draw_now(self, panel, sight, side):
+        self._place(panel, sight.image, sight.offset, cv2.INTER_LINEAR)
+        _polyline(panel, self._polygons[side], _OUTLINE, 1, closed=True)
+        if len(sight.path):
+            path = self._to_panel(sight.path)
+            for point in path[1:]:
+                _dot(panel, point, 2.5, _PATH)
+            _ring(panel, path[0], 9.0, _PATH)
+        if len(sight.goal):
+            at, *ends = self._to_panel(sight.goal)
+            if np.isfinite(ends).all():
+                _polyline(panel, ends, _VOID, 5)
+                _polyline(panel, ends, _GOAL, 2)
+            _diamond(panel, at, 7.0, _GOAL)
+
+    def _draw_late(self, panel, sight):
+        if sight.late_image is None:
+            return
+        grey = cv2.cvtColor(sight.late_image, cv2.COLOR_BGR2GRAY)
+        dim = cv2.cvtColor(cv2.convertScaleAbs(grey, alpha=0.55), cv2.COLOR_GRAY2BGR)
+        if sight.energy is not None and sight.energy.shape == grey.shape:
+            dim[sight.energy > 0] = bgr(_ENERGY)
+        self._place(panel, dim, sight.offset, cv2.INTER_NEAREST_EXACT)
+        if sight.centroid is not None:
+            (point,) = self._to_panel(np.array([sight.centroid]))
+            _cross(panel, point, gap=7.0 if len(self._places) == 1 else 0.0)
+
+    def _place(self, panel, image, offset, interpolation):
+        """Puts an image, or the part of it that is in view, into a panel at its place."""
+        u0, v0, width, height = self._view
+        left, top = max(u0, offset[0]), max(v0, offset[1])
+        right = min(u0 + width, offset[0] + image.shape[1])
+        bottom = min(v0 + height, offset[1] + image.shape[0])
+        if left >= right or top >= bottom:
+            return
+        part = image[top - offset[1] : bottom - offset[1], left - offset[0] : right - offset[0]]
+        x0, y0 = (round(self._scale * a) + b for a, b in zip((left - u0, top - v0), self._margin))
+        x1, y1 = (round(self._scale * a) + b for a, b in zip((right - u0, bottom - v0), self._margin))
+        panel[y0:y1, x0:x1] = cv2.resize(part, (x1 - x0, y1 - y0), interpolation=interpolation)
+
+    def _to_panel(self, uv):
+        """Returns where the pixels ``uv`` (n, 2) of the full image are in a panel, a pixel's centre being whole in
+        both.
+        """
+        return (np.asarray(uv) - self._view[:2] + 0.5) * self._scale - 0.5 + self._margin
+
+
+@lru_cache(maxsize=64, typed=True)  # phases of two tasks are the same numbers
+def _status(phase, notes):
+    """Returns the part of the sidebar that seldom changes, BGR."""
+    status = np.full((_STATUS_HEIGHT, _WIDTH - _SIDEBAR, 3), bgr(_GROUND), np.uint8)
+    y = 18
+    for each in type(phase):
+        current = each == phase
+        _dot(status, (8, y - 5), 6.0 if current else 3.0, phase_colour(each))
+        draw_text(status, each.name.capitalize(), 26, y, 16, _BRIGHT if current else _DIM, bold=current)
+        y += 27
+    for words, below, size in zip(notes, (12, 38), (15, 13)):
+        draw_text(status, words, 0, y + below, size, _MEDIUM)
+    return status
+
+
+def _common_view(polygons, image_size, border):
+    """Returns the part (u0, v0, width, height) [px] of the full images that shows the windows of both cameras."""
+    corners = np.concatenate([np.asarray(polygon) for polygon in polygons])
+    low = np.clip(np.floor(corners.min(axis=0)).astype(int) - border, 0, image_size)
+    high = np.clip(np.ceil(corners.max(axis=0)).astype(int) + 1 + border, 0, image_size)
+    return int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1])
+
+
+def _fixed(point):
+    return tuple(int(round(float(c) * (1 << _SHIFT))) for c in point)
+
+
+def _polyline(image, points, colour, thickness, closed=False):
+    corners = np.rint(np.asarray(points) * (1 << _SHIFT)).astype(np.int32)
+    cv2.polylines(image, [corners], closed, bgr(colour), thickness, cv2.LINE_AA, _SHIFT)
+
+
+def _dot(image, point, radius, colour):
+    if np.isfinite(point).all():
+        cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(colour), -1, cv2.LINE_AA, _SHIFT)
+
+
+def _ring(image, point, radius, colour):
+    if np.isfinite(point).all():
+        for width, shade in ((4, _VOID), (2, colour)):
+            cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(shade), width, cv2.LINE_AA, _SHIFT)
+
+
+def _cross(image, point, arm=13.0, gap=0.0):
+    """A cross with arms of that length, open by ``gap`` in its middle, where a small object would not be seen."""
+    for width, shade in ((4, _VOID), (2, _BRIGHT)):
+        for step in ((1.0, 0.0), (0.0, 1.0)):
+            along = [np.asarray(point) + reach * np.array(step) for reach in (-arm - gap, -gap, gap, arm + gap)]
+            for ends in ((along[0], along[3]),) if not gap else (along[:2], along[2:]):
+                cv2.line(image, _fixed(ends[0]), _fixed(ends[1]), bgr(shade), width, cv2.LINE_AA, _SHIFT)
+
+
+def _diamond(image, point, radius, colour):
+    if np.isfinite(point).all():
+        corners = np.asarray(point) + np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]) * radius
+        cv2.fillPoly(image, [np.rint(corners * (1 << _SHIFT)).astype(np.int32)], bgr(colour), cv2.LINE_AA, _SHIFT)
+        _polyline(image, corners, _VOID, 1, closed=True)
+
+
+def _right_text(image, text, right, y, size, colour):
+    # Set once outside of the image to learn its width.
+    width = draw_text(image, text, 0, -100, size, colour)
+    draw_text(image, text, right - width, y, size, colour)
+
+
+def _legend_path(page, x, y):
+    _ring(page, (x - 5, y), 5.0, _PATH)
+    for step in (5, 11):
+        _dot(page, (x + step - 1, y), 2.0, _PATH)
+
+
+def _legend_goal(page, x, y):
+    _polyline(page, [(x - 10, y), (x + 10, y)], _GOAL, 2)
+    _diamond(page, (x, y), 6.0, _GOAL)
+
+
+def _legend_energy(page, x, y):
+    cv2.rectangle(page, (x - 6, y - 5), (x + 5, y + 5), bgr(_ENERGY), -1)
+
+
+def _legend_centroid(page, x, y):
+    _cross(page, (x, y), 7.0)
+
+
+def _legend_outline(page, x, y):
+    _polyline(page, [(x - 8, y + 2), (x - 2, y - 6), (x + 8, y - 1), (x + 2, y + 6)], _OUTLINE, 1, closed=True)

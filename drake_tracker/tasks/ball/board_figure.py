@@ -1,0 +1,77 @@
+"""The picture of how the ball's board was found: by sight in the first image, and by touch."""
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from drake_tracker.tasks.ball.diagram import board_sight
+from drake_tracker.tasks.train.figures import name_colours
+from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, SOFT_INK
+from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, face_corners
+
+ZOOM = 15
+"""Side of the part of the image that is shown enlarged [px]."""
+
+
+def draw_board_found(hand_eye, scenario, summary, path):
+    """Draws the first image of the initialisation with the board's outline, circles and marks by the pose found."""
+    poses = hand_eye.poses
+    camera, _ = board_sight(scenario, poses)
+    touched = (poses.X_WB.inverse() @ poses.points.T).T if len(poses.points) else np.zeros((0, 3))
+    touched[:, 2] = 0.0  # where the tip was, on the face
+    outline = camera.project(face_corners(scenario.board))
+    marks = camera.project(_on_face(TOUCH_MARKS))
+    turn = np.linspace(0.0, 2.0 * np.pi, 61)
+    rims = [
+        camera.project(_on_face(np.add(centre, CIRCLE_RADIUS * np.column_stack([np.cos(turn), np.sin(turn)]))))
+        for centre in CIRCLES
+    ]
+    with matplotlib.rc_context(PLOT_STYLE):
+        figure = Figure(figsize=(14, 8.2), facecolor="white")
+        FigureCanvasAgg(figure)
+
+        def show(ax):
+            ax.imshow(poses.image, interpolation="nearest")
+            ax.plot(*np.vstack([outline, outline[:1]]).T, color=PREDICTED, lw=1.8)
+            for rim in rims:
+                ax.plot(*rim.T, color=FAR_PREDICTED, lw=1.3)
+            ax.plot(*poses.circles.T, "+", color=FAR_PREDICTED, ms=9, mew=1.6)
+            ax.plot(*marks.T, "o", mfc="none", mec=HAND, ms=11, mew=1.6)
+            ax.plot(*camera.project(touched).T, "+", color=HAND, ms=9, mew=1.8)
+            ax.set(xticks=[], yticks=[])
+            ax.spines[:].set_visible(False)
+
+        whole = figure.add_axes((0.03, 0.03, 0.50, 0.83))
+        show(whole)
+        whole.set(xlim=(-0.5, camera.width - 0.5), ylim=(camera.height - 0.5, -0.5), anchor="W")
+        name_colours(whole, (("circles found", FAR_PREDICTED), ("outline of the board", PREDICTED), ("touched", HAND)))
+        for k, (u, v) in enumerate(poses.circles):
+            ax = figure.add_axes((0.565 + 0.215 * (k % 2), 0.50 - 0.375 * (k // 2), 0.20, 0.335))
+            show(ax)
+            half = 0.5 * ZOOM
+            ax.set(xlim=(u - half, u + half), ylim=(v + half, v - half))
+            ax.text(0.03, 0.95, f"({u:.2f}, {v:.2f}) px", transform=ax.transAxes, va="top", fontsize=10, color=INK,
+                    bbox=dict(facecolor="white", alpha=0.8, lw=0, pad=2.0))
+        figure.text(0.03, 0.955, "Where the board is", fontsize=21, weight="bold", va="center")
+        figure.text(0.03, 0.915, _pose_words(scenario, summary), fontsize=11.5, color=SOFT_INK, va="center")
+        figure.text(0.565, 0.868, "The four circles, enlarged", fontsize=13, weight="bold", va="center")
+        words = (
+            f"The centres of the circles fit the pose to {poses.rms:.2f} px rms. The arm touched three\n"
+            "marks: rings show where they should be, crosses where the tip was."
+        )
+        figure.text(0.565, 0.085, words, fontsize=10.5, color=SOFT_INK, va="top")
+        figure.savefig(path, dpi=150)
+
+
+def _pose_words(scenario, summary):
+    words = [f"scenario {scenario.name}, seed {scenario.seed}"]
+    for key, name in (("board_in_camera_error", "by the camera"), ("board_in_world_error", "by touch")):
+        place, turn = summary[key]
+        words.append(f"{name}: {1e3 * place:.1f} mm and {np.rad2deg(turn):.2f} deg off the truth")
+    return "   ·   ".join(words)
+
+
+def _on_face(xy):
+    """Returns points (n, 3) [m, B] of places (x, y)_B on the board's face."""
+    return np.column_stack([xy, np.zeros(len(xy))])

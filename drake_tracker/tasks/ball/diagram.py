@@ -1,0 +1,122 @@
+"""Builds the ball's hand-eye diagram from a scenario (Nashman and Chaconas 1990)."""
+
+from dataclasses import asdict
+
+import numpy as np
+
+from drake_tracker.arm.arm_diagram import ArmDiagram
+from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.arm.crossing import BoardEdge
+from drake_tracker.arm.description import joints_for, make_arm_model
+from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.vision.detectors import make_detector
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.tasks.train.diagram import scenario_link
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.estimation import make_estimator
+from drake_tracker.estimation.estimator_system import EstimatorSystem
+from drake_tracker.grasp.catch_machine import CatchMachine
+from drake_tracker.grasp.catch_system import CatchSystem
+from drake_tracker.core.timing import BALL_SERVO_PERIOD, ESTIMATOR_SLOT, PROJECTOR_SLOT, vision_slot
+from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
+from drake_tracker.vision.plane_projection import PlausibleReadings, board_window, camera_on_board, seen_whole_from
+from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
+from drake_tracker.vision.predicted_window import PredictedWindow
+from drake_tracker.world.ball_board import BALL_RADIUS
+from drake_tracker.world.ball_world_diagram import BallWorldDiagram
+from drake_tracker.world.cameras import lens_matrix
+
+
+def make_diagram(scenario, poses):
+    """Returns the `HandEyeDiagram` of a `BallScenario`, with the attribute ``poses``.
+
+    Args:
+      scenario: everything random is drawn from its ``seed``.
+      poses: `BoardPoses`, as `initialise.initialise_board` finds them.
+
+    Raises DrakeTrackerError, in one line, when the scenario cannot be built or the board is not found.
+    """
+    description = arm_of(scenario)
+    model = make_arm_model(description)
+    edge = known_edge(scenario, poses)
+    waiting = edge.home + [0.0, 0.0, scenario.catch.rim_height, 0.0]
+    q_initial = joints_for(model, description.q_start, tool_down(waiting[:3], waiting[3]))
+
+    world = BallWorldDiagram(scenario, description, q_initial)
+    vision = board_vision(scenario, poses)
+    host = scenario_host(scenario, poses)
+    catch = CatchSystem(CatchMachine(scenario.catch, edge, BALL_SERVO_PERIOD), scenario.time_step, BALL_SERVO_PERIOD)
+    catch.set_name("catch")
+    arm = ArmDiagram(catch, scenario.servo, model, q_initial, edge.home, scenario.time_step, BALL_SERVO_PERIOD)
+    hand_eye = HandEyeDiagram(world, vision, host, scenario_link(scenario), arm)
+    hand_eye.poses = poses
+    return hand_eye
+
+
+def scenario_host(scenario, poses):
+    """Returns the host of a scenario, its estimator as a System, for a board found at ``poses`` (`BoardPoses`)."""
+    board = scenario.board
+    slope = make_estimator(
+        "slope", X_WB=poses.X_WB.GetAsMatrix4(), width=board.width, length=board.length, ball_radius=BALL_RADIUS,
+        walls=board.walls, **asdict(scenario.estimator),
+    )  # fmt: skip
+    host = EstimatorSystem(slope, offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
+    host.set_name("host")
+    return host
+
+
+def known_edge(scenario, poses):
+    """Returns the `BoardEdge` of a board found at ``poses`` (`BoardPoses`), as the arm knows it."""
+    X_WB, beyond = poses.X_WB.GetAsMatrix4(), scenario.catch.beyond
+    return BoardEdge(X_WB, width=scenario.board.width, ball_radius=BALL_RADIUS, beyond=beyond)
+
+
+def board_sight(scenario, poses):
+    """Returns the camera as it was found, a `CameraModel` in the board's frame, and the `Window` of interest in it."""
+    config, board = scenario.camera, scenario.board
+    camera = camera_on_board(lens_matrix(config), poses.X_CB.GetAsMatrix4(), config.width, config.height)
+    return camera, board_window(camera, board.width, board.length, 2.0 * BALL_RADIUS, scenario.vision.bottom)
+
+
+def board_vision(scenario, poses):
+    """Returns the `BoardVisionDiagram` of a scenario, for a board found at ``poses`` (`BoardPoses`)."""
+    config, settings = scenario.camera, scenario.vision
+    camera, window = board_sight(scenario, poses)
+    mask = window.mask((0, 0, config.width, config.height))
+    detector = make_detector(settings.detector, mask, poses.image)
+    if settings.throughput_cycles < detector.buffer_length:
+        raise DrakeTrackerError(
+            f"{scenario.where('vision.throughput_cycles')} = {settings.throughput_cycles} must be at least "
+            f"{detector.buffer_length}: the detector's images take all but one, and one cycle is for computing"
+        )
+    return BoardVisionDiagram(
+        detector,
+        camera,
+        poses.X_WB.GetAsMatrix4(),
+        settings.centroid_height,
+        plausible_readings(scenario, poses, camera),
+        update_cycles=settings.update_cycles,
+        throughput_cycles=settings.throughput_cycles,
+        time_step=scenario.time_step,
+        follow=PredictedWindow() if settings.follow else None,
+    )
+
+
+def plausible_readings(scenario, poses, camera):
+    """Returns the `PlausibleReadings` of a scenario, for a board and a `CameraModel` found at ``poses``."""
+    board, settings = scenario.board, scenario.vision
+    incline = np.arccos(poses.X_WB.rotation().matrix()[2, 2])
+    seen_from = seen_whole_from(camera, settings.bottom, BALL_RADIUS)
+    return PlausibleReadings(board.width, board.length, incline, seen_from, settings.tolerance)
+
+
+def board_projector(scenario, poses):
+    """Returns the `PlaneProjectorSystem` of a scenario alone, for a board found at ``poses`` (`BoardPoses`)."""
+    camera, _ = board_sight(scenario, poses)
+    return PlaneProjectorSystem(
+        camera,
+        poses.X_WB.GetAsMatrix4(),
+        scenario.vision.centroid_height,
+        plausible_readings(scenario, poses, camera),
+        offset=vision_slot(PROJECTOR_SLOT, scenario.time_step),
+    )

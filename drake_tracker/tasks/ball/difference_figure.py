@@ -1,0 +1,49 @@
+"""The picture of what a detector of the ball went through at one instant."""
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from drake_tracker.tasks.style import PLOT_STYLE
+
+
+def draw_difference_images(images, titles, path):
+    """Draws what a detector went through at one instant, as figure 4 of Nashman and Chaconas 1990 shows it.
+
+    Args:
+      images: `DifferenceImages`. titles: of the two images and of the mask. path: PNG file to write.
+    """
+    columns = tuple(zip("abc", titles, (images.reference, images.smoothed, images.motion_energy)))
+    height, width = images.smoothed.shape
+    moving = np.argwhere(images.motion_energy)
+    box = None
+    if len(moving):
+        v, u = np.median(moving, axis=0)
+        half = 0.09 * max(width, height)
+        box = (np.clip(u, half, width - half), np.clip(v, half, height - half), half)
+    with matplotlib.rc_context(PLOT_STYLE):
+        figure = Figure(figsize=(15, 5.0 * height / width + 0.6), facecolor="white", layout="constrained")
+        FigureCanvasAgg(figure)
+        for ax, (letter, title, image) in zip(figure.subplots(1, 3), columns):
+            look = dict(cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+            ax.imshow(image, **look)
+            ax.set(xticks=[], yticks=[])
+            ax.spines[:].set_visible(False)
+            ax.set_title(f"{letter}   {title}")
+            if box is not None:
+                _enlarge(ax, image, box, look)
+        figure.savefig(path, dpi=200)
+
+
+def _enlarge(ax, image, box, look):
+    """Marks a part (u, v, half its side) [px] of an image and shows it larger in the corner farthest from it."""
+    u, v, half = box
+    height, width = image.shape
+    ax.add_patch(Rectangle((u - half, v - half), 2 * half, 2 * half, fc="none", ec="#e69f00", lw=1.4))
+    corner = (0.63 if u < 0.5 * width else 0.02, 0.63 if v > 0.5 * height else 0.02)
+    part = ax.inset_axes((*corner, 0.35, 0.35))
+    part.imshow(image, **look)
+    part.set(xlim=(u - half, u + half), ylim=(v + half, v - half), xticks=[], yticks=[])
+    part.spines[:].set(visible=True, color="#e69f00", lw=1.4)

@@ -1,0 +1,278 @@
+"""The picture of a run of the ball: its way down the board and into the cup, and what was foreseen of it."""
+
+import textwrap
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
+
+from drake_tracker.tasks.ball.diagram import known_edge
+from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.core.messages import evaluate_prediction
+from drake_tracker.tasks.ball.summary import HALF_CUP, last_verdict, over_the_cup
+from drake_tracker.tasks.episode import fresh_packets, phase_spans
+from drake_tracker.tasks.train.figures import broken, draw_phases, name_colours
+from drake_tracker.tasks.style import (
+    FAR_PREDICTED,
+    FILTERED,
+    HAND,
+    INK,
+    PLOT_STYLE,
+    RULE,
+    SEEN,
+    SOFT_INK,
+    TRUTH,
+)
+from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, PEG_RADIUS, TOUCH_MARKS
+from drake_tracker.world.ball_board_visual import WALL_THICKNESS
+from drake_tracker.world.ball_fixtures import GATE_SIZE
+from drake_tracker.world.catch_judge_system import BOWL_LOWER, BOWL_UPPER
+
+WARM = LinearSegmentedColormap.from_list("warm", ["#7a2b00", FAR_PREDICTED, "#e69f00", "#f7dfa5"])
+"""Of what is foreseen: dark when the ball is about to come, pale long before."""
+LONG_BEFORE = 1.5
+"""Time [s] before the crossing at which that colour is palest."""
+FACE, WOOD = "#f7f6f2", "#a9794a"
+BEFORE, AFTER = 0.35, 1.1
+"""Time [s] shown before the release and after the crossing."""
+STROBE = 0.25
+"""The ball is drawn every so many seconds [s] of its way."""
+
+
+def draw_ball_path(hand_eye, scenario, log, summary, path):
+    """Draws a run as one picture, 3200 x 1800 px: the board from above, what was foreseen and where the hand went.
+
+    Args:
+      hand_eye: the diagram, with its ``poses`` and its world's truth. log: {name: Signal}. summary: what
+      `summarize_ball` returned. path: PNG file to write.
+    """
+    run = _Run(hand_eye, scenario, log)
+    with matplotlib.rc_context(PLOT_STYLE):
+        figure = Figure(figsize=(16, 9), facecolor="white")
+        FigureCanvasAgg(figure)
+        _draw_board(figure.add_axes((0.045, 0.065, 0.335, 0.755)), run, scenario)
+        places = ((0.835, 0.025), (0.505, 0.215), (0.285, 0.140), (0.065, 0.140))
+        strip, across, errors, left = (figure.add_axes((0.41, low, 0.565, height)) for low, height in places)
+        draw_phases(strip, run.spans, *run.shown)
+        _draw_across(across, run)
+        _draw_errors(errors, run)
+        _draw_time_left(left, run)
+        _draw_headline(figure, scenario, summary)
+        figure.savefig(path, dpi=200)
+
+
+class _Run:
+    """What several parts of the picture need: the true board, phases, the packets and what each foresaw.
+
+    half_width: of the board [m]. released, crossing: instants [s] or None. over_the_cup: where the ball goes over the
+    cup, x_B [m]. shown: start and end of the time axes [s]. packets, times: of all packets that foresee a crossing, and
+    when each came [s]; foreseen: (n, 3), where x_B [m], when [s] and std [m].
+    """
+
+    def __init__(self, hand_eye, scenario, log):
+        self.log, self.laboratory = log, hand_eye.world.laboratory
+        self.X_BW, self.half_width = self.laboratory.X_WB.inverse(), 0.5 * scenario.board.width
+        self.spans = phase_spans(log, scenario.time_step, CatchPhase)
+        self.verdict = last_verdict(log)
+        self.released = float(self.verdict.released) or None
+        self.crossing = float(self.verdict.crossing_time) or None
+        self.over_the_cup = over_the_cup(hand_eye, scenario, log, self.verdict) if self.crossing else None
+        end = self.spans[-1].end if self.spans else 0.1
+        start = max(self.released - BEFORE, 0.0) if self.released else 0.0
+        self.shown = (start, max(min(end, self.crossing + AFTER) if self.crossing else end, start + 0.1))
+        delivered, edge = log["delivered"], known_edge(scenario, hand_eye.poses)
+        self.packets, self.times, self.foreseen = [], [], []
+        for k in fresh_packets(delivered):
+            crossing = edge.crossing(delivered.data[k])
+            if crossing is not None and crossing.time > delivered.times[k]:
+                x, _, _ = self.X_BW @ crossing.p_WQ
+                self.packets.append(delivered.data[k])
+                self.times.append(delivered.times[k])
+                self.foreseen.append((x, crossing.time, crossing.std))
+        self.times, self.foreseen = np.array(self.times), np.reshape(self.foreseen, (-1, 3))
+
+    def on_board(self, p_WQ):
+        """Returns points (n, 3) [m, W] in the board's frame."""
+        return (self.X_BW @ np.reshape(p_WQ, (-1, 3)).T).T
+
+    def ball(self, times):
+        """Returns the true (x, y)_B [m] of the ball at ``times`` (n,) [s]."""
+        truth = self.log["truth_ball_state"]
+        if len(truth.times) == 0:
+            return np.full((len(times), 2), np.nan)
+        return self.on_board(np.column_stack([np.interp(times, truth.times, truth[axis]) for axis in "xyz"]))[:, :2]
+
+    @property
+    def colours(self):
+        """Of each packet, by the time that it leaves until the crossing."""
+        return WARM(Normalize(0.0, LONG_BEFORE)(self.foreseen[:, 1] - self.times))
+
+    @property
+    def end_of_roll(self):
+        return self.crossing or self.shown[1]
+
+
+def _draw_board(ax, run, scenario):
+    board = scenario.board
+    _draw_furniture(ax, board, run)
+    for packet, colour, (_, time, _) in zip(run.packets, run.colours, run.foreseen):
+        ahead = [evaluate_prediction(packet, t)[:3] for t in np.linspace(packet[0], time, 40)]
+        ax.plot(*run.on_board(ahead)[:, :2].T, color=colour, lw=1.1, alpha=0.75, zorder=3)
+    ax.scatter(run.foreseen[:, 0], np.zeros(len(run.foreseen)), s=26, c=run.colours, ec="white", lw=0.5, zorder=8)
+
+    truth, point, filtered = (run.log[name] for name in ("truth_ball_state", "point", "filtered"))
+    rolls = (truth.times >= (run.released or np.inf)) & (truth.times <= run.end_of_roll + 0.25)
+    way = run.ball(truth.times)
+    ax.plot(*way[rolls].T, color=TRUTH, lw=1.5, zorder=5)
+    if run.released:
+        for time in np.arange(run.released, run.end_of_roll, STROBE):
+            _ball(ax, run.ball([time])[0], 0.9, zorder=4)
+    elif len(way):
+        _ball(ax, way[0], 1.0, zorder=4)
+    rolling = (point["stamp"] > 0.0) & (point["stamp"] <= run.end_of_roll)
+    seen = rolling & (point["valid"] > 0)
+    places = run.on_board(point.view("x", "y", "z")[seen])
+    ax.plot(*places[:, :2].T, "o", color=SEEN, ms=3.6, mec="white", mew=0.4, zorder=7)
+    kept = (filtered["valid"] > 0) & (filtered["stamp"] <= run.end_of_roll)
+    places = run.on_board(filtered.view("x", "y", "z")[kept])
+    ax.plot(*broken(filtered["stamp"][kept], *places[:, :2].T), color=FILTERED, lw=1.9, zorder=6)
+
+    tool = run.log["tool"]
+    hand = run.on_board(tool.view("x", "y", "z"))[:, :2]
+    moving = (tool.times >= run.shown[0]) & (tool.times <= run.end_of_roll + 0.3)
+    if moving.any():
+        first, last = hand[moving][0], hand[moving][-1]
+        _cup(ax, first, ls=(0, (3, 3)), alpha=0.6)
+        _cup(ax, last, fc="#e3f3ee")
+        ax.plot(*hand[moving].T, color=HAND, lw=2.2, zorder=9)
+        if run.verdict.caught:
+            _ball(ax, way[-1], 1.0, zorder=10)
+            ax.annotate("caught", last - [0.0, 0.058], color=HAND, weight="bold", ha="center", va="top")
+    half = 0.5 * board.width + 0.035
+    ax.set(xlim=(-half, half), ylim=(-0.155, board.length + 0.02))
+    ax.set(xlabel="x  [m], across", ylabel="y  [m], up the slope")
+    ax.set_aspect("equal", anchor="W")
+    ax.set_title("The board from above", pad=27)
+    names = (("ball", TRUTH), ("seen", SEEN), ("filtered", FILTERED), ("foreseen", FAR_PREDICTED), ("cup", HAND))
+    ax.figure.draw_without_rendering()  # the axes take their width from the board's shape only now
+    name_colours(ax, names)
+
+
+def _draw_furniture(ax, board, run):
+    half = 0.5 * board.width
+    ax.add_patch(Rectangle((-half, 0.0), board.width, board.length, fc=FACE, ec="#d9d6cc", lw=1.0, zorder=0))
+    if board.walls:
+        for x in (-half - WALL_THICKNESS, half):
+            ax.add_patch(Rectangle((x, 0.0), WALL_THICKNESS, board.length, fc="#d9d6cc", lw=0, zorder=1))
+    for centre in CIRCLES:
+        ax.add_patch(Circle(centre, CIRCLE_RADIUS, fc="#2a2d31", lw=0, zorder=1))
+    ax.plot(*np.transpose(TOUCH_MARKS), "+", color="#2a2d31", ms=8, mew=1.3, zorder=1)
+    start = run.ball(run.log["truth_ball_state"].times[:1])
+    for x, y in start:
+        gate = (x - 0.5 * GATE_SIZE[0], y - BALL_RADIUS - GATE_SIZE[1])
+        ax.add_patch(Rectangle(gate, *GATE_SIZE[:2], fc="#b9b6ab", lw=0, zorder=1))
+    for peg in run.laboratory.pegs:
+        ax.add_patch(Circle(peg, PEG_RADIUS, fc=WOOD, ec="#7d5a37", lw=0.8, zorder=2))
+
+
+def _ball(ax, place, strength, zorder):
+    ax.add_patch(Circle(place, BALL_RADIUS, fc="white", ec=INK, lw=0.9, alpha=strength, zorder=zorder))
+
+
+def _cup(ax, place, **look):
+    """The bowl's inside, which is deeper along the slope than it is drawn: x_T runs along y_B."""
+    depth, width = (BOWL_UPPER[k] - BOWL_LOWER[k] for k in (0, 1))
+    corner = np.subtract(place, (0.5 * width, 0.5 * depth))
+    style = {"fc": "none", "ec": HAND, "lw": 1.6, "zorder": 2, **look}
+    ax.add_patch(FancyBboxPatch(corner, width, depth, boxstyle="round,pad=0,rounding_size=0.012", **style))
+
+
+def _draw_across(ax, run):
+    tool = run.log["tool"]
+    hand = 1e3 * run.on_board(tool.view("x", "y", "z"))[:, 0]
+    if run.released:
+        times = np.linspace(run.released, run.end_of_roll, 400)
+        ax.plot(times, 1e3 * run.ball(times)[:, 0], color=TRUTH, lw=1.0, alpha=0.55, zorder=2)
+    x, std = 1e3 * run.foreseen[:, 0], 1e3 * run.foreseen[:, 2]
+    gapped = broken(run.times, run.times, x - std, x + std) if len(x) else ([], [], [])
+    ax.fill_between(*gapped, color="#e69f00", alpha=0.22, lw=0, zorder=1)
+    ax.scatter(run.times, x, s=30, c=run.colours, ec="white", lw=0.5, zorder=4)
+    ax.plot(tool.times, hand, color=HAND, lw=2.2, zorder=3)
+    if run.crossing:
+        ax.axhline(1e3 * run.verdict.crossing_x, color=TRUTH, lw=1.0, ls=(0, (4, 3)), zorder=1)
+        ax.plot(run.crossing, 1e3 * run.verdict.crossing_x, "o", ms=8, mfc="white", mec=TRUTH, mew=1.6, zorder=5)
+    ax.set_ylim(-1e3 * run.half_width, 1e3 * run.half_width)
+    _time_axis(ax, run, "Where it comes out, and the cup", "across  [mm]")
+    name_colours(ax, (("ball", TRUTH), ("foreseen, and its std", FAR_PREDICTED), ("cup", HAND)))
+    bar = ax.inset_axes((0.77, 1.11, 0.23, 0.05))
+    bar.imshow(np.linspace(0.0, 1.0, 128)[None], cmap=WARM, aspect="auto", extent=(0.0, LONG_BEFORE, 0.0, 1.0))
+    bar.set(yticks=[], xticks=(0.0, 0.5, 1.0, 1.5))
+    bar.tick_params(labelsize=9, length=2, pad=1)
+    bar.invert_xaxis()
+    bar.spines[:].set_visible(False)
+    bar.set_title("time before the crossing  [s]", fontsize=9.5, weight="normal", color=SOFT_INK, pad=3, loc="right")
+
+
+def _draw_errors(ax, run):
+    fits = 1e3 * HALF_CUP
+    if run.crossing:
+        tool = run.log["tool"]
+        near = (tool.times > run.crossing - LONG_BEFORE) & (tool.times < run.crossing + 0.25)
+        hand = run.on_board(tool.view("x", "y", "z"))[:, 0] - run.over_the_cup
+        ax.plot(tool.times[near], 1e3 * hand[near], color=HAND, lw=2.2, zorder=3)
+        error = 1e3 * (run.foreseen[:, 0] - run.verdict.crossing_x)
+        ax.scatter(run.times, error, s=30, c=run.colours, ec="white", lw=0.5, zorder=4)
+    for side in (-fits, fits):
+        ax.axhline(side, color=SOFT_INK, lw=0.9, ls=(0, (4, 3)), zorder=0)
+    ax.axhline(0.0, color=RULE, lw=0.8, zorder=0)
+    ax.set_ylim(-2.4 * fits, 2.4 * fits)
+    ax.annotate(f"falls in clear of the rim: {fits:.0f} mm", (1.0, fits), xycoords=("axes fraction", "data"),
+                xytext=(-2, 3), textcoords="offset points", fontsize=9.5, color=SOFT_INK, ha="right")
+    _time_axis(ax, run, "Beside the true crossing", "error  [mm]", pad=10)
+
+
+def _draw_time_left(ax, run):
+    left = run.foreseen[:, 1] - run.times
+    longest = max([LONG_BEFORE, *left])
+    ax.scatter(run.times, left, s=30, c=run.colours, ec="white", lw=0.5, zorder=4)
+    if run.released and run.crossing:
+        ax.plot([run.released, run.crossing], [run.crossing - run.released, 0.0], color=TRUTH, lw=1.2, zorder=2)
+        longest = max(longest, run.crossing - run.released)
+    ax.set_ylim(0.0, 1.05 * longest)
+    _time_axis(ax, run, "Time left until it comes", "s", pad=10)
+    ax.tick_params(labelbottom=True)
+    ax.set_xlabel("time  [s]")
+
+
+def _time_axis(ax, run, title, label, pad=27):
+    ax.set(xlim=run.shown, ylabel=label)
+    ax.set_title(title, pad=pad)
+    ax.tick_params(labelbottom=False)
+    ax.grid(axis="y", color="#f0f1f3", lw=0.8)
+    ax.set_axisbelow(True)
+    for time in (run.released, run.crossing):
+        if time:
+            ax.axvline(time, color=RULE, lw=1.0, zorder=0)
+
+
+def _draw_headline(figure, scenario, summary):
+    headline = "Ball not caught"
+    if summary["success"]:
+        headline = f"Ball caught, {1e3 * abs(summary['hand_error_m']):.0f} mm off the middle of the cup as it came out"
+    title = figure.text(0.045, 0.955, headline, fontsize=21, weight="bold", va="center")
+    if summary["failure_reason"]:
+        end = title.get_window_extent(figure.canvas.get_renderer()).x1 / figure.bbox.width
+        reason = textwrap.fill(summary["failure_reason"], 118)
+        figure.text(end + 0.015, 0.954, reason, fontsize=11.5, color=FAR_PREDICTED, va="center")
+    facts = [f"scenario {scenario.name}, seed {scenario.seed}"]
+    for key, words, scale in (
+        ("roll_s", "rolled {:.2f} s", 1.0),
+        ("exit_speed_m_s", "came out at {:.2f} m/s", 1.0),
+        ("position_rms_m", "seen to {:.1f} mm rms", 1e3),
+    ):
+        if summary[key] is not None:
+            facts.append(words.format(scale * summary[key]))
+    figure.text(0.045, 0.915, "   ·   ".join(facts), fontsize=11.5, color=SOFT_INK, va="center")

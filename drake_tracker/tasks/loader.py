@@ -1,0 +1,223 @@
+"""Finds, reads, checks and writes scenarios.
+
+A scenario file is a YAML mapping from names to scenarios; the one named like the file is the file's default. An entry
+may build on another one of its file with ``base: NAME``.  ``train:interlaced`` is the entry ``interlaced`` of the
+``train.yaml`` that comes with the package, ``my/file.yaml:name`` an entry of the user's own file.
+"""
+
+import difflib
+from pathlib import Path
+
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.diagrams.custom import find_module
+from drake_tracker.scenarios.parts import Custom
+from drake_tracker.scenarios.reader import read, tree_of
+from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.scenarios.tree import Value, merge, nest, parse
+
+PACKAGE_FOLDERS = {task: Path(__file__).parent / task for task in ("train", "ball")}
+"""Where the scenario files of each task lie, and what they name."""
+SCHEMAS = {"train": TrainScenario, "ball": BallScenario}
+"""The scenario class of each task, which is also the name of the file with its scenarios."""
+_FILE_SETTINGS = (("track", "csv"), ("cameras", "calibration"), ("vision", "file"))
+
+
+def load_scenario(spec, seed=None, duration=None, overrides=()):
+    """Returns the checked scenario (`TrainScenario` or `BallScenario`) that ``spec`` names, with ``overrides`` on top.
+
+    Args:
+        spec: "train", "train:interlaced", "path/to/file.yaml" or "path/to/file.yaml:name".
+        seed: replaces the scenario's seed.
+        duration: replaces the scenario's duration [s].
+        overrides: texts "key.path=value"; the value is YAML, so that a role's kind is "estimator=!AlphaBetaGamma".
+
+    Raises DrakeTrackerError, whose message has one line for each error: file and line or override, key path, value,
+    what is allowed.
+    """
+    path, name = _locate(spec)
+    entries = _read_file(path)
+    name = name or _default_name(entries, path)
+    errors = []
+    tree = _resolve(entries, name, path, errors)
+    for override in overrides:
+        tree = _override(tree, override, f"--set {override}", errors)
+    for key, value in (("seed", seed), ("duration", duration)):
+        if value is not None:
+            tree = merge(tree, nest(key, Value(value, f"--{key} {value}")))
+    scenario = _check(tree, errors)
+    scenario.name = scenario.name or (path.stem if name == path.stem else f"{path.stem}:{name}")
+    _find_files(scenario, path.parent)
+    _find_custom(scenario, path.parent)
+    return scenario
+
+
+def validate(scenario):
+    """Raises DrakeTrackerError, one line for each error, when a scenario made or changed in Python is not allowed."""
+    _check(tree_of(scenario, "scenario"), [])
+
+
+def list_scenarios():
+    """Returns (name, description) of every scenario that comes with the package, task by task."""
+    listed = []
+    for task in SCHEMAS:
+        path = PACKAGE_FOLDERS[task] / f"{task}.yaml"
+        for name in _read_file(path):
+            spec = path.stem if name == path.stem else f"{path.stem}:{name}"
+            listed.append((spec, load_scenario(spec).description))
+    return listed
+
+
+def save_scenario(scenario, path):
+    """Writes every setting of ``scenario`` to the YAML file ``path``, from which `load_scenario` reads it back."""
+    from pydrake.common.yaml import yaml_dump_typed  # Not above: listing scenarios needs no Drake.
+
+    yaml_dump_typed(scenario, filename=str(path), child_name=Path(path).stem)
+
+
+def scenario_file(name):
+    """Returns the path of a file that a scenario names (`Track.csv`, `Cameras.calibration`, `Measured.file`).
+
+    `load_scenario` has made the user's own files absolute; a bare name is a file of the package.
+    """
+    places = [folder / name for folder in PACKAGE_FOLDERS.values()]
+    return next((place for place in places if place.is_file()), places[0])
+
+
+def in_package(name):
+    """Whether a file that a scenario names is one of the package."""
+    return scenario_file(name).parent in PACKAGE_FOLDERS.values()
+
+
+def _locate(spec):
+    """Returns the file and, when the spec gives one, the name of the entry."""
+    head, colon, tail = spec.rpartition(":")
+    if colon and not tail:
+        raise DrakeTrackerError(f"{spec} is no scenario: there is no name after the colon")
+    file, name = (head, tail) if colon else (spec, "")
+    if file.endswith((".yaml", ".yml")) or "/" in file:
+        path = Path(file)
+        if not path.is_file():
+            raise DrakeTrackerError(f"there is no scenario file {file}")
+        return path, name
+    path = PACKAGE_FOLDERS.get(file, Path()) / f"{file}.yaml"
+    if not path.is_file() or file not in _read_file(path):
+        known = [known for known, _ in list_scenarios()]
+        raise DrakeTrackerError(f"there is no scenario {spec!r}; there are {', '.join(known)}{_near(spec, known)}")
+    return path, name
+
+
+def _label(path):
+    return path.name if path.parent in PACKAGE_FOLDERS.values() else str(path)
+
+
+def _read_file(path):
+    """Returns the entries of a scenario file: a dict of `Value`."""
+    errors = []
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise DrakeTrackerError(f"{_label(path)}: cannot be read: {error}") from None
+    tree = parse(text, lambda line: f"{_label(path)} line {line}", errors)
+    if not errors and not isinstance(tree.data, dict):
+        errors.append(f"{_label(path)}: must be a mapping from names to scenarios")
+    if errors:
+        raise DrakeTrackerError("\n".join(errors))
+    return tree.data
+
+
+def _default_name(entries, path):
+    if path.stem in entries:
+        return path.stem
+    if len(entries) != 1:
+        raise DrakeTrackerError(f"{_label(path)}: name one of its scenarios after a colon: {', '.join(entries)}")
+    return next(iter(entries))
+
+
+def _resolve(entries, name, path, errors, above=()):
+    """Returns the tree of one entry on top of those it is based on; ``above`` are the entries on top of it."""
+    if name not in entries:
+        known = ", ".join(entries) + _near(name, entries)
+        raise DrakeTrackerError(f"{_label(path)}: there is no scenario {name!r}; there are {known}")
+    entry = entries[name]
+    own = {} if entry.data is None else entry.data
+    if not isinstance(own, dict):
+        errors.append(f"{entry.origin}: scenario {name!r} must be a mapping of settings")
+        own = {}
+    settings = Value({key: value for key, value in own.items() if key != "base"}, entry.origin, entry.tag)
+    if "base" not in own:
+        return settings
+    base = own["base"].data
+    if not isinstance(base, str) or base not in entries or base in (name, *above):
+        others = ", ".join(other for other in entries if other not in (name, *above))
+        shown = repr(base) if isinstance(base, str) else "a list or mapping"
+        raise DrakeTrackerError(f"{own['base'].origin}: base must be one of {others or '(none)'}, not {shown}")
+    return merge(_resolve(entries, base, path, errors, (name, *above)), settings)
+
+
+def _near(name, names):
+    close = difflib.get_close_matches(name, list(names), n=1, cutoff=0.4)
+    return f"; did you mean {close[0]}?" if close else ""
+
+
+def _override(tree, override, origin, errors):
+    key, equals, text = override.partition("=")
+    key = key.strip()
+    if not equals or not all(key.split(".")):
+        errors.append(f"{origin}: write it as key.path=value, for example --set track.speed=0.2")
+        return tree
+    value = parse(text, lambda line: origin, errors)
+    return tree if value is None else merge(tree, nest(key, value))
+
+
+def _check(tree, errors):
+    """Returns the scenario of a tree; raises DrakeTrackerError with the errors before it and all of its own."""
+    origins = {}
+    task = tree.data["task"].data if "task" in tree.data else "train"
+    schema = SCHEMAS.get(task, TrainScenario) if isinstance(task, str) else TrainScenario
+    scenario = read(tree, schema, "", errors, origins)
+    scenario.origins = origins
+    if not errors:  # Settings can only be compared when each of them can be read.
+        errors += [f"{scenario.where(key)} {problem}" for key, problem in scenario.problems()]
+    if errors:
+        raise DrakeTrackerError("\n".join(errors))
+    return scenario
+
+
+def _find_files(scenario, folder):
+    """Makes the files that a scenario names absolute: beside the scenario file, or where the command was given."""
+    for part, name in _FILE_SETTINGS:
+        text = getattr(getattr(scenario, part, None), name, "")  # rendered vision has no file
+        if not text:
+            continue
+        here = scenario.origins.get(f"{part}.{name}", "").startswith("--set")
+        file = (Path.cwd() if here else folder) / text
+        if file.is_file() and file.parent not in PACKAGE_FOLDERS.values():
+            setattr(getattr(scenario, part), name, str(file.resolve()))
+        elif scenario_file(text).is_file():
+            continue
+        elif name == "calibration":  # It may be about to be made, beside the scenario.
+            setattr(getattr(scenario, part), name, str(file.resolve()))
+        else:
+            raise DrakeTrackerError(f"{scenario.where(f'{part}.{name}')}: there is no file {file}")
+
+
+def _find_custom(scenario, folder):
+    """Notes in which folder the user's own parts are, so that workers and later runs find them, and tries them."""
+    for role in ("estimator", "arm"):
+        part = getattr(scenario, role)
+        if not isinstance(part, Custom):
+            continue
+        here = scenario.origins.get(f"{role}.call", "").startswith("--set")
+        folders = [Path.cwd(), folder] if here else [folder, Path.cwd()]
+        if part.folder:  # by the user, or by an earlier run, perhaps on another machine
+            folders.insert(0, folder / part.folder)
+        part.folder = find_module(part, folders) or part.folder
+        if role == "arm":
+            from drake_tracker.diagrams.arms import arm_of  # Not above: listing scenarios needs no Drake.
+
+            arm_of(scenario)
+        else:
+            from drake_tracker.diagrams.estimators import estimator_of
+
+            estimator_of(part, scenario.where(role))

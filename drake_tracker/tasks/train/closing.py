@@ -1,0 +1,108 @@
+"""How well the jaws were timed and placed, judged from truth after the run."""
+
+import numpy as np
+
+from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.grasp.gate import touch_delay
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction
+from drake_tracker.tasks.episode import tool_pose, train_pose
+from drake_tracker.world.speed_law import distance_at
+
+REACH_ALONG = 0.05
+"""Distance [m] along the jaws' faces by which the middle of the train may be off and still be gripped."""
+_STEP = 0.001
+
+
+def clearance(scenario):
+    """Returns by how much [m] the train may be off the middle of the open jaws, across them, and still fit between."""
+    return 0.5 * (scenario.grasp.jaw_opening - scenario.grasp.object_width)
+
+
+def closing_onset_error(scenario, log, spans):
+    """Returns the start of the last closing command against the last instant at which it would still have met the
+    train.
+
+    Counted in s; negative is early enough, None is no closing, or a hand that was not over the train to begin with.
+
+    That last instant follows from truth: were nothing ever to touch, the hand would go on along the path that was
+    frozen at the launch (the servo's target, and beyond the log's end the packet it rests on), and the train along its
+    track by its speed law. The train's middle leaves the space between the open jaws once it is farther than
+    `clearance` across or `REACH_ALONG` along from the middle of the jaws. The pads must touch by then, so that closing
+    must have begun the jaws' travel time earlier. A train that does not leave before the packet's path ends counts as
+    leaving there.
+    """
+    launch, close = last_closing(spans)
+    if close is None:
+        return None
+    times, hand = _frozen_path(log, launch.start)
+    (launched,) = train_pose(log, [launch.start])
+    if len(times) < 2 or np.isnan(launched).any():
+        return None
+    track, _ = draw_track(scenario)
+    config = scenario.track
+    gone = np.array([distance_at(config.speed_law, config.speed, config.variation, t) for t in (launch.start, *times)])
+    s, _ = track.nearest(launched[0], launched[1], launched[3])
+    x, y, _ = track.pose(s + gone[1:] - gone[0])
+    along, across = _in_hand(hand, x, y)
+    fits = (np.abs(across) <= clearance(scenario)) & (np.abs(along) <= REACH_ALONG)
+    if not fits[0]:
+        return None
+    leaves = times[-1] if fits.all() else times[np.argmin(fits)]
+    return float(close.start - (leaves - touch_delay(scenario.grasp)))
+
+
+def offset_at_touch(scenario, log, spans):
+    """Returns where the train's middle was, (along, across) [m] from the middle of the jaws, when the last closing came
+    to touch it: at the first contact since the launch, or else when the pads would have met its sides. None without
+    one.
+    """
+    launch, close = last_closing(spans)
+    if close is None:
+        return None
+    touch = close.start + touch_delay(scenario.grasp)
+    verdict = log["truth_verdict"]
+    contact = (verdict["left_contact"] > 0) | (verdict["right_contact"] > 0)
+    early = verdict.times[contact & (verdict.times >= launch.start) & (verdict.times < touch)]
+    when = [early[0] if len(early) else touch]
+    (train,), hand = train_pose(log, when), tool_pose(log, when)
+    along, across = _in_hand(hand[:, [0, 1, 3]], train[0], train[1])
+    return None if np.isnan(along[0] + across[0]) else (float(along[0]), float(across[0]))
+
+
+def last_closing(spans):
+    """Returns the `PhaseSpan`s (launch, closing) of the last attempt whose jaws closed, or (None, None)."""
+    for before, span in reversed(list(zip(spans, spans[1:]))):
+        if span.phase == Phase.CLOSE and before.phase == Phase.INTERCEPT:
+            return before, span
+    return None, None
+
+
+def _frozen_path(log, launch):
+    """Returns times (n,) [s] and the path (x, y, yaw) of the hand frozen at ``launch`` [s], shape (n, 3)."""
+    target = log["target"]
+    same = (target.times >= launch) & (target["valid"] > 0)
+    if not same.any():
+        return np.zeros(0), np.zeros((0, 3))
+    stamp_frozen = target["stamp"][np.argmax(same)]  # the launch shows here; later samples rest on it too
+    same &= target["stamp"] == stamp_frozen
+    known_times, known = target["time"][same], target.view("x", "y", "yaw")[same]
+    end = known_times[-1]
+    delivered = log["delivered"]
+    rows = np.nonzero((delivered["stamp"] == stamp_frozen) & (delivered["valid"] > 0))[0]
+    if len(rows):
+        packet = delivered.data[rows[0]]
+        end = packet[2] + packet[3] * (KNOT_COUNT - 1)
+        later = np.append(np.arange(known_times[-1] + packet[3], end, packet[3]), max(end, known_times[-1]))
+        beyond = [evaluate_prediction(packet, t)[[0, 1, 3]] for t in later]
+        known_times, known = np.concatenate([known_times, later]), np.concatenate([known, beyond])
+    times = np.arange(known_times[0], end, _STEP)
+    known[:, 2] = np.unwrap(known[:, 2])
+    return times, np.column_stack([np.interp(times, known_times, row) for row in known.T])
+
+
+def _in_hand(hand, x, y):
+    """Returns (along, across) [m] of the points x, y as seen from the hand's poses (x, y, yaw), shape (n, 3)."""
+    dx, dy = x - hand[:, 0], y - hand[:, 1]
+    cos, sin = np.cos(hand[:, 2]), np.sin(hand[:, 2])
+    return cos * dx + sin * dy, cos * dy - sin * dx

@@ -1,0 +1,102 @@
+"""Says in one sentence why the train was not taken, from the log of a run."""
+
+from collections import Counter
+
+import numpy as np
+
+from drake_tracker.grasp.gate import Gate
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.tasks.train.closing import clearance, offset_at_touch
+from drake_tracker.tasks.episode import during
+
+GATE_WORDS = {
+    Gate.OPEN: "nothing held it back",
+    Gate.NOT_TRACKING: "the hand was not tracking",
+    Gate.SETTLING: "the hand was settling",
+    Gate.FLIPPING: "the jaws were turning over",
+    Gate.STALE: "no fresh prediction came",
+    Gate.NO_MEMORY: "too few predictions from there could be judged yet",
+    Gate.PREDICTIONS_FAILED: "earlier predictions from there had not come true",
+    Gate.OUT_OF_REACH: "the meeting point was out of reach",
+}
+"""Why the grasp machine waits, to finish a sentence."""
+
+
+def failure_reason(scenario, log, spans, valid_fraction, interrupted):
+    """Returns the reason in one sentence, or None when the train was taken.
+
+    Args:
+      spans: from `phase_spans`. valid_fraction: share of the cycles with a valid point, None when there was none at
+      all.
+      interrupted: whether the user ended the run.
+    """
+    verdict = log["truth_verdict"]
+    if len(verdict.times) and verdict["taken"][-1]:
+        return None
+    derailed = bool(len(verdict.times) and verdict["derailed"][-1])
+    attempts = _attempts(log)
+    if attempts:
+        reason = _last_attempt(scenario, log, spans, attempts, derailed)
+    elif derailed:
+        reason = "the train left its track before the first attempt"
+    elif any(span.phase == Phase.TRACK for span in spans):
+        reason = "the gate never opened" + _waiting(log, spans, 0.0)
+    else:
+        seen = "no cycle" if not valid_fraction else f"{valid_fraction:.0%} of the cycles"
+        reason = f"the train was never tracked: vision gave a valid point in {seen}"
+    return f"interrupted; until then {reason}" if interrupted else reason
+
+
+def _attempts(log):
+    diagnosis = log["diagnosis"]
+    return int(diagnosis["attempts"][-1]) if len(diagnosis.times) else 0
+
+
+def _last_attempt(scenario, log, spans, attempts, derailed):
+    """Returns what became of the last attempt."""
+    start = max(k for k, span in enumerate(spans) if span.phase == Phase.INTERCEPT)
+    phases = [span.phase for span in spans[start:]]
+    thrown = " and threw the train off its track" if derailed else ""
+    if Phase.LIFT in phases:
+        return _after_grip(log, spans[start].start, attempts, Phase.RETREAT in phases) + thrown
+    if Phase.CLOSE not in phases:
+        return f"the run ended during the descent of attempt {attempts}"
+    if Phase.RETREAT not in phases and not derailed:
+        return f"the run ended while the jaws of attempt {attempts} were closing"
+    where = ""
+    offset = offset_at_touch(scenario, log, spans)
+    if offset is not None:
+        along, across = (1e3 * abs(x) for x in offset)
+        where = (
+            f": at touch the train was {across:.0f} mm across and {along:.0f} mm along the jaws from their middle, "
+            f"and {1e3 * clearance(scenario):.0f} mm across fit"
+        )
+    reason = f"attempt {attempts} missed{thrown}{where}"
+    if Phase.TRACK in phases:
+        reason += "; after it the gate did not open again" + _waiting(log, spans, spans[start].start)
+    return reason
+
+
+def _after_grip(log, start, attempts, retreated):
+    verdict = log["truth_verdict"]
+    since = verdict.times >= start
+    touched = since & ((verdict["left_contact"] > 0) | (verdict["right_contact"] > 0))
+    height = 1e3 * max(verdict["lift"][touched], default=0.0)
+    if retreated or not touched[-1]:
+        return f"attempt {attempts} gripped the train but dropped it, {height:.0f} mm up at most"
+    return f"attempt {attempts} held the train, {height:.0f} mm up, for {verdict['held'][-1]:.2f} s when the run ended"
+
+
+def _waiting(log, spans, since):
+    """Returns how long the gate stayed shut while tracking after ``since`` [s], and the commonest reason."""
+    diagnosis = log["diagnosis"]
+    tracking = during(spans, diagnosis.times, Phase.TRACK) & (diagnosis.times >= since)
+    time = sum(span.end - max(span.start, since) for span in spans if span.phase == Phase.TRACK and span.end > since)
+    reasons = Counter(Gate(int(gate)) for gate in diagnosis["gate"][tracking])
+    for transient in (Gate.NOT_TRACKING, Gate.OPEN):
+        reasons.pop(transient, None)
+    if not reasons:
+        return f" in {time:.1f} s of tracking"
+    gate, count = reasons.most_common(1)[0]
+    share = count / np.count_nonzero(tracking)
+    return f" in {time:.1f} s of tracking: {GATE_WORDS[gate]} ({share:.0%} of that time)"

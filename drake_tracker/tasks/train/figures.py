@@ -1,0 +1,303 @@
+"""The pictures of a run: how the train was tracked and taken, and the images that its motion was found in."""
+
+import textwrap
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.tasks.train.closing import clearance, last_closing
+from drake_tracker.tasks.episode import during, errors, phase_spans, predictions_ahead, sighted, tool_pose, train_pose
+from drake_tracker.tasks.style import (
+    FAR_PREDICTED,
+    FILTERED,
+    HAND,
+    PHASE_COLOURS,
+    PLOT_STYLE,
+    PREDICTED,
+    RULE,
+    SEEN,
+    SOFT_INK,
+    TRUTH,
+    phase_colour,
+)
+
+SHORT, LONG = 0.25, 0.75
+"""Horizons [s] of the predictions shown: the lag of vision, and what a blind grasp needs."""
+_APPROACHING = (Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
+_BEFORE, _AFTER = 1.2, 2.2
+"""Time [s] shown before and after the jaws begin to close."""
+_SHORTEST = 0.1
+"""A time axis is at least so long [s]."""
+
+
+def draw_tracking(scenario, log, summary, path):
+    """Draws the run as one picture, 3200 x 1800 px: the track seen from above, the errors, the grasp.
+
+    Args:
+      log: {name: Signal}. summary: what `summarize` returned. path: PNG file to write.
+    """
+    spans = phase_spans(log, scenario.time_step)
+    with matplotlib.rc_context(PLOT_STYLE):
+        figure = Figure(figsize=(16, 9), facecolor="white")
+        FigureCanvasAgg(figure)
+        grid = figure.add_gridspec(
+            2, 1, left=0.05, right=0.50, top=0.82, bottom=0.075, height_ratios=(1.75, 1.0), hspace=0.52
+        )
+        _draw_map(figure.add_subplot(grid[0]), scenario, log, spans)
+        _draw_grasp(figure.add_subplot(grid[1]), scenario, log, spans)
+        grid = figure.add_gridspec(
+            3, 1, left=0.57, right=0.975, top=0.82, bottom=0.075, height_ratios=(0.13, 1.0, 1.0), hspace=0.3
+        )
+        strip, across, along = (figure.add_subplot(cell) for cell in grid)
+        draw_phases(strip, spans)
+        _draw_errors(across, along, scenario, log, spans)
+        _draw_headline(figure, scenario, summary)
+        figure.savefig(path, dpi=200)
+
+
+def draw_motion_images(images, path):
+    """Draws what the motion detector went through at one instant, as figures 4 and 5 of Allen et al. 1991 show it.
+
+    Args:
+      images: {side: MotionImages}, of one or more cameras. path: PNG file to write.
+    """
+    columns = (
+        ("Smoothed", lambda each: each.smoothed, dict(cmap="gray", vmin=0)),
+        ("Derivative in time", lambda each: each.difference, dict(cmap="RdBu_r", vmin=-80, vmax=80)),
+        ("Motion energy", lambda each: each.motion_energy, dict(cmap="gray", vmin=0, vmax=255)),
+    )
+    height, width = next(iter(images.values())).smoothed.shape
+    panel = 5.0
+    size = (panel * len(columns), panel * height / width * len(images) + 0.7)
+    with matplotlib.rc_context(PLOT_STYLE):
+        figure = Figure(figsize=size, facecolor="white", layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots(len(images), len(columns), squeeze=False)
+        for row, (side, each) in zip(axes, images.items()):
+            for ax, (_, pick, look) in zip(row, columns):
+                ax.imshow(pick(each), interpolation="nearest", **look)
+                ax.set(xticks=[], yticks=[])
+                ax.spines[:].set_visible(False)
+            row[0].set_ylabel(f"camera {side}")
+        for ax, (title, _, _) in zip(axes[0], columns):
+            ax.set_title(title)
+        figure.savefig(path, dpi=200)
+
+
+def _draw_headline(figure, scenario, summary):
+    attempts = summary["attempts"]
+    if summary["success"]:
+        ordinal = "first attempt" if attempts == 1 else f"attempt {attempts}"
+        headline = f"Train lifted at the {ordinal}, {summary['time_to_grasp_s']:.1f} s after the start"
+    else:
+        headline = "Train not taken"
+    title = figure.text(0.05, 0.955, headline, fontsize=21, weight="bold", va="center")
+    if summary["failure_reason"]:
+        end = title.get_window_extent(figure.canvas.get_renderer()).x1 / figure.bbox.width
+        reason = textwrap.fill(summary["failure_reason"], 118)
+        figure.text(end + 0.015, 0.954, reason, fontsize=11.5, color=FAR_PREDICTED, va="center")
+    track = scenario.track
+    facts = [f"scenario {scenario.name}, seed {scenario.seed}", f"{track.kind} at {track.speed:g} m/s"]
+    for key, words in (
+        ("position_rms_m", "present position {:.1f} mm rms"),
+        ("triangulation_rms_m", "triangulation {:.1f} mm rms"),
+        ("triangulation_jitter_m", "its jitter {:.1f} mm"),
+    ):
+        if summary[key] is not None:
+            facts.append(words.format(1e3 * summary[key]))
+    figure.text(0.05, 0.915, "   ·   ".join(facts), fontsize=11.5, color=SOFT_INK, va="center")
+
+
+def _draw_map(ax, scenario, log, spans):
+    """The track from above, the robot below: where the train was, was seen, was expected, and where the hand went."""
+    start, end = _lap(scenario, log, spans)
+    truth = log["truth_train_state"]
+    ax.plot(truth["y"], truth["x"], color="#e6e8eb", lw=9, zorder=0)
+
+    def inside(times):
+        return (times >= start) & (times <= end)
+
+    point = log["point"]
+    seen = (point["valid"] > 0) & inside(point["stamp"]) & sighted(spans, point["stamp"])
+    filtered = log["filtered"]
+    kept = (filtered["valid"] > 0) & inside(filtered["stamp"]) & sighted(spans, filtered["stamp"])
+    times = truth.times[inside(truth.times)]
+    train, hand = train_pose(log, times), tool_pose(log, times)
+    ax.plot(train[:, 1], train[:, 0], color=TRUTH, lw=1.2, zorder=3)
+    ax.plot(point["y"][seen], point["x"][seen], ".", color=SEEN, ms=2.6, zorder=2)
+    line = broken(filtered["stamp"][kept], filtered["y"][kept], filtered["x"][kept])
+    ax.plot(*line, color=FILTERED, lw=1.8, zorder=4)
+    for horizon, colour in ((LONG, FAR_PREDICTED), (SHORT, PREDICTED)):
+        ahead = predictions_ahead(log["prediction"], horizon)
+        told = inside(ahead.times) & sighted(spans, ahead.stamps)
+        ax.plot(*broken(ahead.times[told], ahead.xy[told, 1], ahead.xy[told, 0]), color=colour, lw=1.4, zorder=5)
+    ax.plot(hand[:, 1], hand[:, 0], color=HAND, lw=1.6, zorder=6)
+    _, close = last_closing(spans)
+    if close is not None:
+        ((x, y, _, _),) = tool_pose(log, [close.start])
+        ax.plot(y, x, "o", ms=9, mfc="white", mec=HAND, mew=2, zorder=7)
+        outward = np.array([y, x]) - np.mean(truth.view("y", "x"), axis=0)
+        outward *= (-26.0, 26.0) / np.linalg.norm(outward)
+        side = "left" if outward[0] > 0.0 else "right"
+        ax.annotate("jaws close", (y, x), xytext=outward, textcoords="offset points", color=HAND, weight="bold",
+                    ha=side, va="center")
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.invert_xaxis()
+    ax.margins(0.10)
+    ax.set_title(f"From above, {start:.1f} to {end:.1f} s", pad=26)
+    name_colours(ax, _NAMES)
+    ax.set_ylabel("x  [m], away from the robot")
+    ax.set_xlabel("y  [m], to the robot's left", labelpad=2)
+    ax.grid(color="#f0f1f3", lw=0.8)
+    ax.set_axisbelow(True)
+
+
+_NAMES = (
+    ("train", TRUTH),
+    ("triangulated", SEEN),
+    ("filtered", FILTERED),
+    (f"predicted {SHORT} s ahead", PREDICTED),
+    (f"{LONG} s ahead", FAR_PREDICTED),
+    ("hand", HAND),
+)
+
+
+def _lap(scenario, log, spans):
+    """Returns start and end [s] of what the map shows: the last lap before the hand had the train."""
+    truth = log["truth_train_state"]
+    _, close = last_closing(spans)
+    times = truth.times if close is None else truth.times[truth.times <= close.end]
+    if len(times) == 0:
+        return 0.0, 0.0
+    track, _ = draw_track(scenario)
+    gone = np.cumsum(np.hypot(*np.diff(truth.view("x", "y")[: len(times)], axis=0).T)[::-1])
+    back = np.searchsorted(gone, track.length) if track.closed else len(gone)
+    return times[max(len(times) - 1 - back, 0)], times[-1]
+
+
+def _end(spans):
+    """Returns the length [s] of the time axes."""
+    return max(spans[-1].end, _SHORTEST) if spans else _SHORTEST
+
+
+def draw_phases(ax, spans, start=0.0, end=None):
+    """Draws `PhaseSpan`s as a strip, named where there is room, from ``start`` to ``end`` [s] (their own end)."""
+    for span in spans:
+        ax.axvspan(span.start, span.end, color=phase_colour(span.phase), lw=0)
+    end = _end(spans) if end is None else end
+    for span in spans:
+        name = span.phase.name.lower()
+        low, high = max(span.start, start), min(span.end, end)
+        if high - low > 0.016 * len(name) * (end - start):
+            ax.text(0.5 * (low + high), 0.5, name, ha="center", va="center", fontsize=10, color="white",
+                    weight="bold", transform=ax.get_xaxis_transform())
+    ax.set(xlim=(start, end), yticks=[], xticks=[])
+    ax.spines[:].set_visible(False)
+    ax.set_title("Phases", pad=7)
+
+
+def _draw_errors(across, along, scenario, log, spans):
+    """Errors over time, across the track above and along it below."""
+    point = log["point"]
+    seen = (point["valid"] > 0) & sighted(spans, point["stamp"])
+    lines = [(point["stamp"][seen], point.view("x", "y")[seen], SEEN)]
+    for horizon, colour in ((LONG, FAR_PREDICTED), (SHORT, PREDICTED)):
+        ahead = predictions_ahead(log["prediction"], horizon)
+        told = sighted(spans, ahead.stamps)
+        lines.append((ahead.times[told], ahead.xy[told], colour))
+    tool = log["tool"]
+    near = during(spans, tool.times, *_APPROACHING) & (tool.times >= _arrival(scenario, spans))
+    lines.append((tool.times[near], tool.view("x", "y")[near], HAND))
+    largest = [10.0]
+    for times, xy, colour in lines:
+        error = 1e3 * errors(log, times, xy)
+        largest.append(np.nanpercentile(np.abs(error), 97) if np.isfinite(error).any() else 0.0)
+        for ax, column in ((along, 0), (across, 1)):
+            if colour == SEEN:
+                ax.plot(times, error[:, column], ".", color=colour, ms=1.8, zorder=1)
+            else:
+                ax.plot(*broken(times, error[:, column]), color=colour, lw=1.3, zorder=2)
+    limit = min(max(1.25 * max(largest), 1e3 * clearance(scenario) * 1.3), 80.0)
+    total = _end(spans)
+    for ax, title in ((across, "Error across the track"), (along, "Error along the track")):
+        ax.set(xlim=(0.0, total), ylim=(-limit, limit), ylabel="mm")
+        ax.axhline(0.0, color=RULE, lw=0.8, zorder=0)
+        ax.set_title(title, pad=10)
+        for span in spans:
+            if span.phase not in (Phase.ACQUIRE, Phase.TRACK):
+                ax.axvspan(span.start, span.end, color=PHASE_COLOURS[span.phase], alpha=0.12, lw=0, zorder=0)
+    fits = 1e3 * clearance(scenario)
+    for side in (-fits, fits):
+        across.axhline(side, color=SOFT_INK, lw=0.9, ls=(0, (4, 3)), zorder=0)
+    across.annotate(f"open jaws: {fits:.0f} mm", (1.0, fits), xycoords=("axes fraction", "data"), xytext=(-2, 3),
+                    textcoords="offset points", fontsize=9.5, color=SOFT_INK, ha="right",
+                    bbox=dict(facecolor="white", alpha=0.75, lw=0, pad=1.0))
+    across.tick_params(labelbottom=False)
+    along.set_xlabel("time  [s]")
+    across.text(1.0, 1.045, "left of the train is positive", transform=across.transAxes, ha="right", color=SOFT_INK,
+                fontsize=10)
+    along.text(1.0, 1.045, "ahead of the train is positive", transform=along.transAxes, ha="right", color=SOFT_INK,
+               fontsize=10)
+
+
+def _arrival(scenario, spans):
+    """Returns when [s] the hand had come over the train for the first time."""
+    starts = [span.start for span in spans if span.phase == Phase.TRACK]
+    return starts[0] + scenario.grasp.approach_duration if starts else np.inf
+
+
+def _draw_grasp(ax, scenario, log, spans):
+    """Heights of the jaws and of the train, and the opening of the jaws, around the last attempt or over the whole
+    run.
+    """
+    _, close = last_closing(spans)
+    tool, jaws = log["tool"], log["jaws"]
+    total = _end(spans)
+    zero, start, end = 0.0, 0.0, total
+    if close is not None:
+        zero = close.start
+        start, end = max(0.0, zero - _BEFORE), min(total, zero + _AFTER)
+    for span in spans:
+        low, high = max(span.start, start), min(span.end, end)
+        if low < high:
+            ax.axvspan(low - zero, high - zero, color=PHASE_COLOURS[span.phase], alpha=0.16, lw=0)
+            if high - low > 0.06 * (end - start):
+                ax.text(0.5 * (low + high) - zero, 1.02, span.phase.name.lower(), ha="center", va="bottom",
+                        fontsize=9.5, color=SOFT_INK, transform=ax.get_xaxis_transform())
+    shown, opened = ((signal.times >= start) & (signal.times <= end) for signal in (tool, jaws))
+    times = tool.times[shown]
+    table = scenario.table_height
+    curves = [
+        ("jaws, above the table", times, 1e3 * (tool["z"][shown] - table), HAND),
+        ("train, above the table", times, 1e3 * (train_pose(log, times)[:, 2] - table), TRUTH),
+        ("opening of the jaws", jaws.times[opened], 1e3 * jaws["width"][opened], FAR_PREDICTED),
+    ]
+    for _, x, y, colour in curves:
+        ax.plot(x - zero, y, color=colour, lw=2)
+    name_colours(ax, [(name, colour) for name, _, _, colour in curves], y=1.135)
+    ax.set(xlim=(start - zero, end - zero), ylabel="mm")
+    ax.set_ylim(bottom=0.0)
+    ax.set_xlabel("time from the start of closing  [s]" if close is not None else "time  [s]", labelpad=2)
+    ax.set_title("The grasp" if close is not None else "The hand", pad=42)
+
+
+def name_colours(ax, names, y=1.02):
+    """Writes names in a row above an axes, each in its colour."""
+    figure = ax.figure
+    renderer = figure.canvas.get_renderer()
+    x = 0.0
+    for name, colour in names:
+        text = ax.text(x, y, name, transform=ax.transAxes, color=colour, fontsize=10.5, weight="bold", va="bottom")
+        box = text.get_window_extent(renderer).transformed(ax.transAxes.inverted())
+        x = box.x1 + 0.025
+
+
+def broken(times, *rows):
+    """Returns rows to be drawn as lines, broken where ``times`` [s] jump; with only one row the times come first."""
+    rows = rows if len(rows) > 1 else (times, *rows)
+    gaps = np.nonzero(np.diff(times) > 0.1)[0] + 1
+    return tuple(np.insert(np.asarray(row, float), gaps, np.nan) for row in rows)

@@ -1,0 +1,104 @@
+"""The track of a run: drawn from the seed, and checked against what the arm can reach and the cameras can see."""
+
+import math
+
+import cv2
+import numpy as np
+
+from drake_tracker.tasks.train.reach import CHECKED_PLACES, Reach
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.vision.window import footprint
+from drake_tracker.world.tracks import make_track
+
+STREAM = 1
+"""Number of this stream of random draws under a scenario's seed."""
+MOST_DRAWS = 100
+"""Places in which a track is tried to be put before it is said that it does not fit."""
+MOST_MISSED = 20
+"""Of these, places out of the arm's reach, which takes longer to find out."""
+
+
+def draw_track(scenario, reach=None):
+    """Returns (track, start): the track of a scenario in the direction of travel, and the arc length [m] of the start.
+
+    The seed draws, each only where the scenario leaves it open, the centre and the rotation within their ranges, the
+    direction and the start. A place in which a closed track would leave the work volume, or the arm's ``reach`` (its
+    `Reach`, made when it is not given), is drawn again.
+    """
+    config = scenario.track
+    rng = np.random.default_rng([scenario.seed, STREAM])
+    offset, turn = rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0)
+    backward = rng.uniform() < 0.5 if config.direction == "random" else config.direction == "backward"
+    drawn = rng.uniform()
+    track = _placed(config, offset, turn)
+    if config.kind != "csv" and track.closed:
+        track = _fitting(scenario, track, rng, reach or Reach(scenario))
+    if backward:
+        track = track.reversed()
+    fraction = config.start
+    if fraction < 0.0:
+        fraction = drawn if track.closed else 0.0
+    return track, fraction * track.length
+
+
+def _fitting(scenario, first, rng, reach):
+    """Returns the track in a place where it fits, the first one tried; where none does, as `check_track` will say."""
+    track, missed = first, 0
+    for _ in range(MOST_DRAWS):
+        if place_outside(scenario, track) is None:
+            if reach.missed(track) is None:
+                return track
+            missed += 1
+            if missed == MOST_MISSED:
+                break
+        track = _placed(scenario.track, rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0))
+    return first
+
+
+def _placed(config, offset, turn):
+    """Returns the track of a scenario's ``track`` in a place given by shares (-1 to 1) of its ranges."""
+    return make_track(
+        config.kind,
+        semi_axes=config.semi_axes,
+        radius=config.radius,
+        straight=config.straight,
+        length=config.length,
+        csv=config.csv,
+        centre=np.asarray(config.centre) + offset * config.centre_range,
+        rotation=math.radians(config.rotation_deg + turn * config.rotation_range_deg),
+    )
+
+
+def place_outside(scenario, track):
+    """Returns a place (x, y) [m] at which a track leaves the work volume, or None."""
+    outline = footprint(scenario.vision.work_volume, scenario.vision.outline).astype(np.float32)
+    for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
+        x, y, _ = track.pose(s)
+        if cv2.pointPolygonTest(outline, (float(x), float(y)), False) < 0:
+            return float(x), float(y)
+    return None
+
+
+def check_track(scenario, track, reach):
+    """Raises DrakeTrackerError, in one line, when a closed track leaves the work volume or the arm's `Reach`.
+
+    An open track runs past the arm and may begin and end where the arm cannot follow.
+    """
+    if not track.closed:
+        return
+    (x_low, y_low, _), (x_high, y_high, _) = scenario.vision.work_volume
+    volume = f"{scenario.vision.outline} of x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g} (vision.work_volume)"
+    what = scenario.where("track.csv" if scenario.track.kind == "csv" else "track.kind")
+    outside = place_outside(scenario, track)
+    if outside is not None:
+        x, y = outside
+        raise DrakeTrackerError(
+            f"{what} = {scenario.track.kind}: the track comes to ({x:.3f}, {y:.3f}) m, outside the {volume}"
+        )
+    missed = reach.missed(track)
+    if missed is not None:
+        x, y, height = missed
+        raise DrakeTrackerError(
+            f"{what} = {scenario.track.kind}: the track is out of the arm's reach at ({x:.3f}, {y:.3f}) m, "
+            f"{height:.2f} m above the train; move or shrink it"
+        )

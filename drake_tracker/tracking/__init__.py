@@ -1,0 +1,1 @@
+"""Tracks what moves before the user's own cameras."""

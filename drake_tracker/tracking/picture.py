@@ -1,0 +1,69 @@
+"""The picture of a track of one's own cameras: its path, and its coordinates over time."""
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from drake_tracker.tasks.style import FILTERED, PLOT_STYLE, PREDICTED, SEEN, SOFT_INK
+from drake_tracker.tracking.table import HORIZON
+
+FROM_ABOVE = {"camera_left": ("x", "z"), "board": ("x", "y")}
+"""Axes of the picture from above, by what W is: in a camera's frame y points down."""
+
+
+def draw_track(data, path, *, world="board", title="", period=1.0 / 60.0):
+    """Draws a track as one picture, 2400 x 1350 px.
+
+    Args:
+        data: what `TrackTable.data` returns. path: PNG file to write. world: a key of `FROM_ABOVE`.
+        title: a line of text. period: of the images [s]; lines are broken where images are missing.
+    """
+    spatial = "x" in data
+    axes = ("x", "y", "z") if spatial else ("u", "v")
+    unit = "m" if spatial else "px"
+    across, up = FROM_ABOVE[world] if spatial else ("u", "v")
+    with matplotlib.rc_context(PLOT_STYLE):
+        figure = Figure(figsize=(16, 9), facecolor="white")
+        FigureCanvasAgg(figure)
+        ax = figure.add_axes((0.06, 0.09, 0.40, 0.74))
+        _draw_lines(ax, data, across, up, period)
+        ax.set_aspect("equal", adjustable="datalim")
+        ax.set_xlabel(f"{across}  [{unit}]")
+        ax.set_ylabel(f"{up}  [{unit}]")
+        ax.set_title("From above" if spatial else "In the image")
+        if not spatial:
+            ax.invert_yaxis()
+        rows = figure.add_gridspec(len(axes), 1, left=0.54, right=0.97, top=0.83, bottom=0.09, hspace=0.25).subplots(
+            sharex=True, squeeze=False
+        )[:, 0]
+        for row, name in zip(rows, axes):
+            _draw_lines(row, data, "stamp", name, period)
+            row.set_ylabel(f"{name}  [{unit}]")
+        rows[0].set_title("Over time")
+        rows[-1].set_xlabel("time  [s]")
+        figure.text(0.06, 0.945, title, fontsize=17, weight="bold", va="center")
+        names = [("measured", SEEN)]
+        if spatial:
+            names += [("filtered", FILTERED), (f"as foreseen {HORIZON:g} s before", PREDICTED)]
+        x = 0.06
+        for name, colour in names:
+            text = figure.text(x, 0.9, name, color=colour, fontsize=12, weight="bold", va="center")
+            x = text.get_window_extent(figure.canvas.get_renderer()).x1 / figure.bbox.width + 0.02
+        count, valid = len(data["valid"]), int(data["valid"].sum())
+        figure.text(x, 0.9, f"{valid} of {count} images with a result", color=SOFT_INK, fontsize=12, va="center")
+        figure.savefig(path, dpi=150)
+
+
+def _draw_lines(ax, data, across, up, period):
+    def column(prefix, name):
+        if name == "stamp":
+            return data["stamp"] + (HORIZON if prefix == "predicted_" else 0.0)
+        return data[prefix + name]
+
+    ax.plot(column("", across), column("", up), ".", color=SEEN, ms=3.5, zorder=2)
+    for prefix, colour in (("predicted_", PREDICTED), ("filtered_", FILTERED)):
+        if f"{prefix}x" in data and up in ("x", "y", "z"):
+            gaps = np.flatnonzero(np.diff(data["stamp"]) > 2.5 * period) + 1
+            lines = (np.insert(column(prefix, name), gaps, np.nan) for name in (across, up))
+            ax.plot(*lines, color=colour, lw=1.6, zorder=3)

@@ -1,0 +1,1 @@
+"""The simulated laboratory; the only package that knows the truth."""

@@ -1,0 +1,45 @@
+"""The doctor finds what is there, and a renderer that ends its process does not end ours."""
+
+import pytest
+
+from drake_tracker.core import machine
+from drake_tracker.core.errors import DrakeTrackerError
+
+
+def test_a_machine_that_runs_the_tests_is_well(capsys):
+    assert machine.main() == 0
+    out = capsys.readouterr().out
+    for what in ("Python", "drake", "opencv-python-headless", "libegl1", "libgl1-mesa-dri", "models", "renderer"):
+        assert what in out
+    assert "BAD" not in out
+
+
+@pytest.mark.parametrize(
+    "probe, said",
+    [
+        ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "signal 11"),
+        ("raise RuntimeError('no display')", "RuntimeError: no display"),
+        ("import time; time.sleep(60)", "no image within"),
+        ("import sys; sys.exit(3)", "exit code 3"),
+    ],
+)
+def test_a_broken_renderer_is_one_line_with_the_remedy(monkeypatch, probe, said):
+    monkeypatch.setattr(doctor, "_PROBE", probe)
+    trouble = machine.probe_renderer(timeout=1.0)
+    assert said in trouble
+    monkeypatch.setattr(doctor, "probe_renderer", lambda: trouble)
+    with pytest.raises(DrakeTrackerError) as caught:
+        machine.require_renderer()
+    assert said in str(caught.value) and machine.APT_LINE in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_what_is_missing_is_marked_with_the_remedy(monkeypatch, capsys):
+    monkeypatch.setattr(doctor, "_MESA_DRIVERS", ())
+    monkeypatch.setattr(doctor, "PACKAGES", ("no-such-package",))
+    monkeypatch.setattr(doctor, "PYTHONS", ((2, 6), (2, 7)))
+    monkeypatch.setattr(doctor, "probe_renderer", lambda: "signal 11")
+    assert machine.main() == 2
+    bad = [line for line in capsys.readouterr().out.splitlines() if line.startswith("BAD")]
+    assert [line.split()[1] for line in bad] == ["Python", "no-such-package", "libgl1-mesa-dri", "renderer"]
+    assert machine.APT_LINE in bad[2]

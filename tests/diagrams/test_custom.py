@@ -1,0 +1,200 @@
+"""Parts of the user's own: `!Custom` finds them, gives them their parameters, and says what is wrong with them."""
+
+import pickle
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydrake.lcm import DrakeLcm
+
+from drake_tracker import cli, load_scenario, make_diagram, simulate
+from drake_tracker.campaign.plan import make_plan
+from drake_tracker.campaign.pool import pool
+from drake_tracker.campaign.trial import run_trial
+from drake_tracker.tasks.train.two_processes import make_arm_side
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.tasks import save_scenario
+from drake_tracker.scenarios.parts import Custom
+from drake_tracker.tasks.train.scenario import TrainScenario
+
+SOURCE = Path(__file__).parents[1] / "own_estimator.py"
+ARM = """
+from dataclasses import replace
+from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT
+
+def make_arm(inertia=3.7, flange="flange", joints=6):
+    values = (inertia, 4.2, 1.1, 0.25, 0.2, 0.2)[:joints]
+    return replace(PUMA560, servo_inertia=values, flange=flange)
+
+def with_cup(probe=True):
+    return PUMA560_CUP if probe else replace(PUMA560, fingers=())
+
+def seven_with_jaws():
+    hand = {name: getattr(PUMA560, name) for name in ("gripper_url", "finger_stiffness", "finger_damping", "fingers")}
+    return replace(SEVEN_JOINT, **hand)
+
+def one_finger():
+    return replace(PUMA560, fingers=("finger_left",))
+
+def number():
+    return 3
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with modules of names that no other test has used."""
+    (tmp_path / "scenario").mkdir()
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    return tmp_path / "scenario"
+
+
+@pytest.fixture
+def name(request):
+    return f"own_{abs(hash(request.node.nodeid)) % 10**8}"
+
+
+def write(folder, name, call="StraightOn", more=""):
+    shutil.copy(SOURCE, folder / f"{name}.py")
+    path = folder / "mine.yaml"
+    path.write_text(f"mine: {{vision: !Measured {{}}, estimator: !Custom {{call: {name}.{call}{more}}}}}\n")
+    return str(path)
+
+
+def error_of(*args, **kwargs):
+    with pytest.raises(DrakeTrackerError) as caught:
+        load_scenario(*args, **kwargs)
+    (line,) = str(caught.value).splitlines()
+    return line
+
+
+def test_one_beside_the_scenario_is_found_from_everywhere_and_again_from_the_resolved_scenario(folder, name):
+    scenario = load_scenario(write(folder, name, more=", parameters: {std: 0.02}"))
+    assert scenario.estimator == Custom(f"{name}.StraightOn", {"std": 0.02}, str(folder))
+    save_scenario(scenario, "scenario.yaml")
+    assert load_scenario("scenario.yaml:scenario").estimator == scenario.estimator
+    moved = Path(shutil.move(folder, folder.with_name("moved")))
+    shutil.copy(moved / f"{name}.py", "..")
+    shutil.copy("scenario.yaml", "../again.yaml")
+    sys.modules.pop(name)
+    assert load_scenario("../again.yaml:scenario").estimator.folder == str(Path("..").resolve())
+
+
+def test_parameters_keep_their_kinds_also_for_drake(folder, name):
+    from pydrake.common.yaml import yaml_load_typed
+
+    parameters = {"number": 1.0, "count": 3, "switch": True, "word": "off", "digits": "12", "none": ""}
+    scenario = TrainScenario(estimator=Custom("a.b", parameters))
+    save_scenario(scenario, folder / "resolved.yaml")
+    read = yaml_load_typed(schema=TrainScenario, filename=str(folder / "resolved.yaml"), child_name="resolved")
+    assert read.estimator.parameters == parameters
+    assert {key: type(value) for key, value in read.estimator.parameters.items()} == {
+        key: type(value) for key, value in parameters.items()
+    }
+
+
+def test_set_looks_where_the_command_is_given_and_changes_one_parameter(folder, name):
+    path = write(folder, name)
+    shutil.copy(SOURCE, Path.cwd() / f"{name}b.py")
+    overrides = [f"estimator=!Custom {{call: {name}b.StraightOn}}", "estimator.parameters.std=0.03"]
+    estimator = load_scenario(path, overrides=overrides).estimator
+    assert (estimator.folder, estimator.parameters) == (str(Path.cwd()), {"std": 0.03})
+
+
+def test_it_runs_in_the_loop(folder, name):
+    summary = simulate(load_scenario(write(folder, name), duration=1.0), stop=False)
+    assert summary["prediction_rms_m"] > 0.0
+
+
+def test_what_it_raises_on_the_way_is_told_and_the_run_up_to_there_is_kept(folder, name, tmp_path, capfd):
+    path = write(folder, name, "Broken")
+    with (folder / f"{name}.py").open("a") as file:
+        file.write("\n\nclass Broken(StraightOn):\n    def predict(self, state, times):\n")
+        file.write("        return super().predict(state, times) * (np.nan if state.stamp > 2.5 else 1.0)\n")
+    assert cli.main(["run", path, "--out", str(tmp_path / "out"), "--no-record", "--duration", "5"]) == 2
+    (line,) = [line for line in capfd.readouterr().err.splitlines() if line.startswith("drake-tracker: ")]
+    assert "Broken.predict returned a number that is not finite after the point of 2.5" in line
+    assert {"log.npz", "summary.json", "tracking.png"} <= {path.name for path in (tmp_path / "out").iterdir()}
+
+
+def test_workers_find_it_whatever_their_folder(folder, name, monkeypatch):
+    plan = make_plan(write(folder, name), 1, overrides=["duration=0.6"])
+    monkeypatch.chdir("/")
+    monkeypatch.setattr(sys, "path", [entry for entry in sys.path if entry != str(folder)])
+    ((_, row),) = pool(1)(run_trial, plan.jobs())
+    assert not row["success"] and "Error" not in row["failure_reason"], row["failure_reason"]
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        ("StraightOn, parameters: {stdd: 1}", "StraightOn: got an unexpected keyword argument 'stdd'; it takes std"),
+        ("StraightOn, parameters: {std: 0}", "{name}.StraightOn raised ValueError: std is 0 ({name}.py line"),
+        ("StraightAhead", "{name} has no class or function StraightAhead; it has Newest, StraightOn, "),
+        ("WithoutStd", "{name}.WithoutStd has no method predict_std; an estimator has initial_state, update, "),
+        ("StraightOn, parameters: [1]", "estimator.parameters must be names, each with a number, true or false, or"),
+        ("StraightOn, parameters: {std: [1]}", "estimator.parameters.std must be a number, true or false, or text"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_one_line_that_says_where(folder, name, call, said):
+    path = write(folder, name, call)
+    line = error_of(path)
+    assert line.startswith(f"{path} line 1: estimator") and said.format(name=name) in line, line
+
+
+def test_a_module_that_is_not_there_or_does_not_load(folder, name):
+    def trying(call):
+        return error_of("train", overrides=[f"estimator=!Custom {{call: {call}}}"])
+
+    assert f"there is no module {name}; looked beside the scenario, in {Path.cwd()}" in trying(f"{name}.X")
+    assert "estimator.call must be module.name" in trying(name)
+    assert "estimator.call must be module.name" in trying('""')
+    for k, (text, said) in enumerate([
+        ("x = (", "line 1: '(' was never closed"),
+        ("\nimport no_such_package_at_all", "ModuleNotFoundError: No module named 'no_such_package_at_all'"),
+        ("import sys\nsys.exit(0)", "raised SystemExit: 0 ({module}.py line 2)"),
+        ("\n\n1 / 0", "raised ZeroDivisionError: division by zero ({module}.py line 3)"),
+    ]):  # fmt: skip
+        module = f"{name}_{k}"
+        Path(f"{module}.py").write_text(text)
+        assert said.format(module=module) in trying(f"{module}.X")
+    Path("statistics.py").write_text("class Mine: pass")
+    assert "statistics is the name of another module" in trying("statistics.Mine")
+
+
+def test_an_arm_of_ones_own(folder, name):
+    Path(f"{name}.py").write_text(ARM)
+    measured = "vision=!Measured {}"
+
+    def arm(call):
+        return [measured, f"arm=!Custom {{call: {name}.{call}}}"]
+
+    diagram = make_diagram(load_scenario("train", overrides=arm("make_arm, parameters: {inertia: 3.5}")))
+    np.testing.assert_equal(diagram.world.laboratory.plant.num_actuated_dofs(diagram.world.laboratory.arm), 6)
+    for call, said in {
+        "make_arm, parameters: {flange: flansch}": "There is no Frame named 'flansch'",
+        "make_arm, parameters: {joints: 2}": "servo_inertia has 2 values for 6 joints with actuators",
+        "with_cup": "the hand of the train must have fingers",
+        "one_finger": "fingers names 1 joints; a gripper has two, a cup none",
+        "number": f"{name}.number returned a int; it must return an ArmDescription",
+    }.items():
+        assert said in error_of("train", overrides=arm(call))
+    assert "no Frame named 'probe'" in error_of("ball", overrides=arm("with_cup, parameters: {probe: false}")[1:])
+    assert load_scenario("ball", overrides=arm("with_cup")[1:]).arm.folder == str(Path.cwd())
+
+
+def test_an_arm_with_more_joints_is_sent_in_full_between_processes(folder, name):
+    Path(f"{name}.py").write_text(ARM)
+    overrides = ["vision=!Measured {}", f"arm=!Custom {{call: {name}.seven_with_jaws}}"]
+    arm_side = make_arm_side(load_scenario("train", overrides=overrides), DrakeLcm("memq://"))
+    assert arm_side.GetOutputPort("arm_state").size() == 14
+
+
+def test_a_scenario_with_one_goes_to_workers(folder, name):
+    scenario = load_scenario(write(folder, name))
+    again = pickle.loads(pickle.dumps(scenario))
+    assert again == scenario and again.where("estimator") == scenario.where("estimator")

@@ -1,0 +1,120 @@
+"""Tests of the page of a run: whole, half-written, of another version."""
+
+import json
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.report.page import page_of
+from drake_tracker.report.run_files import read_run
+
+
+class Links(HTMLParser):
+    """Collects what a page refers to, and whether each element is closed."""
+
+    def __init__(self):
+        super().__init__()
+        self.links, self.open = set(), []
+
+    def handle_starttag(self, tag, attributes):
+        self.links |= {value for name, value in attributes if name in ("src", "href")}
+        if tag not in ("meta", "link", "img", "path", "rect", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if tag not in ("path", "rect"):
+            assert self.open.pop() == tag
+
+
+def page(folder):
+    return page_of(read_run(folder))
+
+
+def edit_summary(folder, **changes):
+    path = folder / "summary.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+
+
+def test_the_page_has_all_of_a_run_and_leads_nowhere_else(run_folder):
+    text = page(run_folder)
+    parser = Links()
+    parser.feed(text)
+    assert parser.open == []
+    assert parser.links - {"data:,"} == {path.name for path in run_folder.iterdir()}
+    assert "<script" not in text and "http" not in text
+    for words in ("not lifted", "Attempt 1 missed", "Most came from servo", "Phases", "12.3 mm", "attempt 1: missed"):
+        assert words in text
+    assert "made-up &lt;1&gt;" in text and "made-up <1>" not in text
+
+
+def test_bars_are_the_largest_first_and_the_culprit_is_marked(run_folder):
+    bar = r'<tr><th scope="row">([\w ]+)</th><td class="track"><div><div class="(bar[\w ]*)"'
+    rows = re.findall(bar, page(run_folder))
+    assert rows[0] == ("servo", "bar worst")
+    assert len({stage for stage, _ in rows[:7]}) == 7
+
+
+def test_a_run_that_was_killed_shows_what_there_is(run_folder):
+    for name in ("summary.json", "tracking.png"):
+        (run_folder / name).unlink()
+    log = run_folder / "log.npz"
+    log.write_bytes(log.read_bytes()[:1000])
+    text = page(run_folder)
+    assert "There is no summary" in text and "log.npz cannot be read" in text and "no verdict" in text
+    assert "Not in the directory: tracking.png." in text
+    assert 'src="cameras.mp4"' in text and "tracking.png" not in re.findall(r'src="([^"]+)"', text)
+
+
+def test_a_run_of_which_only_the_scenario_was_written(run_folder):
+    for path in run_folder.iterdir():
+        if path.name != "scenario.yaml":
+            path.unlink()
+    text = page(run_folder)
+    assert "There is no summary" in text and "seed 1" in text
+
+
+def test_a_run_of_another_version_says_so(run_folder):
+    edit_summary(run_folder, package_versions={"drake_tracker": "9.8.7"})
+    assert "This run was made by version 9.8.7" in page(run_folder)
+
+
+def test_a_scenario_of_another_version_costs_the_autopsy_alone(run_folder):
+    path = run_folder / "scenario.yaml"
+    path.write_text(path.read_text().replace("descent_duration", "descent_time"))
+    text = page(run_folder)
+    assert "scenario.yaml cannot be read" in text and "there is no autopsy" in text
+    assert "Phases" in text and "12.3 mm" in text
+
+
+def test_measured_vision_misses_no_video(run_folder):
+    path = run_folder / "scenario.yaml"
+    text = re.sub(r"vision:\n(    .*\n)+", "vision: !Measured {}\n", path.read_text())
+    assert "!Measured" in text
+    path.write_text(text)
+    for name in ("cameras.mp4", "motion.png"):
+        (run_folder / name).unlink()
+    assert "Not in the directory" not in page(run_folder)
+
+
+@pytest.mark.parametrize("summary", ["[1, 2]", "{", '"text"'])
+def test_a_summary_that_is_none_is_told(run_folder, summary):
+    (run_folder / "summary.json").write_text(summary)
+    assert "summary.json cannot be read" in page(run_folder)
+
+
+def test_a_caught_ball_is_told_from_its_summary(run_folder):
+    for name in ("scenario.yaml", "log.npz"):
+        (run_folder / name).unlink()
+    edit_summary(run_folder, scenario="ball", success=True, failure_reason=None, roll_s=0.83, exit_speed_m_s=0.9,
+                 hand_error_m=-0.004)
+    text = page(run_folder)
+    assert "it left the board 0.83 s after its release at 0.90 m/s, and the middle of the cup was 4 mm beside" in text
+
+
+def test_no_run_directory(tmp_path):
+    with pytest.raises(DrakeTrackerError, match="there is no such run directory"):
+        read_run(tmp_path / "nowhere")
+    with pytest.raises(DrakeTrackerError, match="is no run directory"):
+        read_run(tmp_path)

@@ -1,0 +1,234 @@
+"""Tests of the System that films a run."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.sensors import ImageRgba8U
+
+from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.grasp.catch_system import CatchDiagnosis
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, message_size, pack_prediction
+from drake_tracker.run.camera_video import CameraVideoSystem, Script
+from drake_tracker.run.video_page import SIDES, VideoPage
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.vision.motion_centroid_system import MotionEnergy
+
+LAG = 5
+OFFSET = (10, 20)
+
+
+class Laboratory(LeafSystem):
+    """Images whose grey level is the number of their cycle, and everything that is said of them. The mask of the cycle
+    before the last has one pixel at a column that is its cycle's number; centroids come ``LAG`` cycles late.
+
+    From ``frozen_from`` [s] on the jaws close without sight; the packets are then 1 m off.
+    """
+
+    def __init__(self, frozen_from=np.inf):
+        super().__init__()
+        self._frozen_from = frozen_from
+        for side in SIDES:
+            blank = ImageRgba8U(80, 60)
+            self.DeclareAbstractOutputPort(f"camera_{side}", lambda: AbstractValue.Make(blank), self._image)
+            nothing = MotionEnergy(0.0, np.zeros((1, 1), np.uint8), OFFSET)
+            self.DeclareAbstractOutputPort(f"motion_{side}", lambda: AbstractValue.Make(nothing), self._motion)
+            self.DeclareVectorOutputPort(f"centroid_{side}", 5, self._centroid)
+        self.DeclareVectorOutputPort("packet", 160, self._packet)
+        self.DeclareVectorOutputPort("command", 7, self._command)
+        self.DeclareVectorOutputPort("diagnosis", 5, lambda context, output: output.SetFromVector(np.zeros(5)))
+
+    def _image(self, context, output):
+        image = ImageRgba8U(80, 60)
+        image.mutable_data[:] = round(context.get_time() / VISION_PERIOD)
+        output.set_value(image)
+
+    def _motion(self, context, output):
+        cycle = round(context.get_time() / VISION_PERIOD) - 2
+        mask = np.zeros((60, 80), np.uint8)
+        if cycle >= 0:
+            mask[30, cycle] = 255
+        output.set_value(MotionEnergy(max(cycle, 0) * VISION_PERIOD, mask, OFFSET))
+
+    def _centroid(self, context, output):
+        stamp = context.get_time() - LAG * VISION_PERIOD
+        output.SetFromVector([stamp, 50.0, 50.0, 9.0, 1.0] if stamp > 0 else np.zeros(5))
+
+    def _packet(self, context, output):
+        now = context.get_time()
+        knots = np.zeros((KNOT_COUNT, 5))
+        knots[:, 0] = 0.1 * (now + KNOT_SPACING * np.arange(KNOT_COUNT)) + (1.0 if now > self._frozen_from else 0.0)
+        output.SetFromVector(pack_prediction(now, 1, knots))
+
+    def _command(self, context, output):
+        frozen = context.get_time() > self._frozen_from - 1e-9
+        output.SetFromVector([Phase.CLOSE if frozen else Phase.TRACK, 0, 0, 0, 0, frozen, 0.08])
+
+
+class OneCamera(LeafSystem):
+    """As above, of one camera that finds a centroid every fourth cycle, from a pair of images two cycles apart."""
+
+    def __init__(self):
+        super().__init__()
+        self.rendered = []
+        self.DeclareAbstractOutputPort("camera", lambda: AbstractValue.Make(ImageRgba8U(80, 60)), self._image)
+        nothing = MotionEnergy(0.0, np.zeros((1, 1), np.uint8), (0, 0))
+        self.DeclareAbstractOutputPort("motion", lambda: AbstractValue.Make(nothing), self._motion)
+        self.DeclareVectorOutputPort("centroid", 5, self._centroid)
+        self.DeclareVectorOutputPort("packet", 160, lambda context, output: output.SetFromVector(np.zeros(160)))
+        follow = [CatchPhase.FOLLOW] + [0.0] * 6
+        self.DeclareVectorOutputPort("command", 7, lambda context, output: output.SetFromVector(follow))
+        diagnosis = np.zeros(message_size(CatchDiagnosis))
+        self.DeclareVectorOutputPort("diagnosis", len(diagnosis), lambda context, out: out.SetFromVector(diagnosis))
+
+    def _image(self, context, output):
+        cycle = round(context.get_time() / VISION_PERIOD)
+        self.rendered.append(cycle)
+        image = ImageRgba8U(80, 60)
+        image.mutable_data[:] = cycle
+        output.set_value(image)
+
+    def _motion(self, context, output):
+        stamp = round(context.get_time() / VISION_PERIOD) // 4 * 4 - 1
+        mask = np.full((60, 80), max(stamp, 0), np.uint8)
+        output.set_value(MotionEnergy(max(stamp, 0) * VISION_PERIOD, mask, (0, 0)))
+
+    def _centroid(self, context, output):
+        shown = (round(context.get_time() / VISION_PERIOD) - 4) // 4 * 4
+        output.SetFromVector([(shown - 1) * VISION_PERIOD, 50.0, 50.0, 9.0, 1.0] if shown >= 4 else np.zeros(5))
+
+
+class Notebook:
+    """Stands in for page and video: keeps what would have been drawn."""
+
+    wanted = True
+
+    def __init__(self):
+        self.pages = []
+
+    def draw(self, sights, state):
+        self.pages.append((sights, state))
+
+    def write(self, image):
+        pass
+
+
+class Camera:
+    """Sees x and y in millimetres."""
+
+    def project(self, p_WQ):
+        return 1e3 * np.asarray(p_WQ)[:, :2]
+
+
+def film(duration, frozen_from=np.inf):
+    notebook = Notebook()
+    builder = DiagramBuilder()
+    laboratory = builder.AddSystem(Laboratory(frozen_from))
+    video = builder.AddSystem(
+        CameraVideoSystem(
+            [notebook], notebook, {side: Camera() for side in SIDES}, {side: OFFSET for side in SIDES}, LAG
+        )
+    )
+    for k in range(video.num_input_ports()):
+        name = video.get_input_port(k).get_name()
+        builder.Connect(laboratory.GetOutputPort(name), video.GetInputPort(name))
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(duration)
+    return notebook.pages
+
+
+def film_one(duration):
+    notebook, camera = Notebook(), OneCamera()
+    builder = DiagramBuilder()
+    builder.AddSystem(camera)
+    script = Script(phases=CatchPhase, diagnosis=CatchDiagnosis, notes=lambda phase, diagnosis: (phase.name, ""))
+    video = builder.AddSystem(
+        CameraVideoSystem(
+            [notebook], notebook, {"": Camera()}, {"": (0, 0)}, 5.0, script=script, every=2, update_cycles=4
+        )
+    )
+    for k in range(video.num_input_ports()):
+        port = video.get_input_port(k)
+        builder.Connect(camera.GetOutputPort(port.get_name()), port)
+    Simulator(builder.Build()).AdvanceTo(duration)
+    return notebook.pages, camera.rendered
+
+
+def test_a_single_camera_is_filmed_without_images_of_its_own():
+    pages, rendered = film_one(1.0)
+    assert all(cycle % 2 == 0 for cycle in rendered), "cycles whose images nobody else wants"
+    for sights, state in pages[6:]:
+        described = round(state.stamp / VISION_PERIOD)
+        assert state.phase is CatchPhase.FOLLOW and state.notes == ("FOLLOW", "")
+        assert sights[""].late_image[0, 0, 0] == described - 1, "the first image of the pair"
+        assert sights[""].energy[0, 0] == described
+        assert len(sights[""].path) == len(sights[""].goal) == 0
+
+
+def test_thirty_frames_a_second_from_time_zero():
+    times = [state.time for _, state in film(1.0)]
+    np.testing.assert_allclose(times, np.arange(31) / 30.0, atol=1e-9)
+
+
+def test_the_late_row_holds_image_and_mask_of_the_centroids_stamp():
+    for sights, state in film(1.0)[4:]:
+        described = round(state.time / VISION_PERIOD) - LAG
+        assert state.stamp == pytest.approx(described * VISION_PERIOD)
+        for sight in sights.values():
+            assert sight.image[0, 0, 0] == round(state.time / VISION_PERIOD)
+            assert sight.late_image[0, 0, 0] == described
+            assert np.nonzero(sight.energy) == (30, described)
+            assert sight.centroid == (50.0, 50.0) and sight.offset == OFFSET
+
+
+def test_nothing_is_made_up_before_the_first_centroid():
+    sights, state = film(0.05)[0]
+    assert state.stamp is None
+    assert sights["left"].late_image is None and sights["left"].energy is None and sights["left"].centroid is None
+
+
+def test_the_path_starts_where_the_object_should_be_now():
+    sights, state = film(0.5)[-1]
+    assert sights["left"].path[0, 0] == pytest.approx(100.0 * state.time, abs=1e-6)
+    assert sights["left"].path[-1, 0] == pytest.approx(100.0 * (state.time + 1.0), abs=1e-6)
+
+
+def test_while_blind_the_last_packet_before_is_shown():
+    sights, state = film(1.0, frozen_from=0.5)[-1]
+    assert state.phase == Phase.CLOSE
+    assert sights["right"].path[0, 0] == pytest.approx(100.0 * state.time, abs=1e-6)
+
+
+def test_a_replay_from_the_same_context_draws_the_same():
+    first, second = film(0.4), film(0.4)
+    for (a, _), (b, _) in zip(first, second):
+        np.testing.assert_array_equal(a["left"].path, b["left"].path)
+
+
+def test_a_real_page_takes_what_the_system_gives():
+    window = np.array([[20.0, 30.0], [80.0, 30.0], [80.0, 70.0]])
+    page = VideoPage({side: window for side in SIDES}, (256, 256), "train", "seed 0", 0.25)
+    (sights, state) = film(0.3)[-1]
+    assert page.draw(sights, state).shape == (page.size[1], page.size[0], 3)
+
+
+def test_a_frame_is_drawn_once_for_all_who_want_it_and_never_for_nobody():
+    keen, idle, page = Notebook(), Notebook(), Notebook()
+    keen.seen, idle.wanted = [], False
+    keen.write = keen.seen.append
+    idle.write = None
+    for sinks, pages in (([keen, idle], 4), ([idle], 0)):
+        page.pages.clear()
+        builder = DiagramBuilder()
+        laboratory = builder.AddSystem(Laboratory())
+        video = builder.AddSystem(
+            CameraVideoSystem(sinks, page, {side: Camera() for side in SIDES}, {side: OFFSET for side in SIDES}, LAG)
+        )
+        for k in range(video.num_input_ports()):
+            name = video.get_input_port(k).get_name()
+            builder.Connect(laboratory.GetOutputPort(name), video.GetInputPort(name))
+        Simulator(builder.Build()).AdvanceTo(0.1)
+        assert len(page.pages) == pages
+    assert len(keen.seen) == 4

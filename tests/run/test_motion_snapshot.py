@@ -1,0 +1,89 @@
+"""Tests of the keeper of intermediate images."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+
+from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.run.motion_snapshot import add_motion_snapshot
+from drake_tracker.vision.normal_flow import MotionImages
+
+
+class OneCamera(LeafSystem):
+    """Images whose grey level is the time; the ball is waited for, followed from 1 s to 2 s, and waited for again."""
+
+    def __init__(self):
+        super().__init__()
+        self.DeclareAbstractOutputPort("motion_images", lambda: AbstractValue.Make(object()), self._images)
+        self.DeclareVectorOutputPort("command", 7, self._command)
+
+    def _command(self, context, output):
+        follows = 1.0 <= context.get_time() < 2.0
+        output.SetFromVector([CatchPhase.FOLLOW if follows else CatchPhase.WAIT] + [0.0] * 6)
+
+    def _images(self, context, output):
+        output.set_value(np.full((20, 30), context.get_time()))
+
+
+class Vision(LeafSystem):
+    """Makes images whose grey level is the time, from 0.5 s on; the hand tracks from ``start`` to ``end`` [s]."""
+
+    def __init__(self, start, end):
+        super().__init__()
+        self.looked_at = []
+        for side in ("left", "right"):
+            self.DeclareAbstractOutputPort(f"motion_images_{side}", lambda: AbstractValue.Make(object()), self._images)
+        self._tracking = (start, end)
+        self.DeclareVectorOutputPort("command", 7, self._command)
+
+    def _command(self, context, output):
+        start, end = self._tracking
+        output.SetFromVector([Phase.TRACK if start <= context.get_time() < end else Phase.LIFT] + [0.0] * 6)
+
+    def _images(self, context, output):
+        now = context.get_time()
+        self.looked_at.append(now)
+        image = np.full((20, 30), now)
+        output.set_value(MotionImages(*[image] * 6) if now > 0.5 else None)
+
+
+def run(tmp_path, start, end):
+    builder = DiagramBuilder()
+    vision = builder.AddSystem(Vision(start, end))
+    recorder = add_motion_snapshot(builder, vision, tmp_path / "motion.png")
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(5.5)
+    context = simulator.get_context()
+    recorder.finish(context)
+    system = recorder._system
+    return vision, system.kept(system.GetMyContextFromRoot(context))
+
+
+def test_the_newest_tracking_instant_is_kept(tmp_path):
+    vision, kept = run(tmp_path, 0.0, 3.5)
+    assert kept["left"].smoothed[0, 0] == 3.0
+    assert set(vision.looked_at) == {0.0, 1.0, 2.0, 3.0}
+    assert (tmp_path / "motion.png").stat().st_size > 1000
+
+
+def test_a_hand_that_never_tracks_leaves_nothing(tmp_path):
+    vision, kept = run(tmp_path, 9.0, 9.0)
+    assert kept is None and vision.looked_at == []
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("duration, expected", [(0.9, 0.8), (3.0, 1.8)])
+def test_a_better_phase_is_not_overwritten_by_a_later_one(tmp_path, duration, expected):
+    builder = DiagramBuilder()
+    drawn = []
+    recorder = add_motion_snapshot(
+        builder, builder.AddSystem(OneCamera()), tmp_path, lambda images, path: drawn.append(images[""][0, 0]),
+        sides=("",), phases=(CatchPhase.WAIT, CatchPhase.FOLLOW), period=0.2,
+    )  # fmt: skip
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(duration)
+    recorder.finish(simulator.get_context())
+    assert drawn == pytest.approx([expected])

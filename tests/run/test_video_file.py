@@ -1,0 +1,61 @@
+"""Tests of the video file."""
+
+import cv2
+import numpy as np
+import pytest
+
+from drake_tracker.run.video_file import VideoFile
+
+
+def frame(k, size=(160, 96)):
+    image = np.full((size[1], size[0], 3), 40, np.uint8)
+    image[30:60, 4 * k : 4 * k + 20] = (30, 120, 230)
+    return image
+
+
+def read(path):
+    capture = cv2.VideoCapture(str(path))
+    images = []
+    while True:
+        ok, image = capture.read()
+        if not ok:
+            return images, capture.get(cv2.CAP_PROP_FPS), int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little")
+        images.append(image)
+
+
+def test_frames_come_back(tmp_path):
+    video = VideoFile(tmp_path / "v.mp4", 30, (160, 96))
+    for k in range(35):
+        video.write(frame(k))
+    video.close()
+    images, rate, codec = read(tmp_path / "v.mp4")
+    assert len(images) == 35 and rate == 30.0
+    assert codec.lower() in (b"h264", b"avc1")
+    for k in (0, 17, 34):
+        assert np.abs(images[k].astype(int) - frame(k)).mean() < 4.0
+    assert list(tmp_path.iterdir()) == [tmp_path / "v.mp4"]
+
+
+def test_what_was_written_is_there_before_the_end(tmp_path):
+    """A run that is killed leaves all but its last second."""
+    video = VideoFile(tmp_path / "v.mp4", 10, (160, 96))
+    for k in range(35):
+        video.write(frame(k))
+    images, _, _ = read(tmp_path / "v.mp4")
+    assert len(images) >= 20
+    video.close()
+    assert len(read(tmp_path / "v.mp4")[0]) == 35
+
+
+def test_closing_twice_and_closing_nothing(tmp_path):
+    video = VideoFile(tmp_path / "v.mp4", 30, (160, 96))
+    video.close()
+    video.close()
+
+
+def test_a_full_disk_is_an_error_once_and_no_end_of_the_process():
+    video = VideoFile("/dev/full", 10, (160, 96))
+    with pytest.raises(OSError, match="No space left"):
+        for k in range(35):
+            video.write(frame(k))
+    video.close()

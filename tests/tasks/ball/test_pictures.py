@@ -1,0 +1,74 @@
+"""Tests of the pictures of a run of the ball."""
+
+import cv2
+import matplotlib
+import numpy as np
+import pytest
+from ball_log import BallRun, nothing_logged
+
+from drake_tracker.tasks.ball.path_figure import draw_ball_path
+from drake_tracker.tasks.ball.summary import summarize_ball
+from drake_tracker.tasks.ball.board_figure import draw_board_found
+from drake_tracker.tasks.ball.difference_figure import draw_difference_images
+from drake_tracker.vision.frame_difference import DifferenceImages
+
+TITLES = ("Image n", "Image n + 1/30 s", "Thresholded difference")
+
+
+@pytest.fixture
+def run():
+    return BallRun()
+
+
+def draw(run, path, log=None):
+    log = run.log() if log is None else log
+    summary = summarize_ball(run.hand_eye, run.scenario, log, run.duration)
+    draw_ball_path(run.hand_eye, run.scenario, log, summary, path)
+    return cv2.imread(str(path))
+
+
+def near(image, colour):
+    """Number of pixels of about this BGR colour."""
+    return np.count_nonzero((np.abs(image.astype(int) - colour) < 12).all(axis=2))
+
+
+def test_a_catch_and_nothing_global_changed(run, tmp_path):
+    before = dict(matplotlib.rcParams)
+    image = draw(run, tmp_path / "ball_path.png")
+    assert image.shape == (1800, 3200, 3)
+    assert near(image, (115, 158, 0)) > 3000, "the cup's way"
+    assert near(image, (233, 180, 86)) > 1000, "the filtered path and the phase in which it is followed"
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_a_ball_that_is_never_released(run, tmp_path):
+    run.released = None
+    assert draw(run, tmp_path / "ball_path.png").shape == (1800, 3200, 3)
+
+
+def test_a_miss(run, tmp_path):
+    run.hand, run.caught = 0.2, False
+    assert draw(run, tmp_path / "ball_path.png").shape == (1800, 3200, 3)
+
+
+def test_a_run_that_logged_nothing(run, tmp_path):
+    assert draw(run, tmp_path / "ball_path.png", nothing_logged()).shape == (1800, 3200, 3)
+
+
+def test_the_board_as_it_was_found(run, tmp_path):
+    summary = summarize_ball(run.hand_eye, run.scenario, run.log(), run.duration)
+    draw_board_found(run.hand_eye, run.scenario, summary, tmp_path / "board.png")
+    image = cv2.imread(str(tmp_path / "board.png"))
+    assert image.shape == (1230, 2100, 3)
+    assert near(image, (178, 114, 0)) > 1000 and near(image, (0, 94, 213)) > 500, "outline and circles"
+
+
+@pytest.mark.parametrize("moves", [True, False])
+def test_figure_4_of_the_paper(moves, tmp_path):
+    grey = np.tile(np.arange(60, dtype=np.uint8), (50, 1))
+    mask = np.zeros_like(grey)
+    mask[20:24, 30:36] = 255 * moves
+    draw_difference_images(DifferenceImages(grey, grey, mask, mask), TITLES, tmp_path / "motion.png")
+    image = cv2.imread(str(tmp_path / "motion.png"))
+    assert image.shape[1] == 3000 and image.shape[0] > 800
+    assert (near(image, (0, 159, 230)) > 500) == moves, "the part that is enlarged"

@@ -1,0 +1,308 @@
+"""What a scenario file may say, and what is said of one that is wrong."""
+
+import dataclasses
+import inspect
+import typing
+
+import pytest
+import yaml
+
+from drake_tracker import estimation
+from drake_tracker.arm.servo import Servo as ServoFilter
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.link.lossy_link import LossyLink
+from drake_tracker.tasks import list_scenarios, load_scenario, save_scenario, scenario_file, validate
+from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.scenarios.reader import setting_keys
+from drake_tracker.tasks.train.scenario import (
+    AlphaBetaGamma,
+    ArcLength,
+    ClosedPath,
+    CoordinatedTurn,
+    Lossy,
+    NormalFlow,
+    Perfect,
+    Servo,
+    TrainScenario,
+)
+from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+
+
+def errors_of(*args, **kwargs):
+    with pytest.raises(DrakeTrackerError) as caught:
+        load_scenario(*args, **kwargs)
+    return str(caught.value).splitlines()
+
+
+def write(folder, text, name="mine.yaml"):
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def all_parts(schema):
+    yield schema
+    for field in dataclasses.fields(schema):
+        for kind in typing.get_args(field.type) or (field.type,):
+            if dataclasses.is_dataclass(kind):
+                yield from all_parts(kind)
+
+
+def test_every_scenario_of_the_package_loads_and_is_described():
+    listed = list_scenarios()
+    assert [name for name, _ in listed][:1] == ["train"]
+    assert {"train:interlaced", "train:paper", "train:literal"} <= {name for name, _ in listed}
+    for name, description in listed:
+        assert load_scenario(name).name == name
+        assert description
+
+
+def test_every_scenario_is_read_back_as_it_was_written_also_by_drake(tmp_path):
+    from pydrake.common.yaml import yaml_load_typed
+
+    for count, (name, _) in enumerate(list_scenarios()):
+        scenario = load_scenario(name, seed=11, overrides=["link=!Lossy {drop: 0.2}"])
+        path = tmp_path / f"resolved{count}.yaml"
+        save_scenario(scenario, path)
+        assert load_scenario(str(path)) == scenario
+        assert yaml_load_typed(schema=type(scenario), filename=str(path), child_name=path.stem) == scenario
+
+
+def test_every_setting_says_what_it_is_and_its_default_is_allowed():
+    for part in (*all_parts(TrainScenario), *all_parts(BallScenario)):
+        for field in dataclasses.fields(part):
+            assert field.metadata["help"], f"{part.__name__}.{field.name}"
+    for estimator in (ArcLength, AlphaBetaGamma, CoordinatedTurn, ClosedPath):
+        for link in (Perfect, Lossy):
+            validate(TrainScenario(estimator=estimator(), link=link()))
+
+
+@pytest.mark.parametrize(
+    "config, arithmetic",
+    [
+        (ArcLength, estimation.ArcLength),
+        (AlphaBetaGamma, estimation.AlphaBetaGamma),
+        (CoordinatedTurn, estimation.CoordinatedTurn),
+        (Lossy, LossyLink),
+        (Servo, ServoFilter),
+        (NormalFlow, NormalFlowParameters),
+    ],
+)
+def test_the_defaults_are_those_of_the_arithmetic(config, arithmetic):
+    parameters = inspect.signature(arithmetic).parameters
+    for name, value in dataclasses.asdict(config()).items():
+        if name != "preset":
+            assert name in parameters
+            assert value is None or value == parameters[name].default, name
+
+
+def test_parts_share_no_lists():
+    first, second = TrainScenario(), TrainScenario()
+    first.track.semi_axes[0] = 9.0
+    first.vision.work_volume[0][0] = 9.0
+    assert second.track.semi_axes == [0.16, 0.22]
+    assert second.vision.work_volume[0][0] != 9.0
+
+
+def test_interlaced_builds_on_train():
+    train, interlaced = load_scenario("train"), load_scenario("train:interlaced")
+    assert interlaced.vision.detector.preset == "paper_interlaced"
+    assert interlaced.track.kind == "circle"
+    assert interlaced.track.speed == 0.2
+    assert interlaced.servo.stale_after == train.servo.stale_after
+
+
+def test_seed_duration_and_overrides_win_over_the_file_and_the_last_one_over_the_others():
+    overrides = ["track.speed=1e-1", "track.speed=0.2", "track={kind: stadium, radius: 0.1}", "vision.lag_cycles=12"]
+    scenario = load_scenario("train", seed=7, duration=12, overrides=overrides)
+    assert (scenario.seed, scenario.duration) == (7, 12.0)
+    assert isinstance(scenario.duration, float)
+    assert (scenario.track.kind, scenario.track.radius, scenario.track.speed) == ("stadium", 0.1, 0.2)
+    assert scenario.vision.lag_cycles == 12
+
+
+def test_a_tag_chooses_the_kind_of_a_role():
+    overrides = ["estimator=!AlphaBetaGamma", "link=!Lossy {drop: 0.1}", "link.burst=3"]
+    scenario = load_scenario("train", overrides=overrides)
+    assert scenario.estimator == AlphaBetaGamma()
+    assert scenario.link == Lossy(drop=0.1, burst=3)
+    assert load_scenario("train", overrides=["vision.detector=!NormalFlow {stride: 2}"]).vision.detector == NormalFlow(
+        stride=2
+    )
+
+
+def test_a_new_tag_forgets_the_settings_of_the_base_kind(tmp_path):
+    path = write(
+        tmp_path,
+        "mine: {estimator: !ArcLength {order: 20}}\n"
+        "same: {base: mine, estimator: {mode: literal}}\n"
+        "other: {base: mine, estimator: !AlphaBetaGamma {}}\n",
+    )
+    assert load_scenario(f"{path}:same").estimator == ArcLength(order=20, mode="literal")
+    assert load_scenario(f"{path}:other").estimator == AlphaBetaGamma()
+
+
+def test_an_empty_value_is_the_presets_own():
+    for empty in ("", "null"):
+        overrides = ["vision.detector.stride=1", f"vision.detector.stride={empty}"]
+        assert load_scenario("train", overrides=overrides).vision.detector.stride is None
+
+
+def test_all_errors_are_told_at_once_each_with_its_line_key_value_and_what_is_allowed(tmp_path):
+    path = write(
+        tmp_path,
+        "mine:\n"
+        "  track:\n"
+        "    speed: fast\n"
+        "    semi_axes: [0.1]\n"
+        "    knid: oval\n"
+        "  cameras:\n"
+        "    noise: .nan\n"
+        "  estimator: !ArcLenght {}\n",
+    )
+    errors = errors_of(str(path), overrides=["grasp.gate=sometimes"])
+    assert errors == [
+        f"{path} line 3: track.speed must be a number from 0 to 1 m/s, not 'fast'",
+        f"{path} line 4: track.semi_axes must be a list of 2 numbers from 0.03 to 1 m, not [0.1]",
+        f"{path} line 5: there is no setting track.knid; did you mean track.kind?",
+        f"{path} line 7: cameras.noise must be a number from 0 to 64 grey levels, not nan",
+        f"{path} line 8: estimator must be one of !ClosedPath, !CoordinatedTurn, !ArcLength, !AlphaBetaGamma, "
+        "!Custom, not !ArcLenght; did you mean !ArcLength?",
+        "--set grasp.gate=sometimes: grasp.gate must be one of auto, memory, recent, not 'sometimes'",
+    ]
+
+
+@pytest.mark.parametrize(
+    "override, said",
+    [
+        ("track.speeed=1", "did you mean track.speed?"),
+        ("preset=scaled", "did you mean vision.detector.preset?"),
+        ("link.drop=0.1", "no setting link.drop in !Perfect; it belongs to link: !Lossy"),
+        ("zzzz=1", "a scenario has task, name, description, duration"),
+        ("track=3", "track must be a mapping of settings, not 3"),
+        ("track.speed=.inf", "a number from 0 to 1 m/s, not inf"),
+        ("track.speed=true", "a number from 0 to 1 m/s, not true"),
+        ("track.speed=" + "9" * 400, "a number from 0 to 1 m/s, not 999"),
+        ("track.speed={}", "not a mapping"),
+        ("track.speed=!x 3", "not !x '3'"),
+        ("track.speed=null", "not empty"),
+        ("track.speed=", "not empty"),
+        ("track.centre=[{a: 1}, 2]", "not [{'a': 1}, 2]"),
+        ("track.centre=[0.5, .nan]", "a list of 2 numbers from -2 to 2 m, not [0.5, nan]"),
+        ("vision.work_volume=[[0, 0, 0]]", "a list of 2 lists of 3 numbers"),
+        ("vision.work_volume=[[1, 1, 1], [0, 0, 0]]", "lowest corner first"),
+        ("vision.lag_cycles=1.5", "a whole number from 1 to 120 cycles, not 1.5"),
+        ("lighting.shadows=1", "true or false, not 1"),
+        ("track.kind=ovla", "did you mean oval?"),
+        ("track.kind=csv", "track.csv (default) must name a file when track.kind is csv"),
+        ("track.csv=some.csv", "track.kind (default) must be csv"),
+        ("track.start=-0.5", "a fraction from 0 to 1"),
+        ("time_step=0.003", "must divide the image period"),
+        ("cameras.azimuth_deg=[10, 10]", "no baseline"),
+        ("track={speed: 0.1, speed: 0.2}", "speed is given twice"),
+        ("seed=[", "not valid YAML"),
+        ("seed=&a [*a]", "not valid YAML"),
+        ("seed=!!python/object:os.system x", "seed must be a whole number"),
+        ("description=a\x1bb", "not valid YAML: unacceptable character #x001b"),
+        ("task=[ball]", "task must be"),
+        ("seed", "write it as key.path=value"),
+        ("track..speed=1", "write it as key.path=value"),
+    ],
+)
+def test_a_wrong_override_is_one_line_that_names_it(override, said):
+    (error,) = errors_of("train", overrides=[override])
+    assert said in error
+    assert f"--set {override}" in error or "(default)" in error
+
+
+def test_duplicate_keys_are_refused_with_both_lines(tmp_path):
+    path = write(tmp_path, "mine:\n  seed: 1\n  track: {speed: 0.1}\n  seed: 2\nmine: {}\n")
+    errors = errors_of(str(path))
+    assert errors == [
+        f"{path} line 4: mine.seed is given twice, first at {path} line 2; keep one",
+        f"{path} line 5: mine is given twice, first at {path} line 1; keep one",
+    ]
+
+
+@pytest.mark.parametrize(
+    "spec, said",
+    [
+        ("train:", "train: is no scenario: there is no name after the colon"),
+        ("trian", "no scenario 'trian'; there are train, train:interlaced"),
+        ("trian", "did you mean train?"),
+        ("train:papr", "did you mean paper?"),
+        ("train_cameras", "there is no scenario"),
+        ("nowhere/mine.yaml", "there is no scenario file nowhere/mine.yaml"),
+        ("", "there is no scenario"),
+    ],
+)
+def test_an_unknown_scenario_is_one_line_with_the_nearest_name(spec, said):
+    (error,) = errors_of(spec)
+    assert said in error
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("mine: [", "line 1: not valid YAML"),
+        ("mine: {}\f", "line 1: not valid YAML: unacceptable character #x000c"),
+        ("- 1\n", "must be a mapping from names to scenarios"),
+        ("", "must be a mapping from names to scenarios"),
+        ("mine: 3\n", "line 1: scenario 'mine' must be a mapping"),
+        ("mine: {base: other}\nnext: {}", "line 1: base must be one of next, not 'other'"),
+        ("mine: {base: [other]}\n", "line 1: base must be one of (none)"),
+        ("mine: {base: next}\nnext: {base: mine}\n", "line 2: base must be one of (none), not 'mine'"),
+        ("one: {}\ntwo: {}\n", "name one of its scenarios after a colon: one, two"),
+        ("mine: {cameras: {width: 0}}\n", "line 1: cameras.width must be a whole number from 16 to 2048 px, not 0"),
+    ],
+)
+def test_a_broken_file_is_one_line_that_names_it(tmp_path, text, said):
+    path = write(tmp_path, text)
+    (error,) = errors_of(str(path))
+    assert error.startswith(str(path)) and said in error
+
+
+def test_files_are_found_beside_the_scenario_or_where_the_command_was_given(tmp_path, monkeypatch):
+    (tmp_path / "here").mkdir()
+    track = write(tmp_path, "x,y\n", "track.csv")
+    path = write(tmp_path, "mine: {track: {kind: csv, csv: track.csv}}\n")
+    monkeypatch.chdir(tmp_path / "here")
+    assert load_scenario(str(path)).track.csv == str(track)
+    assert load_scenario("train", overrides=["track.kind=csv", "track.csv=../track.csv"]).track.csv == str(track)
+    (error,) = errors_of("train", overrides=["track.kind=csv", "track.csv=track.csv"])
+    assert "--set track.csv=track.csv: track.csv: there is no file" in error
+    assert scenario_file(load_scenario("train").cameras.calibration).name == "train_cameras.yaml"
+    assert scenario_file(str(track)) == track
+
+
+def test_where_a_setting_came_from():
+    scenario = load_scenario("train:interlaced", overrides=["track.radius=0.11"])
+    assert scenario.where("track.radius") == "--set track.radius=0.11: track.radius"
+    assert scenario.where("track.centre") == "track.centre (default)"
+    with open(scenario_file("train.yaml"), encoding="utf-8") as file:
+        lines = file.read().splitlines()
+    origin, _, key = scenario.where("vision.detector.preset").partition(": ")
+    assert key == "vision.detector.preset"
+    assert "paper_interlaced" in lines[int(origin.rsplit(" ", 1)[1]) - 1]
+
+
+def test_a_scenario_changed_in_python_is_checked_too():
+    scenario = TrainScenario()
+    scenario.track.speed = float("nan")
+    scenario.track.centre = [0.5]
+    with pytest.raises(DrakeTrackerError) as caught:
+        validate(scenario)
+    assert len(str(caught.value).splitlines()) == 2
+    assert "scenario: track.speed must be a number from 0 to 1 m/s, not nan" in str(caught.value)
+
+
+def test_the_default_is_the_default_scenario_of_the_package():
+    """The file says only what differs, so a TrainScenario made in Python is the scenario "train"."""
+    train = load_scenario("train")
+    assert dataclasses.replace(train, name="", description="") == TrainScenario()
+
+
+def test_keys_are_unique_and_plain():
+    keys = list(setting_keys(TrainScenario))
+    assert "track.speed" in keys and "link.drop" in keys and "estimator.order" in keys
+    assert yaml.safe_load(yaml.safe_dump(keys)) == keys

@@ -1,0 +1,236 @@
+"""What only the simulator knows does not reach the controller: no wire carries it, no Python object refers to it."""
+
+import functools
+import types
+
+import pytest
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from wires import Wires, controller_rooms, references, truths
+
+from drake_tracker import load_scenario, make_diagram
+from drake_tracker.diagrams import hand_eye as hand_eye_module
+from drake_tracker.tasks.train.scenario import Track as TrackSettings
+from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
+from drake_tracker.world import world_diagram as world_module
+
+MEASURED = "vision=!Measured {}"
+BEHIND_THE_SENSORS = {"camera_left_noise", "camera_right_noise", "jaw_sensor"}
+"""Systems of the world between what a sensor measures and the port through which the controller reads it."""
+
+
+def measured(hand_eye, stand_in):
+    """The allow list: output ports of leaf Systems that a controller may read, {port: what it is}.
+
+    ``stand_in``: whether the scenario says ``vision: !Measured``. Then, and only then, there is the System that knows
+    the truth in place of the cameras, and what it puts out counts as a sensor.
+    """
+    world = hand_eye.world
+    laboratory = world.laboratory
+    plant = laboratory.plant
+    ports = {name: camera.sensor.color_image_output_port() for name, camera in world.cameras.items()}
+    ports["joints of the arm"] = plant.get_state_output_port(laboratory.arm)
+    ports["joints of the gripper"] = plant.get_state_output_port(laboratory.gripper)
+    ports["drive of the gripper"] = plant.get_net_actuation_output_port(laboratory.gripper)
+    if stand_in:
+        assert type(hand_eye.vision) is MeasuredVisionDiagram and not world.cameras
+        ports["stand-in for cameras"] = hand_eye.vision.GetSubsystemByName("measured_error").GetOutputPort("point")
+    return {(port.get_system(), int(port.get_index())): name for name, port in ports.items()}
+
+
+def leaks(hand_eye, stand_in=False):
+    """The ways by which truth comes to a controller room, and the sensors that come to one."""
+    allowed = measured(hand_eye, stand_in)
+    wires = Wires(hand_eye)
+    rooms = controller_rooms(hand_eye)
+    if stand_in:  # all of the room but the System that stands in for the cameras
+        rooms["vision"] = hand_eye.vision.GetSubsystemByName("lag")
+    upstream = wires.upstream(rooms.values(), allowed)
+    leaking = [
+        path
+        for (leaf, port), path in upstream.items()
+        if (leaf, port) not in allowed
+        and wires.inside(leaf, hand_eye.world)
+        and leaf.get_name() not in BEHIND_THE_SENSORS
+    ]
+    return leaking, {allowed[found] for found in upstream if found in allowed}
+
+
+@pytest.fixture(scope="module")
+def hand_eye():
+    return make_diagram(load_scenario("train"))
+
+
+def test_the_controller_reads_the_sensors_and_no_truth(hand_eye):
+    leaking, sensors = leaks(hand_eye)
+    assert leaking == []
+    # The walk did walk: it came to every sensor.
+    assert sensors == set(measured(hand_eye, False).values())
+
+
+@pytest.fixture(scope="module")
+def blind():
+    """A diagram with measured vision: without cameras."""
+    return make_diagram(load_scenario("train", overrides=[MEASURED]))
+
+
+def test_measured_vision_is_the_one_system_that_reads_truth_and_in_place_of_cameras(blind):
+    leaking, sensors = leaks(blind, stand_in=True)
+    assert leaking == []
+    assert sensors == set(measured(blind, True).values())
+    # What it reads is the train's state and nothing else of the world, and it is all that is in its room.
+    system = blind.vision.GetSubsystemByName("measured_error")
+    assert system.num_input_ports() == 1
+    source, port = Wires(blind).source(system, 0)
+    assert source is blind.world.laboratory.plant and source.get_output_port(port).get_name() == "train_state"
+    assert {part.get_name() for part in blind.vision.GetSystems()} == {"measured_error", "lag"}
+
+
+def test_measured_vision_is_a_leak_where_the_scenario_does_not_ask_for_it(blind):
+    leaking, _ = leaks(blind)
+    assert any("measured_error" in path and "plant.train_state" in path for path in leaking)
+
+
+def test_a_leak_beside_measured_vision_is_found(monkeypatch):
+    monkeypatch.setattr(hand_eye_module, "DiagramBuilder", WorldLeaksToHost)
+    leaking, _ = leaks(make_diagram(load_scenario("train", overrides=[MEASURED])), stand_in=True)
+    assert any("plant.train_state" in path for path in leaking), leaking
+
+
+def test_nothing_comes_in_from_outside(hand_eye):
+    assert hand_eye.num_input_ports() == 0
+
+
+def test_truth_is_named_so_and_comes_only_from_the_world(hand_eye):
+    for room in controller_rooms(hand_eye).values():
+        ports = [room.get_input_port(k).get_name() for k in range(room.num_input_ports())]
+        ports += [room.get_output_port(k).get_name() for k in range(room.num_output_ports())]
+        assert not [name for name in ports if "truth" in name]
+    world = hand_eye.world
+    names = {world.get_output_port(k).get_name() for k in range(world.num_output_ports())}
+    open_to_all = {"camera_left", "camera_right", "arm_state", "arm_effort", "jaws"}
+    assert {name for name in names if not name.startswith("truth_")} == open_to_all
+
+
+# Wrongly wired diagrams, which the walk must find out.
+
+
+class Tap(LeafSystem):
+    """Passes a signal on, a step late, and has truth on a second input: no feedthrough from either."""
+
+    def __init__(self, size, truth_size):
+        super().__init__()
+        self.set_name("tap")
+        signal = self.DeclareVectorInputPort("signal", size)
+        self.DeclareVectorInputPort("truth", truth_size)
+        state = self.DeclareDiscreteState(size)
+        self.DeclareStateOutputPort("signal", state)
+        self.DeclarePeriodicDiscreteUpdateEvent(
+            0.1, 0.0, lambda context, next_state: next_state.set_value(signal.Eval(context))
+        )
+
+
+def tapped(builder, port, truth):
+    """Adds a Tap two diagrams deep behind ``port`` and returns its output port."""
+    inner, outer = DiagramBuilder(), DiagramBuilder()
+    tap = inner.AddSystem(Tap(port.size(), truth.size()))
+    for name in ("signal", "truth"):
+        inner.ExportInput(tap.GetInputPort(name), name)
+    inner.ExportOutput(tap.GetOutputPort("signal"), "signal")
+    middle = outer.AddNamedSystem("middle", inner.Build())
+    for name in ("signal", "truth"):
+        outer.ExportInput(middle.GetInputPort(name), name)
+    outer.ExportOutput(middle.GetOutputPort("signal"), "signal")
+    box = builder.AddNamedSystem("box", outer.Build())
+    builder.Connect(port, box.GetInputPort("signal"))
+    builder.Connect(truth, box.GetInputPort("truth"))
+    return box.GetOutputPort("signal")
+
+
+class WorldLeaksToHost(DiagramBuilder):
+    """The truth_train_state of the world gets into the points that the host reads."""
+
+    def Connect(self, output, input):
+        if input.get_name() == "point":
+            output = tapped(super(), output, self.GetSubsystemByName("world").GetOutputPort("truth_train_state"))
+        super().Connect(output, input)
+
+
+class VerdictLeaksToArm(DiagramBuilder):
+    """The judge's verdict gets into the packets that the arm reads."""
+
+    def Connect(self, output, input):
+        if input.get_name() == "packet" and input.get_system().get_name() == "arm":
+            output = tapped(super(), output, self.GetSubsystemByName("world").GetOutputPort("truth_verdict"))
+        super().Connect(output, input)
+
+
+class JawsKnowTheTrain(DiagramBuilder):
+    """Within the world, under an innocent name, the train's state gets into what the gripper feels."""
+
+    def ExportOutput(self, output, name):
+        if name == "jaws":
+            plant = self.GetSubsystemByName("plant")
+            output = tapped(super(), output, plant.get_state_output_port(plant.GetModelInstanceByName("train")))
+        return super().ExportOutput(output, name)
+
+
+@pytest.mark.parametrize(
+    "module, builder, source",
+    [
+        (hand_eye_module, WorldLeaksToHost, "plant.train_state"),
+        (hand_eye_module, VerdictLeaksToArm, "judge.verdict"),
+        (world_module, JawsKnowTheTrain, "plant.train_state"),
+    ],
+)
+def test_a_leak_is_found(monkeypatch, module, builder, source):
+    monkeypatch.setattr(module, "DiagramBuilder", builder)
+    leaking, _ = leaks(make_diagram(load_scenario("train")))
+    assert any(source in path for path in leaking), leaking
+
+
+# References.
+
+def is_truth(thing):
+    if isinstance(thing, (SceneGraph, TrainScenario, TrackSettings)):
+        return True
+    if isinstance(thing, MultibodyPlant):
+        return thing.HasModelInstanceNamed("train") or thing.HasModelInstanceNamed("table")
+    return type(thing).__module__.startswith("drake_tracker.world")
+
+
+@pytest.mark.parametrize("room", ["vision", "host", "link", "arm"])
+def test_no_object_of_the_controller_refers_to_the_world(hand_eye, room):
+    assert truths(controller_rooms(hand_eye)[room], is_truth) == {}
+
+
+def test_the_stand_in_reads_its_port_and_refers_to_nothing_of_the_world(blind):
+    assert truths(blind.vision, is_truth) == {}
+
+
+def test_the_controllers_plant_is_not_the_simulators(hand_eye):
+    own = hand_eye.arm.model.plant
+    assert own is not hand_eye.world.laboratory.plant
+    assert any(thing is own for _, thing in references(hand_eye.arm)), "the walk did not come to the controller's plant"
+
+
+@pytest.mark.parametrize(
+    "hide",
+    [
+        lambda truth: {"plant": truth},
+        lambda truth: [(0, {"deep": (truth,)})],
+        lambda truth: lambda: truth,
+        lambda truth: functools.partial(print, truth),
+        lambda truth: types.SimpleNamespace(inner=types.SimpleNamespace(value=truth)),
+    ],
+    ids=["dict", "containers", "closure", "partial", "attributes"],
+)
+@pytest.mark.parametrize("truth", ["plant", "scene_graph", "laboratory"])
+def test_a_hidden_reference_is_found(hand_eye, hide, truth):
+    laboratory = hand_eye.world.laboratory
+    system = Tap(1, 1)
+    assert not any(is_truth(thing) for _, thing in references(system))
+    system.hidden = hide(laboratory if truth == "laboratory" else getattr(laboratory, truth))
+    assert any(is_truth(thing) for _, thing in references(system))

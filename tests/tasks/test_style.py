@@ -1,0 +1,47 @@
+"""Tests of colours and type."""
+
+import numpy as np
+
+from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.tasks.style import CATCH_COLOURS, PHASE_COLOURS, bgr, draw_text, phase_colour
+
+
+def test_every_phase_has_a_colour_of_its_own():
+    for colours, phases in ((PHASE_COLOURS, Phase), (CATCH_COLOURS, CatchPhase)):
+        assert set(colours) == set(phases)
+        assert len(set(colours.values())) == len(phases)
+        assert [phase_colour(phase) for phase in phases] == [colours[phase] for phase in phases]
+
+
+def test_bgr():
+    assert bgr("#ff8001") == (1, 128, 255)
+
+
+def test_text_stands_on_its_baseline():
+    image = np.zeros((60, 200, 3), np.uint8)
+    end = draw_text(image, "HH", 20, 40, 20, "#ffffff")
+    rows, columns = np.nonzero(image[:, :, 0] > 128)
+    assert rows.max() == 39 and 24 <= rows.min() <= 26
+    assert 20 <= columns.min() <= 24 and columns.max() < end
+    assert image.max() == 255
+
+
+def test_a_descender_hangs_below_the_baseline():
+    image = np.zeros((60, 100, 3), np.uint8)
+    draw_text(image, "g", 20, 40, 20)
+    assert np.nonzero(image[:, :, 0] > 128)[0].max() > 40
+
+
+def test_text_beyond_the_edges_is_cut():
+    image = np.zeros((20, 30, 3), np.uint8)
+    for x, y in ((-10, 15), (25, 15), (5, 2), (5, 30), (100, 100)):
+        draw_text(image, "drake", x, y, 16)
+    assert image.shape == (20, 30, 3)
+
+
+def test_colour_is_blended_over_what_is_there():
+    image = np.full((40, 40, 3), 100, np.uint8)
+    draw_text(image, "I", 15, 30, 24, "#00ff00", bold=True)
+    assert image[:, :, 1].max() == 255 and image[:, :, 0].min() == 0
+    assert (image[0] == 100).all()

@@ -1,0 +1,149 @@
+import numpy as np
+import pytest
+import yaml
+from pydrake.systems.framework import Diagram
+
+from drake_tracker import DrakeTrackerError, list_scenarios, load_scenario, make_diagram
+from drake_tracker.tasks.train.diagram import load_cameras
+from drake_tracker.tasks.train.reach import home_reference
+from drake_tracker.link.lossy_link_system import LossyLinkSystem
+from drake_tracker.core.messages import Centroid, message_size
+from drake_tracker.tasks.loader import scenario_file
+
+NAMES = [name for name, _ in list_scenarios()]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_scenario_of_the_package_builds(name):
+    hand_eye = make_diagram(load_scenario(name))
+    assert isinstance(hand_eye, Diagram)
+    assert [room.get_name() for room in hand_eye.GetSystems()] == ["world", "vision", "host", "link", "arm"]
+
+
+def test_the_package_has_the_scenarios_that_it_promises():
+    assert {"train", "train:interlaced"} <= set(NAMES)
+
+
+def test_settings_reach_their_rooms():
+    overrides = [
+        *("vision.lag_cycles=30", "time_step=0.0016666666666666668", "estimator=!AlphaBetaGamma {ready_after: 2.0}"),
+        *("link=!Lossy {drop: 0.5}", "cameras.render_window=false", "cameras.noise=0"),
+    ]
+    hand_eye = make_diagram(load_scenario("train", overrides=overrides))
+    delay = hand_eye.vision.GetSubsystemByName("motion_left_lag")
+    # The delay line holds what it waits for, the images every other cycle take 2 cycles of the 30, and one it shows.
+    assert delay.CreateDefaultContext().get_discrete_state(0).size() == (28 + 1) * message_size(Centroid)
+    assert hand_eye.world.laboratory.plant.time_step() == pytest.approx(1 / 600)
+    assert isinstance(hand_eye.link, LossyLinkSystem)
+    assert "camera_left_noise" not in [part.get_name() for part in hand_eye.world.GetSystems()]
+    context = hand_eye.CreateDefaultContext()
+    assert hand_eye.GetOutputPort("camera_left").Eval(context).data.shape == (256, 256, 4)
+
+
+@pytest.fixture(scope="module")
+def two_seeds():
+    return [make_diagram(load_scenario("train", seed=seed)) for seed in (1, 2)]
+
+
+def test_seeds_move_the_train(two_seeds):
+    def train(hand_eye):
+        return hand_eye.GetOutputPort("truth_train_state").Eval(hand_eye.CreateDefaultContext())
+
+    one, two = map(train, two_seeds)
+    assert np.linalg.norm(one[4:6] - two[4:6]) > 0.02
+    assert np.array_equal(train(make_diagram(load_scenario("train", seed=1))), one)
+
+
+def test_the_controller_is_the_same_whatever_the_seed_draws(two_seeds):
+    """It is not told the track: where it looks and where it waits follow from the work volume alone."""
+    for port in ("arm_state", "q_commanded", "status"):
+        a, b = (hand_eye.GetOutputPort(port).Eval(hand_eye.CreateDefaultContext()) for hand_eye in two_seeds)
+        assert np.array_equal(a, b), port
+    windows = [[camera.window for camera in hand_eye.world.cameras.values()] for hand_eye in two_seeds]
+    assert windows[0] == windows[1]
+
+
+def test_the_hand_waits_over_the_middle_of_the_work_volume():
+    scenario = load_scenario("train")
+    x, y, z, _ = home_reference(scenario)
+    assert (x, y) == pytest.approx((0.56, 0.0)) and z == pytest.approx(0.485)
+    hand_eye = make_diagram(scenario)
+    q = hand_eye.GetOutputPort("arm_state").Eval(hand_eye.CreateDefaultContext())[:6]
+    tool = hand_eye.arm.model.tool_pose(q)
+    assert tool.translation() == pytest.approx([x, y, z + scenario.grasp.hover_height], abs=1e-5)
+    assert tool.rotation().matrix()[:, 2] == pytest.approx([0.0, 0.0, -1.0], abs=1e-5)
+
+
+def refusal(*overrides, name="train"):
+    """The one line with which a scenario is refused."""
+    with pytest.raises(DrakeTrackerError) as error:
+        make_diagram(load_scenario(name, overrides=overrides))
+    (line,) = str(error.value).split("\n")
+    return line
+
+
+def test_a_track_that_the_arm_or_the_eye_does_not_reach():
+    assert "outside the ellipse" in refusal("track.centre=[0.56,0.3]")
+    wide = "vision.work_volume=[[0.2,-0.6,0.45],[1.2,0.6,0.505]]"
+    assert "out of the arm's reach" in refusal(wide, "track.centre=[0.85,0.0]")
+
+
+def test_a_threshold_that_can_see_nothing():
+    line = refusal("vision.detector.preset=paper_literal")
+    assert "vision.detector" in line and "track.speed 0.15 m/s" in line and "the threshold sees nothing below" in line
+    assert "sees nothing" in refusal("vision.detector.threshold_px=50")
+    assert "sees nothing" in refusal("track.speed=0.001")
+
+
+def test_a_train_at_rest_is_allowed():
+    make_diagram(load_scenario("train", overrides=["track.speed=0"]))
+
+
+@pytest.mark.parametrize(
+    "override, key",
+    [
+        ("cameras.fov_deg=25", "fov_deg"),
+        ("cameras.distance=1.5", "distance"),
+        ("cameras.azimuth_deg=[40,-40]", "azimuth_deg"),
+        ("cameras.look_at=[0.5,0,0.47]", "look_at"),
+        ("cameras.width=128", "width"),
+    ],
+)
+def test_a_calibration_of_other_cameras(override, key):
+    line = refusal(override)
+    assert "train_cameras.yaml" in line and f"rig.{key}" in line
+
+
+def test_a_calibration_that_is_not_there(tmp_path):
+    line = refusal(f"cameras.calibration={tmp_path / 'none.yaml'}")
+    assert "none.yaml" in line
+
+
+def test_a_calibration_without_one_of_the_cameras(tmp_path):
+    data = yaml.safe_load(scenario_file("train_cameras.yaml").read_text())
+    del data["cameras"]["camera_right"]
+    file = tmp_path / "one.yaml"
+    file.write_text(yaml.safe_dump(data))
+    assert "there is no camera_right; found camera_left" in refusal(f"cameras.calibration={file}")
+
+
+def test_the_users_own_calibration_is_used(tmp_path):
+    data = yaml.safe_load(scenario_file("train_cameras.yaml").read_text())
+    data["cameras"]["camera_left"]["K"][0][0] = 500.0
+    file = tmp_path / "mine.yaml"
+    file.write_text(yaml.safe_dump(data))
+    cameras = load_cameras(load_scenario("train", overrides=[f"cameras.calibration={file}"]))
+    assert cameras["left"].K[0, 0] == 500.0
+
+
+def test_a_work_volume_that_the_hand_does_not_reach():
+    far = "vision.work_volume=[[0.9,-0.3,0.45],[1.4,0.3,0.5]]"
+    assert "the arm cannot bring its tool to" in refusal(far, "track.kind=line")
+
+
+def test_a_lag_that_no_image_could_have_names_its_setting():
+    assert "vision.lag_cycles = 2 must be at least 3" in refusal("vision.lag_cycles=2")
+
+
+def test_an_estimator_setting_that_is_refused_is_one_line():
+    assert "mode" in refusal("estimator=!ArcLength {mode: sideways}")

@@ -1,0 +1,58 @@
+"""Tests of the pictures."""
+
+import cv2
+import matplotlib
+import numpy as np
+import pytest
+
+from drake_tracker.tasks.episode import phase_spans
+from drake_tracker.tasks.train.figures import _lap, draw_motion_images, draw_tracking
+from drake_tracker.tasks.train.summary import summarize
+from drake_tracker.vision.normal_flow import MotionImages
+
+
+def draw(scenario, log, path):
+    draw_tracking(scenario, log, summarize(scenario, log, 6.0), path)
+    return cv2.imread(str(path))
+
+
+def test_a_success_and_nothing_global_changed(scenario, episode, grasp_phases, tmp_path):
+    before = dict(matplotlib.rcParams)
+    episode.phases = grasp_phases
+    episode.beside = lambda t: 0.004 * np.sin(3 * t)
+    episode.verdict["taken"] = lambda t: (t > 5.5).astype(float)
+    image = draw(scenario, episode.log(), tmp_path / "tracking.png")
+    assert image.shape == (1800, 3200, 3)
+    assert (image < 250).any(axis=2).mean() > 0.03
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_a_run_that_was_over_at_once(scenario, episode, tmp_path):
+    episode.duration = 0.0
+    assert draw(scenario, episode.log(), tmp_path / "tracking.png").shape == (1800, 3200, 3)
+
+
+def test_a_run_that_logged_nothing(scenario, nothing, tmp_path):
+    assert draw(scenario, nothing, tmp_path / "tracking.png").shape == (1800, 3200, 3)
+
+
+def test_nothing_was_seen(scenario, episode, tmp_path):
+    episode.valid = lambda t: 0.0 * t
+    assert draw(scenario, episode.log(), tmp_path / "tracking.png").shape == (1800, 3200, 3)
+
+
+def test_the_map_shows_one_lap_of_a_closed_track(scenario, episode, grasp_phases):
+    scenario.track.kind, scenario.track.radius = "circle", 0.05
+    episode.phases = grasp_phases
+    log = episode.log()
+    start, end = _lap(scenario, log, phase_spans(log))
+    assert end == pytest.approx(3.54, abs=0.02)
+    assert end - start == pytest.approx(2 * np.pi * 0.05 / 0.1, abs=0.03)
+
+
+def test_motion_images(tmp_path):
+    grey = np.tile(np.arange(60.0), (40, 1))
+    images = MotionImages(grey, grey - 30.0, grey, grey, grey, np.where(grey > 30, 255, 0).astype(np.uint8))
+    draw_motion_images({"left": images, "right": images}, tmp_path / "motion.png")
+    image = cv2.imread(str(tmp_path / "motion.png"))
+    assert image.shape[1] == 3000 and image.shape[0] > 1000

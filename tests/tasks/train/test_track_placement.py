@@ -1,0 +1,137 @@
+import functools
+
+import numpy as np
+import pytest
+
+from drake_tracker import DrakeTrackerError, load_scenario
+from drake_tracker.tasks.train.reach import Reach
+from drake_tracker.tasks.train.track_placement import check_track, draw_track, place_outside
+
+OUT_OF_REACH = 110
+"""A seed whose first figure-eight within the work volume comes too near to the arm's base."""
+
+
+@functools.cache
+def reach():
+    """The arm's reach, which no override of these tests changes."""
+    return Reach(load_scenario("train"))
+
+
+def drawn(*overrides, seed=3):
+    return draw_track(load_scenario("train", seed=seed, overrides=overrides), reach())
+
+
+def turning(track):
+    """Total turn of the heading in one lap [rad]: positive when it runs anticlockwise."""
+    return track.pose(track.length * 1.0)[2] - track.pose(0.0)[2]
+
+
+def test_the_same_seed_draws_the_same_track():
+    (a, start_a), (b, start_b) = drawn(), drawn()
+    assert np.array_equal(a.points, b.points) and start_a == start_b
+
+
+def test_seeds_draw_place_rotation_direction_and_start_within_their_ranges():
+    tracks = [drawn(seed=seed) for seed in range(60)]
+    centres = np.array([track.points.mean(axis=0) for track, _ in tracks]) - [0.56, 0.0]
+    assert np.all(np.abs(centres) <= 0.030 + 1e-9)
+    assert np.all(np.ptp(centres, axis=0) > 0.045)
+    rotations = []
+    for track, _ in tracks:
+        _, axes = np.linalg.eigh(np.cov(track.points.T))
+        long_axis = axes[:, 1] * np.sign(axes[1, 1])
+        rotations.append(np.rad2deg(np.arctan2(-long_axis[0], long_axis[1])))
+    assert np.max(np.abs(rotations)) <= 15.01 and np.ptp(rotations) > 22.0
+    forward = sum(turning(track) > 0 for track, _ in tracks)
+    assert 18 <= forward <= 42
+    fractions = np.array([start / track.length for track, start in tracks])
+    assert fractions.min() < 0.1 and fractions.max() > 0.9 and np.all((fractions >= 0) & (fractions < 1))
+
+
+def test_what_the_scenario_settles_is_not_drawn():
+    settled = ["track.centre_range=0", "track.rotation_range_deg=0", "track.direction=forward", "track.start=0.25"]
+    tracks = [drawn(*settled, seed=seed) for seed in range(4)]
+    for track, start in tracks:
+        assert np.array_equal(track.points, tracks[0][0].points)
+        assert start == pytest.approx(0.25 * track.length)
+    back, _ = drawn(*settled[:2], "track.direction=backward")
+    assert turning(back) == pytest.approx(-turning(tracks[0][0])) == pytest.approx(-2 * np.pi)
+
+
+def test_rotation_is_in_degrees_about_the_centre():
+    settled = ["track.centre_range=0", "track.rotation_range_deg=0", "track.rotation_deg=90"]
+    track, _ = drawn(*settled)
+    assert np.ptp(track.points, axis=0) == pytest.approx([0.44, 0.32], abs=1e-3)
+    assert track.points.mean(axis=0) == pytest.approx([0.56, 0.0], abs=1e-3)
+
+
+def test_a_csv_is_used_as_it_stands(tmp_path):
+    angle = np.linspace(0.0, 2 * np.pi, 40, endpoint=False)
+    points = np.column_stack([0.55 + 0.13 * np.cos(angle), 0.02 + 0.18 * np.sin(angle)])
+    file = tmp_path / "mine.csv"
+    file.write_text("x,y\n" + "\n".join(f"{x:.6f},{y:.6f}" for x, y in points))
+    for seed in range(3):
+        track, _ = drawn("track.kind=csv", f"track.csv={file}", "track.direction=forward", seed=seed)
+        for x, y in points[::7]:
+            assert np.min(np.hypot(*(track.points - [x, y]).T)) < 2e-3
+        assert track.points.mean(axis=0) == pytest.approx([0.55, 0.02], abs=2e-3)
+
+
+def test_an_open_track_starts_at_its_beginning():
+    track, start = draw_track(load_scenario("train:line", seed=5))
+    assert not track.closed and start == 0.0
+
+
+def check(*overrides, seed=3):
+    scenario = load_scenario("train", seed=seed, overrides=overrides)
+    arm = Reach(scenario)
+    track, _ = draw_track(scenario, arm)
+    check_track(scenario, track, arm)
+    return track
+
+
+@pytest.mark.parametrize("kind", ["oval", "circle", "stadium", "figure_eight"])
+def test_tracks_of_every_kind_are_within_reach(kind):
+    check(f"track.kind={kind}")
+
+
+@pytest.mark.parametrize("seed", range(100, 106))
+def test_every_seed_of_the_default_is_within_reach(seed):
+    check(seed=seed)
+
+
+def test_a_place_out_of_the_arms_reach_is_drawn_again(monkeypatch):
+    track = check("track.kind=figure_eight", seed=OUT_OF_REACH)
+    monkeypatch.setattr(Reach, "missed", lambda self, track: None)
+    first, _ = drawn("track.kind=figure_eight", seed=OUT_OF_REACH)
+    assert not np.array_equal(first.points, track.points)
+
+
+@pytest.mark.parametrize("kind", ["figure_eight", "stadium"])
+def test_a_place_in_which_the_track_would_leave_the_work_volume_is_drawn_again(kind):
+    for seed in range(60):
+        scenario = load_scenario("train", seed=seed, overrides=[f"track.kind={kind}"])
+        track, _ = draw_track(scenario, reach())
+        assert place_outside(scenario, track) is None
+        centre = track.points.mean(axis=0) - scenario.track.centre
+        assert np.all(np.abs(centre) <= scenario.track.centre_range + 1e-3)
+
+
+def test_a_track_outside_the_work_volume_is_refused():
+    with pytest.raises(DrakeTrackerError) as error:
+        check("track.semi_axes=[0.20,0.40]")
+    (line,) = str(error.value).split("\n")
+    assert "track.kind" in line and "outside the ellipse of x 0.33 to 0.79" in line and "vision.work_volume" in line
+
+
+def test_a_track_out_of_reach_is_refused():
+    wide = "vision.work_volume=[[0.2,-0.6,0.45],[1.2,0.6,0.505]]"
+    with pytest.raises(DrakeTrackerError) as error:
+        check(wide, "track.centre=[0.85,0.0]")
+    (line,) = str(error.value).split("\n")
+    assert "out of the arm's reach at (" in line and "track.kind (default) = oval" in line
+
+
+def test_the_line_that_set_it_is_named():
+    with pytest.raises(DrakeTrackerError, match="^--set track.kind=circle: track.kind = circle"):
+        check("track.kind=circle", "track.radius=0.4")

@@ -1,0 +1,53 @@
+"""The diagram behind cameras of one's own: which ports it has, and that estimates do not flow back into the vision."""
+
+import numpy as np
+import pytest
+from films import CAMERAS, HEIGHT, WIDTH
+
+from drake_tracker.tracking.own_cameras_diagram import OwnCamerasDiagram, Plane
+from drake_tracker.estimation import make_estimator
+from drake_tracker.footage.footage import Footage
+from drake_tracker.footage.timeline import align
+from drake_tracker.vision.frame_difference import FrameDifference
+
+LEFT = ["camera_left", "frame_left", "centroid_left", "motion_left"]
+RIGHT = ["camera_right", "frame_right", "centroid_right", "motion_right"]
+POINTS = ["point", "filtered", "prediction"]
+
+
+def make(count, cameras, plane=None):
+    times = np.arange(10) / 50.0
+    black = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+    films = [Footage("a", (WIDTH, HEIGHT), lambda: ((t, black) for t in times), times) for _ in range(count)]
+    estimator = make_estimator("coordinated_turn") if cameras else None
+    return OwnCamerasDiagram(align(films), [FrameDifference() for _ in films], cameras, estimator, plane=plane)
+
+
+@pytest.mark.parametrize(
+    ("count", "cameras", "plane", "ports", "systems"),
+    [
+        (2, list(CAMERAS.values()), None, LEFT + RIGHT + POINTS, {"vision", "source_left", "source_right", "host"}),
+        (1, [CAMERAS["camera_left"]], Plane(np.eye(4)), LEFT + POINTS, {"vision", "source_left", "host"}),
+        (1, [], None, LEFT, {"motion", "motion_lag", "source_left"}),
+    ],
+)
+def test_two_cameras_one_with_a_plane_and_one_alone(count, cameras, plane, ports, systems):
+    diagram = make(count, cameras, plane)
+    assert diagram.num_input_ports() == 0
+    names = {diagram.get_output_port(k).get_name() for k in range(diagram.num_output_ports())}
+    assert names == set(ports)
+    assert {system.get_name() for system in diagram.GetSystems()} == systems
+    for (to, _), (source, _) in diagram.connection_map().items():
+        if to.get_name() in ("vision", "motion"):
+            assert source.get_name().startswith("source_")
+
+
+def test_the_vision_runs_at_the_footages_own_period():
+    diagram = make(1, [])
+    assert diagram.GetSubsystemByName("motion_lag").get_input_port().size() == 5
+    context = diagram.CreateDefaultContext()
+    assert diagram.GetOutputPort("frame_left").Eval(context).tolist() == pytest.approx([0.0, 1.0])
+    context.SetTime(0.1)
+    assert diagram.GetOutputPort("frame_left").Eval(context).tolist() == pytest.approx([0.1, 1.0])
+    context.SetTime(0.21)  # after the end
+    assert diagram.GetOutputPort("frame_left").Eval(context).tolist() == pytest.approx([0.2, 0.0])

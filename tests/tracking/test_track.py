@@ -1,0 +1,319 @@
+"""Tracks before one's own cameras, from files to files: synthetic cameras see a ball on a known circle in space."""
+
+import errno
+import itertools
+import json
+import shlex
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from films import BALL, CAMERAS, film, on_circle, read_track, write_calibration, write_images, write_video
+
+from drake_tracker import cli
+from drake_tracker.footage import open_footage
+from drake_tracker.footage.live_camera import open_camera
+from drake_tracker.tracking import table as track_table
+from drake_tracker.vision.camera_model import CameraModel
+
+TIMES = np.arange(75) / 30.0
+FILMS = {}
+
+
+def images(side):
+    if side not in FILMS:
+        FILMS[side] = film(side, TIMES)
+    return FILMS[side]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_calibration(tmp_path / "stereo.yaml")
+    return tmp_path
+
+
+def videos(folder, left=slice(None), right=slice(None)):
+    kept = {side: np.arange(len(TIMES))[which] for side, which in (("left", left), ("right", right))}
+    for side, numbers in kept.items():
+        write_video(folder / f"{side}.mkv", [images(side)[k] for k in numbers], TIMES[numbers])
+    return ["left.mkv", "right.mkv"]
+
+
+def track(*arguments):
+    return cli.main(["track", *map(str, arguments), "--out", "out"])
+
+
+def errors(data, path=on_circle):
+    """Distance [m] of each point of a track from the ball at its stamp, NaN where there is no point."""
+    points = np.column_stack([data[name] for name in "xyz"])
+    return np.linalg.norm(points - path(data["stamp"]), axis=1)
+
+
+def one_line(capfd, *words):
+    lines = capfd.readouterr().err.splitlines()
+    said = [line for line in lines if line.startswith("drake-tracker: ")]
+    assert len(said) == 1 and not any("Traceback" in line for line in lines)
+    assert all(word in said[0] for word in words), said[0]
+
+
+def test_an_estimator_of_ones_own_foresees_the_path(folder, monkeypatch):
+    monkeypatch.setattr("sys.path", list(sys.path))
+    shutil.copy(Path(__file__).parents[1] / "own_estimator.py", "my_track_estimator.py")
+    assert track(*videos(folder), "--calibration", "stereo.yaml", "--no-overlay",
+                 "--estimator", "!Custom {call: my_track_estimator.StraightOn}") == 0  # fmt: skip
+    assert np.sum(np.isfinite(read_track(folder / "out")["predicted_x"])) > 30
+
+
+def test_two_videos_give_the_path_in_space(folder, capsys):
+    assert track(*videos(folder), "--calibration", "stereo.yaml") == 0
+    assert {path.name for path in (folder / "out").iterdir()} == {
+        "track.csv", "track.png", "overlay.mp4", "summary.json",
+    }  # fmt: skip
+    data = read_track(folder / "out")
+    off = errors(data)
+    assert len(off) == 73 and data["valid"].all()
+    assert np.sqrt(np.mean(off**2)) < 0.0007 and off.max() < 0.002
+    assert np.nanmax(data["gap"]) < 0.002
+    for side in ("left", "right"):
+        pixels = CAMERAS[f"camera_{side}"].project(on_circle(data["stamp"]))
+        assert np.abs(np.column_stack([data[f"{side}_u"], data[f"{side}_v"]]) - pixels).max() < 1.0
+    late = data["stamp"] > 1.0
+    filtered = {name: data[f"filtered_{name}"][late] for name in "xy"}
+    truth = on_circle(data["stamp"][late])
+    assert np.hypot(filtered["x"] - truth[:, 0], filtered["y"] - truth[:, 1]).max() < 0.003
+    truth = on_circle(data["stamp"][late] + 0.25)
+    assert np.hypot(data["predicted_x"][late] - truth[:, 0], data["predicted_y"][late] - truth[:, 1]).max() < 0.01
+    summary = json.loads((folder / "out" / "summary.json").read_text())
+    assert (summary["results"], summary["dropped"]) == (73, [0, 0])
+    assert summary["frame_rate"] == pytest.approx(30.0, abs=0.01)
+    assert "images described" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("detector, lost", [("NormalFlow", 3), ("!FrameDifference {stride: 2}", 2)])
+def test_a_dropped_image_costs_the_points_that_rest_on_it_and_no_other_is_worse(folder, detector, lost):
+    dropped = np.setdiff1d(np.arange(len(TIMES)), [30, 50])
+    sources = videos(folder, left=dropped)
+    arguments = ("--calibration", "stereo.yaml", "--detector", detector, "--no-overlay")
+    assert track(*sources, *arguments) == 0
+    data = read_track(folder / "out")
+    assert (data["valid"] == 0).sum() == 2 * lost
+    gone = np.abs(data["stamp"][data["valid"] == 0][:, None] - TIMES[[30, 50]]).min(axis=1)
+    assert gone.max() < 0.034
+    assert np.isnan(data["x"][data["valid"] == 0]).all()
+    assert np.nanmax(errors(data)) < 0.002
+    assert json.loads((folder / "out" / "summary.json").read_text())["dropped"] == [2, 0]
+
+
+def test_folders_of_images_whose_missing_numbers_were_dropped(folder):
+    kept = np.setdiff1d(np.arange(45), [20])
+    left = write_images(folder / "left", [images("left")[k] for k in kept], kept)
+    right = write_images(folder / "right", images("right")[:45])
+    arguments = ("--calibration", "stereo.yaml", "--fps", "30", "--no-overlay", "--estimator", "ClosedPath {}")
+    assert track(left, right, *arguments) == 0
+    data = read_track(folder / "out")
+    assert (data["valid"] == 0).sum() == 3 and np.nanmax(errors(data)) < 0.002
+
+
+def test_folders_that_count_through_the_same_numbers_share_a_clock(folder):
+    """The right camera's first images are missing: its others stay where their numbers put them."""
+    left = write_images(folder / "left", images("left")[:45], range(45))
+    right = write_images(folder / "right", images("right")[5:45], range(5, 45))
+    arguments = ("--calibration", "stereo.yaml", "--fps", "30", "--no-overlay")
+    assert track(left, right, *arguments) == 0
+    data = read_track(folder / "out")
+    assert (data["valid"] == 1).sum() > 30 and np.nanmax(errors(data)) < 0.002
+
+
+def test_cameras_that_are_swapped_are_guessed(folder, capsys):
+    for name, other in (("left", "right"), ("right", "left")):
+        write_video(folder / f"{name}.mkv", images(other)[:45], TIMES[:45])
+    track("left.mkv", "right.mkv", "--calibration", "stereo.yaml", "--no-overlay")
+    said = capsys.readouterr().out
+    assert "both cameras saw motion in" in said and "are the cameras swapped" in said
+    assert "nothing was seen to move" not in said
+
+
+def test_what_an_estimator_raises_on_the_way_leaves_the_track_up_to_there(folder, monkeypatch, capfd):
+    (folder / "late.py").write_text(
+        "from drake_tracker.estimation.coordinated_turn import CoordinatedTurn\n"
+        "class Late(CoordinatedTurn):\n"
+        "    def update(self, state, stamp, p_WQ):\n"
+        "        if stamp > 1.5:\n"
+        "            raise ValueError('too late')\n"
+        "        return super().update(state, stamp, p_WQ)\n"
+    )
+    monkeypatch.setattr("drake_tracker.diagrams.estimators.check_estimator", lambda *_: None)
+    arguments = ("--calibration", "stereo.yaml", "--no-overlay", "--estimator", "!Custom {call: late.Late}")
+    assert track(*videos(folder), *arguments) == 3
+    assert "ValueError: too late" in capfd.readouterr().err
+    assert len(read_track(folder / "out")["stamp"]) > 20
+    assert (folder / "out" / "summary.json").is_file() and (folder / "out" / "track.png").is_file()
+
+
+def test_a_single_video_gives_the_centroid(folder):
+    write_video(folder / "left.mkv", images("left")[:30], TIMES[:30])
+    assert track("left.mkv") == 0
+    data = read_track(folder / "out")
+    assert set(data) == {"stamp", "u", "v", "pixel_count", "valid"}
+    pixels = CAMERAS["camera_left"].project(on_circle(data["stamp"]))
+    assert np.abs(np.column_stack([data["u"], data["v"]]) - pixels).max() < 1.0
+
+
+@pytest.mark.parametrize("plane", ["board", "plane.yaml"])
+def test_one_camera_and_a_plane(folder, plane):
+    def level(time):
+        return on_circle(time, tilt=0.0)
+
+    write_video(folder / "left.mkv", film("left", TIMES[:30], level), TIMES[:30])
+    height = 0.06
+    if plane != "board":
+        X = np.eye(4)
+        X[2, 3] = 0.04
+        (folder / plane).write_text(yaml.safe_dump({"X_WP": X.tolist()}))
+        height -= 0.04
+    assert track("left.mkv", "--calibration", "stereo.yaml", "--plane", plane, "--height", height) == 0
+    data = read_track(folder / "out")
+    assert data["valid"].all() and errors(data, level).max() < 0.002
+
+
+def test_nothing_that_moves_is_no_success(folder, capsys):
+    write_video(folder / "left.mkv", [images("left")[0]] * 30, TIMES[:30])
+    assert track("left.mkv", "--no-overlay") == 1
+    assert "nothing was seen to move" in capsys.readouterr().out
+    assert (folder / "out" / "track.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("left.mkv right.mkv", ["--calibration FILE"]),
+        ("left.mkv --calibration stereo.yaml", ["--plane"]),
+        ("left.mkv --calibration nowhere.yaml --plane board", ["nowhere.yaml", "cannot be read"]),
+        ("left.mkv --calibration stereo.yaml --plane nowhere.yaml", ["nowhere.yaml"]),
+        ("left.mkv --calibration stereo.yaml --plane stereo.yaml", ["stereo.yaml: X_WP must hold 4 x 4"]),
+        ("left.mkv --calibration stereo.yaml --plane board --camera top", ["there is no top; found camera_left"]),
+        ("left.mkv --plane board", ["single camera with --calibration"]),
+        ("left.mkv short.mkv --calibration stereo.yaml", ["lasts 1.00 s", "ends after 0.67 s", "--duration 0.66"]),
+        ("left.mkv left.mkv --calibration wide.yaml", ["wide.yaml", "640 x 480 px", "320 x 240 px"]),
+        ("text.mkv", ["text.mkv: this video cannot be read"]),
+        ("nowhere.mkv", ["nowhere.mkv: there is no such file"]),
+        ("left.mkv --detector Eye", ["detector must be one of !NormalFlow, !FrameDifference"]),
+        ("left.mkv --detector '!NormalFlow {foo: 1}'", ["detector.foo"]),
+        ("left.mkv --estimator '!!ArcLength {}'", ["!!ArcLength is no tag; one ! makes one"]),
+        ("left.mkv --max-gap inf", ["--max-gap inf: must be above 0 and finite"]),
+        ("left.mkv --estimator Oracle", ["estimator must be one of !CoordinatedTurn"]),
+        ("left.mkv --fps -1", ["--fps -1: must be above 0"]),
+        ("left.mkv --offset nan", ["--offset nan: must be a finite number"]),
+        ("a b c", ["3 sources"]),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(folder, capfd, arguments, words):
+    write_video(folder / "left.mkv", images("left")[:30], TIMES[:30])
+    write_video(folder / "short.mkv", images("right")[:20], TIMES[:20])
+    (folder / "text.mkv").write_text("this is no video")
+    wide = {name: CameraModel(c.K, c.distortion, c.X_CW, 640, 480) for name, c in CAMERAS.items()}
+    write_calibration(folder / "wide.yaml", wide)
+    assert track(*shlex.split(arguments)) == 2
+    one_line(capfd, *words)
+    assert not (folder / "out").exists()
+
+
+class Device:
+    """Two plugged-in cameras, 0 and 1: images of the films, one after the other, until they are pulled out."""
+
+    def __init__(self, number):
+        self._images = iter(images(("left", "right")[number])[:40])
+
+    def isOpened(self):
+        return True
+
+    def set(self, key, value):
+        return True
+
+    def get(self, key):
+        return 30.0
+
+    def grab(self):
+        self._image = next(self._images, None)
+        return self._image is not None
+
+    def retrieve(self):
+        return True, np.repeat(self._image[..., None], 3, axis=2)
+
+    def read(self):
+        return self.grab(), self.retrieve()[1]
+
+    def release(self):
+        pass
+
+
+@pytest.fixture
+def plugged_in(monkeypatch):
+    """Each camera has a clock of its own making, so that both take an image every 1/30 s."""
+
+    def opened(number, fps=None):
+        clock = itertools.count()
+        return open_camera(number, fps, device=Device, clock=lambda: 100.0 + next(clock) / 30.0)
+
+    monkeypatch.setattr(open_footage, "open_camera", opened)
+
+
+def test_two_live_cameras_until_the_time_is_over(folder, plugged_in):
+    assert track("0", "1", "--calibration", "stereo.yaml", "--duration", "1", "--no-overlay") == 0
+    data = read_track(folder / "out")
+    assert data["valid"].all() and len(data["valid"]) == 28 and errors(data).max() < 0.002
+
+
+def test_a_camera_that_is_pulled_out_leaves_the_track_up_to_there(folder, plugged_in, capfd):
+    assert track("0", "--no-overlay") == 2
+    one_line(capfd, "camera 0: it gives no more images")
+    assert len(read_track(folder / "out")["stamp"]) > 30
+
+
+def test_a_damaged_video_leaves_the_track_up_to_there(folder, capfd):
+    numbered = write_images(folder / "left", images("left")[:30])
+    (folder / "left" / "image00020.png").write_text("this is no image")
+    assert track(numbered, "--fps", "30") == 2
+    one_line(capfd, "image00020.png: this image cannot be read")
+    assert len(read_track(folder / "out")["stamp"]) in (17, 18)
+    assert {path.name for path in (folder / "out").iterdir()} >= {"overlay.mp4", "summary.json", "track.png"}
+
+
+def test_a_full_disk_is_one_line_and_keeps_what_was_written(folder, capfd, monkeypatch):
+    add = track_table.TrackTable.add
+
+    def full(table, *ports):
+        if len(table.rows) == 10:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return add(table, *ports)
+
+    monkeypatch.setattr(track_table.TrackTable, "add", full)
+    write_video(folder / "left.mkv", images("left")[:30], TIMES[:30])
+    assert track("left.mkv") == 2
+    one_line(capfd, "out: cannot be written: No space left on device")
+    assert len(read_track(folder / "out")["stamp"]) == 10
+
+
+def test_interrupting_keeps_what_there_is(folder, monkeypatch):
+    add = track_table.TrackTable.add
+
+    def interrupted(table, *ports):
+        if len(table.rows) == 10:
+            raise KeyboardInterrupt
+        return add(table, *ports)
+
+    monkeypatch.setattr(track_table.TrackTable, "add", interrupted)
+    write_video(folder / "left.mkv", images("left")[:30], TIMES[:30])
+    assert track("left.mkv", "--no-overlay") == 130
+    assert json.loads((folder / "out" / "summary.json").read_text())["interrupted"] is True
+
+
+def test_the_ball_is_seen_large_enough():
+    """The rig of these tests is no better than a real one: the ball covers some 30 px."""
+    camera = CAMERAS["camera_left"]
+    depth = (camera.X_CW @ [*on_circle(0.0), 1.0])[2]
+    assert 12 < camera.K[0, 0] * 2 * BALL / depth < 35
