@@ -12,6 +12,8 @@ from drake_tracker.tasks.train.scenario import Cameras
 from drake_tracker.vision.window import project_window
 from drake_tracker.world.cameras import true_camera_models
 
+pytest_plugins = ["made_up_run"]
+
 SIZE = 160
 WORK_VOLUME = [[0.33, -0.30, 0.45], [0.79, 0.30, 0.505]]
 

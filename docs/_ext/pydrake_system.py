@@ -48,10 +48,10 @@ class Systems(SphinxDirective):
 
     def run(self):
         lines = []
-        for path in sorted((PACKAGE / self.arguments[0]).glob("*.py")):
+        for path in sorted(path for path in PACKAGE.rglob("*.py") if path.parent.name == self.arguments[0]):
             self.env.note_dependency(str(path))
             for name in systems_in(path):
-                module = f"drake_tracker.{self.arguments[0]}.{path.stem}"
+                module = ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
                 lines += [f"{name}", "-" * len(name), "", f".. autoclass:: {module}.{name}", ""]
         if not lines:
             raise self.error(f"drake_tracker/{self.arguments[0]} has no Systems")
@@ -69,7 +69,7 @@ class Messages(SphinxDirective):
     """The fields of every message between the rooms, and the text that stands below it in the code."""
 
     def run(self):
-        path = PACKAGE / "messages.py"
+        path = PACKAGE / "core" / "messages.py"
         self.env.note_dependency(str(path))
         lines = []
         for name, fields, text in messages_in(path):
@@ -80,7 +80,7 @@ class Messages(SphinxDirective):
 
 def messages_in(path):
     """Yields (name, fields, text) of the named views of a module. Of more than 20 fields the first ten are given."""
-    module = importlib.import_module(f"drake_tracker.{path.stem}")
+    module = importlib.import_module(f"drake_tracker.core.{path.stem}")
     body = ast.parse(path.read_text(encoding="utf-8")).body
     for node, below in zip(body, body[1:]):
         if isinstance(node, ast.Assign) and "namedview(" in ast.unparse(node.value):

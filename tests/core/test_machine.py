@@ -24,10 +24,10 @@ def test_a_machine_that_runs_the_tests_is_well(capsys):
     ],
 )
 def test_a_broken_renderer_is_one_line_with_the_remedy(monkeypatch, probe, said):
-    monkeypatch.setattr(doctor, "_PROBE", probe)
+    monkeypatch.setattr(machine, "_PROBE", probe)
     trouble = machine.probe_renderer(timeout=1.0)
     assert said in trouble
-    monkeypatch.setattr(doctor, "probe_renderer", lambda: trouble)
+    monkeypatch.setattr(machine, "probe_renderer", lambda: trouble)
     with pytest.raises(DrakeTrackerError) as caught:
         machine.require_renderer()
     assert said in str(caught.value) and machine.APT_LINE in str(caught.value)
@@ -35,10 +35,10 @@ def test_a_broken_renderer_is_one_line_with_the_remedy(monkeypatch, probe, said)
 
 
 def test_what_is_missing_is_marked_with_the_remedy(monkeypatch, capsys):
-    monkeypatch.setattr(doctor, "_MESA_DRIVERS", ())
-    monkeypatch.setattr(doctor, "PACKAGES", ("no-such-package",))
-    monkeypatch.setattr(doctor, "PYTHONS", ((2, 6), (2, 7)))
-    monkeypatch.setattr(doctor, "probe_renderer", lambda: "signal 11")
+    monkeypatch.setattr(machine, "_MESA_DRIVERS", ())
+    monkeypatch.setattr(machine, "PACKAGES", ("no-such-package",))
+    monkeypatch.setattr(machine, "PYTHONS", ((2, 6), (2, 7)))
+    monkeypatch.setattr(machine, "probe_renderer", lambda: "signal 11")
     assert machine.main() == 2
     bad = [line for line in capsys.readouterr().out.splitlines() if line.startswith("BAD")]
     assert [line.split()[1] for line in bad] == ["Python", "no-such-package", "libgl1-mesa-dri", "renderer"]
