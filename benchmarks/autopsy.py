@@ -24,17 +24,17 @@ from common import append_results, print_table
 
 from drake_tracker.arm import servo_system
 from drake_tracker.arm.servo import Servo
-from drake_tracker.report.autopsy.autopsy import perform
-from drake_tracker.report.autopsy.stages import WORDS, Stage
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import Lost
 from drake_tracker.campaign.wilson import wilson
-from drake_tracker.tasks.train import diagram as train
 from drake_tracker.core.errors import MachineError
 from drake_tracker.core.log import load_log
-from drake_tracker.tasks.train.summary import tidy
-from drake_tracker.tasks import load_scenario
+from drake_tracker.report.autopsy.autopsy import perform
+from drake_tracker.report.autopsy.stages import WORDS, Stage
 from drake_tracker.run.simulation import simulate
+from drake_tracker.tasks import load_scenario
+from drake_tracker.tasks.train import diagram as train
+from drake_tracker.tasks.train.summary import tidy
 from drake_tracker.vision.normal_flow import NormalFlow
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
@@ -176,9 +176,7 @@ class Fault:
 
 
 FAULTS = {
-    "vision": Fault(
-        Stage.VISION, 16.0, "px", "the left camera's centroids shifted", lambda size: [], shifted_vision
-    ),
+    "vision": Fault(Stage.VISION, 16.0, "px", "the left camera's centroids shifted", lambda size: [], shifted_vision),
     "triangulation": Fault(
         Stage.TRIANGULATION, 0.02, "rad", "the right camera's calibration turned", lambda size: [], turned_camera
     ),
@@ -186,17 +184,21 @@ FAULTS = {
         Stage.FILTER, 0.42, "s", "a low-pass before the estimator", part=lambda size: wrapped_estimator(Smoothed, size)
     ),
     "prediction": Fault(
-        Stage.PREDICTION, 0.62, "", "share of constant velocity in the prediction",
+        Stage.PREDICTION,
+        0.62,
+        "",
+        "share of constant velocity in the prediction",
         part=lambda size: wrapped_estimator(Straightened, size),
     ),
     "link": Fault(
-        Stage.LINK, 0.77, "", "share of packets lost, 30 in a row on average",
+        Stage.LINK,
+        0.77,
+        "",
+        "share of packets lost, 30 in a row on average",
         lambda size: [MEASURED, f"link=!Lossy {{drop: {size}, burst: 30}}"],
     ),
     "servo": Fault(Stage.SERVO, 0.39, "s", "set-points late", part=late_servo),
-    "timing": Fault(
-        Stage.TIMING, 0.24, "s", "closing_lead", lambda size: [MEASURED, f"grasp.closing_lead={size}"]
-    ),
+    "timing": Fault(Stage.TIMING, 0.24, "s", "closing_lead", lambda size: [MEASURED, f"grasp.closing_lead={size}"]),
     "none": Fault(None, 0.0, "", "no fault, measured vision"),
     "none-rendered": Fault(None, 0.0, "", "no fault, images", lambda size: []),
 }

@@ -57,12 +57,17 @@ def print_results(rows, cells):
         low, high = wilson(caught, len(runs))
         hand = [abs(error) for error in known(runs, "hand_error_m")]
         foreseen = [abs(error) for error in known(known(runs, "crossing_error_m"), "0.25")]
-        lines.append([
-            cell, len(runs), f"{caught} ({100 * caught / len(runs):.0f} %)", f"{100 * low:.0f}-{100 * high:.0f} %",
-            f"{1e3 * statistics.median(hand):.0f} mm" if hand else "",
-            f"{1e3 * statistics.median(foreseen):.0f} mm" if foreseen else "",
-            f"{1e3 * rms(known(runs, 'position_rms_m')):.1f} mm",
-        ])
+        lines.append(
+            [
+                cell,
+                len(runs),
+                f"{caught} ({100 * caught / len(runs):.0f} %)",
+                f"{100 * low:.0f}-{100 * high:.0f} %",
+                f"{1e3 * statistics.median(hand):.0f} mm" if hand else "",
+                f"{1e3 * statistics.median(foreseen):.0f} mm" if foreseen else "",
+                f"{1e3 * rms(known(runs, 'position_rms_m')):.1f} mm",
+            ]
+        )
     header = ["cell", "runs", "caught", "Wilson 95 %", "hand off, median", "foreseen 0.25 s before", "seen, rms"]
     print_table(header, lines)
     found = [row for row in rows if row["cell"] in cells and row.get("board_in_camera_error")]

@@ -53,7 +53,10 @@ def run_all(keys, path, workers):
         if (estimator, cell, seed) not in done
     ]
     append_results(
-        trial, jobs, path, workers,
+        trial,
+        jobs,
+        path,
+        workers,
         lambda row: f"{row['estimator']} {row['cell']} seed {row['seed']}: {outcome(row)}",
     )
 

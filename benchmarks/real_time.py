@@ -25,8 +25,8 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.description import PUMA560, make_arm_model
-from drake_tracker.tasks.train.track_placement import draw_track
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.tasks.train.track_placement import draw_track
 from drake_tracker.world.cameras import CAMERA_NAMES
 from drake_tracker.world.world_diagram import WorldDiagram
 
@@ -58,9 +58,7 @@ def bare_loop(scenario, whole, with_images):
     model = make_arm_model(PUMA560)
     builder = DiagramBuilder()
     world = builder.AddSystem(WorldDiagram(scenario, PUMA560, state[: model.num_joints], track, start, windows))
-    gravity = builder.AddSystem(
-        InverseDynamics(model.plant, InverseDynamics.InverseDynamicsMode.kGravityCompensation)
-    )
+    gravity = builder.AddSystem(InverseDynamics(model.plant, InverseDynamics.InverseDynamicsMode.kGravityCompensation))
     finger = [0.5 * scenario.grasp.jaw_opening, 0.0]
     for name, value in (("arm_desired_state", state), ("gripper_desired_state", finger)):
         builder.Connect(builder.AddSystem(ConstantVectorSource(value)).get_output_port(), world.GetInputPort(name))

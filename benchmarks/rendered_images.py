@@ -19,11 +19,11 @@ from drake_tracker import load_scenario
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.crossing import HAND_YAW
 from drake_tracker.arm.description import joints_for, make_arm_model
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks.train.diagram import load_cameras
 from drake_tracker.tasks.train.reach import home_reference
 from drake_tracker.tasks.train.track_placement import draw_track
-from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.plane_projection import board_window, camera_on_board
 from drake_tracker.vision.window import project_window
 from drake_tracker.world.ball_board import BALL_RADIUS

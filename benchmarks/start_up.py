@@ -21,8 +21,8 @@ from pathlib import Path
 
 from common import print_table
 
-from drake_tracker.tasks import load_scenario
 from drake_tracker.run.simulation import simulate
+from drake_tracker.tasks import load_scenario
 
 ROOT = Path(__file__).resolve().parents[1]
 DURATION = 30.0

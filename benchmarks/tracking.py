@@ -19,14 +19,14 @@ from scipy import stats
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.tasks.train.track_placement import draw_track
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.core.log import add_loggers, read_log, tool_signal
 from drake_tracker.core.messages import Prediction
+from drake_tracker.core.timing import SERVO_PERIOD, VISION_PERIOD, steps_in
+from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.episode import errors, tool_pose, train_pose
-from drake_tracker.core.log import add_loggers, read_log, tool_signal
 from drake_tracker.tasks.train.summary import jitter, tidy
-from drake_tracker.core.timing import SERVO_PERIOD, VISION_PERIOD, steps_in
+from drake_tracker.tasks.train.track_placement import draw_track
 
 HEADING_BINS = 12
 START_UP = 1.0

@@ -136,7 +136,10 @@ def main():
         if (estimator, name, seed) not in done
     ]
     append_results(
-        run_one, jobs, options.results, options.workers,
+        run_one,
+        jobs,
+        options.results,
+        options.workers,
         lambda row: f"{row['estimator']} {row['cell']} seed {row['seed']}: {outcome(row)}",
     )
     rows = [

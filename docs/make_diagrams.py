@@ -17,7 +17,6 @@ import numpy as np
 from pydrake.systems.framework import InputPortIndex, OutputPortIndex
 
 from drake_tracker import load_scenario, make_diagram
-from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, RULE, SOFT_INK
 from drake_tracker.core.timing import (
     ESTIMATOR_SLOT,
     GRASP_SLOT,
@@ -31,6 +30,7 @@ from drake_tracker.core.timing import (
     servo_slot,
     vision_slot,
 )
+from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, RULE, SOFT_INK
 
 DRAWN = Path(__file__).parent / "diagrams"
 IMAGES = Path(__file__).parent / "images"

@@ -16,8 +16,8 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker import load_scenario, make_diagram, simulate
-from drake_tracker.figures.grasp_frames import moments, render_frames
 from drake_tracker.core.log import load_log
+from drake_tracker.figures.grasp_frames import moments, render_frames
 from drake_tracker.figures.studio import ball_studio, train_studio
 
 IMAGES = Path(__file__).parent / "images"

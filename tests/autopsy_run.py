@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_tracker.arm.transform_equation import share_done
+from drake_tracker.core.log import Signal, signals
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, Prediction, evaluate_prediction, pack_prediction
+from drake_tracker.core.timing import SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.estimation import make_estimator
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, Prediction, evaluate_prediction, pack_prediction
-from drake_tracker.core.log import Signal, signals
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.core.timing import SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.vision.triangulation import triangulate
 from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
 
@@ -67,9 +67,12 @@ class AutopsyRun:
         due = ticks + SERVO_PERIOD
         hand = np.array([read(packets[k], t) for k, t in zip(newest, due)])
         known = packets[newest, 4]
-        target = np.column_stack(
-            [due, hand, np.zeros((len(ticks), 4)), packets[newest, :2], np.zeros((len(ticks), 2)), known]
-        ) * known[:, None]
+        target = (
+            np.column_stack(
+                [due, hand, np.zeros((len(ticks), 4)), packets[newest, :2], np.zeros((len(ticks), 2)), known]
+            )
+            * known[:, None]
+        )
 
         held = np.minimum(np.floor((cycles + 1e-9) / SERVO_PERIOD).astype(int), len(ticks) - 1)
         tool = np.array([read(packets[newest[k]], t) for k, t in zip(held, cycles)])
@@ -138,7 +141,8 @@ class AutopsyRun:
         zero = np.zeros(len(cycles))
         centroids = {
             name.replace("camera", "centroid"): (
-                cycles, np.column_stack([stamps, pixels[name], zero + 50.0, zero + 1.0]) * there[:, None]
+                cycles,
+                np.column_stack([stamps, pixels[name], zero + 50.0, zero + 1.0]) * there[:, None],
             )
             for name in CAMERA_NAMES
         }

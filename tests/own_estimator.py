@@ -40,8 +40,6 @@ class StraightOn:
         return np.full(len(times), self.std)
 
 
-
-
 class ChangesItsState(StraightOn):
     def update(self, state, stamp, p_WQ):
         new = super().update(state, stamp, p_WQ)

@@ -104,7 +104,9 @@ def test_run_directories_are_new_each_time(simulated, tmp_path, monkeypatch):
     for _ in range(3):
         assert cli.main(["run", "train:paper"]) == 0
     assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == [
-        "train-paper-now", "train-paper-now-2", "train-paper-now-3",
+        "train-paper-now",
+        "train-paper-now-2",
+        "train-paper-now-3",
     ]
 
 

@@ -57,9 +57,7 @@ def after_closure(drive, ahead):
         query = drive.times[index] + ahead
         seen = slice(index + 1)
         squares.append(
-            closed_path_bound(
-                drive.times[seen], tangent[seen], query, tangents(drive, query), length, SPEED, SIGMA
-            )
+            closed_path_bound(drive.times[seen], tangent[seen], query, tangents(drive, query), length, SPEED, SIGMA)
         )
     return np.mean(squares, axis=0)
 

@@ -16,8 +16,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from tracking import run  # noqa: E402
 
 from drake_tracker import load_scenario  # noqa: E402
-from drake_tracker.tasks.train.track_placement import draw_track  # noqa: E402
 from drake_tracker.tasks.episode import train_pose  # noqa: E402
+from drake_tracker.tasks.train.track_placement import draw_track  # noqa: E402
 
 OUT = Path(__file__).with_name("camera_points.npz")
 FIELDS = ("stamp", "yaw", "x", "y", "z")

@@ -49,8 +49,13 @@ ROOMS = ("arm", "estimation", "link", "world")
 """Of the package, those whose code takes part."""
 SIGMAS_MM = (0.5, 1, 2, 4)
 QUICK = (
-    "stadium-white-0.5-constant", "stadium-white-1-constant", "stadium-white-1-varying", "stadium-replayed-1-constant",
-    "oval-white-1-constant", "oval-white-1-stop_and_go", *TRIALS,
+    "stadium-white-0.5-constant",
+    "stadium-white-1-constant",
+    "stadium-white-1-varying",
+    "stadium-replayed-1-constant",
+    "oval-white-1-constant",
+    "oval-white-1-stop_and_go",
+    *TRIALS,
 )
 
 
@@ -80,6 +85,7 @@ def run_one(made_by, job):
 
 def circumstances():
     """Returns the commit and the versions that a line of the results names."""
+
     def git(*words):
         return subprocess.run(["git", *words], cwd=HERE, capture_output=True, text=True).stdout.strip()
 
@@ -119,7 +125,10 @@ def main():
     seeds = range(first, first + (options.seeds or count))
     jobs = [(name, cells[name], seed, only) for seed in seeds for name in cells if (name, seed) not in done]
     append_results(
-        functools.partial(run_one, made_by), jobs, path, options.workers,
+        functools.partial(run_one, made_by),
+        jobs,
+        path,
+        options.workers,
         lambda line: f"{line['cell']} seed {line['seed']}",
     )
 

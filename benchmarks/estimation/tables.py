@@ -141,7 +141,11 @@ def print_rows(rows):
             row = pair[horizon]
             low, high = row["rms_mm_interval"]
             inside = "" if row["inside"] is None else f"{row['inside']:.0%}"
-            texts += [f"{row['rms_mm']:.2f} ({low:.2f}-{high:.2f})", f"{row['p95_mm']:.2f}",
-                      f"{row['heading_rms_deg']:.2f}", inside]
+            texts += [
+                f"{row['rms_mm']:.2f} ({low:.2f}-{high:.2f})",
+                f"{row['p95_mm']:.2f}",
+                f"{row['heading_rms_deg']:.2f}",
+                inside,
+            ]
         print("| " + " | ".join(texts) + " |")
     print(flush=True)

@@ -12,12 +12,12 @@ from measure import HORIZONS, follow, rounded
 from worlds import HEIGHT, PERIOD, make_world
 
 from drake_tracker.arm.servo import Servo
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
+from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.rice import mean_factor
 from drake_tracker.estimation.turn_model import turn_step
 from drake_tracker.link.lossy_link import LinkState, LossyLink, newest_arrived
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
-from drake_tracker.core.timing import SERVO_PERIOD
 
 SIGMA_MM = 1.0
 SIGMA = 1e-3 * SIGMA_MM

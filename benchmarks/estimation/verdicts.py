@@ -13,8 +13,11 @@ from drake_tracker.campaign.wilson import wilson
 ALL = ("first", "between", "after")
 MAIN = "stadium-white-1-constant"
 VARYING = "stadium-white-1-varying"
-OVALS = {"constant": "oval-white-1-constant", "speed +-15 %": "oval-white-1-varying",
-         "stop and go": "oval-white-1-stop_and_go"}
+OVALS = {
+    "constant": "oval-white-1-constant",
+    "speed +-15 %": "oval-white-1-varying",
+    "stop and go": "oval-white-1-stop_and_go",
+}
 OWN_STAGES = {"coordinated_turn": ALL, "closed_path": ("after",)}
 """Stages in which an estimator's idea of its own error is judged: of closed_path, once the path has closed."""
 
@@ -99,8 +102,12 @@ def _own_world(trials):
         squares = np.array([trial["mean_square_mm2"][place] for trial in trials])
         bound = np.array([trial["bound_mm2"][place] for trial in trials])
         ratio, (low, high) = paired_ratio(squares, bound)
-        yield at_most(f"coordinated_turn / posterior bound in its own world, {horizon}", ratio, 1.05,
-                      f"95 %: {low:.3f}-{high:.3f}")
+        yield at_most(
+            f"coordinated_turn / posterior bound in its own world, {horizon}",
+            ratio,
+            1.05,
+            f"95 %: {low:.3f}-{high:.3f}",
+        )
 
 
 def _baselines(cells):
@@ -153,17 +160,28 @@ def _coverage(cells):
             worst = max(shares, key=lambda cell: abs(shares[cell] - 0.68), default=None)
             value = None if worst is None else 100.0 * shares[worst]
             note = "" if worst is None else f"worst: {worst}"
-            yield _judge(f"errors of {name} within predict_std, {horizon}", value, "68 +- 10 %",
-                         lambda v: 58.0 <= v <= 78.0, note)
+            yield _judge(
+                f"errors of {name} within predict_std, {horizon}",
+                value,
+                "68 +- 10 %",
+                lambda v: 58.0 <= v <= 78.0,
+                note,
+            )
 
 
 def _rice(trials):
     for ratio in trials[0] if trials else ("2.5",):
         recovered, plain, law = np.mean([trial[ratio] for trial in trials], axis=0) if trials else (np.nan,) * 3
-        yield at_most(f"bias of arc_length's s_0 where s_0 is {ratio} times the noise", 100 * abs(recovered - 1.0), 0.5,
-                      unit=" %")
-        yield at_most(f"plain mean of chords beside Rice's law, {ratio}", 100 * abs(plain / law - 1.0), 1.0,
-                      f"the plain mean is {100 * (plain - 1.0):.1f} % too long", " %")
+        yield at_most(
+            f"bias of arc_length's s_0 where s_0 is {ratio} times the noise", 100 * abs(recovered - 1.0), 0.5, unit=" %"
+        )
+        yield at_most(
+            f"plain mean of chords beside Rice's law, {ratio}",
+            100 * abs(plain / law - 1.0),
+            1.0,
+            f"the plain mean is {100 * (plain - 1.0):.1f} % too long",
+            " %",
+        )
 
 
 def _speed(times):

@@ -126,9 +126,7 @@ def couple_fingers(plant, gripper, description, grip_force=25.0):
     (strongest,) = actuators_of(plant, gripper)
     plant.RemoveJointActuator(strongest)
     actuator = plant.AddJointActuator(strongest.name(), driven, min(2.0 * grip_force, strongest.effort_limit()))
-    actuator.set_controller_gains(
-        PdControllerGains(p=description.finger_stiffness, d=description.finger_damping)
-    )
+    actuator.set_controller_gains(PdControllerGains(p=description.finger_stiffness, d=description.finger_damping))
 
 
 def make_arm_model(description):

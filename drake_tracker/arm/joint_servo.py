@@ -33,9 +33,7 @@ def add_joint_feedforward(builder, model, spline):
     dynamics = builder.AddNamedSystem(
         "inverse_dynamics", InverseDynamics(model.plant, InverseDynamics.InverseDynamicsMode.kInverseDynamics)
     )
-    builder.Connect(
-        spline.GetOutputPort("desired_acceleration"), dynamics.get_input_port_desired_acceleration()
-    )
+    builder.Connect(spline.GetOutputPort("desired_acceleration"), dynamics.get_input_port_desired_acceleration())
     return dynamics
 
 

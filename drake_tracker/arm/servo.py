@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.messages import KNOT_COUNT, Prediction, evaluate_prediction, message_size
 from drake_tracker.estimation.alpha_beta_gamma import (
     AlphaBetaGammaGains,
     abg_predict,
     abg_step,
     alpha_beta_gamma_gains,
 )
-from drake_tracker.core.messages import KNOT_COUNT, Prediction, evaluate_prediction, message_size
 
 RESTART_DISTANCE = 0.10
 """A reading farther than this [m] from the filter is another object or a new track: the filter starts again."""

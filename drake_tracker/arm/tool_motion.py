@@ -129,9 +129,7 @@ class ToolMotion:
         before_last = 2 * state.previous_reference - state.reference
         drive = self._solve(state.tool, state.previous_reference, command.height, branch)
         earlier = self._solve(state.previous_tool, before_last, command.height, branch)
-        rate = Drive(
-            (drive.translation - earlier.translation) / self.period, (drive.turn - earlier.turn) / self.period
-        )
+        rate = Drive((drive.translation - earlier.translation) / self.period, (drive.turn - earlier.turn) / self.period)
         start = time - self.period  # the last pose of the tool is where the motion begins
         return replace(state, motion=command.motion, start=start, drive=drive, drive_rate=rate)
 
@@ -145,9 +143,7 @@ class ToolMotion:
         if branch == state.branch:
             return state
         duration = flip_duration(branch - state.branch, yaw_rate)
-        return replace(
-            state, branch=branch, previous_branch=state.branch, flip_start=time, flip_duration=duration
-        )
+        return replace(state, branch=branch, previous_branch=state.branch, flip_start=time, flip_duration=duration)
 
     def _solve(self, tool, reference, height, half_turns):
         return solve_drive(tool[:3], tool[3], *self._grasp_frame(reference, height, half_turns))

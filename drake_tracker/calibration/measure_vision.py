@@ -9,14 +9,14 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus
 
-from drake_tracker.tasks.train.diagram import flow_parameters, load_cameras, make_diagram, slowest_seen
-from drake_tracker.tasks.train.track_placement import draw_track
-from drake_tracker.core.machine import require_renderer
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.log import add_loggers, read_log
+from drake_tracker.core.machine import require_renderer
 from drake_tracker.core.progress import Progress
 from drake_tracker.tasks.episode import errors, train_pose
-from drake_tracker.core.log import add_loggers, read_log
+from drake_tracker.tasks.train.diagram import flow_parameters, load_cameras, make_diagram, slowest_seen
 from drake_tracker.tasks.train.scenario import Rendered
+from drake_tracker.tasks.train.track_placement import draw_track
 from drake_tracker.vision.measured_error import AXES
 from drake_tracker.vision.measured_error_file import save_error
 from drake_tracker.vision.measured_error_fit import HEADINGS, Sighting, combine, fit_speed

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_tracker.core.machine import require_renderer
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.machine import require_renderer
 from drake_tracker.tasks import scenario_file
 from drake_tracker.vision.calibration import calibrate_intrinsics, locate_camera, save_calibration
 from drake_tracker.vision.camera_model import CameraModel
@@ -100,9 +100,7 @@ def calibrate_cameras(cameras, lighting, table_height, *, board=None, lens_views
     scene = CalibrationScene(board, cameras, lighting, seed=seed)
     rng = np.random.default_rng(seed)
     frames = iter(range(len(CAMERA_NAMES) * (lens_views + len(LYING_YAWS))))
-    lying = [
-        lying_pose(board, [*cameras.look_at[:2], table_height + BOARD_THICKNESS], yaw) for yaw in LYING_YAWS
-    ]
+    lying = [lying_pose(board, [*cameras.look_at[:2], table_height + BOARD_THICKNESS], yaw) for yaw in LYING_YAWS]
     results = {}
     for name, X_WC in camera_poses(cameras).items():
         held = [_draw_held_pose(rng, board, X_WC, cameras) for _ in range(lens_views)]

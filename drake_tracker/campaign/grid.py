@@ -7,8 +7,8 @@ from typing import Any
 import yaml
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.tasks import load_scenario
 from drake_tracker.scenarios.tree import parse
+from drake_tracker.tasks import load_scenario
 
 _OWN = {"seed": "every trial has a seed of its own: use --trials and --first-seed"}
 _OPENING, _CLOSING, _QUOTES = "[{(", "]})", "'\""

@@ -84,8 +84,15 @@ def _lines(axes, rates, keys, key, numeric, units):
         x = [places[rate.settings[key]] + shift for rate in group]
         share, low, high = (100.0 * np.array([getattr(r, name) for r in group]) for name in ("share", "low", "high"))
         axes.errorbar(
-            x, share, [np.maximum(share - low, 0.0), np.maximum(high - share, 0.0)], fmt="o-" if numeric else "o",
-            color=COLOURS[k % len(COLOURS)], capsize=3, lw=1.5, ms=5, label=label,
+            x,
+            share,
+            [np.maximum(share - low, 0.0), np.maximum(high - share, 0.0)],
+            fmt="o-" if numeric else "o",
+            color=COLOURS[k % len(COLOURS)],
+            capsize=3,
+            lw=1.5,
+            ms=5,
+            label=label,
         )
     axes.set(xlabel=_label(key, units), ylabel="taken  [%], Wilson 95 %", ylim=(-3, 103))
     axes.set_xticks(list(places.values()), names)

@@ -57,8 +57,17 @@ class Campaign:
 
 
 def run_campaign(
-    scenario, trials, vary=None, overrides=(), first_seed=0, vision=None, workers=None, scheduler=None, out=None,
-    parquet=False, progress=None,
+    scenario,
+    trials,
+    vary=None,
+    overrides=(),
+    first_seed=0,
+    vision=None,
+    workers=None,
+    scheduler=None,
+    out=None,
+    parquet=False,
+    progress=None,
 ):
     """Runs every trial of a campaign that has not been run yet; returns the `Campaign`.
 

@@ -11,15 +11,21 @@ _STALE = "grasp.when_stale"
 def register(commands):
     """Adds the command to the parsers ``commands``."""
     command = commands.add_parser(
-        "arm", help="run the arm's computer and the laboratory, with `host` in another process",
+        "arm",
+        help="run the arm's computer and the laboratory, with `host` in another process",
         description="Runs laboratory and arm, sends what the sensors give over LCM, and goes by the packets of "
         "`drake-tracker host`. Without them the hand holds, high above the object. Leaves a run directory.",
     )
     add_scenario(command)
     add_run(command)
     add_lcm(command)
-    command.add_argument("--rate", type=float, default=1.0, metavar="R",
-                         help="simulated time to real time, at most (default 1; 0: as fast as it can)")
+    command.add_argument(
+        "--rate",
+        type=float,
+        default=1.0,
+        metavar="R",
+        help="simulated time to real time, at most (default 1; 0: as fast as it can)",
+    )
     command.set_defaults(action=execute)
 
 
@@ -32,9 +38,9 @@ def execute(options):
     asked = (options.scenario, options.seed, options.duration)
     scenario = load_scenario(*asked, options.overrides)
 
-    from drake_tracker.tasks.train.two_processes import check_task, make_arm_side
     from drake_tracker.network.bus import open_bus
     from drake_tracker.run.simulation import simulate
+    from drake_tracker.tasks.train.two_processes import check_task, make_arm_side
 
     check_task(scenario)
     if _STALE not in scenario.origins:
@@ -45,8 +51,13 @@ def execute(options):
     progress = Progress(scenario.duration)
     try:
         summary = simulate(
-            scenario, out=out, record=not options.no_record, meshcat=options.meshcat, progress=progress,
-            diagram=diagram, rate=options.rate,
+            scenario,
+            out=out,
+            record=not options.no_record,
+            meshcat=options.meshcat,
+            progress=progress,
+            diagram=diagram,
+            rate=options.rate,
         )
     except DrakeTrackerError:
         forget_if_empty(out)

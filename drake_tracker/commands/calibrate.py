@@ -9,7 +9,8 @@ from drake_tracker.core.errors import DrakeTrackerError
 def register(commands):
     """Adds the command to the parsers ``commands``."""
     command = commands.add_parser(
-        "calibrate", help="calibrate a scenario's cameras, or your own from photographs of a board",
+        "calibrate",
+        help="calibrate a scenario's cameras, or your own from photographs of a board",
         description="One SCENARIO: its cameras, from rendered images. With --board: your own, from photographs of a "
         "chessboard, a folder or a quoted pattern for each camera, two for a pair of cameras.",
     )
@@ -18,8 +19,11 @@ def register(commands):
     command.add_argument("-o", "--out", type=Path, metavar="FILE", help="calibration file to write")
     command.add_argument("--board", metavar="CxR", help="the board's inner corners, for example 9x6")
     command.add_argument("--square", type=float, metavar="M", help="side of one of its squares [m]")
-    command.add_argument("--world", action="store_true",
-                           help="the world's frame is the board of the first photograph, not the left camera")
+    command.add_argument(
+        "--world",
+        action="store_true",
+        help="the world's frame is the board of the first photograph, not the left camera",
+    )
     command.set_defaults(action=execute)
 
 

@@ -19,24 +19,32 @@ def add_scenario(command):
 
 def add_overrides(command):
     """Adds ``--set`` to a parser."""
-    command.add_argument("--set", action="append", default=[], metavar="KEY.PATH=VALUE", dest="overrides",
-                         help="change one setting, for example --set track.speed=0.2; may be given again")
+    command.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY.PATH=VALUE",
+        dest="overrides",
+        help="change one setting, for example --set track.speed=0.2; may be given again",
+    )
 
 
 def add_run(command):
     """Adds the arguments of a run to a parser: seed, duration, directory, recordings."""
     command.add_argument("--seed", type=int, metavar="N", help="seed of every random draw")
     command.add_argument("--duration", type=float, metavar="S", help="longest simulated time [s]")
-    command.add_argument("--out", type=Path, metavar="DIR",
-                         help="run directory, new or empty (default: runs/NAME-TIME)")
+    command.add_argument(
+        "--out", type=Path, metavar="DIR", help="run directory, new or empty (default: runs/NAME-TIME)"
+    )
     command.add_argument("--no-record", action="store_true", help="leave no recording and no video")
     command.add_argument("--meshcat", action="store_true", help="show the scene alone in a browser")
 
 
 def add_lcm(command):
     """Adds ``--lcm`` to a parser."""
-    command.add_argument("--lcm", metavar="URL",
-                         help="LCM address, the same for both processes (default: this machine alone)")
+    command.add_argument(
+        "--lcm", metavar="URL", help="LCM address, the same for both processes (default: this machine alone)"
+    )
 
 
 def run_directory(out, name, what="run"):

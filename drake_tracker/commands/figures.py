@@ -12,8 +12,12 @@ def register(commands):
     command.add_argument("--out", type=Path, required=True, metavar="DIR", help="directory for them, new or empty")
     command.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random draw (default: 0)")
     command.add_argument("--quick", action="store_true", help="a preview from a few seconds of the camera loop")
-    command.add_argument("--bounds", type=Path, metavar="FILE",
-                         help="bounds to draw in, a JSON file of curves (default: those of this world)")
+    command.add_argument(
+        "--bounds",
+        type=Path,
+        metavar="FILE",
+        help="bounds to draw in, a JSON file of curves (default: those of this world)",
+    )
     command.set_defaults(action=execute)
 
 

@@ -8,7 +8,8 @@ from drake_tracker.commands.common import NOT_TAKEN, SUCCESS, add_lcm, add_scena
 def register(commands):
     """Adds the command to the parsers ``commands``."""
     command = commands.add_parser(
-        "host", help="run the image processor and the host computer, with `arm` in another process",
+        "host",
+        help="run the image processor and the host computer, with `arm` in another process",
         description="Takes the images that `drake-tracker arm` sends over LCM, or its points with measured vision, and "
         "answers with packets of predicted path, until Ctrl-C. Start it with the scenario and the settings of the arm.",
     )
@@ -22,9 +23,9 @@ def execute(options):
 
     scenario = load_scenario(options.scenario, overrides=options.overrides)
 
-    from drake_tracker.run.host_process import HostProcess
-    from drake_tracker.network.bus import open_bus
     from drake_tracker.core.progress import Progress
+    from drake_tracker.network.bus import open_bus
+    from drake_tracker.run.host_process import HostProcess
 
     stopped = []
     previous = signal.signal(signal.SIGINT, lambda *_: stopped.append(True))

@@ -11,8 +11,8 @@ def register(commands):
 
 
 def execute(options):
-    from drake_tracker.tasks import list_scenarios, load_scenario
     from drake_tracker.scenarios.reader import describe_settings
+    from drake_tracker.tasks import list_scenarios, load_scenario
 
     if options.scenario:
         rows = describe_settings(load_scenario(options.scenario))

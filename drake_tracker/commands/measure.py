@@ -9,7 +9,8 @@ from drake_tracker.core.errors import DrakeTrackerError
 def register(commands):
     """Adds the command to the parsers ``commands``."""
     command = commands.add_parser(
-        "measure", help="measure the error of a scenario's cameras, for runs without rendering",
+        "measure",
+        help="measure the error of a scenario's cameras, for runs without rendering",
         description="Runs the camera loop without a grasp and writes the error of its points, for vision: !Measured.",
     )
     add_scenario(command)
@@ -31,7 +32,9 @@ def execute(options):
         except ValueError:
             raise DrakeTrackerError(f"--speeds {options.speeds}: must be numbers separated by commas") from None
 
-    from drake_tracker.calibration.measure_vision import measure  # Only now: bad input is answered without waiting for Drake.
+    from drake_tracker.calibration.measure_vision import (
+        measure,  # Only now: bad input is answered without waiting for Drake.
+    )
 
     measure(scenario, options.out, seeds=options.seeds, laps=options.laps, **speeds)
     return SUCCESS

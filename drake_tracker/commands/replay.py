@@ -17,15 +17,20 @@ _ROWS = (
 def register(commands):
     """Adds the command to the parsers ``commands``."""
     command = commands.add_parser(
-        "replay", help="run a recorded run's filters again, with other settings",
+        "replay",
+        help="run a recorded run's filters again, with other settings",
         description="Runs vision or triangulation, estimation, link and servo of a run again on what was recorded of "
         "it, without world, hand and rendering, and says how near to the truth they come. With nothing changed, the "
         "same signals to the last bit.",
     )
     command.add_argument("run", type=Path, metavar="RUN", help="directory that drake-tracker run left")
     add_overrides(command)
-    command.add_argument("--from", choices=["images", "centroids", "points"], dest="start",
-                         help="where to begin (default: centroids, and points of a run with measured vision)")
+    command.add_argument(
+        "--from",
+        choices=["images", "centroids", "points"],
+        dest="start",
+        help="where to begin (default: centroids, and points of a run with measured vision)",
+    )
     command.add_argument("--out", type=Path, metavar="DIR", help="directory, new or empty (default: runs/replay-TIME)")
     command.set_defaults(action=execute)
 

@@ -15,8 +15,11 @@ def register(commands):
     )
     add_scenario(command)
     add_run(command)
-    command.add_argument("--record-images", action="store_true",
-                         help="keep the images that the vision reads, for drake-tracker replay --from images")
+    command.add_argument(
+        "--record-images",
+        action="store_true",
+        help="keep the images that the vision reads, for drake-tracker replay --from images",
+    )
     command.add_argument("--live", action="store_true", help="show cameras, errors and scene on a page; pause and step")
     command.add_argument("--port", type=int, default=0, metavar="N", help="port of that page (default: a free one)")
     command.add_argument("--graphviz", type=Path, metavar="FILE", help="write the picture of the diagram to FILE")
@@ -46,8 +49,14 @@ def execute(options):
             progress.say("The camera reads the board's circles, then the arm touches its marks: a quarter of a minute")
         try:
             summary = simulate(
-                scenario, out=out, record=not options.no_record, meshcat=options.meshcat, progress=progress,
-                graphviz=options.graphviz, images=options.record_images, live=live,
+                scenario,
+                out=out,
+                record=not options.no_record,
+                meshcat=options.meshcat,
+                progress=progress,
+                graphviz=options.graphviz,
+                images=options.record_images,
+                live=live,
             )
         except (DrakeTrackerError, KeyboardInterrupt):
             forget_if_empty(out)

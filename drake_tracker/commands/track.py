@@ -12,7 +12,8 @@ LEAST_SEEN = 5
 def register(commands):
     """Adds the command to the parsers ``commands``."""
     command = commands.add_parser(
-        "track", help="track what moves before your own cameras",
+        "track",
+        help="track what moves before your own cameras",
         description="Tracks what moves in one video or two: a file, a folder or quoted pattern of images, a camera's "
         "number, or a ROS 2 bag as BAG.mcap:/topic. Leaves the track as a table, a picture and a video.",
     )
@@ -25,11 +26,20 @@ def register(commands):
     command.add_argument("--offset", type=float, default=0.0, metavar="S", help="the right video began S later [s]")
     command.add_argument("--duration", type=float, metavar="S", help="use no more than this [s]")
     command.add_argument("--detector", default="NormalFlow {}", metavar="TAG", help="NormalFlow or FrameDifference")
-    command.add_argument("--estimator", default="CoordinatedTurn {}", metavar="TAG",
-                       help="CoordinatedTurn, ClosedPath, ArcLength, AlphaBetaGamma or Custom, for example "
-                       "'!CoordinatedTurn {speed_noise: 0.01}'")
-    command.add_argument("--max-gap", type=float, default=0.03, metavar="M",
-                       help="two rays that pass each other by more are not of one point [m]")
+    command.add_argument(
+        "--estimator",
+        default="CoordinatedTurn {}",
+        metavar="TAG",
+        help="CoordinatedTurn, ClosedPath, ArcLength, AlphaBetaGamma or Custom, for example "
+        "'!CoordinatedTurn {speed_noise: 0.01}'",
+    )
+    command.add_argument(
+        "--max-gap",
+        type=float,
+        default=0.03,
+        metavar="M",
+        help="two rays that pass each other by more are not of one point [m]",
+    )
     command.add_argument("--no-overlay", action="store_true", help="leave no video")
     command.add_argument("--out", type=Path, metavar="DIR", help="directory, new or empty (default: runs/track-TIME)")
     command.set_defaults(action=execute)

@@ -11,12 +11,18 @@ PAGE = "report.html"
 def register(commands):
     """Adds the command to the parsers ``commands``."""
     command = commands.add_parser(
-        "view", help="look at a finished run: recording, video, attempts, and what a miss came from",
+        "view",
+        help="look at a finished run: recording, video, attempts, and what a miss came from",
         description="Makes the page of a run, report.html in its directory, and shows it on this machine until Ctrl-C.",
     )
     command.add_argument("run", type=Path, metavar="RUN", help="a run directory")
-    command.add_argument("--port", type=int, default=PORT, metavar="N",
-                         help=f"port on this machine, 0 for any that is free (default: {PORT})")
+    command.add_argument(
+        "--port",
+        type=int,
+        default=PORT,
+        metavar="N",
+        help=f"port on this machine, 0 for any that is free (default: {PORT})",
+    )
     command.add_argument("--no-browser", action="store_true", help="open no browser, print the link only")
     command.set_defaults(action=execute)
 

@@ -43,9 +43,7 @@ ServoTarget = namedview(
 computed is due), the stamp and seq of the packet it rests on, the packet's own std [m] there, ``stale`` = 1 while
 coasting without a fresh packet."""
 
-ArmCommand = namedview(
-    "ArmCommand", ["phase", "motion", "duration", "frame", "height", "frozen", "jaw_width"]
-)
+ArmCommand = namedview("ArmCommand", ["phase", "motion", "duration", "frame", "height", "frozen", "jaw_width"])
 """What the grasp machine asks of the arm: the phase's number, a counter that starts a new straight-line motion when it
 changes, that motion's duration [s], the ``frame`` to move in (0 home, 1 with the object, 2 standing where the object
 was when the motion began), height of the tool above the object's reference point [m], ``frozen`` = 1 while vision is

@@ -2,8 +2,11 @@
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-BETWEEN_ROOMS = (("vision", "point", "host", "point"), ("host", "prediction", "link", "packet"),
-                 ("link", "delivered", "arm", "packet"))
+BETWEEN_ROOMS = (
+    ("vision", "point", "host", "point"),
+    ("host", "prediction", "link", "packet"),
+    ("link", "delivered", "arm", "packet"),
+)
 """Arrows from room to room whose two ends have names of their own."""
 
 

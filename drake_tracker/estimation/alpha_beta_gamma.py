@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.frozen_state import read_only
 
 LEAST_INDEX = 1e-30
 """Smallest tracking index whose gains are told from none."""

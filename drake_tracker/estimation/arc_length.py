@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.frozen_state import read_only
 from drake_tracker.estimation.arc import Arc, run_arc
 from drake_tracker.estimation.error_growth import HORIZON, ErrorGrowth
 from drake_tracker.estimation.kaiser import moving_average_weights

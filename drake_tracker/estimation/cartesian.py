@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.estimation.alpha_beta_gamma import AlphaBetaGammaFilter, AlphaBetaGammaState
 from drake_tracker.estimation.error_growth import HORIZON, ErrorGrowth
 from drake_tracker.estimation.parameters import not_negative, positive
-from drake_tracker.core.timing import VISION_PERIOD
 
 
 @dataclass(frozen=True)
@@ -92,9 +92,7 @@ class AlphaBetaGamma:
         if ready:
             later, _, _ = self._horizontal.predict(horizontal, stamp + HORIZON)
             growth = growth.update(stamp, horizontal.x, later)
-        return CartesianState(
-            float(stamp), horizontal, vertical, float(started), float(heading), bool(ready), growth
-        )
+        return CartesianState(float(stamp), horizontal, vertical, float(started), float(heading), bool(ready), growth)
 
     def predict(self, state, times):
         """Returns rows x, y, z [m, W], yaw [rad] at absolute ``times`` [s], shape (n, 4).

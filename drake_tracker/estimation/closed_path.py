@@ -164,9 +164,7 @@ class ClosedPath:
             # It was no closure: the search goes on with what is remembered, for something longer.
             return replace(state, shortest=length + LONGER)
         # The object is elsewhere: what the filter makes of the jump would only mislead.
-        return replace(
-            state, turn=self._turn.forget(state.turn), history=closure.EMPTY, shortest=closure.SHORTEST_LAP
-        )
+        return replace(state, turn=self._turn.forget(state.turn), history=closure.EMPTY, shortest=closure.SHORTEST_LAP)
 
     def predict(self, state, times):
         """Returns rows x, y, z [m, W], yaw [rad] at absolute ``times`` [s], shape (n, 4).

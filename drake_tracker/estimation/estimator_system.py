@@ -9,8 +9,8 @@ from pydrake.common.containers import namedview
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,

@@ -140,8 +140,11 @@ def is_even(path):
     """Whether a metre of labels is about a metre of path everywhere, averaged over `EVEN_OVER`."""
     nodes, arc = _arc_length(path)
     reach = min(EVEN_OVER / path.length, 0.5)
-    ends = np.interp(np.arange(0.0, 1.0, 0.02) + reach, np.append(nodes, nodes[1:] + nodes[-1]) / nodes[-1],
-                     np.append(arc, arc[1:] + arc[-1]))
+    ends = np.interp(
+        np.arange(0.0, 1.0, 0.02) + reach,
+        np.append(nodes, nodes[1:] + nodes[-1]) / nodes[-1],
+        np.append(arc, arc[1:] + arc[-1]),
+    )
     starts = np.interp(np.arange(0.0, 1.0, 0.02), nodes / nodes[-1], arc)
     stretch = (ends - starts) / (reach * arc[-1])
     return bool(np.std(stretch) <= EVEN)

@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.constants import GRAVITY
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.frozen_state import read_only
 from drake_tracker.estimation.parameters import not_negative, positive
 
 STEEPEST = 1.5

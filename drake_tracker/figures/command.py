@@ -26,8 +26,8 @@ from drake_tracker.figures.measured_arc import (
     measured_density,
 )
 from drake_tracker.figures.paper_style import save
-from drake_tracker.figures.trajectory import draw_trajectory, trajectory
 from drake_tracker.figures.studio import train_studio
+from drake_tracker.figures.trajectory import draw_trajectory, trajectory
 from drake_tracker.tasks.train.summary import git_commit, package_versions
 
 RUNS, QUICK_RUNS = 12, 1
@@ -96,10 +96,24 @@ def make_figures(out, seed=0, quick=False, bounds=None, say=print):
 
 def _told(scenario, summary):
     """Returns what a reader must know of a run."""
-    keys = ("success", "failure_reason", "time_to_grasp_s", "simulated_s", "vision_valid_fraction",
-            "triangulation_rms_m", "triangulation_jitter_m", "prediction_rms_m", "lag_s")
-    return {"scenario": scenario.name, "seed": scenario.seed, "speed_m_s": scenario.track.speed,
-            "estimator": type(scenario.estimator).__name__, **{key: summary[key] for key in keys}}
+    keys = (
+        "success",
+        "failure_reason",
+        "time_to_grasp_s",
+        "simulated_s",
+        "vision_valid_fraction",
+        "triangulation_rms_m",
+        "triangulation_jitter_m",
+        "prediction_rms_m",
+        "lag_s",
+    )
+    return {
+        "scenario": scenario.name,
+        "seed": scenario.seed,
+        "speed_m_s": scenario.track.speed,
+        "estimator": type(scenario.estimator).__name__,
+        **{key: summary[key] for key in keys},
+    }
 
 
 def rounded(value):

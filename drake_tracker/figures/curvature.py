@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PREDICTED, RULE, SOFT_INK
-from drake_tracker.core.timing import VISION_PERIOD
 
 SPEED = 0.15
 """Of the train on the oval [m/s]."""
@@ -33,8 +33,12 @@ def curvature_limit():
         found.append(np.tan(np.angle((after - now) / (now - before))) / abs(after - now))
     found = np.array(found)
     return {
-        "track": "oval", "speed_m_s": SPEED, "curvature_1_m": truth, "interval_s": INTERVALS,
-        "tan_phi_0_over_s_0_1_m": found, "relative_error": found / truth - 1.0,
+        "track": "oval",
+        "speed_m_s": SPEED,
+        "curvature_1_m": truth,
+        "interval_s": INTERVALS,
+        "tan_phi_0_over_s_0_1_m": found,
+        "relative_error": found / truth - 1.0,
     }
 
 
@@ -47,17 +51,30 @@ def draw_curvature(numbers):
         interval = 1000.0 * numbers["interval_s"]
         right.loglog(interval, 100.0 * np.abs(numbers["relative_error"]), "o-", color=PREDICTED, lw=1.8, ms=5)
         right.axvline(interval[0], color=SOFT_INK, lw=1.0, ls=(0, (4, 3)), zorder=0)
-        right.annotate("60 Hz", (interval[0], 1.0), xycoords=("data", "axes fraction"), xytext=(5, -4), va="top",
-                       textcoords="offset points", color=SOFT_INK)
-        right.set(xticks=[20, 50, 100, 200, 500, 1000], xlabel="sampling interval $T$  [ms]",
-                  ylabel="$\\tan\\phi_0/s_0$ off the curvature by  [%]")
+        right.annotate(
+            "60 Hz",
+            (interval[0], 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(5, -4),
+            va="top",
+            textcoords="offset points",
+            color=SOFT_INK,
+        )
+        right.set(
+            xticks=[20, 50, 100, 200, 500, 1000],
+            xlabel="sampling interval $T$  [ms]",
+            ylabel="$\\tan\\phi_0/s_0$ off the curvature by  [%]",
+        )
         right.xaxis.set_major_formatter("{x:g}")
         right.xaxis.set_minor_formatter("")
         right.yaxis.set_major_formatter("{x:g}")
         quiet_grid(right)
-        head(right, "Equation (5) in numbers",
-             f"On the oval at {numbers['speed_m_s']:g} m/s, "
-             f"where $\\kappa$ = {numbers['curvature_1_m']:.2f} 1/m; no noise.")
+        head(
+            right,
+            "Equation (5) in numbers",
+            f"On the oval at {numbers['speed_m_s']:g} m/s, "
+            f"where $\\kappa$ = {numbers['curvature_1_m']:.2f} 1/m; no noise.",
+        )
     return figure
 
 
@@ -99,5 +116,11 @@ def _mark_angle(axes, corner, low, high, radius, name, colour, at=0.5):
     turn = np.linspace(start, end, 40)
     axes.plot(corner[0] + radius * np.cos(turn), corner[1] + radius * np.sin(turn), color=colour, lw=1.5, zorder=3)
     middle = start + at * (end - start)
-    axes.text(corner[0] + 1.28 * radius * np.cos(middle), corner[1] + 1.28 * radius * np.sin(middle), name,
-              color=colour, ha="center", va="center")
+    axes.text(
+        corner[0] + 1.28 * radius * np.cos(middle),
+        corner[1] + 1.28 * radius * np.sin(middle),
+        name,
+        color=colour,
+        ha="center",
+        va="center",
+    )

@@ -29,10 +29,15 @@ def arc_length_densities():
     rows = []
     for sigma in SIGMAS:
         density = arc_length_density(s, 1.0, sigma)
-        rows.append({
-            "sigma": sigma, "peak": s[density.argmax()], "mean": sigma * mean_factor(1.0 / sigma),
-            "integral": trapezoid(density, s), "density": density,
-        })
+        rows.append(
+            {
+                "sigma": sigma,
+                "peak": s[density.argmax()],
+                "mean": sigma * mean_factor(1.0 / sigma),
+                "integral": trapezoid(density, s),
+                "density": density,
+            }
+        )
     return {"s_0": 1.0, "s": s, "curves": rows}
 
 
@@ -46,14 +51,29 @@ def draw_arc_length_densities(numbers):
             mean = row["mean"]
             axes.plot(mean, np.interp(mean, numbers["s"], row["density"]), "|", color=colour, ms=14, mew=2)
         axes.axvline(1.0, color=SOFT_INK, lw=1, ls=(0, (4, 3)))
-        axes.annotate("true $s_0$", (1.0, 1.0), xycoords=("data", "axes fraction"), xytext=(-6, -4), ha="right",
-                      textcoords="offset points", color=SOFT_INK, va="top")
-        axes.set(xlim=(0, 4), ylim=(0, 1.15), xlabel="measured arc length $s$  [units of $s_0$]",
-                 ylabel="density $f(s)$  [1/$s_0$]")
+        axes.annotate(
+            "true $s_0$",
+            (1.0, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(-6, -4),
+            ha="right",
+            textcoords="offset points",
+            color=SOFT_INK,
+            va="top",
+        )
+        axes.set(
+            xlim=(0, 4),
+            ylim=(0, 1.15),
+            xlabel="measured arc length $s$  [units of $s_0$]",
+            ylabel="density $f(s)$  [1/$s_0$]",
+        )
         quiet_grid(axes)
         axes.legend(title="noise $\\sigma$  [$s_0$]")
-        head(axes, "Figure 8 · Noise makes a path longer",
-             "Density of the measured arc length; dots: peaks, bars: means. Both move away from the truth.")
+        head(
+            axes,
+            "Figure 8 · Noise makes a path longer",
+            "Density of the measured arc length; dots: peaks, bars: means. Both move away from the truth.",
+        )
     return figure
 
 
@@ -61,7 +81,9 @@ def moment_ratios():
     """Returns the numbers of figure 9: u_1(x), its limit at x = 0, and one inversion x_0(p) by the filter's table."""
     x = np.linspace(0.0, 8.0, 401)
     return {
-        "x": x, "u_1": moment_ratio(x), "limit": RATIO_LIMIT,
+        "x": x,
+        "u_1": moment_ratio(x),
+        "limit": RATIO_LIMIT,
         "example": {"p": EXAMPLE_RATIO, "x_0": noise_ratio(EXAMPLE_RATIO)},
     }
 
@@ -72,19 +94,32 @@ def draw_moment_ratios(numbers):
     with sheet(8.0, 5.0) as figure:
         axes = figure.subplots()
         axes.axhspan(numbers["limit"], 1.2, color="#f4e3d7", lw=0)
-        axes.text(7.9, numbers["limit"] + 0.006, "above $2/\\sqrt{\\pi}$ no root: $s_0$ is held", ha="right",
-                  color=FAR_PREDICTED)
+        axes.text(
+            7.9,
+            numbers["limit"] + 0.006,
+            "above $2/\\sqrt{\\pi}$ no root: $s_0$ is held",
+            ha="right",
+            color=FAR_PREDICTED,
+        )
         axes.axhline(1.0, color=RULE, lw=1)
-        axes.plot([0, example["x_0"], example["x_0"]], [example["p"], example["p"], 0.9], color=INK, lw=1.2,
-                  ls=(0, (4, 3)))
+        axes.plot(
+            [0, example["x_0"], example["x_0"]], [example["p"], example["p"], 0.9], color=INK, lw=1.2, ls=(0, (4, 3))
+        )
         axes.plot(numbers["x"], numbers["u_1"], color=PREDICTED, lw=2.4)
         axes.plot(example["x_0"], example["p"], "o", color=INK, ms=6)
-        axes.annotate(f"measured $p$ = {example['p']:.2f} gives $x_0$ = {example['x_0']:.2f}",
-                      (example["x_0"], example["p"]), xytext=(10, 8), textcoords="offset points")
+        axes.annotate(
+            f"measured $p$ = {example['p']:.2f} gives $x_0$ = {example['x_0']:.2f}",
+            (example["x_0"], example["p"]),
+            xytext=(10, 8),
+            textcoords="offset points",
+        )
         axes.set(xlim=(0, 8), ylim=(0.99, 1.16), xlabel="$x = s_0/\\sigma$", ylabel="$u_1(x) = s_2/s_1$")
         quiet_grid(axes)
-        head(axes, "Figure 9 · Two moments tell signal from noise",
-             "Ratio of the root mean square to the mean of $s$ (equation 16), and its inversion.")
+        head(
+            axes,
+            "Figure 9 · Two moments tell signal from noise",
+            "Ratio of the root mean square to the mean of $s$ (equation 16), and its inversion.",
+        )
     return figure
 
 
@@ -97,10 +132,15 @@ def bending_densities():
     rows = []
     for k in NOISE_RATIOS:
         paper, exact = bending_density(phi, 0.0, k), exact_bending_density(phi, 0.0, k)
-        rows.append({
-            "k": k, "paper_integral": trapezoid(paper, phi), "exact_integral": trapezoid(exact, phi), "paper": paper,
-            "exact": exact,
-        })
+        rows.append(
+            {
+                "k": k,
+                "paper_integral": trapezoid(paper, phi),
+                "exact_integral": trapezoid(exact, phi),
+                "paper": paper,
+                "exact": exact,
+            }
+        )
     return {"phi_0": 0.0, "phi": phi, "curves": rows}
 
 
@@ -120,13 +160,17 @@ def draw_bending_densities(numbers):
             tail.tick_params(labelsize=9)
             tail.text(176, 0.235, "the tail", ha="right", va="top", color=SOFT_INK, fontsize=9.5)
             quiet_grid(tail)
-            axes.set(xlim=(-180, 180), xticks=range(-180, 181, 60), ylim=(0, 4.2),
-                     xlabel="bending $\\phi - \\phi_0$  [deg]")
+            axes.set(
+                xlim=(-180, 180), xticks=range(-180, 181, 60), ylim=(0, 4.2), xlabel="bending $\\phi - \\phi_0$  [deg]"
+            )
             quiet_grid(axes)
         left.set_ylabel("density $f(\\phi)$  [1/rad]")
         left.legend(title="$k = \\sigma/s_0$")
         worst = numbers["curves"][-1]
-        head(left, "Figure 10 · The paper's density",
-             f"Points behind the object are left out: at k = {worst['k']:.1f} it holds {worst['paper_integral']:.0%}.")
+        head(
+            left,
+            "Figure 10 · The paper's density",
+            f"Points behind the object are left out: at k = {worst['k']:.1f} it holds {worst['paper_integral']:.0%}.",
+        )
         head(right, "The exact density", "The whole circle; each curve integrates to one.")
     return figure

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import cv2
 
 from drake_tracker.figures.paper_style import sheet
+from drake_tracker.figures.studio import sample
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import phase_spans
-from drake_tracker.figures.studio import sample
 
 SHOWN = ("intercept", "grasp", "lift")
 WIDTH = 640

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.estimation import make_estimator
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.figures.statistics import mean_interval
 from drake_tracker.tasks.style import FAR_PREDICTED, FILTERED, HAND, INK, PREDICTED, SEEN, SOFT_INK
-from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.world.tracks import Track, make_track
 
 SIGMA = 0.001
@@ -120,8 +120,15 @@ def error_against_horizon(seed, runs, bounds=None, progress=None):
             low, high = mean_interval(rows, rng)
             curves[name][stage] = {"rms_m": np.sqrt(np.mean(rows, axis=0)), "low_m": low**0.5, "high_m": high**0.5}
     return {
-        "track": "stadium, straights 0.25 m, radius 0.175 m", "sigma_m": SIGMA, "speed_m_s": SPEED, "runs": runs,
-        "seed": seed, "laps": LAPS, "horizon_s": HORIZONS, "estimators": curves, "bounds": bounds or [],
+        "track": "stadium, straights 0.25 m, radius 0.175 m",
+        "sigma_m": SIGMA,
+        "speed_m_s": SPEED,
+        "runs": runs,
+        "seed": seed,
+        "laps": LAPS,
+        "horizon_s": HORIZONS,
+        "estimators": curves,
+        "bounds": bounds or [],
     }
 
 
@@ -133,8 +140,15 @@ def draw_error_against_horizon(numbers):
         for axes, (stage, title) in zip(panels, STAGES.items()):
             for horizon, name in MARKS:
                 axes.axvline(horizon, color=SOFT_INK, lw=0.9, ls=(0, (2, 3)), zorder=0)
-                axes.annotate(name, (horizon, 0.0), xycoords=("data", "axes fraction"), xytext=(4, 5),
-                              textcoords="offset points", color=SOFT_INK, fontsize=10)
+                axes.annotate(
+                    name,
+                    (horizon, 0.0),
+                    xycoords=("data", "axes fraction"),
+                    xytext=(4, 5),
+                    textcoords="offset points",
+                    color=SOFT_INK,
+                    fontsize=10,
+                )
             for name, stages in numbers["estimators"].items():
                 colour, look, label = _LOOKS.get(name, ("#cc79a7", "-", name.replace("_", " ")))
                 curve = {key: 1e3 * np.asarray(row) for key, row in stages[stage].items()}

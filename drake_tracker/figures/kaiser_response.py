@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.estimation.kaiser import kaiser_beta, kaiser_order, kaiser_window
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.tasks.style import FAR_PREDICTED, PREDICTED, SEEN, SOFT_INK
-from drake_tracker.core.timing import VISION_PERIOD
 
 ATTENUATION, TRANSITION = 30.0, 0.05
 """A [dB] and the width of the transition [share of the sampling rate], as the paper chose them."""
@@ -32,13 +32,20 @@ def kaiser_response():
     kaiser = responses["kaiser"]
     first_null = int(np.nonzero(np.diff(kaiser) > 0.0)[0][0])
     return {
-        "attenuation_db": ATTENUATION, "transition_hz": TRANSITION * rate, "order": order, "beta": beta,
-        "delay_s": 0.5 * order * VISION_PERIOD, "white_noise_gain": float(np.sum((window / window.sum()) ** 2)),
-        "half_amplitude_hz": frequency[np.argmax(kaiser < -6.02)], "first_null_hz": frequency[first_null],
+        "attenuation_db": ATTENUATION,
+        "transition_hz": TRANSITION * rate,
+        "order": order,
+        "beta": beta,
+        "delay_s": 0.5 * order * VISION_PERIOD,
+        "white_noise_gain": float(np.sum((window / window.sum()) ** 2)),
+        "half_amplitude_hz": frequency[np.argmax(kaiser < -6.02)],
+        "first_null_hz": frequency[first_null],
         "highest_side_lobe_db": kaiser[first_null:].max(),
         "highest_side_lobe_rectangular_db": _side_lobe(responses["rectangular"]),
         "highest_side_lobe_windowed_sinc_db": _side_lobe(responses["windowed_sinc"]),
-        "window": window, "frequency_hz": frequency, "response_db": responses,
+        "window": window,
+        "frequency_hz": frequency,
+        "response_db": responses,
     }
 
 
@@ -60,9 +67,12 @@ def draw_kaiser_response(numbers):
         left.vlines(n, 0.0, numbers["window"], color=PREDICTED, lw=1.6)
         left.plot(n, numbers["window"], "o", color=PREDICTED, ms=4.5)
         left.set(xlabel="frame $n$", ylabel="$w_K(n)$", ylim=(0, 1.08))
-        head(left, "Section 4.3 · The Kaiser window",
-             f"M = {numbers['order']}, $\\beta$ = {numbers['beta']:.2f}: {numbers['order'] + 1} taps, "
-             f"a delay of {numbers['delay_s']:.2f} s")
+        head(
+            left,
+            "Section 4.3 · The Kaiser window",
+            f"M = {numbers['order']}, $\\beta$ = {numbers['beta']:.2f}: {numbers['order'] + 1} taps, "
+            f"a delay of {numbers['delay_s']:.2f} s",
+        )
         for name, label, look in (
             ("rectangular", "rectangular, as long", dict(color=SEEN, lw=1.3)),
             ("windowed_sinc", "sinc in a Kaiser window", dict(color=FAR_PREDICTED, lw=1.5, ls=(0, (4, 2)))),
@@ -74,10 +84,22 @@ def draw_kaiser_response(numbers):
         wanted = f"−A = −{numbers['attenuation_db']:.0f} dB"
         for level, text in ((numbers["highest_side_lobe_db"], reached), (-numbers["attenuation_db"], wanted)):
             right.axhline(level, color=SOFT_INK, lw=0.9, ls=(0, (2, 2)), zorder=0)
-            right.annotate(text, (1.0, level), xycoords=("axes fraction", "data"), xytext=(-2, 3), ha="right",
-                           textcoords="offset points", color=SOFT_INK, fontsize=10)
-        right.set(xlim=(0, numbers["frequency_hz"][-1]), ylim=(FLOOR, 3), xlabel="frequency  [Hz], sampled at 60 Hz",
-                  ylabel="response  [dB]")
+            right.annotate(
+                text,
+                (1.0, level),
+                xycoords=("axes fraction", "data"),
+                xytext=(-2, 3),
+                ha="right",
+                textcoords="offset points",
+                color=SOFT_INK,
+                fontsize=10,
+            )
+        right.set(
+            xlim=(0, numbers["frequency_hz"][-1]),
+            ylim=(FLOOR, 3),
+            xlabel="frequency  [Hz], sampled at 60 Hz",
+            ylabel="response  [dB]",
+        )
         quiet_grid(right)
         right.legend(loc="lower left", bbox_to_anchor=(0.5, 0.80))
         head(right, "Its response", f"The bare window's side lobes reach {reached}; a windowed sinc comes close to A.")

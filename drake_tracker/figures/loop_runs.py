@@ -1,11 +1,11 @@
 """The two runs of the camera loop that figures 7 and 12 to 14 are made of: one tracks, one grasps."""
 
-from drake_tracker.tasks.train.track_placement import draw_track
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.progress import Progress
 from drake_tracker.core.log import load_log
-from drake_tracker.tasks import load_scenario
+from drake_tracker.core.progress import Progress
 from drake_tracker.run.simulation import simulate
+from drake_tracker.tasks import load_scenario
+from drake_tracker.tasks.train.track_placement import draw_track
 
 TRACKING = "train:paper"
 """The filter of 1991: the figures show what the paper's own filter makes of the points."""

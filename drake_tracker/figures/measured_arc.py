@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.estimation.kaiser import moving_average_weights
 from drake_tracker.estimation.rice import arc_length_density, recover_arc_length
 from drake_tracker.figures.kaiser_response import ATTENUATION
@@ -10,7 +11,6 @@ from drake_tracker.figures.statistics import correlation, kolmogorov_smirnov, ri
 from drake_tracker.tasks.episode import errors, train_pose
 from drake_tracker.tasks.style import FAR_PREDICTED, INK, PREDICTED, SEEN
 from drake_tracker.tasks.train.summary import JITTER_WINDOW, without_mean
-from drake_tracker.core.timing import VISION_PERIOD
 
 START_UP = 1.0
 """Time [s] from the first point until the train has gathered speed."""
@@ -68,12 +68,22 @@ def measured_density(log):
     jitter = without_mean(stamps, errors(log, stamps, xy))
     tangential, normal = jitter.T
     return {
-        "samples": len(s), "interval_s": VISION_PERIOD, "s_1_m": s.mean(), "s_2_m": np.sqrt(np.mean(s * s)),
-        "true_s_0_m": np.nanmean(true), "fit_s_0_m": fit.s_0, "fit_sigma_m": fit.sigma, "fit_has_root": fit.has_root,
+        "samples": len(s),
+        "interval_s": VISION_PERIOD,
+        "s_1_m": s.mean(),
+        "s_2_m": np.sqrt(np.mean(s * s)),
+        "true_s_0_m": np.nanmean(true),
+        "fit_s_0_m": fit.s_0,
+        "fit_sigma_m": fit.sigma,
+        "fit_has_root": fit.has_root,
         "kolmogorov_smirnov": kolmogorov_smirnov(s, lambda x: rice_distribution(x, fit.s_0, max(fit.sigma, 1e-9))),
-        "jitter_window_frames": JITTER_WINDOW, "jitter_tangential_m": tangential.std(), "jitter_normal_m": normal.std(),
+        "jitter_window_frames": JITTER_WINDOW,
+        "jitter_tangential_m": tangential.std(),
+        "jitter_normal_m": normal.std(),
         "jitter_correlation": correlation(tangential, normal)._asdict(),
-        "edges_m": edges, "density_1_m": counts, "jitter_tangential_normal_m": jitter,
+        "edges_m": edges,
+        "density_1_m": counts,
+        "jitter_tangential_normal_m": jitter,
     }
 
 
@@ -86,22 +96,31 @@ def draw_measured_density(numbers):
         axes, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
         _draw_jitter(right, numbers)
         axes.stairs(1e-3 * numbers["density_1_m"], edges, fill=True, color="#d6dadf", label="measured")
-        axes.plot(s, arc_length_density(s, s_0, sigma), color=PREDICTED, lw=2.4,
-                  label=f"Rice, $s_0$ = {s_0:.2f} mm, $\\sigma$ = {sigma:.2f} mm")
+        axes.plot(
+            s,
+            arc_length_density(s, s_0, sigma),
+            color=PREDICTED,
+            lw=2.4,
+            label=f"Rice, $s_0$ = {s_0:.2f} mm, $\\sigma$ = {sigma:.2f} mm",
+        )
         for value, colour, look, name in (
             (numbers["true_s_0_m"], INK, "-", "true arc length"),
             (numbers["fit_s_0_m"], PREDICTED, (0, (4, 2)), "recovered $s_0$"),
             (numbers["s_1_m"], FAR_PREDICTED, (0, (1, 1)), "plain mean $s_1$"),
         ):
             axes.axvline(1e3 * value, color=colour, ls=look, lw=1.8, label=f"{name}: {1e3 * value:.2f} mm")
-        axes.set(xlim=(0, edges[-1]), xlabel="arc length $s$ between images 1/60 s apart  [mm]",
-                 ylabel="density  [1/mm]")
+        axes.set(
+            xlim=(0, edges[-1]), xlabel="arc length $s$ between images 1/60 s apart  [mm]", ylabel="density  [1/mm]"
+        )
         axes.set_ylim(0, 1.4 * max(1e-3 * numbers["density_1_m"].max(), arc_length_density(s, s_0, sigma).max()))
         quiet_grid(axes)
         axes.legend(loc="upper right")
-        head(axes, "Figure 7 · Arc length as the cameras measure it",
-             f"{numbers['samples']} chords of one frame; greatest distance from the Rice law "
-             f"{numbers['kolmogorov_smirnov']:.3f}.")
+        head(
+            axes,
+            "Figure 7 · Arc length as the cameras measure it",
+            f"{numbers['samples']} chords of one frame; greatest distance from the Rice law "
+            f"{numbers['kolmogorov_smirnov']:.3f}.",
+        )
     return figure
 
 
@@ -111,13 +130,21 @@ def _draw_jitter(axes, numbers):
     found = numbers["jitter_correlation"]
     limit = 1.1 * max(np.abs(tangential).max(initial=0.5), np.abs(normal).max(initial=0.5))
     axes.plot(tangential, normal, ".", color=PREDICTED, ms=5, alpha=0.4, mew=0)
-    axes.set(xlim=(-limit, limit), ylim=(-limit, limit), xlabel="tangential noise $n_t$  [mm]",
-             ylabel="normal noise $n_n$  [mm]")
+    axes.set(
+        xlim=(-limit, limit),
+        ylim=(-limit, limit),
+        xlabel="tangential noise $n_t$  [mm]",
+        ylabel="normal noise $n_n$  [mm]",
+    )
     axes.set_aspect("equal", anchor="NW")
     quiet_grid(axes)
-    head(axes, "Its noise",
-         f"Correlation {found['coefficient']:+.2f}, 95 % interval {found['low']:+.2f} to {found['high']:+.2f}."
-         .replace("-", "−"))
+    head(
+        axes,
+        "Its noise",
+        f"Correlation {found['coefficient']:+.2f}, 95 % interval {found['low']:+.2f} to {found['high']:+.2f}.".replace(
+            "-", "−"
+        ),
+    )
 
 
 def filtered_arc(log):
@@ -128,10 +155,21 @@ def filtered_arc(log):
     true = np.hypot(*(truth[: len(times)] - truth[len(times) :]).T)
     full = np.isfinite(s_0)
     return {
-        "order": ORDER, "attenuation_db": ATTENUATION, "mean_s_1_m": _mean(s_1), "mean_s_0_m": _mean(s_0),
-        "mean_sigma_m": _mean(sigma), "mean_true_m": _mean(true), "bias_s_1": _mean(s_1[full] / true[full]) - 1.0,
-        "bias_s_0": _mean(s_0[full] / true[full]) - 1.0, "scatter_s_m": np.std(s), "scatter_s_0_m": np.std(s_0[full]),
-        "time_s": times, "s_m": s, "s_1_m": s_1, "s_0_m": s_0, "true_m": true,
+        "order": ORDER,
+        "attenuation_db": ATTENUATION,
+        "mean_s_1_m": _mean(s_1),
+        "mean_s_0_m": _mean(s_0),
+        "mean_sigma_m": _mean(sigma),
+        "mean_true_m": _mean(true),
+        "bias_s_1": _mean(s_1[full] / true[full]) - 1.0,
+        "bias_s_0": _mean(s_0[full] / true[full]) - 1.0,
+        "scatter_s_m": np.std(s),
+        "scatter_s_0_m": np.std(s_0[full]),
+        "time_s": times,
+        "s_m": s,
+        "s_1_m": s_1,
+        "s_0_m": s_0,
+        "true_m": true,
     }
 
 
@@ -162,10 +200,14 @@ def draw_filtered_arc(numbers, longest=8.0):
         values = np.concatenate([s_1, s_0, true])
         values = values[np.isfinite(values)]
         room = 0.35 * np.ptp(values)
-        below.set(xlim=(times[0], times[-1]), xlabel="time  [s]",
-                  ylim=(values.min() - room - 0.05, values.max() + 0.05))
-        head(above, "Figure 12 · The arc length before and after the filter",
-             "Chords of one frame, 1/60 s. On average "
-             f"$s_1$ is {100 * numbers['bias_s_1']:+.1f} % off the true length, "
-             f"$s_0$ {100 * numbers['bias_s_0']:+.1f} %.")
+        below.set(
+            xlim=(times[0], times[-1]), xlabel="time  [s]", ylim=(values.min() - room - 0.05, values.max() + 0.05)
+        )
+        head(
+            above,
+            "Figure 12 · The arc length before and after the filter",
+            "Chords of one frame, 1/60 s. On average "
+            f"$s_1$ is {100 * numbers['bias_s_1']:+.1f} % off the true length, "
+            f"$s_0$ {100 * numbers['bias_s_0']:+.1f} %.",
+        )
     return figure

@@ -39,8 +39,15 @@ def head(axes, title, note=""):
     """Writes a title over an axes, and below it a line that says what is shown."""
     axes.set_title(title, pad=28 if note else 12)
     if note:
-        axes.annotate(note, (0.0, 1.0), xycoords="axes fraction", xytext=(0, 9), textcoords="offset points",
-                      color=SOFT_INK, fontsize=10.5)
+        axes.annotate(
+            note,
+            (0.0, 1.0),
+            xycoords="axes fraction",
+            xytext=(0, 9),
+            textcoords="offset points",
+            color=SOFT_INK,
+            fontsize=10.5,
+        )
 
 
 def shades(count):

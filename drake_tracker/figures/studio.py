@@ -71,9 +71,7 @@ class Studio:
         fov = np.deg2rad(fov_deg)
         info = CameraInfo(width * OVERSAMPLING, height * OVERSAMPLING, fov)
         core = RenderCameraCore(RENDERER, info, ClippingRange(0.05, 20.0), RigidTransform())
-        query = self._scene_graph.get_query_output_port().Eval(
-            self._scene_graph.GetMyContextFromRoot(self._context)
-        )
+        query = self._scene_graph.get_query_output_port().Eval(self._scene_graph.GetMyContextFromRoot(self._context))
         image = query.RenderColorImage(
             ColorRenderCamera(core), self._scene_graph.world_frame_id(), looking(eye, target)
         )
@@ -154,7 +152,10 @@ def add_cove(plant):
             lines.append("f " + " ".join(f"{k + 1}//{k + 1}" for k in corners))
     mesh = MemoryFile(contents="\n".join(lines) + "\n", extension=".obj", filename_hint="cove")
     plant.RegisterVisualGeometry(
-        plant.world_body(), RigidTransform([0.3, 0.0, 0.0]), Mesh(InMemoryMesh(mesh_file=mesh)), "cove",
+        plant.world_body(),
+        RigidTransform([0.3, 0.0, 0.0]),
+        Mesh(InMemoryMesh(mesh_file=mesh)),
+        "cove",
         np.array([0.36, 0.38, 0.41, 1.0]),
     )
 
@@ -183,8 +184,13 @@ def studio_light(folder):
         environment_map=EnvironmentMap(texture=EquirectangularMap(path=str(path)), skybox=False),
         lights=[
             LightParameter(
-                type="spot", frame="world", position=[2.4, -2.0, 3.6], direction=[-2.0, 2.0, -3.1],
-                cone_angle=60.0, intensity=LAMP, color=Rgba(1.0, 0.97, 0.92),
+                type="spot",
+                frame="world",
+                position=[2.4, -2.0, 3.6],
+                direction=[-2.0, 2.0, -3.1],
+                cone_angle=60.0,
+                intensity=LAMP,
+                color=Rgba(1.0, 0.97, 0.92),
             ),
         ],
         cast_shadows=True,

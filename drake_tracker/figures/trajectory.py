@@ -33,9 +33,12 @@ def trajectory(log, scenario, lap_length):
     seen, sent, driven = (((row >= start) & (row <= end)) for row in (stamps, times, truth.times))
     return {
         "lap_s": end - max(start, truth.times[0]),
-        "points_rms_along_m": of_points[0], "points_rms_across_m": of_points[1],
-        "commanded_rms_along_m": of_commands[0], "commanded_rms_across_m": of_commands[1],
-        "points_m": points[seen], "commanded_m": commanded[sent],
+        "points_rms_along_m": of_points[0],
+        "points_rms_across_m": of_points[1],
+        "commanded_rms_along_m": of_commands[0],
+        "commanded_rms_across_m": of_commands[1],
+        "points_m": points[seen],
+        "commanded_m": commanded[sent],
         "true_m": train_pose(log, truth.times[driven])[:, :2],
     }
 
@@ -57,7 +60,10 @@ def draw_trajectory(numbers):
         quiet_grid(axes)
         axes.legend(loc="center")
         along, across = 1e3 * numbers["commanded_rms_along_m"], 1e3 * numbers["commanded_rms_across_m"]
-        head(axes, "Figure 13 · Seen and commanded",
-             f"The last {numbers['lap_s']:.1f} s. The command, predicted over the lag, "
-             f"is off by {along:.1f} mm rms along the track, {across:.1f} mm across.")
+        head(
+            axes,
+            "Figure 13 · Seen and commanded",
+            f"The last {numbers['lap_s']:.1f} s. The command, predicted over the lag, "
+            f"is off by {along:.1f} mm rms along the track, {across:.1f} mm across.",
+        )
     return figure

@@ -12,6 +12,7 @@ import numpy as np
 from drake_tracker.arm.crossing import Crossing
 from drake_tracker.arm.transform_equation import motion_time
 from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.messages import KNOT_COUNT, ServoTarget, message_size
 from drake_tracker.grasp.catch_schema import (
     CATCH_PROGRAMS,
     CATCH_SAME_MOTION,
@@ -20,7 +21,6 @@ from drake_tracker.grasp.catch_schema import (
     OperatorMode,
 )
 from drake_tracker.grasp.motor_schema import SchemaMachine
-from drake_tracker.core.messages import KNOT_COUNT, ServoTarget, message_size
 
 STOPPING_SHARE = 0.3
 """A motion that stops goes on by this share of speed times duration: less, and it would come back."""

@@ -11,6 +11,7 @@ import numpy as np
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.differential_ik import rehearse
 from drake_tracker.arm.transform_equation import share_done
+from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
     LATERAL,
@@ -24,7 +25,6 @@ from drake_tracker.grasp.prediction_memory import (
     recall,
     recent,
 )
-from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
 
 RECENT = 2.5
 """An open track is judged by the packets stamped within so much time [s] before the present."""

@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_tracker.arm.differential_ik import make_parameters
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.grasp.gate import Gate, can_follow, horizon, judge_prediction
 from drake_tracker.grasp.motor_schema import SchemaMachine, since
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
 from drake_tracker.grasp.schema import PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING
 
 SEEN_FOR = 0.2
 """The object counts as seen once its target has been valid and fresh for this long [s]."""

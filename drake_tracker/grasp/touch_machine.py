@@ -12,8 +12,8 @@ import numpy as np
 from drake_tracker.arm.contact_sense import contact_force, low_pass
 from drake_tracker.arm.tool_motion import MotionFrame
 from drake_tracker.arm.transform_equation import PEAK_OVER_MEAN
-from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.frozen_state import read_only
 from drake_tracker.grasp.touch_schema import TouchParameters, TouchPhase, TouchReport, TouchState
 
 _SHORTEST = 0.3

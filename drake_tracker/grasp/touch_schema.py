@@ -18,9 +18,7 @@ class TouchPhase(IntEnum):
     MISSED = 5
 
 
-TouchReport = namedview(
-    "TouchReport", ["phase", "mark", "force"] + [f"{axis}{k}" for k in range(3) for axis in "xyz"]
-)
+TouchReport = namedview("TouchReport", ["phase", "mark", "force"] + [f"{axis}{k}" for k in range(3) for axis in "xyz"])
 """How far the touching is: phase, the mark (0 to 2) it is about, force felt against the approach [N], and the touched
 positions of the probe's centre, p_WP [m] in W, zero where there is none yet."""
 

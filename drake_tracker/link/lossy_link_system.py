@@ -4,9 +4,9 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.link.lossy_link import LinkState, LossyLink, newest_arrived
 from drake_tracker.core.messages import Prediction, message_size
 from drake_tracker.core.timing import LINK_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
+from drake_tracker.link.lossy_link import LinkState, LossyLink, newest_arrived
 
 
 class LossyLinkSystem(LeafSystem):

@@ -48,8 +48,9 @@ class LiveView:
     def introduce(self, scenario):
         """Tells the page which run this is."""
         words = [f"seed {scenario.seed}"]
-        words.append(f"{scenario.track.speed:g} m/s" if scenario.task == "train" else
-                     f"board at {scenario.board.incline_deg:g}°")
+        words.append(
+            f"{scenario.track.speed:g} m/s" if scenario.task == "train" else f"board at {scenario.board.incline_deg:g}°"
+        )
         self.state.set_facts(
             title=scenario.name, subtitle=", ".join(words), task=scenario.task, duration=scenario.duration, rates=RATES
         )
@@ -73,8 +74,8 @@ class LiveView:
         from drake_tracker.diagrams.arms import arm_of
         from drake_tracker.live.strips import SPANS, STRIPS
         from drake_tracker.live.strips_system import add_strips
-        from drake_tracker.tasks.style import phase_colour
         from drake_tracker.tasks.registry import has_images
+        from drake_tracker.tasks.style import phase_colour
 
         add_strips(builder, hand_eye, scenario.task, make_arm_model(arm_of(scenario)), self.state.add_sample)
         self.state.set_facts(

@@ -1,5 +1,4 @@
-"""A window around each circle of the board, put there by the person at the page (Nashman and Chaconas 1990, section 3).
-"""
+"""A window around each circle of the board, put there by the person at the page (Nashman and Chaconas 1990, section 3)."""
 
 import math
 import threading

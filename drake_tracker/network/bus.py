@@ -59,9 +59,10 @@ def with_buffer(url, most=Path("/proc/sys/net/core/rmem_max")):
 def multicast_trouble(group):
     """Returns why a message to a multicast group does not come back to this machine, None when it does."""
     any_interface = socket.inet_aton(group) + socket.inet_aton("0.0.0.0")
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener, socket.socket(
-        socket.AF_INET, socket.SOCK_DGRAM
-    ) as speaker:
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as speaker,
+    ):
         try:
             listener.bind(("", 0))
             listener.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, any_interface)

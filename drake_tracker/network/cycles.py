@@ -34,8 +34,7 @@ class CycleCollector:
         self._last = None
 
     def put(self, channel, time, message):
-        """Takes a message with its sender's time [s]. Returns the cycles that it ends, oldest first: none, one or two.
-        """
+        """Takes a message with its sender's time [s]. Returns the cycles that it ends, oldest first: none, one or two."""
         number = round(time / self._period)
         newest = self._last if self._open is None else self._open.number
         ended = []

@@ -5,9 +5,9 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.lcm import LcmPublisherSystem
 from pydrake.systems.sensors import ImageToLcmImageArrayT, PixelType
 
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.network.channels import channel_of
 from drake_tracker.network.signal_system import add_receiver, add_sender
-from drake_tracker.core.timing import VISION_PERIOD
 
 
 class ImageSenderDiagram(Diagram):

@@ -1,18 +1,18 @@
 """Builds the diagram of a replay from a recording: the parts of the run's scenario, with the changes in it."""
 
 from drake_tracker.arm.servo_system import make_servo_system
-from drake_tracker.tasks.ball import diagram as ball
-from drake_tracker.tasks.train import diagram as train
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.log import signals
+from drake_tracker.core.timing import GRASP_SLOT, PROJECTOR_SLOT, VISION_PERIOD, servo_slot, vision_slot
 from drake_tracker.footage.frame_clock import FrameClock
 from drake_tracker.footage.frame_sequence import FrameSequence
 from drake_tracker.footage.open_footage import open_footage
 from drake_tracker.footage.video_source_system import VideoSource
-from drake_tracker.run.camera_images import image_file
-from drake_tracker.core.log import signals
 from drake_tracker.replay.log_source_system import LogSourceSystem
 from drake_tracker.replay.replay_diagram import ReplayDiagram
-from drake_tracker.core.timing import GRASP_SLOT, PROJECTOR_SLOT, VISION_PERIOD, servo_slot, vision_slot
+from drake_tracker.run.camera_images import image_file
+from drake_tracker.tasks.ball import diagram as ball
+from drake_tracker.tasks.train import diagram as train
 from drake_tracker.vision.board_poses import POSES_FILE, load_poses
 from drake_tracker.vision.triangulator_system import TriangulatorSystem
 

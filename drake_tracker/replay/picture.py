@@ -5,9 +5,9 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from drake_tracker.tasks.train.figures import LONG, broken, draw_phases, name_colours
-from drake_tracker.tasks.style import FAR_PREDICTED, PLOT_STYLE, PREDICTED, RULE, SOFT_INK, TRUTH
 from drake_tracker.replay.judge import HORIZONS
+from drake_tracker.tasks.style import FAR_PREDICTED, PLOT_STYLE, PREDICTED, RULE, SOFT_INK, TRUTH
+from drake_tracker.tasks.train.figures import LONG, broken, draw_phases, name_colours
 
 RECORDED, REPLAYED = FAR_PREDICTED, PREDICTED
 _MOST_WORDS = 150

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.run.camera_images import IMAGES_FOLDER
 from drake_tracker.core.log import load_log, signals
-from drake_tracker.tasks.train.summary import git_commit, package_versions
 from drake_tracker.replay.changes import check_changes
+from drake_tracker.run.camera_images import IMAGES_FOLDER
 from drake_tracker.tasks import load_scenario
+from drake_tracker.tasks.train.summary import git_commit, package_versions
 
 STARTS = ("images", "centroids", "points")
 """Where a replay may begin."""

@@ -7,11 +7,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.core.log import add_loggers, read_log, save_log
-from drake_tracker.tasks.train.summary import git_commit, package_versions
 from drake_tracker.replay.changes import changed_settings
 from drake_tracker.replay.judge import Judge, compare_signals
 from drake_tracker.replay.parts import make_diagram
 from drake_tracker.replay.picture import draw_replay
+from drake_tracker.tasks.train.summary import git_commit, package_versions
 
 _STRETCH = 1.0
 """Simulated time [s] between two reports of progress."""

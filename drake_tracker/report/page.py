@@ -3,15 +3,15 @@
 from html import escape
 from pathlib import Path
 
-from drake_tracker.report.autopsy.autopsy import perform
-from drake_tracker.report.autopsy.normal import NORMAL_ATTEMPT, NORMAL_TRACKING
+from drake_tracker.core.timing import BALL_TIME_STEP, TIME_STEP
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.episode import phase_spans
-from drake_tracker.core.timing import BALL_TIME_STEP, TIME_STEP
+from drake_tracker.report.autopsy.autopsy import perform
+from drake_tracker.report.autopsy.normal import NORMAL_ATTEMPT, NORMAL_TRACKING
 from drake_tracker.report.bars import by_word, contribution_bars
 from drake_tracker.report.summary_table import summary_rows
 from drake_tracker.report.timeline import phase_legend, timeline_svg
+from drake_tracker.tasks.episode import phase_spans
 
 CAPTIONS = {
     "tracking.png": "The track from above, errors over time, phases.",

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
-from drake_tracker.tasks.train.summary import package_versions
 from drake_tracker.tasks import load_scenario
+from drake_tracker.tasks.train.summary import package_versions
 
 EXPECTED = {
     "train": (

@@ -5,9 +5,9 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import outputs
 from drake_tracker.run.lossless_video import LosslessVideo
-from drake_tracker.core.timing import VISION_PERIOD
 
 IMAGES_FOLDER = "images"
 

@@ -11,21 +11,21 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.tasks.train.diagram import load_cameras, look_windows
-from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.grasp_system import GraspDiagnosis
-from drake_tracker.grasp.schema import Phase
 from drake_tracker.core.messages import (
     ArmCommand,
     Centroid,
     Prediction,
     message_size,
 )
-from drake_tracker.tasks.ball.foresight import path_points
-from drake_tracker.tasks.style import PHASES_THAT_PREDICT
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.grasp.gate import Gate
+from drake_tracker.grasp.grasp_system import GraspDiagnosis
+from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.video_file import VideoFile
 from drake_tracker.run.video_page import SIDES, CameraSight, PageState, VideoPage, port_of
-from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.tasks.ball.foresight import path_points
+from drake_tracker.tasks.style import PHASES_THAT_PREDICT
+from drake_tracker.tasks.train.diagram import load_cameras, look_windows
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
 
 FRAMES_PER_SECOND = 30
@@ -118,9 +118,7 @@ class CameraVideoSystem(LeafSystem):
       update_cycles: from one centroid to the next.
     """
 
-    def __init__(
-        self, sinks, page, cameras, offsets, lag_cycles, script=TRAIN_SCRIPT, every=1, update_cycles=1
-    ):
+    def __init__(self, sinks, page, cameras, offsets, lag_cycles, script=TRAIN_SCRIPT, every=1, update_cycles=1):
         super().__init__()
         self._sinks, self._page, self._cameras, self._offsets = sinks, page, cameras, offsets
         self._sides, self._script = tuple(cameras), script

@@ -6,13 +6,13 @@ from drake import lcmt_drake_signal, lcmt_image_array
 from pydrake.lcm import DrakeLcm
 from pydrake.systems.analysis import Simulator
 
-from drake_tracker.tasks.train.two_processes import make_host_side
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import Prediction
+from drake_tracker.core.timing import SERVO_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.network.channels import channel_of
 from drake_tracker.network.cycles import CycleCollector
 from drake_tracker.network.mailbox import Mailbox
-from drake_tracker.core.timing import SERVO_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.tasks.train.two_processes import make_host_side
 
 SILENCE = 1.0
 """Wall time [s] without a message after which the arm counts as silent."""

@@ -3,10 +3,10 @@
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.grasp.schema import Phase
 from drake_tracker.core.messages import ArmCommand, message_size
-from drake_tracker.tasks.train.figures import draw_motion_images
+from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.video_page import SIDES, port_of
+from drake_tracker.tasks.train.figures import draw_motion_images
 
 _PERIOD = 1.0
 

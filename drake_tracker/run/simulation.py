@@ -9,13 +9,13 @@ from pathlib import Path
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus
 
-from drake_tracker.core.machine import require_renderer
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.messages import ArmCommand
 from drake_tracker.core.log import add_loggers, read_log, save_log, tool_signal
-from drake_tracker.tasks.train.summary import save_summary
+from drake_tracker.core.machine import require_renderer
+from drake_tracker.core.messages import ArmCommand
 from drake_tracker.tasks import save_scenario
 from drake_tracker.tasks.registry import has_images, task_of
+from drake_tracker.tasks.train.summary import save_summary
 
 AFTERGLOW = 0.5
 """Simulated time [s] for which a run goes on once its object was taken, or is lost: log and video show it."""
@@ -26,8 +26,17 @@ _ROUNDING = 1e-9
 
 
 def simulate(
-    scenario, out=None, record=True, meshcat=False, progress=None, graphviz=None, stop=True, images=False, diagram=None,
-    rate=0.0, live=None,
+    scenario,
+    out=None,
+    record=True,
+    meshcat=False,
+    progress=None,
+    graphviz=None,
+    stop=True,
+    images=False,
+    diagram=None,
+    rate=0.0,
+    live=None,
 ):
     """Runs a scenario to its end and returns its summary, a dict.
 

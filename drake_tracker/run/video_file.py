@@ -69,9 +69,10 @@ def _join_fragments(path):
     """Rewrites a fragmented MP4 as one piece with its index in front, without coding the images again."""
     whole = path.with_name(path.name + ".part")
     try:
-        with av.open(str(path)) as source, av.open(
-            str(whole), "w", format="mp4", options={"movflags": "faststart"}
-        ) as target:
+        with (
+            av.open(str(path)) as source,
+            av.open(str(whole), "w", format="mp4", options={"movflags": "faststart"}) as target,
+        ):
             stream = source.streams.video[0]
             copy = target.add_stream_from_template(stream)
             for packet in source.demux(stream):

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_tracker.grasp.schema import PROGRAMS, Phase
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_FIELDS, PREDICTION_HEADER
 from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP
+from drake_tracker.grasp.schema import PROGRAMS, Phase
 
 _X, _Y, _YAW = (KNOT_FIELDS.index(field) for field in ("x", "y", "yaw"))
 

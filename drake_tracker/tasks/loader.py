@@ -9,12 +9,12 @@ import difflib
 from pathlib import Path
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.diagrams.custom import find_module
 from drake_tracker.scenarios.parts import Custom
 from drake_tracker.scenarios.reader import read, tree_of
-from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.scenarios.tree import Value, merge, nest, parse
+from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.train.scenario import TrainScenario
 
 PACKAGE_FOLDERS = {task: Path(__file__).parent / task for task in ("train", "ball")}
 """Where the scenario files of each task lie, and what they name."""

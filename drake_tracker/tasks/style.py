@@ -64,6 +64,7 @@ PLOT_STYLE = {
 }
 """Type, axes and lines of every plot, as Matplotlib's settings."""
 
+
 def phase_colour(phase):
     """Returns the colour of a phase of any task. Phases are numbers, and the same ones in each task: the kind tells."""
     return (CATCH_COLOURS if isinstance(phase, CatchPhase) else PHASE_COLOURS)[phase]

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 
 from drake_tracker.core.messages import Centroid, Prediction, TrackPoint, evaluate_prediction
-from drake_tracker.tasks.style import bgr, draw_text
 from drake_tracker.run.video_file import VideoFile
+from drake_tracker.tasks.style import bgr, draw_text
 
 _WIDEST, _TALLEST = 640, 480
 _BAND, _BETWEEN = 36, 4

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from drake_tracker.core.timing import ESTIMATOR_SLOT, vision_slot
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.footage.timeline import MOST_STAMP_DIFFERENCE
 from drake_tracker.footage.video_source_system import VideoSource
-from drake_tracker.core.timing import ESTIMATOR_SLOT, vision_slot
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
 from drake_tracker.vision.plane_projection import EveryReading, camera_on_board

@@ -7,24 +7,24 @@ import av
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from drake_tracker.vision.detectors import make_detector
-from drake_tracker.diagrams.estimators import estimator_of
-from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.diagrams.estimators import estimator_of
 from drake_tracker.footage.open_footage import open_footage
 from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.footage.video import reason
+from drake_tracker.scenarios.option import read_option
+from drake_tracker.scenarios.parts import Custom, NormalFlow
+from drake_tracker.tasks.ball.scenario import FrameDifference
+from drake_tracker.tasks.train.scenario import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn
 from drake_tracker.tasks.train.summary import save_summary
 from drake_tracker.tracking.overlay import TrackOverlay
+from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
 from drake_tracker.tracking.picture import draw_track
 from drake_tracker.tracking.summary import describe_run, summarize_track
 from drake_tracker.tracking.table import TrackTable
-from drake_tracker.tasks.ball.scenario import FrameDifference
-from drake_tracker.scenarios.option import read_option
-from drake_tracker.scenarios.parts import Custom, NormalFlow
-from drake_tracker.tasks.train.scenario import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn
-from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.calibration import load_calibration, load_pose
+from drake_tracker.vision.detectors import make_detector
 
 DETECTORS = Union[NormalFlow, FrameDifference]
 ESTIMATORS = Union[CoordinatedTurn, ClosedPath, ArcLength, AlphaBetaGamma, Custom]
@@ -154,9 +154,7 @@ def run(tracking, out, *, overlay=True, progress=None):
             table = TrackTable(out / "track.csv", diagram.sides, diagram.has_points)
             if overlay:
                 sizes = [each.size for each in tracking.footage]
-                video = TrackOverlay(
-                    out / "overlay.mp4", timeline.period, sizes, tracking.age_cycles, tracking.cameras
-                )
+                video = TrackOverlay(out / "overlay.mp4", timeline.period, sizes, tracking.age_cycles, tracking.cameras)
             _follow(tracking, table, video, dropped, progress)
     except KeyboardInterrupt:
         interrupted = True

@@ -10,8 +10,8 @@ from pydrake.systems.framework import LeafSystem
 from pydrake.systems.primitives import DiscreteTimeDelay
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import Centroid, FrameInfo, message_size
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD, delay_cycles
 

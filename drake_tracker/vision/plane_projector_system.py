@@ -47,9 +47,7 @@ class PlaneProjectorSystem(LeafSystem):
         plausible: `PlausibleReadings`.
     """
 
-    def __init__(
-        self, camera, X_WB, height, plausible, *, period=VISION_PERIOD, offset=vision_slot(PROJECTOR_SLOT)
-    ):
+    def __init__(self, camera, X_WB, height, plausible, *, period=VISION_PERIOD, offset=vision_slot(PROJECTOR_SLOT)):
         super().__init__()
         self._camera, self._plausible = camera, plausible
         self._X_WB = np.array(X_WB, dtype=float)

@@ -31,9 +31,7 @@ def intersect_rays(ray_left, ray_right):
     if along_left <= 0.0 or along_right <= 0.0:
         return None
     nearest_left, nearest_right = a + along_left * d, b + along_right * e
-    return RayIntersection(
-        (nearest_left + nearest_right) / 2.0, float(np.linalg.norm(nearest_left - nearest_right))
-    )
+    return RayIntersection((nearest_left + nearest_right) / 2.0, float(np.linalg.norm(nearest_left - nearest_right)))
 
 
 def triangulate(camera_left, camera_right, uv_left, uv_right):

@@ -37,9 +37,7 @@ class ContactMaterial:
 
     def properties(self):
         properties = ProximityProperties()
-        AddContactMaterial(
-            self.dissipation, self.stiffness, CoulombFriction(self.friction, self.friction), properties
-        )
+        AddContactMaterial(self.dissipation, self.stiffness, CoulombFriction(self.friction, self.friction), properties)
         return properties
 
 

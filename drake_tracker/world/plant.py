@@ -38,9 +38,7 @@ def add_laboratory(builder, description, train_body, table_height, time_step, de
 
     Returns Laboratory.
     """
-    config = MultibodyPlantConfig(
-        time_step=time_step, contact_model="point", discrete_contact_approximation="lagged"
-    )
+    config = MultibodyPlantConfig(time_step=time_step, contact_model="point", discrete_contact_approximation="lagged")
     plant, scene_graph = AddMultibodyPlant(config, builder)
     parts = add_arm(plant, description)
     couple_fingers(plant, parts.gripper, description, grip_force)

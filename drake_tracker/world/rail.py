@@ -52,9 +52,7 @@ def rail_force(track, state, target_speed, height):
     drift = vy * tangent_x - vx * tangent_y
     side = _clip(-LATERAL_STIFFNESS * lateral - LATERAL_DAMPING * drift, LATERAL_LIMIT)
     drive = _clip(DRIVE_GAIN * (target_speed - speed), DRIVE_LIMIT)
-    yaw_error = math.atan2(
-        heading_x * tangent_y - heading_y * tangent_x, heading_x * tangent_x + heading_y * tangent_y
-    )
+    yaw_error = math.atan2(heading_x * tangent_y - heading_y * tangent_x, heading_x * tangent_x + heading_y * tangent_y)
     torque = _clip(YAW_STIFFNESS * yaw_error + YAW_DAMPING * (curvature * speed - wz), YAW_LIMIT)
     return (
         grip * (drive * tangent_x - side * tangent_y),

@@ -14,10 +14,6 @@ from drake_tracker.arm.servo import Servo
 from drake_tracker.arm.servo_system import ServoSystem
 from drake_tracker.arm.tool_motion import ToolMotion
 from drake_tracker.arm.transform_equation_system import TransformEquationSystem
-from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.grasp_machine import GraspMachine
-from drake_tracker.grasp.grasp_system import GraspDiagnosis, GraspSystem
-from drake_tracker.grasp.schema import Phase
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -27,7 +23,6 @@ from drake_tracker.core.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.tasks.train import scenario as train_scenario
 from drake_tracker.core.timing import (
     ESTIMATOR_SLOT,
     GRASP_SLOT,
@@ -41,6 +36,11 @@ from drake_tracker.core.timing import (
     servo_slot,
     vision_slot,
 )
+from drake_tracker.grasp.gate import Gate
+from drake_tracker.grasp.grasp_machine import GraspMachine
+from drake_tracker.grasp.grasp_system import GraspDiagnosis, GraspSystem
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.tasks.train import scenario as train_scenario
 
 RADIUS, SPEED, LAG = 0.12, 0.15, 0.25
 HOME = np.array([0.56, 0.0, 0.485, np.pi])

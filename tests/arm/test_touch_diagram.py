@@ -31,16 +31,12 @@ QUICK = TouchParameters(travel_speed=0.6, clearance=0.005, settle=0.05, reach_be
 def touch(description, above, parameters=QUICK, marks=MARKS):
     """Touches the marks from ``above`` [m]. Returns the last report, and the greatest force of contact [N]."""
     builder = DiagramBuilder()
-    config = MultibodyPlantConfig(
-        time_step=TIME_STEP, contact_model="point", discrete_contact_approximation="lagged"
-    )
+    config = MultibodyPlantConfig(time_step=TIME_STEP, contact_model="point", discrete_contact_approximation="lagged")
     plant, _ = AddMultibodyPlant(config, builder)
     arm = add_arm(plant, description).arm
     set_servo_gains(plant, arm, description.servo_inertia, description.servo_bandwidth)
     X_WG = X_WB @ RigidTransform([0.0, 0.45, -0.01])
-    plant.RegisterCollisionGeometry(
-        plant.world_body(), X_WG, Box(0.6, 0.9, 0.02), "board", CoulombFriction(0.5, 0.5)
-    )
+    plant.RegisterCollisionGeometry(plant.world_body(), X_WG, Box(0.6, 0.9, 0.02), "board", CoulombFriction(0.5, 0.5))
     plant.Finalize()
     model = make_arm_model(replace(description, tool_frame="probe"))
     centres = np.array([X_WB @ np.array([*mark, RADIUS]) for mark in marks])

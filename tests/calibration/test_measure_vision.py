@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from drake_tracker import cli, load_scenario, make_diagram, simulate
-from drake_tracker.tasks.train.diagram import load_cameras
-from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.calibration.measure_vision import bias_over_headings, check_request, pixel_footprint, sightings_of
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal, load_log
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks import load_scenario as load
 from drake_tracker.tasks import save_scenario, scenario_file
+from drake_tracker.tasks.train.diagram import load_cameras
 from drake_tracker.tasks.train.scenario import Cameras, Measured, Rendered, TrainScenario
-from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.measured_error_file import load_error
 from drake_tracker.world.cameras import describe_rig
 

@@ -92,7 +92,7 @@ def test_the_world_may_be_the_board_of_the_first_pair(shots):
 
 def test_a_single_camera(shots):
     assert calibrate("left/*.png", "--world") == 0
-    (name, camera), = load_calibration("rig.yaml").items()
+    ((name, camera),) = load_calibration("rig.yaml").items()
     assert name == "camera_left" and camera.K[0, 0] == pytest.approx(300.0, rel=0.03)
 
 

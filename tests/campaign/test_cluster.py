@@ -37,16 +37,16 @@ class Engine:
         path = os.pathsep.join([str(TESTS.parent), str(TESTS), os.environ.get("PYTHONPATH", "")])
         process = subprocess.Popen(
             [sys.executable, "-m", "distributed.cli.dask_" + what, "--host", "127.0.0.1", "--no-dashboard", *arguments],
-            cwd=self.folder, env={**os.environ, "PYTHONPATH": path, **FEW_FAILURES},
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            cwd=self.folder,
+            env={**os.environ, "PYTHONPATH": path, **FEW_FAILURES},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
         )
         self.processes.append(process)
         return process
 
     def worker(self, *arguments):
-        return self.start(
-            "worker", self.address, "--nthreads", "1", "--local-directory", str(self.folder), *arguments
-        )
+        return self.start("worker", self.address, "--nthreads", "1", "--local-directory", str(self.folder), *arguments)
 
     @staticmethod
     def wait_for(condition, timeout=30.0):
@@ -134,10 +134,14 @@ def test_a_scheduler_without_workers_is_one_line(engine, tmp_path, monkeypatch):
     assert not (tmp_path / "c").exists()
 
 
-@pytest.mark.parametrize("address, said", [
-    ("tcp://127.0.0.1:9", "no scheduler answers there within 0.5 s"), ("sky://there", "not an address such as"),
-    ("nonsense", "scheduler"),
-])
+@pytest.mark.parametrize(
+    "address, said",
+    [
+        ("tcp://127.0.0.1:9", "no scheduler answers there within 0.5 s"),
+        ("sky://there", "not an address such as"),
+        ("nonsense", "scheduler"),
+    ],
+)
 def test_a_scheduler_that_is_not_there_is_one_line(address, said, tmp_path, monkeypatch):
     monkeypatch.setattr(cluster_module, "CONNECT_TIMEOUT", 0.5)
     with pytest.raises(DrakeTrackerError, match=said) as caught:

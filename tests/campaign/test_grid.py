@@ -99,5 +99,11 @@ def test_values_of_python_are_written_as_yaml(value, text):
 
 def test_texts_are_read_as_numbers_where_they_are():
     assert [plain_value(text) for text in ("0.20", "3", "1e-3", "false", "oval", "!ArcLength {}", "[1, 2]")] == [
-        0.2, 3, 0.001, False, "oval", "!ArcLength {}", "[1, 2]",
+        0.2,
+        3,
+        0.001,
+        False,
+        "oval",
+        "!ArcLength {}",
+        "[1, 2]",
     ]

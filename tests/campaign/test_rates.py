@@ -52,21 +52,42 @@ def test_rates_are_counted_cell_by_cell():
 
 def test_the_table_has_settings_first_and_names_what_is_nested():
     rows = [
-        {"settings": {"track.speed": "0.1", "track.kind": "oval"}, "seed": 1, "wall_s": 2.5, "success": True,
-         "failure_reason": None, "lag_s": {"min": 0.25, "max": 0.26}, "error": [1.0, 2.0]},
-        {"settings": {"track.speed": "0.2", "track.kind": "oval"}, "seed": 1, "success": False,
-         "failure_reason": "missed, twice", "hold_s": None},
+        {
+            "settings": {"track.speed": "0.1", "track.kind": "oval"},
+            "seed": 1,
+            "wall_s": 2.5,
+            "success": True,
+            "failure_reason": None,
+            "lag_s": {"min": 0.25, "max": 0.26},
+            "error": [1.0, 2.0],
+        },
+        {
+            "settings": {"track.speed": "0.2", "track.kind": "oval"},
+            "seed": 1,
+            "success": False,
+            "failure_reason": "missed, twice",
+            "hold_s": None,
+        },
     ]
     table = columns_of(rows, ["track.speed", "track.kind"])
     assert list(table) == [
-        "track.speed", "track.kind", "seed", "success", "failure_reason", "wall_s", "lag_s.min", "lag_s.max", "error.0",
-        "error.1", "hold_s",
+        "track.speed",
+        "track.kind",
+        "seed",
+        "success",
+        "failure_reason",
+        "wall_s",
+        "lag_s.min",
+        "lag_s.max",
+        "error.0",
+        "error.1",
+        "hold_s",
     ]
     assert table["track.speed"] == [0.1, 0.2] and table["lag_s.max"] == [0.26, None]
 
 
 def test_the_csv_reads_back(tmp_path):
-    columns = {"a": [1, None], "b": [True, False], "c": ["x, \"y\"", None], "d": [0.1 + 0.2, math.pi]}
+    columns = {"a": [1, None], "b": [True, False], "c": ['x, "y"', None], "d": [0.1 + 0.2, math.pi]}
     write_csv(columns, tmp_path / "t.csv")
     with (tmp_path / "t.csv").open(newline="") as file:
         header, first, second = csv.reader(file)

@@ -198,9 +198,13 @@ def test_bad_runners_are_one_line(options, said, monkeypatch):
         make_runner(**options)
 
 
-@pytest.mark.parametrize("package, call", [
-    ("pyarrow", require_parquet), ("distributed", lambda: make_runner(scheduler="tcp://localhost:1")),
-])
+@pytest.mark.parametrize(
+    "package, call",
+    [
+        ("pyarrow", require_parquet),
+        ("distributed", lambda: make_runner(scheduler="tcp://localhost:1")),
+    ],
+)
 def test_an_extra_that_is_missing_is_one_line(package, call, monkeypatch):
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(DrakeTrackerError, match=r"pip install 'drake-tracker\[(cluster|parquet)\]'"):

@@ -13,11 +13,11 @@ from drake_tracker import cli, load_scenario, make_diagram, simulate
 from drake_tracker.campaign.plan import make_plan
 from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.trial import run_trial
-from drake_tracker.tasks.train.two_processes import make_arm_side
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.tasks import save_scenario
 from drake_tracker.scenarios.parts import Custom
+from drake_tracker.tasks import save_scenario
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.two_processes import make_arm_side
 
 SOURCE = Path(__file__).parents[1] / "own_estimator.py"
 ARM = """

@@ -6,9 +6,9 @@ from pydrake.systems.analysis import Simulator
 from wires import arrows
 
 from drake_tracker import load_scenario, make_diagram
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram
-from drake_tracker.core.messages import ArmCommand, JawState, ToolStatus
 from drake_tracker.core.log import signals
+from drake_tracker.core.messages import ArmCommand, JawState, ToolStatus
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 
 ARROWS = {
     ("world", "camera_left", "vision", "camera_left"),

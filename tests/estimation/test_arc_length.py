@@ -12,9 +12,7 @@ PERIOD = 1.0 / 60.0
 def circle(t, speed=0.15, radius=0.12, climb=0.0):
     """Returns points (n, 3) of a circle about (.56, 0, .485); a negative speed runs it clockwise."""
     angle = speed * np.asarray(t) / radius
-    return np.stack(
-        [0.56 + radius * np.cos(angle), radius * np.sin(angle), 0.485 + climb * np.asarray(t)], axis=-1
-    )
+    return np.stack([0.56 + radius * np.cos(angle), radius * np.sin(angle), 0.485 + climb * np.asarray(t)], axis=-1)
 
 
 def run(estimator, times, points):

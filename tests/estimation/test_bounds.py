@@ -1,4 +1,3 @@
-
 import bounds
 import numpy as np
 import pytest
@@ -86,7 +85,13 @@ def _circle(times, length, speed):
 def test_on_a_known_path_only_the_rate_is_unknown():
     times, query, length, speed = PERIOD * np.arange(1200), np.array([20.75]), 1.0, 0.1
     found = bounds.closed_path_bound(
-        times, _circle(times, length, speed), query, _circle(query, length, speed), length, speed, SIGMA,
+        times,
+        _circle(times, length, speed),
+        query,
+        _circle(query, length, speed),
+        length,
+        speed,
+        SIGMA,
         np.full(9, 1e-9),
     )
     # A line through the origin: the phase counts from the first point, which lies where it is known to lie.
@@ -98,7 +103,13 @@ def test_over_many_laps_every_coefficient_costs_its_share():
     times = PERIOD * np.arange(30 * 600)  # thirty whole laps
     query = times[-1] + np.linspace(0.0, 10.0, 50)
     found = bounds.closed_path_bound(
-        times, _circle(times, length, speed), query, _circle(query, length, speed), length, speed, SIGMA,
+        times,
+        _circle(times, length, speed),
+        query,
+        _circle(query, length, speed),
+        length,
+        speed,
+        SIGMA,
         np.full(9, 1.0),
     )
     n = len(times)

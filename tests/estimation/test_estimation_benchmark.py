@@ -1,4 +1,3 @@
-
 import numpy as np
 import pytest
 from measure import COLUMNS, HORIZONS, run_cell

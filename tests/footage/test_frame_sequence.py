@@ -3,12 +3,12 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import FrameInfo
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.frame_clock import FrameClock
 from drake_tracker.footage.frame_sequence import FrameSequence
 from drake_tracker.footage.timeline import align
 from drake_tracker.footage.video_source_system import VideoSource
-from drake_tracker.core.messages import FrameInfo
 
 PERIOD = 0.1
 

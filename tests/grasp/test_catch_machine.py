@@ -6,10 +6,10 @@ from catches import PERIOD, X_WB, ball_packet, edge, packets_of, play
 from slopes import STEP, points_of, roll, to_world
 
 from drake_tracker.arm.tool_motion import MotionFrame
+from drake_tracker.core.messages import ArmCommand, Prediction, ServoTarget, ToolStatus, message_size
 from drake_tracker.estimation import make_estimator
 from drake_tracker.grasp.catch_machine import CatchMachine, CatchObservation
 from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.core.messages import ArmCommand, Prediction, ServoTarget, ToolStatus, message_size
 from drake_tracker.tasks.ball.scenario import Catch
 
 NOTHING = np.zeros(message_size(Prediction))

@@ -14,12 +14,12 @@ from drake_tracker.arm.servo import Servo
 from drake_tracker.arm.servo_system import ServoSystem
 from drake_tracker.arm.tool_motion import ToolMotion
 from drake_tracker.arm.transform_equation_system import TransformEquationSystem
+from drake_tracker.core.messages import Prediction, message_size
+from drake_tracker.core.timing import LINK_SLOT, vision_slot
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.catch_system import CatchDiagnosis, CatchSystem
-from drake_tracker.core.messages import Prediction, message_size
 from drake_tracker.tasks.ball.scenario import Catch
-from drake_tracker.core.timing import LINK_SLOT, vision_slot
 
 PARAMETERS = Catch()
 NEWS = 4.0 / 60.0

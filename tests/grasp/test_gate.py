@@ -5,6 +5,8 @@ from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for
 from drake_tracker.arm.differential_ik import make_parameters
 from drake_tracker.arm.transform_equation import share_done
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
+from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.grasp.gate import (
     FEWEST_RECORDS,
     ONE_PASS,
@@ -19,9 +21,7 @@ from drake_tracker.grasp.gate import (
     touch_delay,
 )
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
 from drake_tracker.tasks.train.scenario import Grasp
-from drake_tracker.core.timing import SERVO_PERIOD
 
 PARAMETERS = Grasp()
 
@@ -70,9 +70,7 @@ def target_at(stamp):
 
 
 def test_touch_delay_and_horizon_add_up():
-    parameters = Grasp(
-        jaw_opening=0.088, object_width=0.04, jaw_speed=0.4, descent_duration=0.36, closing_lead=0.10
-    )
+    parameters = Grasp(jaw_opening=0.088, object_width=0.04, jaw_speed=0.4, descent_duration=0.36, closing_lead=0.10)
     assert touch_delay(parameters) == pytest.approx(0.12)
     target = ServoTarget(np.zeros(14))
     target.time, target.stamp = 10.046, 9.75
@@ -86,8 +84,11 @@ def test_predictions_that_came_true_here_open_the_gate():
 
 @pytest.mark.parametrize(
     "error, allowed",
-    [("lateral", PARAMETERS.lateral_tolerance), ("along", PARAMETERS.along_tolerance),
-     ("turn_deg", PARAMETERS.turn_tolerance_deg)],
+    [
+        ("lateral", PARAMETERS.lateral_tolerance),
+        ("along", PARAMETERS.along_tolerance),
+        ("turn_deg", PARAMETERS.turn_tolerance_deg),
+    ],
 )
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_one_failed_prediction_in_either_direction_shuts_it(error, allowed, sign):
@@ -259,9 +260,7 @@ def follow(arm_model, hovering, path=circle, **settings):
     q, start = hovering
     parameters = Grasp(**settings)
     ik_parameters = make_parameters(arm_model, SERVO_PERIOD)
-    return can_follow(
-        parameters, arm_model, ik_parameters, q, packet_at(1.0, path), start, parameters.hover_height, 1
-    )
+    return can_follow(parameters, arm_model, ik_parameters, q, packet_at(1.0, path), start, parameters.hover_height, 1)
 
 
 def test_the_arm_can_follow_the_default_descent(arm_model, hovering):

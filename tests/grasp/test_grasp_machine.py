@@ -6,10 +6,6 @@ import pytest
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for
 from drake_tracker.arm.tool_motion import MotionFrame
-from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.grasp_machine import FORCE_SHARE, GRIP_CONFIRMED, SEEN_FOR, GraspMachine, Observation
-from drake_tracker.grasp.prediction_memory import PredictionMemory
-from drake_tracker.grasp.schema import Phase
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -20,8 +16,12 @@ from drake_tracker.core.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.tasks.train.scenario import Grasp
 from drake_tracker.core.timing import SERVO_PERIOD
+from drake_tracker.grasp.gate import Gate
+from drake_tracker.grasp.grasp_machine import FORCE_SHARE, GRIP_CONFIRMED, SEEN_FOR, GraspMachine, Observation
+from drake_tracker.grasp.prediction_memory import PredictionMemory
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.tasks.train.scenario import Grasp
 
 PARAMETERS = Grasp()
 WIDTH, OPENING, FORCE = PARAMETERS.object_width, PARAMETERS.jaw_opening, PARAMETERS.grip_force
@@ -37,9 +37,7 @@ def path(t):
 def good_memory(stamp):
     """Predictions made here one lap earlier that came true, and lead where those of now lead."""
     here, there = path(stamp)[[0, 1, 3]], path(stamp + 0.7)[[0, 1, 3]]
-    return PredictionMemory(
-        (), np.array([[stamp - 10.0 + 0.03 * k, *here, 0.0, 0.0, 0.0, *there] for k in range(6)])
-    )
+    return PredictionMemory((), np.array([[stamp - 10.0 + 0.03 * k, *here, 0.0, 0.0, 0.0, *there] for k in range(6)]))
 
 
 class Bench:

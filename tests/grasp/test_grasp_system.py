@@ -5,10 +5,6 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for
-from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.grasp_machine import GraspMachine
-from drake_tracker.grasp.grasp_system import GraspDiagnosis, GraspSystem
-from drake_tracker.grasp.schema import Phase
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -20,8 +16,12 @@ from drake_tracker.core.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.tasks.train.scenario import Grasp
 from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, SERVO_SLOT, TIME_STEP, servo_slot
+from drake_tracker.grasp.gate import Gate
+from drake_tracker.grasp.grasp_machine import GraspMachine
+from drake_tracker.grasp.grasp_system import GraspDiagnosis, GraspSystem
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.tasks.train.scenario import Grasp
 
 PARAMETERS = Grasp()
 TICK = servo_slot(GRASP_SLOT)

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, Prediction, message_size, pack_prediction
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
     LATERAL,
@@ -15,7 +16,6 @@ from drake_tracker.grasp.prediction_memory import (
     recent,
     remember,
 )
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, Prediction, message_size, pack_prediction
 
 HORIZON, PERIOD = 0.7, 0.03
 LAP = 8.0

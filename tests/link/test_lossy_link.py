@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.link.lossy_link import LinkState, LossyLink, newest_arrived
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_FIELDS, Prediction, message_size, pack_prediction
+from drake_tracker.link.lossy_link import LinkState, LossyLink, newest_arrived
 
 PERIOD = 1.0 / 60.0
 

@@ -4,9 +4,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.link.lossy_link_system import LossyLinkSystem
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_FIELDS, Prediction, message_size, pack_prediction
 from drake_tracker.core.timing import ESTIMATOR_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
+from drake_tracker.link.lossy_link_system import LossyLinkSystem
 
 FIRST = 3
 """The source says nothing valid in its first cycles, as an estimator does."""

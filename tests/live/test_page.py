@@ -16,8 +16,13 @@ import pytest
 from drake_tracker.core.timing import VISION_PERIOD
 
 CHROMIUM = Path("/usr/bin/chromium")
-FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-         "--disable-background-networking"]
+FLAGS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+]
 PATIENCE = 120.0
 """Wall time [s] after which something is not going to happen any more."""
 

@@ -116,7 +116,8 @@ def test_the_name_localhost_will_do(site):
 
 
 @pytest.mark.parametrize(
-    "origin", [None, "null", "http://evil.example", "http://127.0.0.1:1", "https://{host}", "http://{host}.evil.example"]
+    "origin",
+    [None, "null", "http://evil.example", "http://127.0.0.1:1", "https://{host}", "http://{host}.evil.example"],
 )
 def test_another_origin_may_not_steer(site, origin):
     headers = {} if origin is None else {"Origin": origin.format(host=site.host)}

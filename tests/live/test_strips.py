@@ -3,9 +3,6 @@
 import numpy as np
 import pytest
 
-from drake_tracker.estimation.estimator_system import Filtered
-from drake_tracker.grasp.catch_system import CatchDiagnosis
-from drake_tracker.live.strips import STRIPS, Sights, measure
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -16,6 +13,9 @@ from drake_tracker.core.messages import (
     message_size,
     pack_prediction,
 )
+from drake_tracker.estimation.estimator_system import Filtered
+from drake_tracker.grasp.catch_system import CatchDiagnosis
+from drake_tracker.live.strips import STRIPS, Sights, measure
 
 NOW = 2.0
 

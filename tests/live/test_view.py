@@ -15,13 +15,13 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker import load_scenario, simulate
 from drake_tracker.arm.description import make_arm_model
-from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.tasks.ball.diagram import make_diagram
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.tasks.ball.initialisation import initialise_board
+from drake_tracker.core.log import load_log
+from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.live.strips_system import add_strips
 from drake_tracker.live.view import LiveView
-from drake_tracker.core.log import load_log
+from drake_tracker.tasks.ball.diagram import make_diagram
+from drake_tracker.tasks.ball.initialisation import initialise_board
 from drake_tracker.tasks.ball.scenario import Operator
 
 

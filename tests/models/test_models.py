@@ -61,9 +61,7 @@ class Scene:
         return self.context
 
     def place_train(self, height, x=0.56):
-        self.plant.SetFreeBodyPose(
-            self.context, self.plant.GetBodyByName("train"), RigidTransform([x, 0.0, height])
-        )
+        self.plant.SetFreeBodyPose(self.context, self.plant.GetBodyByName("train"), RigidTransform([x, 0.0, height]))
 
     def train_pose(self):
         return self.plant.GetBodyByName("train").EvalPoseInWorld(self.context)

@@ -7,8 +7,15 @@ from drake_tracker.network.channels import DEFAULT_URL
 
 @pytest.mark.parametrize(
     "url",
-    ["", "239.255.76.67:7667", "memq://", "udpm://10.0.0.1:7667", "udpm://239.255.76.67", "udpm://239.255.76.67:99999",
-     "udpm://239.255.76.670:7667"],
+    [
+        "",
+        "239.255.76.67:7667",
+        "memq://",
+        "udpm://10.0.0.1:7667",
+        "udpm://239.255.76.67",
+        "udpm://239.255.76.67:99999",
+        "udpm://239.255.76.670:7667",
+    ],
 )
 def test_an_address_that_is_none_is_refused_in_one_line(url):
     with pytest.raises(DrakeTrackerError, match=r"--lcm .*: an address is udpm://GROUP:PORT.*, for example") as caught:

@@ -7,11 +7,11 @@ from pydrake.lcm import DrakeLcm
 
 from drake_tracker import load_scenario
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.run.host_process import MOST_WAITING, SILENCE, HostProcess
 from drake_tracker.core.messages import Prediction, TrackPoint
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.network.channels import channel_of
 from drake_tracker.network.signal_message import decode_signal, encode_signal
-from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.run.host_process import MOST_WAITING, SILENCE, HostProcess
 
 LAG = 0.25
 
@@ -115,7 +115,8 @@ def test_silence_is_told_once_and_so_is_its_end():
         sender.host.step(0.0)
     sender.send(range(10, 20))
     assert [line.split(",")[0].split(" since")[0] for line in sender.news[1:]] == [
-        "the arm is silent", "hears the arm again"
+        "the arm is silent",
+        "hears the arm again",
     ]
 
 

@@ -6,11 +6,11 @@ from pydrake.lcm import DrakeLcm
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker import load_scenario, make_diagram
-from drake_tracker.tasks.train.two_processes import make_arm_side
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.run.host_process import HostProcess
 from drake_tracker.core.messages import Prediction
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
+from drake_tracker.run.host_process import HostProcess
+from drake_tracker.tasks.train.two_processes import make_arm_side
 
 AFTER_THE_HOST = 6 / 16 * TIME_STEP
 """Later than what the host reads was sent, and earlier than the link reads what it answers."""

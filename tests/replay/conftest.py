@@ -3,8 +3,8 @@
 import pytest
 from ball_scenario import true_poses
 
-from drake_tracker.tasks import load_scenario
 from drake_tracker.run.simulation import simulate
+from drake_tracker.tasks import load_scenario
 
 
 def make_run(out, spec, duration, overrides, **options):
@@ -30,5 +30,7 @@ def ball_run(tmp_path_factory):
     overrides = ["catch.ready_after=0", "catch.home_duration=0.2", "vision.update_cycles=2"]
     overrides += ["camera.supersampling=1"]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("drake_tracker.tasks.ball.initialisation.initialise_board", lambda scenario, *_: true_poses(scenario))
+        patch.setattr(
+            "drake_tracker.tasks.ball.initialisation.initialise_board", lambda scenario, *_: true_poses(scenario)
+        )
         return make_run(tmp_path_factory.mktemp("ball") / "run", "ball", 2.0, overrides, images=True)

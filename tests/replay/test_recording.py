@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from drake_tracker import cli
-from drake_tracker.run.camera_images import image_file
 from drake_tracker.replay.recording import open_recording
+from drake_tracker.run.camera_images import image_file
 
 
 def cut(path, part=0.5):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drake_tracker import cli
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
 from drake_tracker.core.log import Signal, load_log
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
 from drake_tracker.replay.judge import HORIZONS, Judge, compare_signals
 from drake_tracker.replay.parts import make_diagram
 from drake_tracker.replay.recording import STARTS, open_recording

@@ -6,8 +6,8 @@ import pytest
 from autopsy_run import AutopsyRun
 
 from drake_tracker.core.log import save_log
-from drake_tracker.tasks.train.summary import package_versions, tidy
 from drake_tracker.tasks import save_scenario
+from drake_tracker.tasks.train.summary import package_versions, tidy
 
 
 @pytest.fixture(scope="session")

@@ -107,8 +107,15 @@ def test_a_summary_that_is_none_is_told(run_folder, summary):
 def test_a_caught_ball_is_told_from_its_summary(run_folder):
     for name in ("scenario.yaml", "log.npz"):
         (run_folder / name).unlink()
-    edit_summary(run_folder, scenario="ball", success=True, failure_reason=None, roll_s=0.83, exit_speed_m_s=0.9,
-                 hand_error_m=-0.004)
+    edit_summary(
+        run_folder,
+        scenario="ball",
+        success=True,
+        failure_reason=None,
+        roll_s=0.83,
+        exit_speed_m_s=0.9,
+        hand_error_m=-0.004,
+    )
     text = page(run_folder)
     assert "it left the board 0.83 s after its release at 0.90 m/s, and the middle of the cup was 4 mm beside" in text
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from drake_tracker import load_scenario, simulate
-from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.core.log import load_log, signals
+from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.run.camera_video import FRAMES_PER_SECOND
 
 SEED = 4

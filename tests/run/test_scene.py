@@ -12,8 +12,8 @@ from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_tracker.grasp.schema import Phase
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
+from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.scene import TrackingDisplaySystem, add_scene_recording
 
 

@@ -11,10 +11,10 @@ import pytest
 from drake_tracker import load_scenario, simulate
 from drake_tracker.arm.description import PUMA560, make_arm_model
 from drake_tracker.arm.joint_servo import actuators_of
-from drake_tracker.grasp.schema import Phase
 from drake_tracker.core.log import load_log, signals
-from drake_tracker.run.camera_video import FRAMES_PER_SECOND
 from drake_tracker.core.timing import ESTIMATOR_SLOT, TIME_STEP
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.run.camera_video import FRAMES_PER_SECOND
 
 SEED = 0
 PROMISED = {

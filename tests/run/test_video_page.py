@@ -5,8 +5,8 @@ import pytest
 
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.style import bgr
 from drake_tracker.run.video_page import _COLUMNS, _ENERGY, _GOAL, CameraSight, PageState, VideoPage
+from drake_tracker.tasks.style import bgr
 
 WINDOW = np.array([[10.0, 80.0], [245.0, 80.0], [245.0, 190.0], [10.0, 190.0]])
 STATE = PageState(12.5, Phase.TRACK, ("attempt 1", "gate: settling"), 12.25)
@@ -43,12 +43,15 @@ def test_a_video_wants_even_sides(page):
     assert page.size[0] % 2 == page.size[1] % 2 == 0
 
 
-@pytest.mark.parametrize("window, size", [
-    ([[0.0, 0.0], [255.0, 255.0]], (256, 256)),
-    ([[-40.0, -40.0], [400.0, 300.0]], (256, 256)),
-    ([[100.0, 100.0], [130.0, 110.0]], (256, 256)),
-    ([[10.0, 5.0], [30.0, 60.0]], (64, 64)),
-])
+@pytest.mark.parametrize(
+    "window, size",
+    [
+        ([[0.0, 0.0], [255.0, 255.0]], (256, 256)),
+        ([[-40.0, -40.0], [400.0, 300.0]], (256, 256)),
+        ([[100.0, 100.0], [130.0, 110.0]], (256, 256)),
+        ([[10.0, 5.0], [30.0, 60.0]], (64, 64)),
+    ],
+)
 def test_every_window_fits(window, size):
     page = VideoPage({"left": np.array(window), "right": np.array(window)}, size, "t", "s", 0.25)
     image = np.zeros((size[1], size[0], 3), np.uint8)

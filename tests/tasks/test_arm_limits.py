@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.tasks.arm_limits import ArmLimits, arm_findings, limits_of
 from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import TIME_STEP
+from drake_tracker.tasks.arm_limits import ArmLimits, arm_findings, limits_of
 
 LIMITS = ArmLimits(np.array([-1.0, -2.0]), np.array([1.0, 3.0]), np.array([2.0, 4.0]), np.array([10.0, 20.0]))
 

@@ -11,9 +11,9 @@ from drake_tracker import estimation
 from drake_tracker.arm.servo import Servo as ServoFilter
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.link.lossy_link import LossyLink
+from drake_tracker.scenarios.reader import setting_keys
 from drake_tracker.tasks import list_scenarios, load_scenario, save_scenario, scenario_file, validate
 from drake_tracker.tasks.ball.scenario import BallScenario
-from drake_tracker.scenarios.reader import setting_keys
 from drake_tracker.tasks.train.scenario import (
     AlphaBetaGamma,
     ArcLength,

@@ -193,6 +193,7 @@ def test_a_leak_is_found(monkeypatch, module, builder, source):
 
 # References.
 
+
 def is_truth(thing):
     if isinstance(thing, (SceneGraph, TrainScenario, TrackSettings)):
         return True

@@ -5,9 +5,6 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
 
-from drake_tracker.estimation import make_estimator
-from drake_tracker.estimation.estimator_system import EstimatorSystem
-from drake_tracker.link.lossy_link_system import LossyLinkSystem
 from drake_tracker.core.messages import KNOT_FIELDS, Prediction, TrackPoint, prediction_knots
 from drake_tracker.core.timing import (
     ESTIMATOR_SLOT,
@@ -20,6 +17,9 @@ from drake_tracker.core.timing import (
     servo_slot,
     vision_slot,
 )
+from drake_tracker.estimation import make_estimator
+from drake_tracker.estimation.estimator_system import EstimatorSystem
+from drake_tracker.link.lossy_link_system import LossyLinkSystem
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.vision_diagram import VisionDiagram
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from films import CAMERAS, HEIGHT, WIDTH
 
-from drake_tracker.tracking.own_cameras_diagram import OwnCamerasDiagram, Plane
 from drake_tracker.estimation import make_estimator
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.timeline import align
+from drake_tracker.tracking.own_cameras_diagram import OwnCamerasDiagram, Plane
 from drake_tracker.vision.frame_difference import FrameDifference
 
 LEFT = ["camera_left", "frame_left", "centroid_left", "motion_left"]

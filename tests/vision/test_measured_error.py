@@ -29,8 +29,13 @@ def made(pattern=0.0, jitter=(0.2e-3, 0.5e-3, 0.2e-3), missing=(0.0, 1.0), speed
     bias = np.stack([np.stack([straight, bent]) * k for k in range(1, len(speeds) + 1)])
     kernel = np.tile(jitter, (len(speeds), 3, 1))
     return MeasuredError(
-        np.array(speeds), bias, np.full((len(speeds), 3), pattern), kernel, np.tile(missing, (len(speeds), 1)),
-        PIXEL, seen_from,
+        np.array(speeds),
+        bias,
+        np.full((len(speeds), 3), pattern),
+        kernel,
+        np.tile(missing, (len(speeds), 1)),
+        PIXEL,
+        seen_from,
     )
 
 

@@ -8,8 +8,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.core.messages import TrackPoint
-from drake_tracker.tasks.train.scenario import WORK_VOLUME
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.tasks.train.scenario import WORK_VOLUME
 from drake_tracker.vision.measured_error import MeasuredError
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
 

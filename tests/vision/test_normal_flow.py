@@ -193,9 +193,9 @@ def test_smallest_visible_speed_bounds_what_an_edge_shows(preset):
         return any(
             detect(
                 flow,
-                lambda cycle: np.rint(
-                    40.0 + 150.0 * np.clip(80.5 + start + shift * cycle - COLUMNS, 0.0, 1.0)
-                ).astype(np.uint8),
+                lambda cycle: np.rint(40.0 + 150.0 * np.clip(80.5 + start + shift * cycle - COLUMNS, 0.0, 1.0)).astype(
+                    np.uint8
+                ),
             )[0].any()
             for start in np.linspace(0.0, 1.0, 8, endpoint=False)
         )

@@ -239,9 +239,7 @@ class Grasp:
             InverseDynamics(model.plant, InverseDynamics.InverseDynamicsMode.kGravityCompensation)
         )
         builder.Connect(plant.get_state_output_port(laboratory.arm), gravity.get_input_port_estimated_state())
-        builder.Connect(
-            gravity.get_output_port_generalized_force(), plant.get_actuation_input_port(laboratory.arm)
-        )
+        builder.Connect(gravity.get_output_port_generalized_force(), plant.get_actuation_input_port(laboratory.arm))
         builder.Connect(arm_set_points.get_output_port(), plant.get_desired_state_input_port(laboratory.arm))
         builder.Connect(jaw_set_points.get_output_port(), plant.get_desired_state_input_port(laboratory.gripper))
         self.judge = builder.AddSystem(JudgeSystem(laboratory, TRACK, TABLE_HEIGHT, TRAIN_HEIGHT))

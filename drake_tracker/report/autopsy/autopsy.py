@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.report.autopsy.blame import attempt_excess, run_excess, sizes, usual_sizes
 from drake_tracker.report.autopsy.evidence import Evidence
 from drake_tracker.report.autopsy.sentences import tell_attempt, tell_run
 from drake_tracker.report.autopsy.stages import WORDS, Stage
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.tasks.episode import phase_spans
 
 LEAST_BLAME = 0.002

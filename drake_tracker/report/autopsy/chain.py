@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_tracker.report.autopsy.stages import Stage
 from drake_tracker.core.messages import evaluate_prediction
+from drake_tracker.report.autopsy.stages import Stage
 
 
 class Packets(NamedTuple):

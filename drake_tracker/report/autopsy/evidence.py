@@ -7,14 +7,14 @@ import numpy as np
 
 from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY
 from drake_tracker.arm.transform_equation import share_done
+from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction
+from drake_tracker.core.timing import ESTIMATOR_SLOT, SERVO_PERIOD, VISION_PERIOD, vision_slot
+from drake_tracker.grasp.gate import touch_delay
+from drake_tracker.grasp.schema import Phase
 from drake_tracker.report.autopsy.chain import Packets, chain, in_train
 from drake_tracker.report.autopsy.replay import point_rows, replay, seen_by, true_points
 from drake_tracker.report.autopsy.stages import Stage
-from drake_tracker.grasp.gate import touch_delay
-from drake_tracker.grasp.schema import Phase
-from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction
 from drake_tracker.tasks.episode import during, fresh_packets, tool_pose, train_pose
-from drake_tracker.core.timing import ESTIMATOR_SLOT, SERVO_PERIOD, VISION_PERIOD, vision_slot
 from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
 
 REHEARSE_EVERY = 0.24

@@ -8,8 +8,8 @@ What changes in its prediction from one to the other is what the stage between t
 
 import numpy as np
 
-from drake_tracker.estimation import make_estimator
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
+from drake_tracker.estimation import make_estimator
 from drake_tracker.tasks.episode import train_pose
 from drake_tracker.vision.triangulation import triangulate
 

@@ -8,17 +8,17 @@ from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.crossing import BoardEdge
 from drake_tracker.arm.description import joints_for, make_arm_model
-from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.vision.detectors import make_detector
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram
-from drake_tracker.tasks.train.diagram import scenario_link
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.timing import BALL_SERVO_PERIOD, ESTIMATOR_SLOT, PROJECTOR_SLOT, vision_slot
+from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_system import CatchSystem
-from drake_tracker.core.timing import BALL_SERVO_PERIOD, ESTIMATOR_SLOT, PROJECTOR_SLOT, vision_slot
+from drake_tracker.tasks.train.diagram import scenario_link
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
+from drake_tracker.vision.detectors import make_detector
 from drake_tracker.vision.plane_projection import PlausibleReadings, board_window, camera_on_board, seen_whole_from
 from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
 from drake_tracker.vision.predicted_window import PredictedWindow

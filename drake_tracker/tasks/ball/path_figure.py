@@ -9,12 +9,11 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
 
-from drake_tracker.tasks.ball.diagram import known_edge
-from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.core.messages import evaluate_prediction
+from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.tasks.ball.diagram import known_edge
 from drake_tracker.tasks.ball.summary import HALF_CUP, last_verdict, over_the_cup
 from drake_tracker.tasks.episode import fresh_packets, phase_spans
-from drake_tracker.tasks.train.figures import broken, draw_phases, name_colours
 from drake_tracker.tasks.style import (
     FAR_PREDICTED,
     FILTERED,
@@ -26,6 +25,7 @@ from drake_tracker.tasks.style import (
     SOFT_INK,
     TRUTH,
 )
+from drake_tracker.tasks.train.figures import broken, draw_phases, name_colours
 from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, PEG_RADIUS, TOUCH_MARKS
 from drake_tracker.world.ball_board_visual import WALL_THICKNESS
 from drake_tracker.world.ball_fixtures import GATE_SIZE
@@ -229,8 +229,16 @@ def _draw_errors(ax, run):
         ax.axhline(side, color=SOFT_INK, lw=0.9, ls=(0, (4, 3)), zorder=0)
     ax.axhline(0.0, color=RULE, lw=0.8, zorder=0)
     ax.set_ylim(-2.4 * fits, 2.4 * fits)
-    ax.annotate(f"falls in clear of the rim: {fits:.0f} mm", (1.0, fits), xycoords=("axes fraction", "data"),
-                xytext=(-2, 3), textcoords="offset points", fontsize=9.5, color=SOFT_INK, ha="right")
+    ax.annotate(
+        f"falls in clear of the rim: {fits:.0f} mm",
+        (1.0, fits),
+        xycoords=("axes fraction", "data"),
+        xytext=(-2, 3),
+        textcoords="offset points",
+        fontsize=9.5,
+        color=SOFT_INK,
+        ha="right",
+    )
     _time_axis(ax, run, "Beside the true crossing", "error  [mm]", pad=10)
 
 

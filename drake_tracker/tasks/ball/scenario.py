@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from typing import Optional, Union
 
-from drake_tracker.scenarios.parts import BaseScenario, Custom, Lighting, Lossy, NormalFlow, Perfect, Puma560, Servo
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import (
     BALL_SERVO_PERIOD,
@@ -11,6 +10,7 @@ from drake_tracker.core.timing import (
     BALL_TIME_STEP,
     BALL_UPDATE_CYCLES,
 )
+from drake_tracker.scenarios.parts import BaseScenario, Custom, Lighting, Lossy, NormalFlow, Perfect, Puma560, Servo
 
 
 @dataclass
@@ -59,7 +59,10 @@ class Operator:
     """What a person does before the ball comes: marks the circles in the image, jogs the arm over the touch marks."""
 
     windows: list[list[float]] = setting(
-        [], "(u0, v0, width, height) around each circle; none: found by themselves", "px", (0.0, 4096.0),
+        [],
+        "(u0, v0, width, height) around each circle; none: found by themselves",
+        "px",
+        (0.0, 4096.0),
         shape=(None, 4),
     )
     threshold: float = setting(110.0, "pixels in them that are no brighter are dark", "grey levels", (1.0, 254.0))

@@ -4,18 +4,18 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
-from drake_tracker.tasks.ball.diagram import board_sight, known_edge
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.catch_system import CatchDiagnosis
-from drake_tracker.tasks.ball.difference_figure import draw_difference_images
-from drake_tracker.tasks.train.figures import draw_motion_images
-from drake_tracker.tasks.ball.foresight import BoardForesight
+from drake_tracker.run.camera_video import FRAMES_PER_SECOND, Script, film
 from drake_tracker.run.motion_snapshot import add_motion_snapshot
 from drake_tracker.run.scene import PATH_MARKS, View
-from drake_tracker.tasks.style import CATCH_PHASES_THAT_PREDICT
-from drake_tracker.run.camera_video import FRAMES_PER_SECOND, Script, film
 from drake_tracker.run.video_page import VideoPage
-from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.tasks.ball.diagram import board_sight, known_edge
+from drake_tracker.tasks.ball.difference_figure import draw_difference_images
+from drake_tracker.tasks.ball.foresight import BoardForesight
+from drake_tracker.tasks.style import CATCH_PHASES_THAT_PREDICT
+from drake_tracker.tasks.train.figures import draw_motion_images
 from drake_tracker.vision.frame_difference import DifferenceImages
 
 SIDE = ""

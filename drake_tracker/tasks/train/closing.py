@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction
 from drake_tracker.grasp.gate import touch_delay
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction
 from drake_tracker.tasks.episode import tool_pose, train_pose
+from drake_tracker.tasks.train.track_placement import draw_track
 from drake_tracker.world.speed_law import distance_at
 
 REACH_ALONG = 0.05

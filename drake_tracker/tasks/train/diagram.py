@@ -5,20 +5,20 @@ from dataclasses import asdict
 import numpy as np
 
 from drake_tracker.arm.arm_diagram import ArmDiagram
-from drake_tracker.vision.detectors import normal_flow_parameters
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.timing import ESTIMATOR_SLOT, SERVO_PERIOD, vision_slot
 from drake_tracker.diagrams.estimators import estimator_of
 from drake_tracker.diagrams.hand_eye import BETWEEN_ROOMS, HandEyeDiagram
-from drake_tracker.tasks.train.reach import Reach
-from drake_tracker.tasks.train.track_placement import check_track, draw_track
-from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspSystem
 from drake_tracker.link.lossy_link_system import LossyLinkSystem
 from drake_tracker.tasks.loader import scenario_file
+from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.scenario import Measured
-from drake_tracker.core.timing import ESTIMATOR_SLOT, SERVO_PERIOD, vision_slot
+from drake_tracker.tasks.train.track_placement import check_track, draw_track
 from drake_tracker.vision.calibration import load_calibration
+from drake_tracker.vision.detectors import normal_flow_parameters
 from drake_tracker.vision.measured_error_file import load_error
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.vision.vision_diagram import VisionDiagram

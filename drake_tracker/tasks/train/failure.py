@@ -6,8 +6,8 @@ import numpy as np
 
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.train.closing import clearance, offset_at_touch
 from drake_tracker.tasks.episode import during
+from drake_tracker.tasks.train.closing import clearance, offset_at_touch
 
 GATE_WORDS = {
     Gate.OPEN: "nothing held it back",

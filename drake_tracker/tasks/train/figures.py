@@ -7,9 +7,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from drake_tracker.tasks.train.track_placement import draw_track
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.train.closing import clearance, last_closing
 from drake_tracker.tasks.episode import during, errors, phase_spans, predictions_ahead, sighted, tool_pose, train_pose
 from drake_tracker.tasks.style import (
     FAR_PREDICTED,
@@ -24,6 +22,8 @@ from drake_tracker.tasks.style import (
     TRUTH,
     phase_colour,
 )
+from drake_tracker.tasks.train.closing import clearance, last_closing
+from drake_tracker.tasks.train.track_placement import draw_track
 
 SHORT, LONG = 0.25, 0.75
 """Horizons [s] of the predictions shown: the lag of vision, and what a blind grasp needs."""
@@ -143,8 +143,16 @@ def _draw_map(ax, scenario, log, spans):
         outward = np.array([y, x]) - np.mean(truth.view("y", "x"), axis=0)
         outward *= (-26.0, 26.0) / np.linalg.norm(outward)
         side = "left" if outward[0] > 0.0 else "right"
-        ax.annotate("jaws close", (y, x), xytext=outward, textcoords="offset points", color=HAND, weight="bold",
-                    ha=side, va="center")
+        ax.annotate(
+            "jaws close",
+            (y, x),
+            xytext=outward,
+            textcoords="offset points",
+            color=HAND,
+            weight="bold",
+            ha=side,
+            va="center",
+        )
     ax.set_aspect("equal", adjustable="datalim")
     ax.invert_xaxis()
     ax.margins(0.10)
@@ -193,8 +201,17 @@ def draw_phases(ax, spans, start=0.0, end=None):
         name = span.phase.name.lower()
         low, high = max(span.start, start), min(span.end, end)
         if high - low > 0.016 * len(name) * (end - start):
-            ax.text(0.5 * (low + high), 0.5, name, ha="center", va="center", fontsize=10, color="white",
-                    weight="bold", transform=ax.get_xaxis_transform())
+            ax.text(
+                0.5 * (low + high),
+                0.5,
+                name,
+                ha="center",
+                va="center",
+                fontsize=10,
+                color="white",
+                weight="bold",
+                transform=ax.get_xaxis_transform(),
+            )
     ax.set(xlim=(start, end), yticks=[], xticks=[])
     ax.spines[:].set_visible(False)
     ax.set_title("Phases", pad=7)
@@ -233,15 +250,25 @@ def _draw_errors(across, along, scenario, log, spans):
     fits = 1e3 * clearance(scenario)
     for side in (-fits, fits):
         across.axhline(side, color=SOFT_INK, lw=0.9, ls=(0, (4, 3)), zorder=0)
-    across.annotate(f"open jaws: {fits:.0f} mm", (1.0, fits), xycoords=("axes fraction", "data"), xytext=(-2, 3),
-                    textcoords="offset points", fontsize=9.5, color=SOFT_INK, ha="right",
-                    bbox=dict(facecolor="white", alpha=0.75, lw=0, pad=1.0))
+    across.annotate(
+        f"open jaws: {fits:.0f} mm",
+        (1.0, fits),
+        xycoords=("axes fraction", "data"),
+        xytext=(-2, 3),
+        textcoords="offset points",
+        fontsize=9.5,
+        color=SOFT_INK,
+        ha="right",
+        bbox=dict(facecolor="white", alpha=0.75, lw=0, pad=1.0),
+    )
     across.tick_params(labelbottom=False)
     along.set_xlabel("time  [s]")
-    across.text(1.0, 1.045, "left of the train is positive", transform=across.transAxes, ha="right", color=SOFT_INK,
-                fontsize=10)
-    along.text(1.0, 1.045, "ahead of the train is positive", transform=along.transAxes, ha="right", color=SOFT_INK,
-               fontsize=10)
+    across.text(
+        1.0, 1.045, "left of the train is positive", transform=across.transAxes, ha="right", color=SOFT_INK, fontsize=10
+    )
+    along.text(
+        1.0, 1.045, "ahead of the train is positive", transform=along.transAxes, ha="right", color=SOFT_INK, fontsize=10
+    )
 
 
 def _arrival(scenario, spans):
@@ -266,8 +293,16 @@ def _draw_grasp(ax, scenario, log, spans):
         if low < high:
             ax.axvspan(low - zero, high - zero, color=PHASE_COLOURS[span.phase], alpha=0.16, lw=0)
             if high - low > 0.06 * (end - start):
-                ax.text(0.5 * (low + high) - zero, 1.02, span.phase.name.lower(), ha="center", va="bottom",
-                        fontsize=9.5, color=SOFT_INK, transform=ax.get_xaxis_transform())
+                ax.text(
+                    0.5 * (low + high) - zero,
+                    1.02,
+                    span.phase.name.lower(),
+                    ha="center",
+                    va="bottom",
+                    fontsize=9.5,
+                    color=SOFT_INK,
+                    transform=ax.get_xaxis_transform(),
+                )
     shown, opened = ((signal.times >= start) & (signal.times <= end) for signal in (tool, jaws))
     times = tool.times[shown]
     table = scenario.table_height

@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 from typing import Union
 
-from drake_tracker.scenarios.parts import BaseScenario, Custom, Lighting, Lossy, NormalFlow, Perfect, Puma560, Servo
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import SERVO_PERIOD
+from drake_tracker.scenarios.parts import BaseScenario, Custom, Lighting, Lossy, NormalFlow, Perfect, Puma560, Servo
 
 WORK_VOLUME = [[0.33, -0.30, 0.45], [0.79, 0.30, 0.505]]
 TRACK_KINDS = ("oval", "stadium", "circle", "figure_eight", "line", "csv")
@@ -64,7 +64,10 @@ class Rendered:
     lag_cycles: int = setting(15, "cycles from the middle image's capture to its centroid", "cycles", (1, 120))
     work_volume: list[list[float]] = setting(
         WORK_VOLUME,
-        "lowest and highest corner of the box in which motion is looked for", "m", (-5.0, 5.0), shape=(2, 3),
+        "lowest and highest corner of the box in which motion is looked for",
+        "m",
+        (-5.0, 5.0),
+        shape=(2, 3),
     )
     outline: str = setting("ellipse", "of that box seen from above: whole, or its ellipse", choices=("box", "ellipse"))
 

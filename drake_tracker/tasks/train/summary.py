@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
-from drake_tracker.tasks.train.closing import closing_onset_error
 from drake_tracker.tasks.episode import (
     during,
     errors,
@@ -21,8 +21,8 @@ from drake_tracker.tasks.episode import (
     predictions_of_now,
     sighted,
 )
+from drake_tracker.tasks.train.closing import closing_onset_error
 from drake_tracker.tasks.train.failure import failure_reason
-from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 
 JITTER_WINDOW = 31
 """Samples of the moving mean that is taken away before jitter is measured."""

@@ -5,8 +5,8 @@ import math
 import cv2
 import numpy as np
 
-from drake_tracker.tasks.train.reach import CHECKED_PLACES, Reach
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.tasks.train.reach import CHECKED_PLACES, Reach
 from drake_tracker.vision.window import footprint
 from drake_tracker.world.tracks import make_track
 

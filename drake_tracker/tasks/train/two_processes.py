@@ -1,15 +1,15 @@
 """The train's rooms as two processes with the network between them."""
 
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.hand_eye import BETWEEN_ROOMS
-from drake_tracker.tasks.train.diagram import assemble, measured_vision, rendered_vision, scenario_host
-from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.network.arm_side_diagram import ArmSideDiagram
 from drake_tracker.network.channels import CAMERAS, FROM_HOST, FROM_VISION, POINT, vectors
 from drake_tracker.network.host_side_diagram import HostSideDiagram
 from drake_tracker.network.remote_host_diagram import ImageSenderDiagram, RemoteHostDiagram
+from drake_tracker.tasks.train.diagram import assemble, measured_vision, rendered_vision, scenario_host
 from drake_tracker.tasks.train.scenario import Measured
-from drake_tracker.core.timing import VISION_PERIOD
 
 
 def make_arm_side(scenario, lcm):

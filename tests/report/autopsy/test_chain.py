@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from drake_tracker.core.messages import KNOT_COUNT, pack_prediction
 from drake_tracker.report.autopsy.chain import Packets, chain, in_train
 from drake_tracker.report.autopsy.stages import Stage
-from drake_tracker.core.messages import KNOT_COUNT, pack_prediction
 
 
 def packet(rng, stamp=1.0):

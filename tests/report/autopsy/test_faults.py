@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from autopsy import FAULTS, Smoothed, Straightened
 
-from drake_tracker.report.autopsy.stages import Stage
-from drake_tracker.tasks.train.diagram import make_diagram
 from drake_tracker.estimation import make_estimator
+from drake_tracker.report.autopsy.stages import Stage
 from drake_tracker.tasks import load_scenario
+from drake_tracker.tasks.train.diagram import make_diagram
 
 
 def test_there_is_a_fault_for_every_stage():

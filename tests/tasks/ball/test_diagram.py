@@ -8,11 +8,11 @@ from pydrake.systems.analysis import Simulator
 from wires import Wires, arrows, controller_rooms, truths
 
 from drake_tracker import load_scenario
-from drake_tracker.tasks.ball.diagram import make_diagram
-from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.core.log import signals
-from drake_tracker.tasks.ball.scenario import BallScenario, Board
 from drake_tracker.core.timing import BALL_SERVO_PERIOD
+from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.tasks.ball.diagram import make_diagram
+from drake_tracker.tasks.ball.scenario import BallScenario, Board
 
 ARROWS = {
     ("world", "camera", "vision", "camera"),
@@ -58,9 +58,7 @@ def test_the_controller_reads_camera_and_joints_and_no_truth(hand_eye):
     leaking = [
         path
         for (leaf, port), path in upstream.items()
-        if (leaf, port) not in allowed
-        and wires.inside(leaf, world)
-        and leaf.get_name() not in BEHIND_THE_SENSORS
+        if (leaf, port) not in allowed and wires.inside(leaf, world) and leaf.get_name() not in BEHIND_THE_SENSORS
     ]
     assert leaking == []
     assert {found for found in upstream if found in allowed} == allowed

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from ball_log import BallRun, nothing_logged
 
-from drake_tracker.tasks.ball.path_figure import draw_ball_path
-from drake_tracker.tasks.ball.summary import summarize_ball
 from drake_tracker.tasks.ball.board_figure import draw_board_found
 from drake_tracker.tasks.ball.difference_figure import draw_difference_images
+from drake_tracker.tasks.ball.path_figure import draw_ball_path
+from drake_tracker.tasks.ball.summary import summarize_ball
 from drake_tracker.vision.frame_difference import DifferenceImages
 
 TITLES = ("Image n", "Image n + 1/30 s", "Thresholded difference")

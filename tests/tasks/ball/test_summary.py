@@ -88,15 +88,26 @@ def test_exit_speed_is_that_at_the_edge(run):
     assert summary["exit_speed_m_s"] == pytest.approx(EXIT_SPEED)
 
 
-@pytest.mark.parametrize("fields, hand_error, words", [
-    (dict(), None, "the ball was never released"),
-    (dict(released=1.0, rest_since=3.0, x=0.123, y=0.456), None, "x 0.12, y 0.46 m: jammed at a peg"),
-    (dict(released=1.0, lost=1.0, y=0.3), None, "over a side of the board"),
-    (dict(released=1.0, y=0.3), None, "still on the board when the run ended"),
-    (dict(released=1.0, crossing_time=2.5, in_cup=1.0, held=0.42), 0.004, "in the cup for 0.42 s when the run ended"),
-    (dict(released=1.0, crossing_time=2.5, lost=1.0), -0.081, "the cup stood 81 mm beside the ball, and 30 mm fit"),
-    (dict(released=1.0, crossing_time=2.5, lost=1.0), 0.011, "came 11 mm from the middle of the cup and did not stay"),
-])
+@pytest.mark.parametrize(
+    "fields, hand_error, words",
+    [
+        (dict(), None, "the ball was never released"),
+        (dict(released=1.0, rest_since=3.0, x=0.123, y=0.456), None, "x 0.12, y 0.46 m: jammed at a peg"),
+        (dict(released=1.0, lost=1.0, y=0.3), None, "over a side of the board"),
+        (dict(released=1.0, y=0.3), None, "still on the board when the run ended"),
+        (
+            dict(released=1.0, crossing_time=2.5, in_cup=1.0, held=0.42),
+            0.004,
+            "in the cup for 0.42 s when the run ended",
+        ),
+        (dict(released=1.0, crossing_time=2.5, lost=1.0), -0.081, "the cup stood 81 mm beside the ball, and 30 mm fit"),
+        (
+            dict(released=1.0, crossing_time=2.5, lost=1.0),
+            0.011,
+            "came 11 mm from the middle of the cup and did not stay",
+        ),
+    ],
+)
 def test_sentences(fields, hand_error, words):
     assert words in failure_reason(verdict(**fields), hand_error, False)
     assert failure_reason(verdict(**fields), hand_error, True).startswith("interrupted; until then the ")

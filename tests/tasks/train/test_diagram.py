@@ -4,11 +4,11 @@ import yaml
 from pydrake.systems.framework import Diagram
 
 from drake_tracker import DrakeTrackerError, list_scenarios, load_scenario, make_diagram
+from drake_tracker.core.messages import Centroid, message_size
+from drake_tracker.link.lossy_link_system import LossyLinkSystem
+from drake_tracker.tasks.loader import scenario_file
 from drake_tracker.tasks.train.diagram import load_cameras
 from drake_tracker.tasks.train.reach import home_reference
-from drake_tracker.link.lossy_link_system import LossyLinkSystem
-from drake_tracker.core.messages import Centroid, message_size
-from drake_tracker.tasks.loader import scenario_file
 
 NAMES = [name for name, _ in list_scenarios()]
 

@@ -82,10 +82,13 @@ def test_time_ran_out_while_it_was_held(episode, grasp_phases):
     assert reason(episode) == "attempt 1 held the train, 150 mm up, for 0.60 s when the run ended"
 
 
-@pytest.mark.parametrize("count, words", [
-    (3, "the run ended during the descent of attempt 1"),
-    (4, "the run ended while the jaws of attempt 1 were closing"),
-])
+@pytest.mark.parametrize(
+    "count, words",
+    [
+        (3, "the run ended during the descent of attempt 1"),
+        (4, "the run ended while the jaws of attempt 1 were closing"),
+    ],
+)
 def test_time_ran_out_during_an_attempt(episode, grasp_phases, count, words):
     episode.phases = grasp_phases[:count]
     assert reason(episode) == words

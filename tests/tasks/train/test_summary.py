@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from drake_tracker.tasks.train.summary import git_commit, jitter, save_summary, summarize
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.tasks.train.summary import git_commit, jitter, save_summary, summarize
 
 KEYS = {
     *("scenario", "seed", "success", "failure_reason", "attempts", "first_attempt_success", "time_to_grasp_s"),
