@@ -221,7 +221,7 @@ def measure_time(seed, rounds):
                 for k in range(first, min(first + TURN, len(images))):
                     start = time.perf_counter()
                     method(images[k])
-                    if turn or first and sequence.moving[k]:
+                    if turn or (first and sequence.moving[k]):
                         seconds[name].append(time.perf_counter() - start)
     return {name: 1e6 * float(np.median(values)) for name, values in seconds.items()}
 

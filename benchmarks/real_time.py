@@ -75,8 +75,7 @@ def bare_loop(scenario, whole, with_images):
 
 def measure(segments):
     """Returns {loop: wall seconds of each counted turn}."""
-    scenario = load_scenario("train", seed=200)
-    scenario.grasp.settle_time = 1e6  # it is not to grasp
+    scenario = load_scenario("train", seed=200).with_settings({"grasp.settle_time": 1e6})  # it is not to grasp
     whole = make_diagram(scenario)
     loops = {
         "physics": bare_loop(scenario, whole, with_images=False),

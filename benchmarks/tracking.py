@@ -78,8 +78,8 @@ def measure(direction, laps, seed, speed, changes):
     overrides = [f"track.speed={speed}", f"track.direction={direction}", *changes]
     scenario = load_scenario("train", seed=seed, overrides=overrides)
     length = draw_track(scenario)[0].length
-    scenario.duration = laps * length / speed + START_UP
-    scenario.grasp.settle_time = 2 * scenario.duration  # it is not to grasp
+    duration = laps * length / speed + START_UP
+    scenario = scenario.with_settings({"duration": duration, "grasp.settle_time": 2 * duration})  # no grasp
     log, lags, model, real_time_factor = run(scenario)
 
     truth = log["truth_train_state"]

@@ -46,9 +46,7 @@ class AutopsyRun:
 
     def scenario(self):
         scenario = TrainScenario(name="made-up", seed=1)
-        scenario.track.kind = "line"
-        scenario.track.speed = SPEED
-        return scenario
+        return scenario.with_settings({"track.kind": "line", "track.speed": SPEED})
 
     def log(self):
         scenario = self.scenario()

@@ -8,9 +8,9 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.tasks.train.scenario import Cameras
 from drake_tracker.vision.window import project_window
 from drake_tracker.world.cameras import true_camera_models
+from drake_tracker.world.config import CamerasConfig
 
 pytest_plugins = ["made_up_run"]
 
@@ -54,10 +54,10 @@ class SmallLaboratory:
     work_volume = WORK_VOLUME
 
     def __init__(self):
-        models = true_camera_models(Cameras(width=SIZE, height=SIZE))
+        models = true_camera_models(CamerasConfig(width=SIZE, height=SIZE))
         self.cameras = {side: models[f"camera_{side}"] for side in ("left", "right")}
         self.windows = {side: project_window(self.cameras[side], WORK_VOLUME, "ellipse") for side in self.cameras}
-        self.whole = {side: (0, 0, SIZE, SIZE) for side in self.cameras}
+        self.whole = dict.fromkeys(self.cameras, (0, 0, SIZE, SIZE))
 
     def circle(self, time):
         """p_WQ [m] of the train at ``time`` [s]."""

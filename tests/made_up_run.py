@@ -20,13 +20,15 @@ TRAIN_Z = 0.485
 
 def straight_scenario():
     """A train that runs along +y at 0.1 m/s; with the default jaws it fits within 24 mm across."""
-    scenario = TrainScenario(name="straight", seed=5)
-    scenario.track.kind = "line"
-    scenario.track.direction = "forward"
-    scenario.track.centre_range = 0.0
-    scenario.track.rotation_range_deg = 0.0
-    scenario.track.speed = SPEED
-    return scenario
+    return TrainScenario(name="straight", seed=5).with_settings(
+        {
+            "track.kind": "line",
+            "track.direction": "forward",
+            "track.centre_range": 0.0,
+            "track.rotation_range_deg": 0.0,
+            "track.speed": SPEED,
+        }
+    )
 
 
 def tick(time):

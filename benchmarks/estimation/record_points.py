@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from tracking import run  # noqa: E402
+from tracking import run
 
-from drake_tracker import load_scenario  # noqa: E402
-from drake_tracker.tasks.episode import train_pose  # noqa: E402
-from drake_tracker.tasks.train.track_placement import draw_track  # noqa: E402
+from drake_tracker import load_scenario
+from drake_tracker.tasks.episode import train_pose
+from drake_tracker.tasks.train.track_placement import draw_track
 
 OUT = Path(__file__).with_name("camera_points.npz")
 FIELDS = ("stamp", "yaw", "x", "y", "z")
@@ -31,8 +31,8 @@ def record(seed, direction, speed, laps):
     """Returns rows (n, 5) of `FIELDS` from ``laps`` laps of the camera loop."""
     overrides = [f"track.speed={speed}", f"track.direction={direction}"]
     scenario = load_scenario("train", seed=seed, overrides=overrides)
-    scenario.duration = laps * draw_track(scenario)[0].length / speed + SETTLED
-    scenario.grasp.settle_time = 2 * scenario.duration  # it is not to grasp
+    duration = laps * draw_track(scenario)[0].length / speed + SETTLED
+    scenario = scenario.with_settings({"duration": duration, "grasp.settle_time": 2 * duration})  # no grasp
     log, _, _, _ = run(scenario)
     point = log["point"]
     good = (point["stamp"] > SETTLED) & (point["valid"] > 0)

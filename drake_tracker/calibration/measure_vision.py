@@ -2,7 +2,6 @@
 
 import sys
 import time
-from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
@@ -101,14 +100,14 @@ def pixel_footprint(cameras):
 
 def watch(scenario, seed, laps, speed, progress=False):
     """Runs the loop without a grasp; returns the list of `Sighting` of the run."""
-    scenario = deepcopy(scenario)
-    scenario.seed, scenario.track.speed = seed, speed
-    if scenario.track.direction == "random":
-        scenario.track.direction = "backward" if seed % 2 else "forward"
+    direction = scenario.track.direction
+    if direction == "random":
+        direction = "backward" if seed % 2 else "forward"
+    scenario = scenario.with_settings({"seed": seed, "track.speed": speed, "track.direction": direction})
     track, start = draw_track(scenario)
     way = laps * track.length if track.closed else track.length - start
-    scenario.duration = float(way / speed + SETTLED)
-    scenario.grasp.settle_time = 2.0 * scenario.duration  # it is not to grasp
+    duration = float(way / speed + SETTLED)
+    scenario = scenario.with_settings({"duration": duration, "grasp.settle_time": 2.0 * duration})  # no grasp
     hand_eye = make_diagram(scenario)
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)

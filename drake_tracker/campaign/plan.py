@@ -1,6 +1,5 @@
 """What a campaign is to do: every trial, and what tells one campaign from another."""
 
-import copy
 import hashlib
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -52,9 +51,7 @@ class Plan:
         """Yields every `Trial`, seed by seed, so that a campaign half done covers all cells."""
         for seed in range(self.first_seed, self.first_seed + self.trials):
             for cell in self.cells:
-                scenario = copy.copy(cell.scenario)
-                scenario.seed = seed
-                yield Trial(cell.settings, scenario)
+                yield Trial(cell.settings, cell.scenario.with_settings({"seed": seed}))
 
     def identity(self):
         """Returns, as a dict for JSON, what must be the same when a campaign goes on."""

@@ -20,7 +20,7 @@ from drake_tracker.world.judge_system import Verdict
 
 _DAMAGED = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 """What numpy raises of a file that is not whole: of the disk, of the archive, and of the header of an array in it."""
-_BODY_STATE = "qw qx qy qz x y z wx wy wz vx vy vz".split()
+_BODY_STATE = ["qw", "qx", "qy", "qz", "x", "y", "z", "wx", "wy", "wz", "vx", "vy", "vz"]
 _OF_TASK = {
     "train": (("centroid_left", "centroid_right"), SERVO_PERIOD, GraspDiagnosis, Verdict),
     "ball": (("centroid",), BALL_SERVO_PERIOD, CatchDiagnosis, CatchVerdict),

@@ -6,7 +6,7 @@ from drake_tracker.arm.description import PROBE_FRAME, PUMA560, PUMA560_CUP, SEV
 from drake_tracker.arm.joint_servo import actuators_of
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.diagrams.custom import make_custom
-from drake_tracker.scenarios.parts import Custom
+from drake_tracker.scenarios.base import Custom
 
 _DRIVES = {True: "one must drive the fingers", False: "a hand without fingers has none"}
 WITH_GRIPPER = {"Puma560": PUMA560}

@@ -6,17 +6,7 @@ import sys
 from pathlib import Path
 
 from drake_tracker.core.errors import DrakeTrackerError, raised
-
-
-def find_module(part, folders):
-    """Returns the first of ``folders`` that holds the module of a `Custom`, absolute; "" when none does: it may be
-    installed.
-    """
-    top = part.call.partition(".")[0]
-    for folder in folders:
-        if (folder / f"{top}.py").is_file() or (folder / top / "__init__.py").is_file():
-            return str(Path(folder).resolve())
-    return ""
+from drake_tracker.scenarios.base import find_module
 
 
 def make_custom(part, where):

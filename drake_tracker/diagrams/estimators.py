@@ -5,7 +5,7 @@ from dataclasses import asdict
 from drake_tracker.diagrams.custom import make_custom
 from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.check import check_estimator
-from drake_tracker.scenarios.parts import Custom
+from drake_tracker.scenarios.base import Custom
 
 KINDS = {
     "ArcLength": "arc_length",

@@ -22,9 +22,8 @@ def tracking_scenario(seed, quick=False):
     """Returns (scenario, length of the track [m]) of a run that follows the train for some laps and never grasps."""
     scenario = load_scenario(TRACKING, seed=seed, overrides=[f"track.speed={SPEED}"])
     length = draw_track(scenario)[0].length
-    scenario.duration = QUICK_DURATION if quick else LAPS * length / SPEED + START_UP
-    scenario.grasp.settle_time = 2.0 * scenario.duration
-    return scenario, length
+    duration = QUICK_DURATION if quick else LAPS * length / SPEED + START_UP
+    return scenario.with_settings({"duration": duration, "grasp.settle_time": 2.0 * duration}), length
 
 
 def grasping_scenario(seed):

@@ -1,7 +1,7 @@
 """What every kind of footage is: a sequence of images, each with the time at which it was taken."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Callable
 
 import numpy as np
 

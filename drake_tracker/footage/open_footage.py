@@ -22,7 +22,7 @@ def open_footage(spec, fps=None):
     bag, _, topic = spec.partition(":/")
     if bag.endswith(".mcap") or (Path(bag).is_dir() and any(Path(bag).glob("*.mcap"))):
         return open_bag(bag, f"/{topic}" if topic else None)
-    if Path(spec).is_dir() or any(sign in spec for sign in "*?[") and not Path(spec).exists():
+    if Path(spec).is_dir() or (any(sign in spec for sign in "*?[") and not Path(spec).exists()):
         return open_images(spec, fps)
     if not Path(spec).is_file():
         raise DrakeTrackerError(f"{spec}: there is no such file, folder or camera")

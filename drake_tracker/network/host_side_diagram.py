@@ -38,7 +38,7 @@ class HostSideDiagram(Diagram):
         if vision is None:
             self.heard = POINT
             builder.Connect(add_receiver(builder, incoming, "point", vectors["point"]), host.GetInputPort("point"))
-            sent = {port: host for port in FROM_HOST}
+            sent = dict.fromkeys(FROM_HOST, host)
         else:
             builder.AddSystem(vision)
             sides = [name.removeprefix("camera_") for name in port_names(vision) if name.startswith("camera_")]
@@ -48,7 +48,7 @@ class HostSideDiagram(Diagram):
                 builder.Connect(image, vision.GetInputPort(f"camera_{side}"))
                 builder.ExportInput(vision.GetInputPort(f"frame_{side}"), f"frame_{side}")
             builder.Connect(vision.GetOutputPort("point"), host.GetInputPort("point"))
-            sent = {port: host for port in FROM_HOST} | {port: vision for port in FROM_VISION}
+            sent = dict.fromkeys(FROM_HOST, host) | dict.fromkeys(FROM_VISION, vision)
         for port, system in sent.items():
             builder.Connect(system.GetOutputPort(port), add_sender(builder, outgoing, port, vectors[port]))
         builder.ExportOutput(host.GetOutputPort("prediction"), "prediction")

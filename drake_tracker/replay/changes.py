@@ -3,6 +3,7 @@
 import dataclasses
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.setting import settings_of
 
 _ALWAYS = ("estimator", "link", "servo")
 CHANGEABLE = {
@@ -43,7 +44,7 @@ def changed_settings(recorded, scenario):
 
 def _settings(part, prefix=""):
     """Yields (key path, value) of every setting, and of every part the name of its kind."""
-    for field in dataclasses.fields(part):
+    for field in settings_of(part):
         key, value = prefix + field.name, getattr(part, field.name)
         if dataclasses.is_dataclass(value):
             yield key, f"!{type(value).__name__}"

@@ -5,7 +5,7 @@ import difflib
 import math
 import typing
 
-from drake_tracker.core.setting import allowed
+from drake_tracker.core.setting import allowed, as_tuple, kinds_of, settings_of
 from drake_tracker.scenarios.tree import Value
 
 _NOUNS = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
@@ -26,14 +26,14 @@ def read(value, schema, key, errors, origins, metadata=None, root=None):
     """
     metadata = metadata or {}
     root = root or schema
-    kinds = list(typing.get_args(schema)) if typing.get_origin(schema) is typing.Union else [schema]
+    kinds = list(kinds_of(schema))
     if type(None) in kinds:
         if value.data is None:
             return None
         kinds.remove(type(None))
     if all(dataclasses.is_dataclass(kind) for kind in kinds):
         return _read_part(value, kinds, key, errors, origins, root)
-    if typing.get_origin(kinds[0]) is list:
+    if typing.get_origin(kinds[0]) is tuple:
         return _read_list(value, metadata, key, errors)
     if typing.get_origin(kinds[0]) is dict:
         return _read_names(value, kinds[0], key, errors, origins)
@@ -47,12 +47,13 @@ def _read_part(value, kinds, key, errors, origins, root):
         choices = ", ".join("!" + name for name in by_name)
         errors.append(f"{value.origin}: {key} must be one of {choices}, not !{tag}{_nearest(tag, by_name, '!')}")
         return kinds[0]()
-    part = by_name[tag]()
+    kind = by_name[tag]
     data = {} if value.data is None else value.data
     if not isinstance(data, dict):
         errors.append(f"{value.origin}: {key or 'the scenario'} must be a mapping of settings, not {_show(value)}")
-        return part
-    fields = {field.name: field for field in dataclasses.fields(part)}
+        return kind()
+    fields = {field.name: field for field in settings_of(kind)}
+    values = {}
     for name, item in data.items():
         item_key = f"{key}.{name}" if key else name
         if name not in fields:
@@ -60,8 +61,8 @@ def _read_part(value, kinds, key, errors, origins, root):
             continue
         origins[item_key] = item.origin
         field = fields[name]
-        setattr(part, name, read(item, field.type, item_key, errors, origins, field.metadata, root))
-    return part
+        values[name] = read(item, field.type, item_key, errors, origins, field.metadata, root)
+    return kind(**values)
 
 
 def _read_list(value, metadata, key, errors):
@@ -76,7 +77,7 @@ def _read_list(value, metadata, key, errors):
     if not (fits and all(_number_fits(number, metadata) for row in rows for number in row)):
         errors.append(f"{value.origin}: {key} must be {allowed(metadata, _list_noun(shape))}, not {_show(value)}")
         return None
-    rows = [[float(number) for number in row] for row in rows]
+    rows = as_tuple([[float(number) for number in row] for row in rows])
     return rows if len(shape) == 2 else rows[0]
 
 
@@ -89,7 +90,7 @@ def _read_names(value, schema, key, errors, origins):
     _, kinds = typing.get_args(schema)
     for name, item in data.items():
         origins[f"{key}.{name}"] = item.origin
-        if item.tag or not isinstance(item.data, typing.get_args(kinds)):
+        if item.tag or not isinstance(item.data, kinds_of(kinds)):
             errors.append(f"{item.origin}: {key}.{name} must be a number, true or false, or text, not {_show(item)}")
     return {name: item.data for name, item in data.items()}
 
@@ -150,9 +151,9 @@ def _nearest(word, names, prefix=""):
 def _suggest(name, key, tag, kinds, root):
     """Where an unknown setting may belong: another kind of the role, else the nearest name, this part's own first."""
     prefix = f"{key}." if key else ""
-    names = [field.name for field in dataclasses.fields(kinds[tag])]
+    names = [field.name for field in settings_of(kinds[tag])]
     for kind, part in kinds.items():
-        if name in [field.name for field in dataclasses.fields(part)]:
+        if name in [field.name for field in settings_of(part)]:
             return f" in !{tag}; it belongs to {key}: !{kind}"
     paths = [prefix + own for own in names]
     if dataclasses.is_dataclass(root):  # not a part by itself, as an option of the command line names one
@@ -165,8 +166,8 @@ def _suggest(name, key, tag, kinds, root):
 
 def setting_keys(schema, prefix=""):
     """Yields the key path of every setting of a dataclass, those of all kinds of a role."""
-    for field in dataclasses.fields(schema):
-        kinds = typing.get_args(field.type) or (field.type,)
+    for field in settings_of(schema):
+        kinds = kinds_of(field.type)
         parts = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
         if not parts:
             yield prefix + field.name
@@ -177,11 +178,11 @@ def setting_keys(schema, prefix=""):
 def setting_unit(schema, key):
     """Returns the unit of the setting at a key path of a dataclass, in any kind of a role; "" when it has none."""
     name, _, rest = key.partition(".")
-    for field in dataclasses.fields(schema):
+    for field in settings_of(schema):
         if field.name == name:
             if not rest:
                 return field.metadata["unit"]
-            kinds = typing.get_args(field.type) or (field.type,)
+            kinds = kinds_of(field.type)
             units = (setting_unit(kind, rest) for kind in kinds if dataclasses.is_dataclass(kind))
             return next(filter(None, units), "")
     return ""
@@ -190,9 +191,9 @@ def setting_unit(schema, key):
 def describe_settings(part, prefix=""):
     """Returns rows (key path, value, what is allowed, meaning) of every setting of a dataclass instance."""
     rows = []
-    for field in dataclasses.fields(part):
+    for field in settings_of(part):
         value, key = getattr(part, field.name), prefix + field.name
-        kinds = typing.get_args(field.type) or (field.type,)
+        kinds = kinds_of(field.type)
         if dataclasses.is_dataclass(value):
             if len(kinds) > 1:
                 kind_names = ", ".join("!" + kind.__name__ for kind in kinds)
@@ -210,10 +211,33 @@ def describe_settings(part, prefix=""):
 def tree_of(part, origin):
     """Returns the `Value` tree of a dataclass instance: what `read` would read to give it back."""
     if dataclasses.is_dataclass(part):
-        data = {field.name: tree_of(getattr(part, field.name), origin) for field in dataclasses.fields(part)}
+        data = {field.name: tree_of(getattr(part, field.name), origin) for field in settings_of(part)}
         return Value(data, origin, type(part).__name__)
     if isinstance(part, dict):
         return Value({name: tree_of(item, origin) for name, item in part.items()}, origin)
     if isinstance(part, (list, tuple)):
         return Value([tree_of(item, origin) for item in part], origin)
     return Value(part, origin)
+
+
+def plain(part):
+    """Returns a dataclass instance as dicts, lists and plain values, in the form that Drake's ``yaml_dump`` writes.
+
+    A part that is not of the first kind of its role has its kind as ``_tag``; a setting that is None is left out.
+    """
+    result = {}
+    for field in settings_of(part):
+        value, kinds = getattr(part, field.name), kinds_of(field.type)
+        if value is None:
+            continue
+        if dataclasses.is_dataclass(value):
+            result[field.name] = plain(value)
+            if type(value) is not kinds[0]:
+                result[field.name]["_tag"] = f"!{type(value).__name__}"
+        else:
+            result[field.name] = _as_list(value)
+    return result
+
+
+def _as_list(value):
+    return [_as_list(item) for item in value] if isinstance(value, tuple) else value

@@ -6,7 +6,7 @@ twice.
 
 import re
 from dataclasses import dataclass
-from typing import Any, Optional
+from typing import Any
 
 import yaml
 
@@ -21,7 +21,7 @@ class Value:
 
     data: Any
     origin: str
-    tag: Optional[str] = None
+    tag: str | None = None
 
 
 def parse(text, describe, errors):
@@ -92,3 +92,22 @@ def nest(key_path, value):
     for key in reversed(key_path.split(".")):
         value = Value({key: value}, value.origin)
     return value
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes mappings as blocks, lists of numbers in one line, and the ``_tag`` of a mapping as its tag, as Drake does."""
+
+    def _mapping(self, data):
+        tag = data.get("_tag", _MAPPING)
+        return self.represent_mapping(tag, {key: value for key, value in data.items() if key != "_tag"})
+
+    def _sequence(self, data):
+        nested = any(isinstance(item, (list, dict)) for item in data)
+        return self.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=not nested)
+
+    yaml_representers = {**yaml.SafeDumper.yaml_representers, dict: _mapping, list: _sequence}
+
+
+def dump(data):
+    """Returns a mapping as YAML text that `parse`, and Drake, read back."""
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, default_flow_style=False)

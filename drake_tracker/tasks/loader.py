@@ -5,14 +5,15 @@ may build on another one of its file with ``base: NAME``.  ``train:interlaced`` 
 ``train.yaml`` that comes with the package, ``my/file.yaml:name`` an entry of the user's own file.
 """
 
+import dataclasses
 import difflib
 from pathlib import Path
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.diagrams.custom import find_module
-from drake_tracker.scenarios.parts import Custom
-from drake_tracker.scenarios.reader import read, tree_of
-from drake_tracker.scenarios.tree import Value, merge, nest, parse
+from drake_tracker.core.setting import settings_of
+from drake_tracker.scenarios.base import Custom, find_module
+from drake_tracker.scenarios.reader import plain, read, tree_of
+from drake_tracker.scenarios.tree import Value, dump, merge, nest, parse
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.train.scenario import TrainScenario
 
@@ -46,10 +47,12 @@ def load_scenario(spec, seed=None, duration=None, overrides=()):
         if value is not None:
             tree = merge(tree, nest(key, Value(value, f"--{key} {value}")))
     scenario = _check(tree, errors)
-    scenario.name = scenario.name or (path.stem if name == path.stem else f"{path.stem}:{name}")
-    _find_files(scenario, path.parent)
-    _find_custom(scenario, path.parent)
-    return scenario
+    changes = {
+        "name": scenario.name or (path.stem if name == path.stem else f"{path.stem}:{name}"),
+        **_files(scenario, path.parent),
+        **_custom_folders(scenario, path.parent),
+    }
+    return scenario.with_settings(changes)
 
 
 def validate(scenario):
@@ -70,9 +73,7 @@ def list_scenarios():
 
 def save_scenario(scenario, path):
     """Writes every setting of ``scenario`` to the YAML file ``path``, from which `load_scenario` reads it back."""
-    from pydrake.common.yaml import yaml_dump_typed  # Not above: listing scenarios needs no Drake.
-
-    yaml_dump_typed(scenario, filename=str(path), child_name=Path(path).stem)
+    Path(path).write_text(dump({Path(path).stem: plain(scenario)}), encoding="utf-8")
 
 
 def scenario_file(name):
@@ -173,10 +174,16 @@ def _override(tree, override, origin, errors):
 def _check(tree, errors):
     """Returns the scenario of a tree; raises DrakeTrackerError with the errors before it and all of its own."""
     origins = {}
-    task = tree.data["task"].data if "task" in tree.data else "train"
-    schema = SCHEMAS.get(task, TrainScenario) if isinstance(task, str) else TrainScenario
+    task = tree.data.get("task")
+    name = "train" if task is None else task.data
+    schema = SCHEMAS.get(name) if isinstance(name, str) else None
+    if schema is None:
+        errors.append(
+            f"{task.origin}: task must be one of {', '.join(SCHEMAS)}, not {name!r}{_near(str(name), SCHEMAS)}"
+        )
+        raise DrakeTrackerError("\n".join(errors))
     scenario = read(tree, schema, "", errors, origins)
-    scenario.origins = origins
+    scenario = dataclasses.replace(scenario, origins=origins)
     if not errors:  # Settings can only be compared when each of them can be read.
         errors += [f"{scenario.where(key)} {problem}" for key, problem in scenario.problems()]
     if errors:
@@ -184,40 +191,41 @@ def _check(tree, errors):
     return scenario
 
 
-def _find_files(scenario, folder):
-    """Makes the files that a scenario names absolute: beside the scenario file, or where the command was given."""
+def _files(scenario, folder):
+    """Returns {key path: absolute path} of the files that a scenario names: beside the scenario file, or where the
+    command was given.
+    """
+    found = {}
     for part, name in _FILE_SETTINGS:
         text = getattr(getattr(scenario, part, None), name, "")  # rendered vision has no file
         if not text:
             continue
-        here = scenario.origins.get(f"{part}.{name}", "").startswith("--set")
+        key = f"{part}.{name}"
+        here = scenario.origins.get(key, "").startswith("--set")
         file = (Path.cwd() if here else folder) / text
         if file.is_file() and file.parent not in PACKAGE_FOLDERS.values():
-            setattr(getattr(scenario, part), name, str(file.resolve()))
+            found[key] = str(file.resolve())
         elif scenario_file(text).is_file():
             continue
         elif name == "calibration":  # It may be about to be made, beside the scenario.
-            setattr(getattr(scenario, part), name, str(file.resolve()))
+            found[key] = str(file.resolve())
         else:
-            raise DrakeTrackerError(f"{scenario.where(f'{part}.{name}')}: there is no file {file}")
+            raise DrakeTrackerError(f"{scenario.where(key)}: there is no file {file}")
+    return found
 
 
-def _find_custom(scenario, folder):
-    """Notes in which folder the user's own parts are, so that workers and later runs find them, and tries them."""
-    for role in ("estimator", "arm"):
-        part = getattr(scenario, role)
+def _custom_folders(scenario, folder):
+    """Returns {key path: folder} of the modules of custom parts, so that workers and later runs find them. Nothing is
+    imported.
+    """
+    found = {}
+    for field in settings_of(scenario):
+        part = getattr(scenario, field.name)
         if not isinstance(part, Custom):
             continue
-        here = scenario.origins.get(f"{role}.call", "").startswith("--set")
+        here = scenario.origins.get(f"{field.name}.call", "").startswith("--set")
         folders = [Path.cwd(), folder] if here else [folder, Path.cwd()]
         if part.folder:  # by the user, or by an earlier run, perhaps on another machine
             folders.insert(0, folder / part.folder)
-        part.folder = find_module(part, folders) or part.folder
-        if role == "arm":
-            from drake_tracker.diagrams.arms import arm_of  # Not above: listing scenarios needs no Drake.
-
-            arm_of(scenario)
-        else:
-            from drake_tracker.diagrams.estimators import estimator_of
-
-            estimator_of(part, scenario.where(role))
+        found[f"{field.name}.folder"] = find_module(part, folders) or part.folder
+    return found

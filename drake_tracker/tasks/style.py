@@ -3,7 +3,7 @@
 The colours are those of Okabe and Ito, "Color Universal Design" (2008), which people with any colour vision tell apart.
 """
 
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import matplotlib
@@ -73,7 +73,7 @@ def phase_colour(phase):
 _FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 
 
-@lru_cache(maxsize=None)
+@cache
 def bgr(colour):
     """Returns "#rrggbb" as OpenCV's (blue, green, red)."""
     return tuple(int(colour[k : k + 2], 16) for k in (5, 3, 1))

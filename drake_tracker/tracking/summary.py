@@ -19,7 +19,7 @@ def summarize_track(data, period):
     """
     valid = data["valid"] > 0
     names = ("x", "y", "z") if "x" in data else ("u", "v")
-    summary = {"described": int(len(valid)), "results": int(valid.sum())}
+    summary = {"described": len(valid), "results": int(valid.sum())}
     path = np.column_stack([data[name][valid] for name in names])
     extent = np.ptp(path, axis=0).tolist() if len(path) else None
     if "x" not in data:

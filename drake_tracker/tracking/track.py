@@ -10,13 +10,12 @@ from pydrake.systems.analysis import Simulator
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.estimators import estimator_of
+from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn
 from drake_tracker.footage.open_footage import open_footage
 from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.footage.video import reason
+from drake_tracker.scenarios.base import Custom
 from drake_tracker.scenarios.option import read_option
-from drake_tracker.scenarios.parts import Custom, NormalFlow
-from drake_tracker.tasks.ball.scenario import FrameDifference
-from drake_tracker.tasks.train.scenario import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn
 from drake_tracker.tasks.train.summary import save_summary
 from drake_tracker.tracking.overlay import TrackOverlay
 from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
@@ -24,6 +23,7 @@ from drake_tracker.tracking.picture import draw_track
 from drake_tracker.tracking.summary import describe_run, summarize_track
 from drake_tracker.tracking.table import TrackTable
 from drake_tracker.vision.calibration import load_calibration, load_pose
+from drake_tracker.vision.config import FrameDifference, NormalFlow
 from drake_tracker.vision.detectors import make_detector
 
 DETECTORS = Union[NormalFlow, FrameDifference]

@@ -104,4 +104,4 @@ def test_outputs_are_state_and_hold_when_asked_late():
     context.SetTime(5.0)  # no sample came: the reference does not run away
     np.testing.assert_allclose(spline.GetOutputPort("desired_state").Eval(context), [0.1, 0.2, 0.0, 0.0], atol=1e-15)
     assert spline.GetOutputPort("desired_state").size() == 4
-    assert DELAY == pytest.approx(0.045)
+    assert pytest.approx(0.045) == DELAY

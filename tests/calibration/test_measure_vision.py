@@ -11,9 +11,10 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks import load_scenario as load
 from drake_tracker.tasks import save_scenario, scenario_file
 from drake_tracker.tasks.train.diagram import load_cameras
-from drake_tracker.tasks.train.scenario import Cameras, Measured, Rendered, TrainScenario
+from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
 from drake_tracker.vision.measured_error_file import load_error
 from drake_tracker.world.cameras import describe_rig
+from drake_tracker.world.config import CamerasConfig
 
 MEASURED = "vision=!Measured {}"
 
@@ -47,7 +48,7 @@ def test_the_packages_file_is_for_the_default_cameras_and_says_what_they_are_lik
     error = load_error(scenario_file("train_vision.yaml"), rig=describe_rig(TrainScenario().cameras))
     assert error.speeds[0] <= 0.05 and error.speeds[-1] >= 0.6
     assert 0.0 < error.seen_from < error.speeds[0]
-    assert error.pixel == pytest.approx(pixel_footprint(Cameras()), rel=1e-4)
+    assert error.pixel == pytest.approx(pixel_footprint(CamerasConfig()), rel=1e-4)
     assert np.all(np.abs(error.bias[:, 0]) < 0.012)
     size = np.sqrt(error.pattern**2 + np.sum(error.jitter**2, axis=2))
     assert np.all((size > 1e-4) & (size < 4e-3))
@@ -118,7 +119,7 @@ def test_sightings_are_errors_at_the_stamp_along_and_across():
     truth = np.zeros((240, 13))
     truth[:, 0], truth[:, 4], truth[:, 5], truth[:, 6] = np.cos(np.pi / 4), 0.5, 0.1 * times, 0.485
     truth[:, 3], truth[:, 11] = np.sin(np.pi / 4), 0.1  # heads along y
-    names = tuple("qw qx qy qz x y z wx wy wz vx vy vz".split())
+    names = tuple(["qw", "qx", "qy", "qz", "x", "y", "z", "wx", "wy", "wz", "vx", "vy", "vz"])
     stamps = np.maximum(times - 0.25, 0.0)
     point = np.column_stack([stamps, 0.5 + 0 * times, 0.1 * stamps + 0.003, 0.484 + 0 * times, 0 * times, times > 0])
     point[200, -1] = 0.0

@@ -3,10 +3,11 @@ import pytest
 
 from drake_tracker.calibration.rendered_boards import board_for, calibrate, calibrate_cameras, calibration_error
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.tasks.train.scenario import Cameras, Lighting, TrainScenario
+from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.vision.calibration import load_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.world.cameras import describe_rig, true_camera_models
+from drake_tracker.world.config import CamerasConfig, LightingConfig
 
 VOLUME = ((0.30, -0.34, 0.45), (0.82, 0.34, 0.53))
 
@@ -16,18 +17,18 @@ def rms(errors):
 
 
 def test_a_moved_camera_is_recovered_from_images_alone():
-    moved = Cameras(azimuth_deg=[63.0, -45.0], distance=1.25)
-    results = calibrate_cameras(moved, Lighting(), 0.45, lens_views=8, seed=5)
+    moved = CamerasConfig(azimuth_deg=[63.0, -45.0], distance=1.25)
+    results = calibrate_cameras(moved, LightingConfig(), 0.45, lens_views=8, seed=5)
     models = {name: result.model for name, result in results.items()}
     errors = calibration_error(models, true_camera_models(moved), VOLUME)
     assert len(errors) > 80
     assert rms(errors) <= 0.0015
     # The old place does not pass for the new one.
-    assert rms(calibration_error(models, true_camera_models(Cameras()), VOLUME)) > 0.05
+    assert rms(calibration_error(models, true_camera_models(CamerasConfig()), VOLUME)) > 0.05
 
 
 def test_the_error_is_that_of_the_models():
-    truth = true_camera_models(Cameras())
+    truth = true_camera_models(CamerasConfig())
     assert rms(calibration_error(truth, truth, VOLUME)) < 1e-9
     shift = np.eye(4)
     shift[:3, 3] = [-0.003, 0.004, 0.0]
@@ -37,7 +38,7 @@ def test_the_error_is_that_of_the_models():
 
 
 def test_the_command_writes_a_file_that_loads(tmp_path, capsys):
-    scenario = TrainScenario(cameras=Cameras(width=192, height=192, fov_deg=20.0, noise=1.0))
+    scenario = TrainScenario(cameras=CamerasConfig(width=192, height=192, fov_deg=20.0, noise=1.0))
     path = tmp_path / "cameras.yaml"
     models = calibrate(scenario, path)
     assert "3-D error against truth over the work volume: 0." in capsys.readouterr().out
@@ -48,7 +49,7 @@ def test_the_command_writes_a_file_that_loads(tmp_path, capsys):
 
 def test_cameras_that_do_not_see_the_work_volume_are_refused_before_anything_is_rendered(tmp_path, monkeypatch):
     monkeypatch.setattr("drake_tracker.calibration.rendered_boards.calibrate_cameras", None)
-    scenario = TrainScenario(cameras=Cameras(look_at=[0.4, 2.0, 0.47], distance=1.0))
+    scenario = TrainScenario(cameras=CamerasConfig(look_at=[0.4, 2.0, 0.47], distance=1.0))
     with pytest.raises(DrakeTrackerError, match="cameras.look_at .* no part of vision.work_volume is in both cameras"):
         calibrate(scenario, tmp_path / "cameras.yaml")
     with pytest.raises(DrakeTrackerError, match="must be a file in a folder that exists"):
@@ -65,5 +66,5 @@ def test_the_packages_files_are_within_a_millimetre(name):
 
 
 def test_the_board_suits_the_field():
-    assert board_for(Cameras()).square == 0.045
-    assert board_for(Cameras(fov_deg=17.0)).square == 0.025
+    assert board_for(CamerasConfig()).square == 0.045
+    assert board_for(CamerasConfig(fov_deg=17.0)).square == 0.025

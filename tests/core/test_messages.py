@@ -43,7 +43,7 @@ def test_fields_are_named_once_and_nothing_yet_is_not_valid(view):
 
 
 def test_a_packet_spans_one_and_a_half_seconds():
-    assert (KNOT_COUNT - 1) * KNOT_SPACING == pytest.approx(1.5)
+    assert pytest.approx(1.5) == (KNOT_COUNT - 1) * KNOT_SPACING
     assert message_size(Prediction) == PREDICTION_HEADER + KNOT_COUNT * len(KNOT_FIELDS)
     assert tuple(Prediction.get_fields()[:PREDICTION_HEADER]) == ("stamp", "seq", "first_time", "spacing", "valid")
 

@@ -27,8 +27,8 @@ SLOTS = {name: value for name, value in vars(timing).items() if name.endswith("_
 
 
 def test_the_papers_numbers():
-    assert VISION_PERIOD == pytest.approx(1 / 60)
-    assert LAG_CYCLES * VISION_PERIOD == pytest.approx(0.25)
+    assert pytest.approx(1 / 60) == VISION_PERIOD
+    assert pytest.approx(0.25) == LAG_CYCLES * VISION_PERIOD
     assert SERVO_PERIOD == 0.030
 
 
@@ -56,7 +56,7 @@ def test_a_plant_step_that_does_not_fit_is_refused(time_step):
 
 def test_slots_lie_within_a_plant_step_in_the_order_of_the_data():
     order = [PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT]
-    assert 0.0 < order[0] and order[-1] < 1.0
+    assert order[0] > 0.0 and order[-1] < 1.0
     assert order == sorted(set(order))
     assert set(SLOTS.values()) == set(order), "a slot that this test does not know"
 
@@ -106,6 +106,6 @@ def test_a_lag_that_is_not_whole_or_too_short_is_refused(lag_cycles, newest):
 )
 def test_a_throughput_counts_from_the_first_image(first_image_age, stamp_age, lag, delay):
     """Nashman and Chaconas 1990, section 4: 100.2 ms; half a cycle between stamp and image leaves the delay whole."""
-    assert 6 * VISION_PERIOD == pytest.approx(0.1002, rel=0.01)
+    assert pytest.approx(0.1002, rel=0.01) == 6 * VISION_PERIOD
     assert lag_of_throughput(6, first_image_age, stamp_age) == lag
     assert delay_cycles(lag, stamp_age) == delay

@@ -14,7 +14,7 @@ from drake_tracker.campaign.plan import make_plan
 from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.trial import run_trial
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.scenarios.parts import Custom
+from drake_tracker.scenarios.base import Custom
 from drake_tracker.tasks import save_scenario
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.two_processes import make_arm_side

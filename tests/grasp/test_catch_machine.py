@@ -10,10 +10,10 @@ from drake_tracker.core.messages import ArmCommand, Prediction, ServoTarget, Too
 from drake_tracker.estimation import make_estimator
 from drake_tracker.grasp.catch_machine import CatchMachine, CatchObservation
 from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.tasks.ball.scenario import Catch
+from drake_tracker.grasp.config import CatchConfig
 
 NOTHING = np.zeros(message_size(Prediction))
-PARAMETERS = Catch()
+PARAMETERS = CatchConfig()
 LAG = 0.12
 
 
@@ -21,7 +21,7 @@ class Bench:
     """Ticks of a CatchMachine; the hand is at once where it was sent."""
 
     def __init__(self, **changes):
-        self.machine = CatchMachine(Catch(**changes), edge(), PERIOD)
+        self.machine = CatchMachine(CatchConfig(**changes), edge(), PERIOD)
         self.state = self.machine.initial_state()
         self.time = 5.0
         self.commands = []

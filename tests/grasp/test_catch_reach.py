@@ -19,9 +19,9 @@ from drake_tracker.core.timing import LINK_SLOT, vision_slot
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.catch_system import CatchDiagnosis, CatchSystem
-from drake_tracker.tasks.ball.scenario import Catch
+from drake_tracker.grasp.config import CatchConfig
 
-PARAMETERS = Catch()
+PARAMETERS = CatchConfig()
 NEWS = 4.0 / 60.0
 LAG = 0.1
 

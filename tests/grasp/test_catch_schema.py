@@ -3,7 +3,7 @@ import pytest
 from drake_tracker.arm.tool_motion import MotionFrame
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_schema import CATCH_PROGRAMS, CATCH_SAME_MOTION, CATCH_TRANSITIONS, CatchPhase
-from drake_tracker.tasks.ball.scenario import Catch
+from drake_tracker.grasp.config import CatchConfig
 
 
 def successors(phase):
@@ -18,7 +18,7 @@ def test_every_phase_has_a_program_and_transitions():
 def test_every_name_in_the_tables_exists(phase):
     program = CATCH_PROGRAMS[phase]
     for name in filter(None, (program.height, program.duration)):
-        assert isinstance(getattr(Catch(), name), float)
+        assert isinstance(getattr(CatchConfig(), name), float)
     for condition, _ in CATCH_TRANSITIONS[phase]:
         assert callable(getattr(CatchMachine, condition))
 

@@ -8,21 +8,21 @@ from drake_tracker.core.timing import GRASP_SLOT, servo_slot
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.catch_system import CatchDiagnosis, CatchSystem
-from drake_tracker.tasks.ball.scenario import Catch
+from drake_tracker.grasp.config import CatchConfig
 
 TICK = servo_slot(GRASP_SLOT, TIME_STEP, PERIOD)
 
 
 @pytest.fixture
 def system():
-    return CatchSystem(CatchMachine(Catch(), edge(), PERIOD), TIME_STEP, PERIOD)
+    return CatchSystem(CatchMachine(CatchConfig(), edge(), PERIOD), TIME_STEP, PERIOD)
 
 
 def with_inputs(system, packet, operator=None):
     """A simulator of the System alone: the hand at home, the ball's packet as given."""
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
-    home = edge().home + [0.0, 0.0, Catch().rim_height, 0.0]
+    home = edge().home + [0.0, 0.0, CatchConfig().rim_height, 0.0]
     system.GetInputPort("target").FixValue(context, np.append(np.zeros(13), Prediction(packet).valid))
     system.GetInputPort("packet").FixValue(context, packet)
     system.GetInputPort("status").FixValue(context, [0.0, 1.0, 0.0, *home, 0.0])

@@ -7,6 +7,7 @@ from drake_tracker.arm.differential_ik import make_parameters
 from drake_tracker.arm.transform_equation import share_done
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
 from drake_tracker.core.timing import SERVO_PERIOD
+from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import (
     FEWEST_RECORDS,
     ONE_PASS,
@@ -21,9 +22,8 @@ from drake_tracker.grasp.gate import (
     touch_delay,
 )
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
-from drake_tracker.tasks.train.scenario import Grasp
 
-PARAMETERS = Grasp()
+PARAMETERS = GraspConfig()
 
 
 def straight(t, speed=0.15):
@@ -59,7 +59,7 @@ def pass_here(now, count=5, at=10.0, **error):
 
 
 def judge(memory, now, path=circle, **settings):
-    return judge_memory(Grasp(**settings), memory, packet_at(now, path), target_at(now))
+    return judge_memory(GraspConfig(**settings), memory, packet_at(now, path), target_at(now))
 
 
 def target_at(stamp):
@@ -70,7 +70,9 @@ def target_at(stamp):
 
 
 def test_touch_delay_and_horizon_add_up():
-    parameters = Grasp(jaw_opening=0.088, object_width=0.04, jaw_speed=0.4, descent_duration=0.36, closing_lead=0.10)
+    parameters = GraspConfig(
+        jaw_opening=0.088, object_width=0.04, jaw_speed=0.4, descent_duration=0.36, closing_lead=0.10
+    )
     assert touch_delay(parameters) == pytest.approx(0.12)
     target = ServoTarget(np.zeros(14))
     target.time, target.stamp = 10.046, 9.75
@@ -118,7 +120,7 @@ def judge_with(std, memory, now=30.0, **settings):
     """The verdict on a prediction whose filter says that it is off by ``std`` [m]."""
     times = now + KNOT_SPACING * np.arange(KNOT_COUNT)
     packet = pack_prediction(now, 1, np.column_stack([circle(times), np.full(KNOT_COUNT, std)]))
-    return judge_prediction(Grasp(**settings), memory, packet, target_at(now))[0]
+    return judge_prediction(GraspConfig(**settings), memory, packet, target_at(now))[0]
 
 
 def lately(now=30.0, **error):
@@ -164,8 +166,8 @@ def test_an_open_track_is_accepted_only_after_the_straight_length():
 
 def test_a_bend_is_not_straight_however_long_it_was_watched():
     memory = watched(4.0, circle)
-    assert not is_straight(Grasp(straight_length=0.15), memory, packet_at(4.0, circle))
-    assert is_straight(Grasp(straight_length=0.15, straight_tolerance=0.1), memory, packet_at(4.0, circle))
+    assert not is_straight(GraspConfig(straight_length=0.15), memory, packet_at(4.0, circle))
+    assert is_straight(GraspConfig(straight_length=0.15, straight_tolerance=0.1), memory, packet_at(4.0, circle))
     assert judge(memory, 4.0, circle)[0] == Gate.NO_MEMORY
 
 
@@ -258,7 +260,7 @@ def hovering(arm_model):
 
 def follow(arm_model, hovering, path=circle, **settings):
     q, start = hovering
-    parameters = Grasp(**settings)
+    parameters = GraspConfig(**settings)
     ik_parameters = make_parameters(arm_model, SERVO_PERIOD)
     return can_follow(parameters, arm_model, ik_parameters, q, packet_at(1.0, path), start, parameters.hover_height, 1)
 

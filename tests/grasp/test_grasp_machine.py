@@ -17,13 +17,13 @@ from drake_tracker.core.messages import (
     pack_prediction,
 )
 from drake_tracker.core.timing import SERVO_PERIOD
+from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.grasp_machine import FORCE_SHARE, GRIP_CONFIRMED, SEEN_FOR, GraspMachine, Observation
 from drake_tracker.grasp.prediction_memory import PredictionMemory
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.train.scenario import Grasp
 
-PARAMETERS = Grasp()
+PARAMETERS = GraspConfig()
 WIDTH, OPENING, FORCE = PARAMETERS.object_width, PARAMETERS.jaw_opening, PARAMETERS.grip_force
 LAG, LEAD = 0.25, 0.045
 

@@ -17,13 +17,13 @@ from drake_tracker.core.messages import (
     pack_prediction,
 )
 from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, SERVO_SLOT, TIME_STEP, servo_slot
+from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspDiagnosis, GraspSystem
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.train.scenario import Grasp
 
-PARAMETERS = Grasp()
+PARAMETERS = GraspConfig()
 TICK = servo_slot(GRASP_SLOT)
 SPEED = 0.15
 

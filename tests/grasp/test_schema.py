@@ -1,9 +1,9 @@
 import pytest
 
 from drake_tracker.arm.tool_motion import MotionFrame
+from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.schema import PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
-from drake_tracker.tasks.train.scenario import Grasp
 
 
 def successors(phase):
@@ -17,8 +17,8 @@ def test_every_phase_has_a_program_and_transitions():
 @pytest.mark.parametrize("phase", Phase)
 def test_every_name_in_the_tables_exists(phase):
     program = PROGRAMS[phase]
-    assert isinstance(getattr(Grasp(), program.height), float)
-    assert getattr(Grasp(), program.duration) > 0.0
+    assert isinstance(getattr(GraspConfig(), program.height), float)
+    assert getattr(GraspConfig(), program.duration) > 0.0
     for condition, _ in TRANSITIONS[phase]:
         assert callable(getattr(GraspMachine, condition))
 

@@ -10,7 +10,7 @@ SQUARE = np.array([[10.0, 10.0], [100.0, 10.0], [100.0, 60.0], [10.0, 60.0]])
 
 
 def page_of(*sides):
-    return VideoPage({side: SQUARE for side in sides}, (160, 120), "title", "subtitle", lag=0.25)
+    return VideoPage(dict.fromkeys(sides, SQUARE), (160, 120), "title", "subtitle", lag=0.25)
 
 
 def test_news_is_what_was_not_told_before():

@@ -22,7 +22,7 @@ from drake_tracker.live.strips_system import add_strips
 from drake_tracker.live.view import LiveView
 from drake_tracker.tasks.ball.diagram import make_diagram
 from drake_tracker.tasks.ball.initialisation import initialise_board
-from drake_tracker.tasks.ball.scenario import Operator
+from drake_tracker.world.config import OperatorConfig
 
 
 def control(url, **asked):
@@ -119,7 +119,7 @@ def test_a_person_marks_windows_on_the_page():
 
         person = threading.Thread(target=mark)
         person.start()
-        windows = live.mark_windows([board] * 2, Operator())
+        windows = live.mark_windows([board] * 2, OperatorConfig())
         person.join()
         with pytest.raises(urllib.error.HTTPError):
             control(live.url, action="mark", windows=[])

@@ -94,7 +94,7 @@ def tilt_deg(X):
 def test_each_kind_of_model_is_there():
     expected = ["ball", "cup", "floor", "gripper", "puma560", "seven_joint", "table"]
     files = [f"{name}/{name}.sdf" for name in expected] + [f"train/train_{body}.sdf" for body in TRAINS]
-    assert MODEL_FILES == sorted(files)
+    assert sorted(files) == MODEL_FILES
 
 
 @pytest.mark.parametrize("path", MODEL_FILES)

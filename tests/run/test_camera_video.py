@@ -127,9 +127,7 @@ def film(duration, frozen_from=np.inf):
     builder = DiagramBuilder()
     laboratory = builder.AddSystem(Laboratory(frozen_from))
     video = builder.AddSystem(
-        CameraVideoSystem(
-            [notebook], notebook, {side: Camera() for side in SIDES}, {side: OFFSET for side in SIDES}, LAG
-        )
+        CameraVideoSystem([notebook], notebook, {side: Camera() for side in SIDES}, dict.fromkeys(SIDES, OFFSET), LAG)
     )
     for k in range(video.num_input_ports()):
         name = video.get_input_port(k).get_name()
@@ -209,7 +207,7 @@ def test_a_replay_from_the_same_context_draws_the_same():
 
 def test_a_real_page_takes_what_the_system_gives():
     window = np.array([[20.0, 30.0], [80.0, 30.0], [80.0, 70.0]])
-    page = VideoPage({side: window for side in SIDES}, (256, 256), "train", "seed 0", 0.25)
+    page = VideoPage(dict.fromkeys(SIDES, window), (256, 256), "train", "seed 0", 0.25)
     (sights, state) = film(0.3)[-1]
     assert page.draw(sights, state).shape == (page.size[1], page.size[0], 3)
 
@@ -224,7 +222,7 @@ def test_a_frame_is_drawn_once_for_all_who_want_it_and_never_for_nobody():
         builder = DiagramBuilder()
         laboratory = builder.AddSystem(Laboratory())
         video = builder.AddSystem(
-            CameraVideoSystem(sinks, page, {side: Camera() for side in SIDES}, {side: OFFSET for side in SIDES}, LAG)
+            CameraVideoSystem(sinks, page, {side: Camera() for side in SIDES}, dict.fromkeys(SIDES, OFFSET), LAG)
         )
         for k in range(video.num_input_ports()):
             name = video.get_input_port(k).get_name()

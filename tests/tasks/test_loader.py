@@ -8,23 +8,17 @@ import pytest
 import yaml
 
 from drake_tracker import estimation
-from drake_tracker.arm.servo import Servo as ServoFilter
+from drake_tracker.arm.config import ServoConfig
+from drake_tracker.arm.servo import ServoConfig as ServoFilter
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn
+from drake_tracker.link.config import Lossy, Perfect
 from drake_tracker.link.lossy_link import LossyLink
 from drake_tracker.scenarios.reader import setting_keys
 from drake_tracker.tasks import list_scenarios, load_scenario, save_scenario, scenario_file, validate
 from drake_tracker.tasks.ball.scenario import BallScenario
-from drake_tracker.tasks.train.scenario import (
-    AlphaBetaGamma,
-    ArcLength,
-    ClosedPath,
-    CoordinatedTurn,
-    Lossy,
-    NormalFlow,
-    Perfect,
-    Servo,
-    TrainScenario,
-)
+from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 
 
@@ -84,7 +78,7 @@ def test_every_setting_says_what_it_is_and_its_default_is_allowed():
         (AlphaBetaGamma, estimation.AlphaBetaGamma),
         (CoordinatedTurn, estimation.CoordinatedTurn),
         (Lossy, LossyLink),
-        (Servo, ServoFilter),
+        (ServoConfig, ServoFilter),
         (NormalFlow, NormalFlowParameters),
     ],
 )
@@ -287,9 +281,7 @@ def test_where_a_setting_came_from():
 
 
 def test_a_scenario_changed_in_python_is_checked_too():
-    scenario = TrainScenario()
-    scenario.track.speed = float("nan")
-    scenario.track.centre = [0.5]
+    scenario = TrainScenario().with_settings({"track.speed": float("nan"), "track.centre": [0.5]})
     with pytest.raises(DrakeTrackerError) as caught:
         validate(scenario)
     assert len(str(caught.value).splitlines()) == 2

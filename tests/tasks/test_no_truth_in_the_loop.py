@@ -11,10 +11,10 @@ from wires import Wires, controller_rooms, references, truths
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.diagrams import hand_eye as hand_eye_module
-from drake_tracker.tasks.train.scenario import Track as TrackSettings
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.world import world_diagram as world_module
+from drake_tracker.world.config import TrackConfig as TrackSettings
 
 MEASURED = "vision=!Measured {}"
 BEHIND_THE_SENSORS = {"camera_left_noise", "camera_right_noise", "jaw_sensor"}

@@ -162,7 +162,7 @@ def test_meshes_lie_where_they_should():
 
 @pytest.mark.parametrize("incline_deg", [5.0, 10.0, 15.0])
 def test_the_ball_rolls_freely_as_a_hollow_sphere_does(incline_deg):
-    """a = g sin(incline) / (1 + 2/3), from position over time."""
+    """A = g sin(incline) / (1 + 2/3), from position over time."""
     slope = Slope(incline_deg=incline_deg, pegs=np.empty((0, 2)), start_x=0.05)
     slope.run(0.1)
     slope.put(slope.start)

@@ -56,7 +56,6 @@ def test_circles_do_not_hide_behind_walls():
 
 
 def test_a_lens_too_long_is_refused():
-    scenario = make_scenario()
-    scenario.camera.fov_deg = 20.0
+    scenario = make_scenario().with_settings({"camera.fov_deg": 20.0})
     with pytest.raises(DrakeTrackerError, match="camera.fov_deg"):
         draw_camera_pose(scenario.camera, scenario.board, RigidTransform(), 0)

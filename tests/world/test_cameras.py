@@ -6,7 +6,6 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.tasks.train.scenario import Cameras, Lighting
 from drake_tracker.world.cameras import (
     CAMERA_NAMES,
     add_cameras,
@@ -15,6 +14,7 @@ from drake_tracker.world.cameras import (
     renderable_window,
     true_camera_models,
 )
+from drake_tracker.world.config import CamerasConfig, LightingConfig
 
 SPHERE_RADIUS = 0.03
 
@@ -30,7 +30,7 @@ class Scene:
             plant.WeldFrames(plant.world_frame(), body.body_frame(), RigidTransform(p_WQ))
             plant.RegisterVisualGeometry(body, RigidTransform(), Sphere(SPHERE_RADIUS), "ball", [0.9, 0.8, 0.2, 1.0])
         plant.Finalize()
-        self.cameras = add_cameras(builder, scene_graph, config, Lighting(), windows=windows, seed=3)
+        self.cameras = add_cameras(builder, scene_graph, config, LightingConfig(), windows=windows, seed=3)
         self.diagram = builder.Build()
         self.context = self.diagram.CreateDefaultContext()
 
@@ -57,7 +57,7 @@ def test_pose_refuses_what_leaves_it_undefined(elevation_deg, distance, message)
 
 
 def test_true_models_keep_the_half_pixel_apart():
-    config = Cameras()
+    config = CamerasConfig()
     for name, model in true_camera_models(config).items():
         np.testing.assert_allclose(model.project([config.look_at]), [[127.5, 127.5]], atol=1e-9)
         assert model.K[0, 0] == pytest.approx(128.0 / np.tan(np.deg2rad(15.0)))
@@ -88,7 +88,7 @@ def test_a_window_outside_the_image_is_refused():
 
 def test_a_spheres_image_lies_where_the_true_model_says():
     """The centroid of a sphere's pixels: half a pixel of disagreement between the conventions would show."""
-    config = Cameras(noise=0.0)
+    config = CamerasConfig(noise=0.0)
     rng = np.random.default_rng(0)
     grid = np.array([[0.0, y, z] for y in (-0.1, 0.0, 0.1) for z in (-0.1, 0.0, 0.1)])
     centres = config.look_at + grid + rng.uniform(-0.004, 0.004, grid.shape)
@@ -106,7 +106,7 @@ def test_a_spheres_image_lies_where_the_true_model_says():
 
 
 def test_a_window_has_the_pixels_of_the_full_image_noise_and_all():
-    config = Cameras(width=96, height=80, fov_deg=12.0, noise=2.0)
+    config = CamerasConfig(width=96, height=80, fov_deg=12.0, noise=2.0)
     centres = [[0.56, -0.05, 0.45], [0.6, 0.06, 0.5]]
     windows = {"camera_left": (11, 20, 60, 37), "camera_right": (30, 8, 50, 60)}
     full, part = Scene(centres, config), Scene(centres, config, windows=windows)
@@ -124,7 +124,7 @@ def test_a_window_has_the_pixels_of_the_full_image_noise_and_all():
 
 
 def test_cameras_are_named_and_noise_is_added_only_where_asked_for():
-    scene = Scene([[0.56, 0.0, 0.47]], Cameras(width=32, height=32, noise=0.0))
+    scene = Scene([[0.56, 0.0, 0.47]], CamerasConfig(width=32, height=32, noise=0.0))
     for name in CAMERA_NAMES:
         camera = scene.cameras[name]
         assert camera.sensor.get_name() == name

@@ -6,12 +6,12 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.tasks.train.scenario import Cameras, Lighting
 from drake_tracker.world.cameras import CAMERA_NAMES, add_cameras, true_camera_models
+from drake_tracker.world.config import CamerasConfig, LightingConfig
 from drake_tracker.world.lighting import make_lights, render_engine_params
 
 HEIGHT = 0.05
-CONFIG = Cameras(width=96, height=96, fov_deg=15.0, noise=0.0)
+CONFIG = CamerasConfig(width=96, height=96, fov_deg=15.0, noise=0.0)
 
 
 def images(lighting):
@@ -43,7 +43,7 @@ TOP = [0.56, 0.0, 0.50]
 
 
 def test_lamps_above_the_cameras_light_every_face_that_is_seen():
-    pictures = images(Lighting())
+    pictures = images(LightingConfig())
     seen = [
         brightness(pictures, name, p_WQ)
         for name, faces in zip(CAMERA_NAMES, ((FACE_LEFT, FACE_X, TOP), (FACE_RIGHT, FACE_X, TOP)))
@@ -55,7 +55,7 @@ def test_lamps_above_the_cameras_light_every_face_that_is_seen():
 
 
 def test_light_from_one_side_leaves_the_other_dark():
-    pictures = images(Lighting(side="one_side"))
+    pictures = images(LightingConfig(side="one_side"))
     assert brightness(pictures, "camera_left", FACE_LEFT) > 3 * brightness(pictures, "camera_right", FACE_RIGHT)
     assert brightness(pictures, "camera_right", FACE_RIGHT) > 3
 
@@ -64,7 +64,7 @@ def test_shadows_fall_only_when_asked_for():
     behind_the_block, in_the_open = [0.56, -0.09, 0.45], [0.66, -0.09, 0.45]
     ratios = []
     for shadows in (False, True):
-        pictures = images(Lighting(side="one_side", shadows=shadows))
+        pictures = images(LightingConfig(side="one_side", shadows=shadows))
         ratios.append(
             brightness(pictures, "camera_right", behind_the_block) / brightness(pictures, "camera_right", in_the_open)
         )
@@ -72,18 +72,18 @@ def test_shadows_fall_only_when_asked_for():
 
 
 def test_shadows_leave_what_is_lit_as_bright_as_it_was():
-    plain, shaded = images(Lighting()), images(Lighting(shadows=True))
+    plain, shaded = images(LightingConfig()), images(LightingConfig(shadows=True))
     for p_WQ in (TOP, FACE_X, FACE_LEFT):
         before = brightness(plain, "camera_left", p_WQ)
         assert brightness(shaded, "camera_left", p_WQ) == pytest.approx(before, rel=0.25)
 
 
 def test_parameters_carry_the_choice():
-    params = render_engine_params(Lighting(side="one_side", shadows=True), CONFIG)
-    assert params.cast_shadows and len(params.lights) == len(make_lights(Lighting(side="one_side"), CONFIG))
-    assert not render_engine_params(Lighting(), CONFIG).cast_shadows
+    params = render_engine_params(LightingConfig(side="one_side", shadows=True), CONFIG)
+    assert params.cast_shadows and len(params.lights) == len(make_lights(LightingConfig(side="one_side"), CONFIG))
+    assert not render_engine_params(LightingConfig(), CONFIG).cast_shadows
 
 
 def test_an_unknown_side_is_refused():
     with pytest.raises(DrakeTrackerError, match="lighting.side is 'north'; it must be one of cameras, one_side"):
-        make_lights(Lighting(side="north"), CONFIG)
+        make_lights(LightingConfig(side="north"), CONFIG)

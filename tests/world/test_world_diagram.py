@@ -31,8 +31,7 @@ def track():
 @pytest.fixture(scope="module")
 def world(q_initial, track):
     """A world with the arm's set-points held."""
-    scenario = TrainScenario()
-    scenario.cameras.noise = 0.0
+    scenario = TrainScenario().with_settings({"cameras.noise": 0.0})
     return WorldDiagram(scenario, PUMA560, q_initial, track, START, WINDOWS)
 
 
@@ -115,11 +114,15 @@ def test_the_cameras_show_the_windows_asked_for_and_the_train_in_them(world, q_i
 
 
 def test_the_scenario_is_heeded(q_initial, track):
-    scenario = TrainScenario()
-    scenario.train.body = "dark"
-    scenario.track.speed = 0.0
-    scenario.cameras.width, scenario.cameras.height = 64, 48
-    scenario.table_height = 0.44
+    scenario = TrainScenario().with_settings(
+        {
+            "train.body": "dark",
+            "track.speed": 0.0,
+            "cameras.width": 64,
+            "cameras.height": 48,
+            "table_height": 0.44,
+        }
+    )
     world = WorldDiagram(scenario, PUMA560, q_initial, track, START)
     simulator, context = held(world, q_initial)
     assert world.GetOutputPort("camera_left").Eval(context).data.shape == (48, 64, 4)

@@ -80,7 +80,7 @@ def rendered_windows(scenario):
     """Returns {side: (u0, v0, width, height) [px]}, what of the full frame a scenario renders."""
     config = scenario.cameras
     if not config.render_window:
-        return {side: (0, 0, config.width, config.height) for side in SIDES}
+        return dict.fromkeys(SIDES, (0, 0, config.width, config.height))
     windows = look_windows(scenario, load_cameras(scenario))
     return {side: renderable_window(windows[side].bounds, config.width, config.height) for side in SIDES}
 

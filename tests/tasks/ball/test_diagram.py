@@ -12,7 +12,8 @@ from drake_tracker.core.log import signals
 from drake_tracker.core.timing import BALL_SERVO_PERIOD
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.diagram import make_diagram
-from drake_tracker.tasks.ball.scenario import BallScenario, Board
+from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.world.config import BoardConfig
 
 ARROWS = {
     ("world", "camera", "vision", "camera"),
@@ -65,7 +66,7 @@ def test_the_controller_reads_camera_and_joints_and_no_truth(hand_eye):
 
 
 def is_truth(thing):
-    if isinstance(thing, (SceneGraph, BallScenario, Board)):
+    if isinstance(thing, (SceneGraph, BallScenario, BoardConfig)):
         return True
     if isinstance(thing, MultibodyPlant):
         return thing.HasModelInstanceNamed("ball") or thing.HasModelInstanceNamed("board")

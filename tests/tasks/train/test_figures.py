@@ -42,7 +42,7 @@ def test_nothing_was_seen(scenario, episode, tmp_path):
 
 
 def test_the_map_shows_one_lap_of_a_closed_track(scenario, episode, grasp_phases):
-    scenario.track.kind, scenario.track.radius = "circle", 0.05
+    scenario = scenario.with_settings({"track.kind": "circle", "track.radius": 0.05})
     episode.phases = grasp_phases
     log = episode.log()
     start, end = _lap(scenario, log, phase_spans(log))

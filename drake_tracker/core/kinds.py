@@ -1,0 +1,84 @@
+"""The kinds of a role: which settings stand for which part. A new kind is registered here-by, in one place.
+
+A role is something that can be exchanged: estimator, motion detector, link, arm. Each kind of it has a frozen dataclass
+of settings, whose name is its YAML tag (``!ClosedPath {systematic_std: 0.002}``), and a maker that takes these settings.
+"""
+
+import dataclasses
+import inspect
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, Generic, TypeVar, Union
+
+from drake_tracker.core.errors import DrakeTrackerError
+
+Part = TypeVar("Part")
+
+
+class Kinds(Generic[Part]):
+    """The registry of one role.
+
+    Args:
+        role: what the parts are, for messages: "estimator".
+        makers: {dataclass of settings: callable that makes the part of an instance of it}. The first is the default.
+
+    Attributes:
+        makers: as given.
+        names: {name in lower case with underscores: dataclass of settings}, for example "closed_path".
+    """
+
+    def __init__(self, role: str, makers: Mapping[type, Callable[..., Part]]) -> None:
+        self.role = role
+        self.makers = dict(makers)
+        self.names = {snake_case(settings.__name__): settings for settings in makers}
+
+    def union(self, *others: type) -> Any:
+        """Returns the type of a scenario's field: the Union of all settings, and of ``others``."""
+        return Union[(*self.makers, *others)]
+
+    def make(self, settings: Any, /, **context: Any) -> Part:
+        """Returns the part of an instance of one of the settings.
+
+        Args:
+            settings: an instance of one of the dataclasses.
+            **context: what the part needs besides, such as ``period``. A maker is passed only what it takes.
+
+        Raises DrakeTrackerError when the settings are of no kind of this role.
+        """
+        maker = self.makers.get(type(settings))
+        if maker is None:
+            raise self._unknown(settings)
+        taken = inspect.signature(maker).parameters
+        return maker(settings, **{name: value for name, value in context.items() if name in taken})
+
+    def make_by_name(self, kind: str, **parameters: Any) -> Part:
+        """Returns the part of a kind given by its name, such as "closed_path".
+
+        Args:
+            kind: one of ``names``.
+            **parameters: settings of the kind, and keywords of its maker.
+
+        Raises DrakeTrackerError for an unknown kind or parameter, or a value out of range.
+        """
+        if not isinstance(kind, str) or kind not in self.names:
+            raise self._unknown(kind)
+        settings_type = self.names[kind]
+        maker = self.makers[settings_type]
+        own = [field.name for field in dataclasses.fields(settings_type)]
+        extra = [name for name in list(inspect.signature(maker).parameters)[1:]]
+        for name in parameters:
+            if name not in own and name not in extra:
+                raise DrakeTrackerError(f"{kind} has no parameter {name!r}; it has {', '.join([*own, *extra])}")
+        settings = settings_type(**{name: value for name, value in parameters.items() if name in own})
+        try:
+            return maker(settings, **{name: value for name, value in parameters.items() if name not in own})
+        except TypeError as error:  # a keyword without a default is missing
+            raise DrakeTrackerError(f"{kind}: {error}") from error
+
+    def _unknown(self, kind: Any) -> DrakeTrackerError:
+        return DrakeTrackerError(f"{self.role}: kind is {kind!r}; allowed are {', '.join(sorted(self.names))}")
+
+
+def snake_case(name: str) -> str:
+    """Returns a class name in lower case with underscores: "ClosedPath" gives "closed_path"."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
