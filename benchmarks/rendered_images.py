@@ -19,6 +19,7 @@ from drake_tracker import load_scenario
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.crossing import HAND_YAW
 from drake_tracker.arm.description import joints_for, make_arm_model
+from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks.train.diagram import load_cameras
@@ -29,7 +30,6 @@ from drake_tracker.vision.window import project_window
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import CAMERA_NAMES, lens_matrix, true_camera_model
-from drake_tracker.world.catch_judge_system import CatchVerdict
 from drake_tracker.world.release_system import draw_delay
 from drake_tracker.world.sensor_noise_system import SensorNoiseSystem
 from drake_tracker.world.world_diagram import WorldDiagram

@@ -10,9 +10,7 @@ from drake_tracker.world.ball_camera import draw_camera_pose
 
 def make_scenario(seed=0, noise=0.0, start_x=None, release=True, **board):
     changes = {"camera.noise": noise, "ball.start_x": start_x, "ball.release": release}
-    return BallScenario(seed=seed).with_settings(
-        changes | {f"board.{key}": value for key, value in board.items()}
-    )
+    return BallScenario(seed=seed).with_settings(changes | {f"board.{key}": value for key, value in board.items()})
 
 
 def true_poses(scenario):

@@ -10,13 +10,21 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_tracker.arm.arm_model import tool_yaw
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.messages import ArmCommand, Centroid, JawState, Prediction, ServoTarget, ToolStatus, TrackPoint
+from drake_tracker.core.messages import (
+    ArmCommand,
+    CatchDiagnosis,
+    CatchVerdict,
+    Centroid,
+    Filtered,
+    GraspDiagnosis,
+    JawState,
+    Prediction,
+    ServoTarget,
+    ToolStatus,
+    TrackPoint,
+    Verdict,
+)
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, steps_in
-from drake_tracker.estimation.estimator_system import Filtered
-from drake_tracker.grasp.catch_system import CatchDiagnosis
-from drake_tracker.grasp.grasp_system import GraspDiagnosis
-from drake_tracker.world.catch_judge_system import CatchVerdict
-from drake_tracker.world.judge_system import Verdict
 
 _DAMAGED = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 """What numpy raises of a file that is not whole: of the disk, of the archive, and of the header of an array in it."""

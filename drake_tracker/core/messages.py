@@ -1,9 +1,11 @@
-"""The vector messages that travel between the rooms.
+"""The vector messages on the ports between the subsystems: every named view of the package.
 
-Every signal but an image is a plain vector port, so that ``LogVectorOutput``, ``DiscreteTimeDelay`` and the link carry
-it unchanged. A port that has produced nothing reads all zeros, hence ``valid == 0``. ``stamp`` is always the capture
-time [s] of the image the value describes, never the time at which it was computed.
+Every signal except an image is a plain vector port, so that ``LogVectorOutput``, ``DiscreteTimeDelay`` and the link
+carry it unchanged. A port that has produced nothing yet reads all zeros, hence ``valid == 0``. ``stamp`` is always the
+capture time [s] of the image that the value describes, never the time at which it was computed.
 """
+
+from typing import Any
 
 import numpy as np
 from pydrake.common.containers import namedview
@@ -16,74 +18,129 @@ KNOT_FIELDS = ("x", "y", "z", "yaw", "std")
 """Columns of a knot: position in W [m], yaw about W's z axis, continuous along the path [rad], predicted error [m]."""
 
 FrameInfo = namedview("FrameInfo", ["stamp", "fresh"])
-"""What a `VideoSource` says of the image it shows: capture time [s], and 0 when none was captured in this cycle."""
+"""Describes the image that a `VideoSource` outputs: its capture time [s], and ``fresh`` = 0 when no image was captured
+in this cycle."""
 
 Centroid = namedview("Centroid", ["stamp", "u", "v", "pixel_count", "valid"])
-"""Motion centroid in one image: stamp [s], u and v [px] (full-frame pixel coordinates, a pixel's centre is whole)."""
+"""Motion centroid in one image: stamp [s], u and v [px] in full-frame pixel coordinates, in which the centre of a pixel
+has whole numbers, and the number of moving pixels."""
 
 TrackPoint = namedview("TrackPoint", ["stamp", "x", "y", "z", "gap", "valid"])
-"""A triangulated point: stamp [s], p_WQ = (x, y, z) [m] in W, gap between the two rays [m]."""
+"""A measured point: stamp [s], p_WQ = (x, y, z) [m] in W, gap between the two rays [m]."""
+
+Filtered = namedview("Filtered", ["stamp", "x", "y", "z", "yaw", "speed", "valid"])
+"""The filtered state at its newest stamp [s]: position in W [m], yaw of travel [rad], speed [m/s]."""
 
 Prediction = namedview(
     "Prediction",
     ["stamp", "seq", "first_time", "spacing", "valid"]
     + [f"{field}{k}" for k in range(KNOT_COUNT) for field in KNOT_FIELDS],
 )
-"""A packet of predicted path: stamp [s] of the newest measurement in it, seq, first_time [s], spacing [s], valid, and
-`KNOT_COUNT` knots of `KNOT_FIELDS`. The first knot is the filtered state at ``stamp`` itself."""
+"""A packet of predicted path: stamp [s] of the newest measurement in it, sequence number, first_time [s], spacing [s],
+valid, and `KNOT_COUNT` knots of `KNOT_FIELDS`. The first knot is the filtered state at ``stamp`` itself."""
 
 PREDICTION_HEADER = 5
-"""Fields of a `Prediction` before its first knot."""
+"""Number of fields of a `Prediction` before its first knot."""
+_FIRST_TIME, _SPACING = (Prediction.get_fields().index(name) for name in ("first_time", "spacing"))
 
 ServoTarget = namedview(
     "ServoTarget",
     ["time", "x", "y", "z", "yaw", "vx", "vy", "vz", "yaw_rate", "stamp", "seq", "std", "stale", "valid"],
 )
-"""What the servo says of the object: its filtered pose and rates at ``time`` [s] (the instant the set-point now being
-computed is due), the stamp and seq of the packet it rests on, the packet's own std [m] there, ``stale`` = 1 while
-coasting without a fresh packet."""
+"""The servo's estimate of the object: its filtered pose and rates at ``time`` [s] (the instant at which the set-point
+now being computed is due), stamp and seq of the packet on which it is based, the packet's own std [m] there, and
+``stale`` = 1 while the servo coasts without a fresh packet."""
 
 ArmCommand = namedview("ArmCommand", ["phase", "motion", "duration", "frame", "height", "frozen", "jaw_width"])
-"""What the grasp machine asks of the arm: the phase's number, a counter that starts a new straight-line motion when it
-changes, that motion's duration [s], the ``frame`` to move in (0 home, 1 with the object, 2 standing where the object
-was when the motion began), height of the tool above the object's reference point [m], ``frozen`` = 1 while vision is
-not used, jaw opening [m]."""
+"""What the motor schema asks of the arm: the number of the phase; a counter that starts a new straight-line motion when
+it changes; the duration of that motion [s]; the ``frame`` to move in (0 home, 1 with the object, 2 at rest where the
+object was when the motion began); height of the tool above the object's reference point [m]; ``frozen`` = 1 while the
+arm is blind, that is, follows the packet that it held when the descent began; jaw opening [m]."""
 
 ToolStatus = namedview("ToolStatus", ["motion", "fraction", "flipping", "x", "y", "z", "yaw", "branch"])
-"""Where the commanded tool is: the motion's counter, how much of it is done (0 to 1), ``flipping`` = 1 while the jaws
-turn over by 180 deg, commanded p_WT [m] and yaw [rad], the number of half turns by which the jaws are turned."""
+"""Where the commanded tool is: the counter of the motion, the completed fraction of it (0 to 1), ``flipping`` = 1 while
+the jaws turn by 180 deg, commanded p_WT [m] and yaw [rad], and the number of half turns by which the jaws are turned."""
 
 JawState = namedview("JawState", ["width", "speed", "force"])
-"""What the gripper feels: opening between the pads [m], its rate [m/s], force of the closing drive on each pad [N]."""
+"""What the gripper measures: opening between the pads [m], its rate [m/s], force of the closing drive on each pad [N]."""
+
+GraspDiagnosis = namedview("GraspDiagnosis", ["phase", "attempts", "gate", "remembered_error", "records"])
+"""For the log: phase, attempts begun, why the machine waits (`grasp.gate.Gate`), the largest lateral error [m]
+remembered for this place, the number of predictions judged so far."""
+
+OperatorCommand = namedview("OperatorCommand", ["mode", "x", "y", "z", "yaw"])
+"""The operator's command: ``mode`` 0 supervise, 1 stop, 2 take over and go to the tool pose p_WT [m], yaw [rad]."""
+
+CatchDiagnosis = namedview("CatchDiagnosis", ["phase", "known", "time_left", "x", "y", "std", "motions"])
+"""For the log: phase, whether a crossing of the edge was ever predicted, the time until it [s], where the ball will be
+over the cup [m, W], the standard deviation of that place [m], and the number of straight-line motions begun."""
+
+TouchReport = namedview("TouchReport", ["phase", "mark", "force"] + [f"{axis}{k}" for k in range(3) for axis in "xyz"])
+"""Progress of touching the board: phase (`grasp.touch_schema.TouchPhase`), number of the current mark (0 to 2), force
+against the approach [N], and the touched positions of the probe's centre p_WP [m] in W, zero where there is none yet."""
+
+Verdict = namedview(
+    "Verdict",
+    ["lift", "left_contact", "right_contact", "held_since", "held", "taken", "derailed", "table_touched"],
+)
+"""The judge's findings on the train: height above the rail [m]; contact of each finger with the train; the time since
+when it has been held [s] (0: not held) and for how long [s]; ``taken`` = 1 once it was held long enough; ``derailed`` =
+1 while it lies off its track without contact with a finger and cannot return; ``table_touched`` = 1 once the arm
+touched the table."""
+
+CatchVerdict = namedview(
+    "CatchVerdict",
+    ["height", "x", "y", "in_cup", "held_since", "held", "caught", "released", "crossing_x", "crossing_time"]
+    + ["left_board", "rest_since", "lost", "board_touched"],
+)
+"""The judge's findings on the ball: height of its centre above the floor [m]; its (x, y)_B [m]; ``in_cup`` = 1 while
+its centre is inside the bowl and the hand touches it; the time since when it has been held there, off the board [s] (0:
+not held) and for how long [s]; ``caught`` = 1 once that was long enough; when it was ``released`` [s] (0: not yet);
+where (x_B [m]) and when [s] its centre first crossed the bottom edge (time 0: not yet); when it ``left_board``, below
+the edge and not touching it [s] (0: not yet); since when it has been at rest on the board [s] (0: it moves); ``lost`` =
+1 once it touched table or floor, or is jammed; ``board_touched`` = 1 once the arm touched the board or its table."""
 
 
-def message_size(view):
-    """Number of elements in the vector of a message type."""
+def message_size(view: Any) -> int:
+    """Returns the number of elements in the vector of a message type."""
     return len(view.get_fields())
 
 
-def pack_prediction(stamp, seq, knots, spacing=KNOT_SPACING):
-    """Returns the `Prediction` vector of a valid packet whose first knot is at ``stamp`` [s].
+def pack_prediction(stamp: float, seq: int, knots: np.ndarray, spacing: float = KNOT_SPACING) -> np.ndarray:
+    """Returns the `Prediction` vector of a valid packet.
 
-    ``knots`` has shape (KNOT_COUNT, 5) with the columns `KNOT_FIELDS`.
+    Args:
+        stamp: capture time of the newest measurement, and time of the first knot [s].
+        seq: sequence number.
+        knots: shape (KNOT_COUNT, 5), with the columns `KNOT_FIELDS`.
+        spacing: time between knots [s].
     """
     return np.concatenate([[stamp, seq, stamp, spacing, 1.0], np.ravel(knots)])
 
 
-def prediction_knots(packet):
+def prediction_knots(packet: np.ndarray) -> np.ndarray:
     """Returns the knots of a `Prediction` vector, shape (KNOT_COUNT, 5)."""
     return np.asarray(packet)[PREDICTION_HEADER:].reshape(KNOT_COUNT, len(KNOT_FIELDS))
 
 
-def evaluate_prediction(packet, time):
-    """Returns the predicted (x, y, z, yaw, std) at ``time`` [s], linear between knots.
+def prediction_end(packet: np.ndarray) -> float:
+    """Returns the time [s] of the last knot of a `Prediction` vector: the end of the predicted path."""
+    return packet[_FIRST_TIME] + packet[_SPACING] * (KNOT_COUNT - 1)
+
+
+def evaluate_prediction(packet: np.ndarray, time: float) -> np.ndarray:
+    """Returns the predicted (x, y, z, yaw, std) at a time [s], linear between knots.
 
     Beyond the last knot the last interval is extrapolated, before the first knot the first one.
     """
     packet = np.asarray(packet)
-    first_time, spacing = packet[2], packet[3]
     knots = prediction_knots(packet)
-    position = (time - first_time) / spacing
+    position = (time - packet[_FIRST_TIME]) / packet[_SPACING]
     index = min(max(int(np.floor(position)), 0), KNOT_COUNT - 2)
     weight = position - index
     return (1.0 - weight) * knots[index] + weight * knots[index + 1]
+
+
+def predicted_points(packet: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Returns the points p_WQ [m], shape (n, 3), at which a valid `Prediction` puts the object at ``times`` (n,) [s]."""
+    return np.array([evaluate_prediction(packet, time)[:3] for time in times])

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from pydrake.common.containers import namedview
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
@@ -14,15 +13,13 @@ from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
+    Filtered,
     Prediction,
     TrackPoint,
     message_size,
     pack_prediction,
 )
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
-
-Filtered = namedview("Filtered", ["stamp", "x", "y", "z", "yaw", "speed", "valid"])
-"""The filtered state at its newest stamp [s]: position in W [m], yaw of travel [rad], speed [m/s]."""
 
 
 @dataclass(frozen=True)

@@ -1,20 +1,20 @@
 """The catch machine as a System."""
 
 import numpy as np
-from pydrake.common.containers import namedview
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.core.messages import ArmCommand, Prediction, ServoTarget, ToolStatus, message_size
+from drake_tracker.core.messages import (
+    ArmCommand,
+    CatchDiagnosis,
+    OperatorCommand,
+    Prediction,
+    ServoTarget,
+    ToolStatus,
+    message_size,
+)
 from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
 from drake_tracker.grasp.catch_machine import CatchObservation
-
-OperatorCommand = namedview("OperatorCommand", ["mode", "x", "y", "z", "yaw"])
-"""What the operator says: ``mode`` 0 supervise, 1 stop, 2 take over and go to the tool pose p_WT [m], yaw [rad]."""
-
-CatchDiagnosis = namedview("CatchDiagnosis", ["phase", "known", "time_left", "x", "y", "std", "motions"])
-"""For the log: phase, whether a crossing of the edge was ever foreseen, the time until it [s], where the ball will be
-over the cup [m, W], its std [m], straight-line motions begun."""
 
 
 class CatchSystem(LeafSystem):

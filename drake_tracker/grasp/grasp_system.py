@@ -1,17 +1,20 @@
 """The grasp machine as a System."""
 
 import numpy as np
-from pydrake.common.containers import namedview
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.core.messages import ArmCommand, JawState, Prediction, ServoTarget, ToolStatus, message_size
+from drake_tracker.core.messages import (
+    ArmCommand,
+    GraspDiagnosis,
+    JawState,
+    Prediction,
+    ServoTarget,
+    ToolStatus,
+    message_size,
+)
 from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
 from drake_tracker.grasp.grasp_machine import Observation
-
-GraspDiagnosis = namedview("GraspDiagnosis", ["phase", "attempts", "gate", "remembered_error", "records"])
-"""For the log: phase, attempts begun, why the machine waits (`Gate`), the worst lateral error [m] remembered for this
-place, the number of predictions judged so far."""
 
 
 class GraspSystem(LeafSystem):

@@ -14,7 +14,8 @@ from drake_tracker.arm.tool_motion import MotionFrame
 from drake_tracker.arm.transform_equation import PEAK_OVER_MEAN
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import read_only
-from drake_tracker.grasp.touch_schema import TouchParameters, TouchPhase, TouchReport, TouchState
+from drake_tracker.core.messages import TouchReport
+from drake_tracker.grasp.touch_schema import TouchParameters, TouchPhase, TouchState
 
 _SHORTEST = 0.3
 """Shortest motion [s]."""

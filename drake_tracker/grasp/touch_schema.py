@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from pydrake.common.containers import namedview
 
 
 class TouchPhase(IntEnum):
@@ -16,11 +15,6 @@ class TouchPhase(IntEnum):
     UP = 3
     DONE = 4
     MISSED = 5
-
-
-TouchReport = namedview("TouchReport", ["phase", "mark", "force"] + [f"{axis}{k}" for k in range(3) for axis in "xyz"])
-"""How far the touching is: phase, the mark (0 to 2) it is about, force felt against the approach [N], and the touched
-positions of the probe's centre, p_WP [m] in W, zero where there is none yet."""
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,8 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.core.messages import ArmCommand, ServoTarget, ToolStatus, message_size
+from drake_tracker.core.messages import ArmCommand, ServoTarget, ToolStatus, TouchReport, message_size
 from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
-from drake_tracker.grasp.touch_schema import TouchReport
 
 
 class TouchSystem(LeafSystem):

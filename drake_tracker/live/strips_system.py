@@ -6,10 +6,16 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from drake_tracker.core.messages import ArmCommand, JawState, Prediction, TrackPoint, message_size
+from drake_tracker.core.messages import (
+    ArmCommand,
+    CatchDiagnosis,
+    Filtered,
+    JawState,
+    Prediction,
+    TrackPoint,
+    message_size,
+)
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.estimation.estimator_system import Filtered
-from drake_tracker.grasp.catch_system import CatchDiagnosis
 from drake_tracker.live.strips import Sights, measure
 
 SAMPLE_PERIOD = 3 * VISION_PERIOD

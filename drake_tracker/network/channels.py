@@ -6,9 +6,8 @@ A channel carries what a port of `HandEyeDiagram` carries, under the port's name
 
 from dataclasses import dataclass
 
-from drake_tracker.core.messages import ArmCommand, Centroid, JawState, Prediction, TrackPoint
+from drake_tracker.core.messages import ArmCommand, Centroid, Filtered, JawState, Prediction, TrackPoint
 from drake_tracker.core.timing import ESTIMATOR_SLOT, LINK_SLOT, SERVO_PERIOD, VISION_PERIOD, vision_slot
-from drake_tracker.estimation.estimator_system import Filtered
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 """LCM's own group and port; with ttl 0 nothing leaves this machine."""

@@ -14,12 +14,12 @@ from pydrake.systems.sensors import ImageRgba8U
 from drake_tracker.core.messages import (
     ArmCommand,
     Centroid,
+    GraspDiagnosis,
     Prediction,
     message_size,
 )
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.grasp_system import GraspDiagnosis
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.video_file import VideoFile
 from drake_tracker.run.video_page import SIDES, CameraSight, PageState, VideoPage, port_of

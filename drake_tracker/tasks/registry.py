@@ -52,13 +52,13 @@ def has_images(hand_eye):
 
 
 def _train():
+    from drake_tracker.core.messages import Verdict
     from drake_tracker.grasp.schema import Phase
     from drake_tracker.run.scene import TRAIN_VIEW
     from drake_tracker.tasks.train.diagram import make_diagram
     from drake_tracker.tasks.train.figures import draw_tracking
     from drake_tracker.tasks.train.scenario import Measured
     from drake_tracker.tasks.train.summary import summarize
-    from drake_tracker.world.judge_system import Verdict
 
     def ended(verdict):
         if verdict.taken:
@@ -91,6 +91,7 @@ def _train():
 
 
 def _ball():
+    from drake_tracker.core.messages import CatchVerdict
     from drake_tracker.grasp.catch_schema import CatchPhase
     from drake_tracker.tasks.ball.board_figure import draw_board_found
     from drake_tracker.tasks.ball.diagram import make_diagram
@@ -98,7 +99,6 @@ def _ball():
     from drake_tracker.tasks.ball.path_figure import draw_ball_path
     from drake_tracker.tasks.ball.summary import summarize_ball
     from drake_tracker.vision.board_poses import POSES_FILE, save_poses
-    from drake_tracker.world.catch_judge_system import CatchVerdict
 
     def ended(verdict):
         if verdict.caught:

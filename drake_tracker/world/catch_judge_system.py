@@ -5,12 +5,12 @@ contact and place between the bowl's walls, never closeness.
 """
 
 import numpy as np
-from pydrake.common.containers import namedview
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import LeafSystem
 
+from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.world.judge_system import touching_pairs
 
@@ -24,18 +24,6 @@ JAMMED = 5.0
 """Time [s] after which a ball at rest on the board counts as jammed."""
 AT_REST = 0.002
 """Speed [m/s] below which a released ball is at rest."""
-
-CatchVerdict = namedview(
-    "CatchVerdict",
-    ["height", "x", "y", "in_cup", "held_since", "held", "caught", "released", "crossing_x", "crossing_time"]
-    + ["left_board", "rest_since", "lost", "board_touched"],
-)
-"""The judge's findings: height of the ball's centre above the floor [m]; its (x, y)_B [m]; ``in_cup`` = 1 while its
-centre is inside the bowl and the hand touches it; since when it is held there, off the board [s] (0: not), for how long
-[s]; ``caught`` = 1 once that was long enough; when it was ``released`` [s] (0: not yet); where (x_B [m]) and when [s]
-its centre first crossed the bottom edge (time 0: not yet); when it ``left_board``, below the edge and not touching it
-[s] (0: not yet); since when it has lain still on the board [s] (0: it moves); ``lost`` = 1 once it touched table or
-floor, or is jammed; ``board_touched`` = 1 once the arm touched the board or its table."""
 
 
 class CatchJudgeSystem(LeafSystem):

@@ -5,11 +5,11 @@ judge also watches whether the arm touches the table.
 """
 
 import numpy as np
-from pydrake.common.containers import namedview
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import LeafSystem
 
+from drake_tracker.core.messages import Verdict
 from drake_tracker.core.timing import VISION_PERIOD
 
 LIFTED = 0.10
@@ -20,14 +20,6 @@ TIPPED = np.deg2rad(60.0)
 """Tilt [rad] from which the train does not come back on its wheels."""
 OFF_TRACK = 0.035
 """Distance [m] from its track from which the train does not come back."""
-
-Verdict = namedview(
-    "Verdict",
-    ["lift", "left_contact", "right_contact", "held_since", "held", "taken", "derailed", "table_touched"],
-)
-"""The judge's findings: height above the rail [m], contact of each finger with the train, since when it is held [s] (0:
-not), for how long [s], ``taken`` = 1 once it was held long enough, ``derailed`` = 1 while it lies off its track,
-touched by no finger, with no way back, ``table_touched`` = 1 once the arm touched the table."""
 
 
 class JudgeSystem(LeafSystem):

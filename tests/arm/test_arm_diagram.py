@@ -18,6 +18,7 @@ from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     ArmCommand,
+    GraspDiagnosis,
     JawState,
     Prediction,
     message_size,
@@ -38,7 +39,7 @@ from drake_tracker.core.timing import (
 )
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.grasp_machine import GraspMachine
-from drake_tracker.grasp.grasp_system import GraspDiagnosis, GraspSystem
+from drake_tracker.grasp.grasp_system import GraspSystem
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.train import scenario as train_scenario
 

@@ -16,8 +16,9 @@ from drake_tracker.arm.description import PUMA560_CUP, SEVEN_JOINT, add_arm, joi
 from drake_tracker.arm.joint_servo import set_servo_gains
 from drake_tracker.arm.touch_diagram import TouchDiagram
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import TouchReport
 from drake_tracker.grasp.touch_machine import touched_points
-from drake_tracker.grasp.touch_schema import TouchParameters, TouchPhase, TouchReport
+from drake_tracker.grasp.touch_schema import TouchParameters, TouchPhase
 
 MARKS = np.array([[-0.20, 0.12], [0.20, 0.12], [0.0, 0.30]])
 RADIUS = 0.004

@@ -6,10 +6,10 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
-from drake_tracker.core.messages import KNOT_COUNT, Prediction, TrackPoint, evaluate_prediction, message_size
+from drake_tracker.core.messages import KNOT_COUNT, Filtered, Prediction, TrackPoint, evaluate_prediction, message_size
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
 from drake_tracker.estimation import make_estimator
-from drake_tracker.estimation.estimator_system import EstimatorSystem, Filtered
+from drake_tracker.estimation.estimator_system import EstimatorSystem
 
 LAG = 15 * VISION_PERIOD
 RADIUS, SPEED = 0.12, 0.15

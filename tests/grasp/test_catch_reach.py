@@ -14,11 +14,11 @@ from drake_tracker.arm.servo import Servo
 from drake_tracker.arm.servo_system import ServoSystem
 from drake_tracker.arm.tool_motion import ToolMotion
 from drake_tracker.arm.transform_equation_system import TransformEquationSystem
-from drake_tracker.core.messages import Prediction, message_size
+from drake_tracker.core.messages import CatchDiagnosis, Prediction, message_size
 from drake_tracker.core.timing import LINK_SLOT, vision_slot
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.grasp.catch_system import CatchDiagnosis, CatchSystem
+from drake_tracker.grasp.catch_system import CatchSystem
 from drake_tracker.grasp.config import CatchConfig
 
 PARAMETERS = CatchConfig()

@@ -3,11 +3,11 @@ import pytest
 from catches import PERIOD, TIME_STEP, ball_packet, edge
 from pydrake.systems.analysis import Simulator
 
-from drake_tracker.core.messages import ArmCommand, Prediction, ServoTarget, ToolStatus, message_size
+from drake_tracker.core.messages import ArmCommand, CatchDiagnosis, Prediction, ServoTarget, ToolStatus, message_size
 from drake_tracker.core.timing import GRASP_SLOT, servo_slot
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.grasp.catch_system import CatchDiagnosis, CatchSystem
+from drake_tracker.grasp.catch_system import CatchSystem
 from drake_tracker.grasp.config import CatchConfig
 
 TICK = servo_slot(GRASP_SLOT, TIME_STEP, PERIOD)

@@ -9,6 +9,7 @@ from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     ArmCommand,
+    GraspDiagnosis,
     JawState,
     Prediction,
     ServoTarget,
@@ -20,7 +21,7 @@ from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, SERVO_SLOT, TIME
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.grasp_machine import GraspMachine
-from drake_tracker.grasp.grasp_system import GraspDiagnosis, GraspSystem
+from drake_tracker.grasp.grasp_system import GraspSystem
 from drake_tracker.grasp.schema import Phase
 
 PARAMETERS = GraspConfig()

@@ -6,9 +6,9 @@ import pytest
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.messages import ArmCommand, ServoTarget, ToolStatus
+from drake_tracker.core.messages import ArmCommand, ServoTarget, ToolStatus, TouchReport
 from drake_tracker.grasp.touch_machine import TouchMachine, touched_points
-from drake_tracker.grasp.touch_schema import TouchParameters, TouchPhase, TouchReport
+from drake_tracker.grasp.touch_schema import TouchParameters, TouchPhase
 
 PERIOD = 0.005
 PARAMETERS = TouchParameters()

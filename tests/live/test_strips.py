@@ -7,14 +7,14 @@ from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     ArmCommand,
+    CatchDiagnosis,
+    Filtered,
     JawState,
     Prediction,
     TrackPoint,
     message_size,
     pack_prediction,
 )
-from drake_tracker.estimation.estimator_system import Filtered
-from drake_tracker.grasp.catch_system import CatchDiagnosis
 from drake_tracker.live.strips import STRIPS, Sights, measure
 
 NOW = 2.0

@@ -7,10 +7,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, message_size, pack_prediction
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, CatchDiagnosis, message_size, pack_prediction
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.grasp.catch_system import CatchDiagnosis
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.camera_video import CameraVideoSystem, Script
 from drake_tracker.run.video_page import SIDES, VideoPage

@@ -7,12 +7,12 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560_CUP, joints_for, make_arm_model
+from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLES, draw_board_pose
 from drake_tracker.world.ball_fixtures import KNOCK
 from drake_tracker.world.ball_plant import ASIDE
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import true_camera_model
-from drake_tracker.world.catch_judge_system import CatchVerdict
 from drake_tracker.world.release_system import draw_delay
 
 RIM = 0.43

@@ -12,17 +12,11 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560_CUP, joints_for, make_arm_model
+from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.ball_plant import add_ball_laboratory
-from drake_tracker.world.catch_judge_system import (
-    BOWL_LOWER,
-    BOWL_UPPER,
-    HELD,
-    JAMMED,
-    CatchJudgeSystem,
-    CatchVerdict,
-)
+from drake_tracker.world.catch_judge_system import BOWL_LOWER, BOWL_UPPER, HELD, JAMMED, CatchJudgeSystem
 
 TOOL = np.array([0.48, 0.0, 0.47])
 IN_CUP = np.array([0.0, 0.01, BOWL_UPPER[2] - BALL_RADIUS + 0.0005])

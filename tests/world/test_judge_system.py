@@ -15,10 +15,10 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
-from drake_tracker.core.messages import JawState
+from drake_tracker.core.messages import JawState, Verdict
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
 from drake_tracker.world.jaw_sensor_system import JawSensorSystem
-from drake_tracker.world.judge_system import HELD, LIFTED, OFF_TRACK, JudgeSystem, Verdict
+from drake_tracker.world.judge_system import HELD, LIFTED, OFF_TRACK, JudgeSystem
 from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory
 from drake_tracker.world.rail_system import add_rail
 from drake_tracker.world.tracks import make_track

@@ -5,10 +5,9 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
-from drake_tracker.core.messages import JawState
+from drake_tracker.core.messages import JawState, Verdict
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
-from drake_tracker.world.judge_system import Verdict
 from drake_tracker.world.plant import TRAIN_HEIGHT
 from drake_tracker.world.tracks import make_track
 from drake_tracker.world.world_diagram import WorldDiagram

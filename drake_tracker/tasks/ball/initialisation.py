@@ -18,10 +18,11 @@ from drake_tracker.arm.crossing import HAND_YAW
 from drake_tracker.arm.description import PROBE_FRAME, joints_for, make_arm_model
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.machine import require_renderer
+from drake_tracker.core.messages import TouchReport
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.grasp.touch_machine import touched_points
-from drake_tracker.grasp.touch_schema import TouchPhase, TouchReport
+from drake_tracker.grasp.touch_schema import TouchPhase
 from drake_tracker.tasks.ball.touching_diagram import BoardTouchingDiagram
 from drake_tracker.vision.board_poses import BoardPoses
 from drake_tracker.vision.circle_finder import best_reading, find_circles, read_window

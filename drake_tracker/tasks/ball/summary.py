@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.ball.diagram import known_edge
 from drake_tracker.tasks.train.summary import git_commit, lag_of, package_versions, tidy
 from drake_tracker.vision.board_poses import pose_error
-from drake_tracker.world.catch_judge_system import CatchVerdict
 
 ROLLING = 0.10
 """Time [s] after the release from which the ball is seen to move."""

@@ -4,9 +4,9 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
+from drake_tracker.core.messages import CatchDiagnosis
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.grasp.catch_system import CatchDiagnosis
 from drake_tracker.run.camera_video import FRAMES_PER_SECOND, Script, film
 from drake_tracker.run.motion_snapshot import add_motion_snapshot
 from drake_tracker.run.scene import PATH_MARKS, View

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from ball_log import EXIT_SPEED, ROLL, BallRun, nothing_logged
 
+from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.tasks.ball.summary import failure_reason, summarize_ball
-from drake_tracker.world.catch_judge_system import CatchVerdict
 
 
 @pytest.fixture
