@@ -1,6 +1,7 @@
 """Settings of the arms and their trajectory generator. The name of an arm's class is its YAML tag."""
 
 from dataclasses import dataclass
+from enum import Enum
 
 from drake_tracker.core.setting import setting
 
@@ -22,3 +23,10 @@ class Puma560:
 @dataclass(frozen=True)
 class SevenJoint:
     """An arm with seven joints, with the kinematics of the Robotics Research K-1607."""
+
+
+class Hand(Enum):
+    """The hand at the end of an arm; a task needs one of them."""
+
+    GRIPPER = "gripper"
+    CUP = "cup"
