@@ -1,72 +1,90 @@
-"""What the page asks of a run: pause, resume, a single step, a rate. The simulation's own thread acts on it."""
+"""Pause, resume, single steps and real-time rate of a run, as requested by the page of the live view."""
 
 import math
 import threading
 import time
+from collections.abc import Callable
 
 RATES = (0.1, 0.25, 0.5, 1.0)
-"""Simulated seconds in a second that may be asked for; None is as fast as it goes."""
-_LOOK = 0.1
-"""Longest wait [s] between two looks whether the run was interrupted."""
+"""Real-time rates that may be requested (simulated seconds per second); None runs as fast as possible."""
+_LOOK_PERIOD = 0.1
+"""Longest wall time [s] between two checks whether the run was interrupted."""
 _LATE = 0.1
-"""Lag [s] behind the wanted rate that is given up instead of being made good."""
+"""Lag [s] behind the requested rate beyond which the run does not catch up."""
 
 
 class Control:
-    """Holds a run back. Everything but `hold` may be called from any thread.
+    """Holds a run back. Every method but `hold` may be called from any thread.
 
-    Args:
-      clock: returns the wall time [s].
+    Attributes:
+        held: wall time [s] for which the run was held so far.
     """
 
-    def __init__(self, clock=time.monotonic):
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        """Creates the control of a run that is not held.
+
+        Args:
+            clock: returns the wall time [s].
+        """
         self._clock = clock
         self._changed = threading.Condition()
-        self._paused, self._steps, self._rate = False, 0, None
-        self._anchor = None
+        self._paused, self._steps = False, 0
+        self._rate: float | None = None
+        self._anchor: tuple[float, float] | None = None
         self.held = 0.0
-        """Wall time [s] for which the run was held."""
 
     @property
-    def paused(self):
-        """Whether the run stands still, but for single steps."""
+    def paused(self) -> bool:
+        """Whether the run is paused; single steps are still possible."""
         return self._paused
 
     @property
-    def rate(self):
-        """Simulated seconds in a second, at most; None is as fast as it goes."""
+    def rate(self) -> float | None:
+        """Greatest real-time rate (simulated seconds per second); None is as fast as possible."""
         return self._rate
 
-    def pause(self):
-        """Holds the run after the cycle it is in."""
+    def pause(self) -> None:
+        """Pauses the run after the current cycle."""
         self._change(paused=True)
 
-    def resume(self):
-        """Lets the run go on."""
+    def resume(self) -> None:
+        """Resumes the run."""
         self._change(paused=False)
 
-    def step(self):
-        """Lets the run go on for one cycle, and holds it then."""
+    def step(self) -> None:
+        """Runs one cycle and pauses."""
         self._change(paused=True, steps=1)
 
-    def set_rate(self, rate):
-        """Asks for one of the `RATES`, or None. Raises ValueError on another."""
+    def set_rate(self, rate: float | None) -> None:
+        """Limits the real-time rate.
+
+        Args:
+            rate: one of `RATES`, or None for as fast as possible. Raises ValueError for any other value.
+        """
         if rate is not None and (isinstance(rate, bool) or rate not in RATES):
             raise ValueError(f"rate must be null or one of {', '.join(map(str, RATES))}")
         with self._changed:
             self._rate, self._anchor = rate, None
             self._changed.notify()
 
-    def hold(self, now, interrupted=lambda: False, idle=lambda: None):
-        """Returns when the run may go on from the simulated time ``now`` [s], or was ``interrupted``.
+    def hold(
+        self,
+        now: float,
+        interrupted: Callable[[], bool] = lambda: False,
+        idle: Callable[[], object] = lambda: None,
+    ) -> None:
+        """Returns as soon as the run may continue; to be called once per cycle by the simulation's thread.
 
-        ``idle`` is called from time to time while the run is held. To be called once in each cycle.
+        Args:
+            now: simulated time [s].
+            interrupted: returns whether the run was interrupted; then the method returns at once.
+            idle: called repeatedly while the run is held.
         """
         start = self._clock()
         with self._changed:
             while not interrupted():
                 if not self._paused:
-                    wait = self._too_early(now)
+                    wait = self._time_ahead(now)
                 elif self._steps:
                     self._steps -= 1
                     self._anchor = None
@@ -76,11 +94,11 @@ class Control:
                 if wait <= 0.0:
                     break
                 idle()
-                self._changed.wait(min(wait, _LOOK))
+                self._changed.wait(min(wait, _LOOK_PERIOD))
         self.held += self._clock() - start
 
-    def _too_early(self, now):
-        """Returns by how much [s] the run is ahead of its rate."""
+    def _time_ahead(self, now: float) -> float:
+        """Returns how far [s] the run is ahead of the requested rate."""
         if self._rate is None:
             return 0.0
         wall = self._clock()
@@ -92,7 +110,7 @@ class Control:
             self._anchor = (wall, now)
         return early
 
-    def _change(self, paused, steps=0):
+    def _change(self, paused: bool, steps: int = 0) -> None:
         with self._changed:
             self._paused = paused
             self._steps = self._steps + steps if paused else 0

@@ -1,15 +1,18 @@
-"""The server of the live view: a few fixed routes on the loopback.
+"""The HTTP server of the live view: a few fixed routes on 127.0.0.1.
 
-The page comes from the package's own data, and only it may change anything.
+The page is part of the package's own data. Requests that control the run are accepted from this page only.
 """
 
 import json
 import socket
 import threading
 import time
+from collections.abc import Callable
 from importlib.resources import files
+from typing import Any
 
 from drake_tracker.core.loopback_server import LoopbackHandler, LoopbackServer
+from drake_tracker.live.state import LiveState
 
 FILES = {
     "/": ("index.html", "text/html; charset=utf-8"),
@@ -18,16 +21,17 @@ FILES = {
     "/strips.js": ("strips.js", "text/javascript; charset=utf-8"),
     "/windows.js": ("windows.js", "text/javascript; charset=utf-8"),
 }
-"""Routes of the page, each with its file in the folder ``page`` and its type."""
+"""Routes of the page: file in the folder ``page``, and its media type."""
 PICTURES = {"/frame.jpg": "image/jpeg", "/board.png": "image/png"}
+"""Routes of the pictures, with their media types."""
 LARGEST_REQUEST = 4096
-"""Bytes of what a page may send."""
+"""Greatest size of a request's body [bytes]."""
 EVENTS_INTERVAL = 1 / 20
-"""Least time [s] between two events."""
+"""Shortest time [s] between two events."""
 HEARTBEAT = 1.0
-"""Longest time [s] between two events: without it, nobody would notice that a page was closed."""
-_IDLE = 30.0
-"""Time [s] after which a connection that says nothing is closed."""
+"""Longest time [s] between two events; a closed page is noticed when an event cannot be sent."""
+_IDLE_TIMEOUT = 30.0
+"""Time [s] after which an idle connection is closed."""
 _POLICY = (
     "default-src 'self'; img-src 'self' data:; style-src 'self'; frame-src http://localhost:*; frame-ancestors 'none'; "
     "base-uri 'none'; form-action 'none'"
@@ -35,38 +39,53 @@ _POLICY = (
 
 
 class Server(LoopbackServer):
-    """Serves a run's page at ``url`` until it is closed.
+    """Serves the page of a run in a thread until it is closed.
 
-    Args:
-      state: a `LiveState`. act: called with (action, what came with it) of what the page asks for, returns a dict for
-      JSON, raises ValueError on what makes no sense. picture: route of `PICTURES` -> bytes or None. port: to listen
-      at; 0 takes a free one.
-
-    Raises DrakeTrackerError when the port is taken.
+    Attributes:
+        url: address of the page.
+        state: see the constructor.
+        act: see the constructor.
+        picture: see the constructor.
     """
 
-    def __init__(self, state, act, picture, port=0):
+    def __init__(
+        self,
+        state: LiveState,
+        act: Callable[[Any, dict[str, Any]], dict[str, Any]],
+        picture: Callable[[str], bytes | None],
+        port: int = 0,
+    ) -> None:
+        """Starts the server.
+
+        Args:
+            state: what the page shows.
+            act: called with (action, other values) of each request of the page; returns a dict for JSON, and raises
+                ValueError for an invalid request.
+            picture: returns the bytes of a route of `PICTURES`, or None while there are none.
+            port: port to listen at; 0 takes a free one. Raises DrakeTrackerError when the port is taken.
+        """
         super().__init__(_Handler, port)
         self.state, self.act, self.picture = state, act, picture
         self._thread = threading.Thread(target=self.serve_forever, name="live view", daemon=True)
         self._thread.start()
 
-    def close(self):
-        """Ends the server."""
+    def close(self) -> None:
+        """Stops the server."""
         self.shutdown()
         self.server_close()
         self._thread.join()
 
 
 class _Handler(LoopbackHandler):
+    server: Server
     policy = _POLICY
-    timeout = _IDLE
+    timeout = _IDLE_TIMEOUT
 
-    def setup(self):
+    def setup(self) -> None:
         super().setup()
         self.connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, True)
 
-    def do_GET(self):
+    def do_GET(self) -> None:
         if not self.is_addressed():
             return
         if self.path in FILES:
@@ -75,7 +94,7 @@ class _Handler(LoopbackHandler):
         elif self.path in PICTURES:
             picture = self.server.picture(self.path)
             if picture is None:
-                self.refuse(404, "there is none yet")
+                self.refuse(404, "there is no picture yet")
             else:
                 self.send(200, PICTURES[self.path], picture)
         elif self.path == "/events":
@@ -83,32 +102,32 @@ class _Handler(LoopbackHandler):
         else:
             self.refuse(404, "there is no such page")
 
-    def do_POST(self):
+    def do_POST(self) -> None:
         if not self.is_addressed():
             return
         origin = self.headers.get("Origin", "")
         if origin.removeprefix("http://") not in self.server.hosts:
-            self.refuse(403, "only the live view's own page may do that")
+            self.refuse(403, "only the live view's own page may control the run")
             return
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or int(length) > LARGEST_REQUEST:
-            self.refuse(413, "too much")
+            self.refuse(413, f"the request must have a length of at most {LARGEST_REQUEST} bytes")
             return
         body = self.rfile.read(int(length))
         if self.path != "/control":
             self.refuse(404, "there is no such page")
             return
         try:
-            asked = json.loads(body)
-            if not isinstance(asked, dict):
-                raise ValueError("an object is expected")
-            answer = self.server.act(asked.pop("action", None), asked)
+            request = json.loads(body)
+            if not isinstance(request, dict):
+                raise ValueError("a JSON object is expected")
+            answer = self.server.act(request.pop("action", None), request)
         except (ValueError, RecursionError) as error:
             self.refuse(400, str(error))
             return
         self.send(200, "application/json", json.dumps(answer).encode())
 
-    def _send_events(self):
+    def _send_events(self) -> None:
         state = self.server.state
         self.head(200, "text/event-stream", close=True)
         state.watch(True)

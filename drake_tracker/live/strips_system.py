@@ -1,41 +1,39 @@
-"""The live view's look at a run, as a Drake System."""
+"""Samples the values that the strips of the live view show, as a Drake System."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, State
 
-from drake_tracker.core.messages import (
-    ArmCommand,
-    CatchDiagnosis,
-    Filtered,
-    JawState,
-    Prediction,
-    TrackPoint,
-    message_size,
-)
+from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.core.messages import ArmCommand, Filtered, Prediction, TrackPoint, message_size
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.live.strips import Sights, measure
+from drake_tracker.tasks.strips import StripChart, StripInputs
 
 SAMPLE_PERIOD = 3 * VISION_PERIOD
 """Simulated time [s] between two samples: 20 a second."""
+_STATE_SIZE = 13
+"""Elements of a free body's state."""
 _POSITION = slice(4, 7)
-"""Of a free body's state: after its quaternion."""
+"""Position of a free body in its state, after the quaternion."""
 
 
 @dataclass(frozen=True)
-class _Points:
-    """The newest valid `TrackPoint`s, at most two, older first."""
+class _Points(FrozenState):
+    """The newest valid points.
 
-    points: tuple = ()
+    Attributes:
+        points: `TrackPoint` messages, at most two, older first.
+    """
 
-    def __deepcopy__(self, memo):
-        return self
+    points: tuple[Any, ...] = ()
 
 
 class StripsSystem(LeafSystem):
-    """Publishes what the strips of the live view show, every `SAMPLE_PERIOD` from time 0.
+    """Passes a sample of the strips' values to the live view every `SAMPLE_PERIOD`.
 
     .. pydrake_system::
 
@@ -49,65 +47,87 @@ class StripsSystem(LeafSystem):
         - truth_train_state
         - jaws
 
-    That is the train's; the ball's has ``truth_ball_state`` and ``diagnosis``, a `CatchDiagnosis`, in the place of the
-    last two. An unrestricted update keeps the two newest points, each cycle. There are no outputs: it reads truth.
+    Every port is a vector: ``point`` is a `TrackPoint`, ``filtered`` a `Filtered`, ``delivered`` the `Prediction` that
+    reached the arm, ``command`` an `ArmCommand`, ``arm_state`` positions [rad] and velocities [rad/s] of the joints.
+    The last two are named by the `StripChart`: the object's true state (13 elements, SI units, in W) and the task's own
+    message; the block shows those of the train.
 
-    Args:
-      task: "train" or "ball". model: an `ArmModel` of its own, or the arm's. add_sample: called with (time [s], phase's
-      number, values of `strips.measure`).
+    The samples are published every 1/20 s with offset 0. An unrestricted update every vision period (1/60 s) with
+    offset 0 keeps the two newest valid points. There are no output ports: the System reads ground truth and feeds
+    nothing back into the loop.
     """
 
-    def __init__(self, task, model, add_sample):
+    def __init__(self, chart: StripChart, model: Any, add_sample: Callable[[tuple[Any, ...]], object]) -> None:
+        """Creates the System.
+
+        Args:
+            chart: the strips of the task.
+            model: `ArmModel` used for the tool position; one of its own, or the arm's.
+            add_sample: called with (simulated time [s], number of the phase, *values of the strips).
+        """
         super().__init__()
-        self._model, self._add_sample = model, add_sample
+        self._chart, self._model, self._add_sample = chart, model, add_sample
         sizes = {
             "point": message_size(TrackPoint),
             "filtered": message_size(Filtered),
             "delivered": message_size(Prediction),
             "command": message_size(ArmCommand),
             "arm_state": 2 * model.num_joints,
-            f"truth_{task}_state": 13,
+            chart.state_port: _STATE_SIZE,
+            chart.report_port: message_size(chart.report_view),
         }
-        self._body = f"truth_{task}_state"
-        self._last, self._last_view = ("jaws", JawState) if task == "train" else ("diagnosis", CatchDiagnosis)
-        sizes[self._last] = message_size(self._last_view)
         self._ports = {name: self.DeclareVectorInputPort(name, size) for name, size in sizes.items()}
         self._points = self.DeclareAbstractState(AbstractValue.Make(_Points()))
-        self.DeclarePeriodicUnrestrictedUpdateEvent(VISION_PERIOD, 0.0, self._remember)
-        self.DeclarePeriodicPublishEvent(SAMPLE_PERIOD, 0.0, self._publish)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(VISION_PERIOD, 0.0, self._remember_points)
+        self.DeclarePeriodicPublishEvent(SAMPLE_PERIOD, 0.0, self._publish_sample)
 
-    def _remember(self, context, state):
-        points = self._newest(context)
+    def _remember_points(self, context: Context, state: State) -> None:
+        points = self._newest_points(context)
         state.get_mutable_abstract_state(self._points).set_value(_Points(points))
 
-    def _newest(self, context):
-        """Returns the newest valid points, those of this instant among them."""
+    def _newest_points(self, context: Context) -> tuple[Any, ...]:
+        """Returns the two newest valid points, the present one included."""
         points = context.get_abstract_state(self._points).get_value().points
         point = TrackPoint(np.array(self._ports["point"].Eval(context)))
         if point.valid and not (points and points[-1].stamp == point.stamp):
             points = (*points[-1:], point)
         return points
 
-    def _publish(self, context):
+    def _publish_sample(self, context: Context) -> None:
         read = {name: port.Eval(context) for name, port in self._ports.items()}
         command = ArmCommand(read["command"])
         q = read["arm_state"][: self._model.num_joints]
-        sights = Sights(
+        inputs = StripInputs(
             now=context.get_time(),
             p_WT=self._model.tool_pose(q).translation(),
-            p_WQ=read[self._body][_POSITION],
+            p_WQ=read[self._chart.state_port][_POSITION],
             packet=read["delivered"],
             filtered=Filtered(read["filtered"]),
             command=command,
-            points=self._newest(context),
-            **{self._last: self._last_view(read[self._last])},
+            points=self._newest_points(context),
+            report=self._chart.report_view(read[self._chart.report_port]),
         )
-        self._add_sample((round(sights.now, 4), int(command.phase), *measure(sights)))
+        self._add_sample((round(inputs.now, 4), int(command.phase), *self._chart.values(inputs)))
 
 
-def add_strips(builder, hand_eye, task, model, add_sample):
-    """Adds a `StripsSystem` that watches a `HandEyeDiagram`; returns it. Arguments as there."""
-    system = builder.AddNamedSystem("live_strips", StripsSystem(task, model, add_sample))
+def add_strips(
+    builder: DiagramBuilder,
+    *,
+    hand_eye: Diagram,
+    chart: StripChart,
+    model: Any,
+    add_sample: Callable[[tuple[Any, ...]], object],
+) -> StripsSystem:
+    """Adds a `StripsSystem` and connects it to a `HandEyeDiagram` of the same builder.
+
+    Args:
+        builder: receives the System.
+        hand_eye: diagram with the output ports that the System reads.
+        chart: the strips of the task.
+        model: `ArmModel`, as in `StripsSystem`.
+        add_sample: as in `StripsSystem`.
+    """
+    system = builder.AddNamedSystem("live_strips", StripsSystem(chart, model, add_sample))
     for k in range(system.num_input_ports()):
         port = system.get_input_port(k)
         builder.Connect(hand_eye.GetOutputPort(port.get_name()), port)

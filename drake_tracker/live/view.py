@@ -1,157 +1,224 @@
-"""The live view of one run: the page's server, what it shows, and what it asks for."""
+"""The live view of a run: it connects the run with the page, what the page shows and what it requests.
+
+Drake is imported when the diagram is watched, so that the page is up within a moment.
+"""
 
 import sys
 import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from enum import IntEnum
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
 
 from drake_tracker.live.control import RATES, Control
 from drake_tracker.live.server import Server
 from drake_tracker.live.state import LiveState
+from drake_tracker.live.windows import WindowQuestion
 
-_RELOAD = 2.0
-"""Time [s] after which a page that is not there was closed, and not just loaded again."""
-_LAST_WORDS = 1.0
-"""Longest time [s] that open pages have to fetch how the run ended."""
+if TYPE_CHECKING:
+    from pydrake.systems.framework import DiagramBuilder
+
+    from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+
+_RELOAD_TIME = 2.0
+"""Time [s] after which a page without a connection counts as closed; reloading it takes less."""
+_FAREWELL = 1.0
+"""Longest time [s] that open pages have to fetch the outcome of the run."""
 _SETTLED = 0.5
-"""Time [s] from which on a real-time factor is told."""
+"""Wall time [s] after which the real-time factor is shown."""
 
 
 class LiveView:
-    """The page of a run, from its preparation to its end: a context manager, to be used by the simulation's thread.
+    """The page of a run, from its preparation to its end: a context manager, used by the simulation's thread.
 
-    Args:
-      port: to listen at; 0 takes a free one. say: prints a line.
-
-    Raises DrakeTrackerError when the port is taken.
+    Attributes:
+        url: address of the page.
+        state: what the page shows.
+        control: how the page holds the run.
+        frames: sink of the camera video's frames.
     """
 
-    def __init__(self, port=0, say=lambda line: print(line, file=sys.stderr)):
+    def __init__(
+        self,
+        port: int = 0,
+        say: Callable[[str], object] = lambda line: print(line, file=sys.stderr),
+    ) -> None:
+        """Starts the server of the page.
+
+        Args:
+            port: port to listen at; 0 takes a free one. Raises DrakeTrackerError when the port is taken.
+            say: prints a line.
+        """
         self.state, self.control = LiveState(), Control()
-        self._say, self._question, self._left_at = say, None, None
-        self._start = None
+        self._say = say
+        self._question: WindowQuestion | None = None
+        self._left_at: float | None = None
+        self._start = 0.0
         self._server = Server(self.state, self._act, self._picture, port)
         self.url = self._server.url
         self.frames = self.state.frames
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind, error, traceback):
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
         if error is not None:
-            reason = "interrupted" if kind is KeyboardInterrupt else str(error) or kind.__name__
-            self.finish({"success": False, "title": "The run broke off", "reason": reason})
+            reason = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error) or type(error).__name__
+            self.finish({"success": False, "title": "The run was aborted", "reason": reason})
         self.state.close()
-        until = time.monotonic() + _LAST_WORDS
+        until = time.monotonic() + _FAREWELL
         while self.state.watchers and time.monotonic() < until:
             time.sleep(0.02)
         self._server.close()
 
-    def introduce(self, scenario):
-        """Tells the page which run this is."""
-        words = [f"seed {scenario.seed}"]
-        words.append(
-            f"{scenario.track.speed:g} m/s" if scenario.task == "train" else f"board at {scenario.board.incline_deg:g}°"
-        )
+    def introduce(self, scenario: Any) -> None:
+        """Shows on the page which scenario is run."""
+        from drake_tracker.tasks.registry import task_of
+
         self.state.set_facts(
-            title=scenario.name, subtitle=", ".join(words), task=scenario.task, duration=scenario.duration, rates=RATES
+            title=scenario.name,
+            subtitle=task_of(scenario).subtitle(scenario),
+            task=scenario.task,
+            duration=scenario.duration,
+            rates=RATES,
         )
 
-    def mark_windows(self, images, operator):
-        """Asks the person at the page for windows around the board's circles; see `initialise_board`."""
-        from drake_tracker.live.windows import WindowQuestion
+    def mark_windows(self, images: Sequence[np.ndarray], operator: Any) -> list[list[float]]:
+        """Asks the person at the page for windows around the circles of the board, see `initialise_board`.
+
+        Args:
+            images: RGB uint8, shape (h, w, 3), of the same scene.
+            operator: `OperatorConfig` with the threshold.
+
+        Returns the windows (u0, v0, width, height) [px], or an empty list to have the circles found automatically.
+        """
         from drake_tracker.world.ball_board import CIRCLES
 
         self._question = question = WindowQuestion(images, operator.threshold, len(CIRCLES))
         self.state.set_facts(stage="windows", image_size=question.size, circles=len(CIRCLES))
         self._say(f"The live view waits for a window around each of the {len(CIRCLES)} circles: {self.url}")
-        windows = question.wait(self._notice)
+        windows = question.wait(self._notice_closed_page)
         self.state.set_facts(stage="preparing")
         self._question = None
         return windows
 
-    def watch(self, builder, hand_eye, scenario, phases, scene_url):
-        """Adds the strips to the diagram, and tells the page what is to be seen. ``phases``: the task's IntEnum."""
+    def watch(
+        self,
+        builder: "DiagramBuilder",
+        hand_eye: "HandEyeDiagram",
+        scenario: Any,
+        phases: type[IntEnum],
+        scene_url: str,
+    ) -> None:
+        """Adds the strips to the diagram of a run and describes the run to the page.
+
+        Args:
+            builder: has ``hand_eye`` and receives the `StripsSystem`.
+            hand_eye: diagram of the scenario.
+            scenario: the scenario.
+            phases: enumeration of the task's phases.
+            scene_url: address of the 3-D scene.
+        """
         from drake_tracker.arm.description import make_arm_model
         from drake_tracker.diagrams.arms import arm_of
-        from drake_tracker.live.strips import SPANS, STRIPS
+        from drake_tracker.diagrams.hand_eye import has_images
         from drake_tracker.live.strips_system import add_strips
-        from drake_tracker.tasks.registry import has_images
+        from drake_tracker.tasks.registry import task_of
         from drake_tracker.tasks.style import phase_colour
 
-        add_strips(builder, hand_eye, scenario.task, make_arm_model(arm_of(scenario)), self.state.add_sample)
+        chart = task_of(scenario).strips
+        model = make_arm_model(arm_of(scenario))
+        add_strips(builder, hand_eye=hand_eye, chart=chart, model=model, add_sample=self.state.add_sample)
         self.state.set_facts(
             scene=scene_url,
             cameras=has_images(hand_eye),
             phases=[{"name": phase.name.capitalize(), "colour": phase_colour(phase)} for phase in phases],
-            strips=[vars(strip) for strip in STRIPS[scenario.task]],
-            span=SPANS[scenario.task],
+            strips=[asdict(strip) for strip in chart.strips],
+            span=chart.span,
         )
 
-    def begin(self):
-        """Tells the page that the simulation begins."""
+    def begin(self) -> None:
+        """Shows on the page that the simulation begins."""
         self._start = time.monotonic()
         self.state.set_facts(stage="running")
 
-    def look(self, now, phase, interrupted):
-        """Tells the page the simulated time ``now`` [s] and the phase's number, and holds the run while the page asks
-        for it and it is not ``interrupted``, a function.
+    def look(self, now: float, phase: int, interrupted: Callable[[], bool]) -> None:
+        """Updates the page, and holds the run while the page requests it.
+
+        Args:
+            now: simulated time [s].
+            phase: number of the phase.
+            interrupted: returns whether the run was interrupted; then it is not held.
         """
         running = time.monotonic() - self._start - self.control.held
         factor = round(now / running, 2) if running > _SETTLED else None
 
-        def tell():
+        def update() -> None:
             paused, rate = self.control.paused, self.control.rate
-            self.state.tell(time=round(now, 4), phase=phase, factor=factor, paused=paused, rate=rate)
-            self._notice(paused)
+            self.state.set_values(time=round(now, 4), phase=phase, factor=factor, paused=paused, rate=rate)
+            self._notice_closed_page(paused)
 
-        tell()
-        self.control.hold(now, interrupted, tell)
+        update()
+        self.control.hold(now, interrupted, update)
 
-    def write(self):
-        """Tells the page that the simulation is over and its results are being written."""
+    def write(self) -> None:
+        """Shows on the page that the simulation is over and its results are being written."""
         self.state.set_facts(stage="writing")
 
-    def finish(self, outcome):
-        """Tells the page how the run ended: {"success", "title", "reason", "rows", "out"}."""
+    def finish(self, outcome: dict[str, Any]) -> None:
+        """Shows the outcome of the run on the page.
+
+        Args:
+            outcome: {"success", "title", "reason", "rows", "out"}: whether the task succeeded, texts, list of (label,
+                text), the run directory.
+        """
         self.state.set_facts(stage="over", outcome=outcome)
 
-    def _notice(self, paused=False):
-        """Says, once, that the last page was closed."""
+    def _notice_closed_page(self, paused: bool = False) -> None:
+        """Prints, once, that the last page was closed."""
         if not self.state.left:
             self._left_at = None
         elif self._left_at is None:
             self._left_at = time.monotonic()
-        elif time.monotonic() > self._left_at + _RELOAD:
+        elif time.monotonic() > self._left_at + _RELOAD_TIME:
             self.state.left, self._left_at = False, None
-            goes_on = "the run is paused until you open" if paused else "the run goes on; watch it again at"
-            self._say(f"The live view was closed: {goes_on} {self.url}")
+            if paused:
+                self._say(f"The live view was closed. The run is paused; open {self.url} to resume it")
+            else:
+                self._say(f"The live view was closed. The run continues; watch it again at {self.url}")
 
-    def _act(self, action, values):
-        """Does what the page asks for; see `Server`."""
+    def _act(self, action: Any, values: dict[str, Any]) -> dict[str, Any]:
+        """Does what the page requests; see `Server`."""
         if action in ("pause", "resume", "step") and not values:
             getattr(self.control, action)()
         elif action == "rate" and set(values) == {"rate"}:
             self.control.set_rate(values["rate"])
         elif action in ("read", "mark"):
-            return self._ask(action, values)
+            return self._answer_question(action, values)
         else:
             raise ValueError("there is no such action")
         return {"paused": self.control.paused, "rate": self.control.rate}
 
-    def _ask(self, action, values):
+    def _answer_question(self, action: str, values: dict[str, Any]) -> dict[str, Any]:
         question = self._question
         if question is None:
-            raise ValueError("no windows are asked for")
+            raise ValueError("there is no question about windows")
         try:
             if action == "mark":
                 question.answer(values.get("windows"))
                 return {}
             reading, window = question.read(values.get("window"))
-        except ValueError as problem:  # of the person's, not of the page's
+        except ValueError as problem:  # the person's mistake, not the page's
             return {"problem": str(problem)}
         return {"window": window, **{key: round(value, 2) for key, value in reading._asdict().items()}}
 
-    def _picture(self, route):
+    def _picture(self, route: str) -> bytes | None:
         if route == "/frame.jpg":
             return self.frames.jpeg()
-        question = self._question  # which the simulation's thread may take away meanwhile
+        question = self._question  # a local name, because the simulation's thread may reset it meanwhile
         return question.png if question else None

@@ -1,4 +1,4 @@
-"""The live view in a real browser: Debian's chromium, driven by Playwright, before a run of the train."""
+"""The live view in a real browser: Debian's chromium, driven by Playwright, watches a run of the train."""
 
 import base64
 import os
@@ -24,7 +24,7 @@ FLAGS = [
     "--disable-background-networking",
 ]
 PATIENCE = 120.0
-"""Wall time [s] after which something is not going to happen any more."""
+"""Wall time [s] after which waiting for something fails the test."""
 
 
 @pytest.fixture
@@ -123,7 +123,7 @@ def test_the_page_shows_a_run_and_holds_it(browser, run):
 
     for k in (1, 2, 3):
         page("#step").click()
-        until(lambda: abs(page.now() - held - k * VISION_PERIOD) < 0.011)  # shown with two decimals
+        until(lambda after=held + k * VISION_PERIOD: abs(page.now() - after) < 0.011)  # shown with two decimals
     time.sleep(0.3)
     assert abs(page.now() - held - 3 * VISION_PERIOD) < 0.011, "a step is one cycle"
 
@@ -136,7 +136,7 @@ def test_the_page_shows_a_run_and_holds_it(browser, run):
     assert page.troubles == [] and page.hosts == {"127.0.0.1", "localhost"}
 
     page.page.close()
-    line = re.compile(r"The live view was closed: the run goes on; watch it again at (\S+)")
+    line = re.compile(r"The live view was closed. The run continues; watch it again at (\S+)")
     assert until(lambda: line.search(run.printed()))[1] == run.url
 
     page = Page(browser, run.url)

@@ -1,4 +1,4 @@
-"""The live view's server, on a real socket: what it answers, and what it refuses."""
+"""The server of the live view, on a real socket: what it answers and what it refuses."""
 
 import http.client
 import json
@@ -13,7 +13,7 @@ from drake_tracker.live.state import LiveState
 
 
 class Site:
-    """A server, what was asked of it, and a way to ask."""
+    """A server, the requests that it acted on, and a way to send requests."""
 
     def __init__(self):
         self.state, self.asked = LiveState(), []
@@ -111,7 +111,7 @@ def test_another_host_is_refused(site, host):
     assert site.asked == []
 
 
-def test_the_name_localhost_will_do(site):
+def test_the_name_localhost_is_accepted(site):
     assert site.ask("GET", "/", Host=f"localhost:{site.port}")[0] == 200
 
 
@@ -119,13 +119,13 @@ def test_the_name_localhost_will_do(site):
     "origin",
     [None, "null", "http://evil.example", "http://127.0.0.1:1", "https://{host}", "http://{host}.evil.example"],
 )
-def test_another_origin_may_not_steer(site, origin):
+def test_a_page_of_another_origin_may_not_control_the_run(site, origin):
     headers = {} if origin is None else {"Origin": origin.format(host=site.host)}
     status, words = site.ask("POST", "/control", b'{"action": "pause"}', **headers)
     assert status == 403 and b"own page" in words and site.asked == []
 
 
-def test_the_page_may_steer(site):
+def test_its_own_page_may_control_the_run(site):
     origin = f"http://{site.host}"
     assert site.ask("POST", "/control", b'{"action": "pause", "more": 1}', Origin=origin) == (200, b'{"paused": true}')
     assert site.asked == [("pause", {"more": 1})]
@@ -138,20 +138,20 @@ def test_the_page_may_steer(site):
         (b"[" * LARGEST_REQUEST, 400), (b" " * (LARGEST_REQUEST + 1), 413),
     ],
 )  # fmt: skip
-def test_what_makes_no_sense_is_refused(site, body, status):
+def test_invalid_requests_are_refused(site, body, status):
     assert site.ask("POST", "/control", body, Origin=f"http://{site.host}")[0] == status
     assert site.asked == []
 
 
-def test_a_length_that_is_no_number_is_refused(site):
+def test_a_length_that_is_not_a_number_is_refused(site):
     for length in ("-1", "x", "1e3"):
         assert site.ask("POST", "/control", b"", Origin=f"http://{site.host}", Content_Length=length)[0] == 413
 
 
-def test_events_tell_what_is_new_and_end_with_the_run(site):
+def test_events_have_what_is_new_and_end_with_the_run(site):
     connection, stream = site.listen()
     assert event(stream)["facts"] == {"stage": "preparing"}
-    site.state.tell(time=1.0)
+    site.state.set_values(time=1.0)
     assert event(stream) == {"time": 1.0}
     site.state.set_facts(stage="over")
     assert event(stream)["facts"]["stage"] == "over"
@@ -167,7 +167,7 @@ def test_a_page_that_goes_away_harms_nothing(site, capfd):
     stream.close()
     connection.close()
     for k in range(10):
-        site.state.tell(time=k)
+        site.state.set_values(time=k)
         time.sleep(0.06)
     wait_until(lambda: site.state.watchers == 0)
     assert site.state.left
@@ -176,7 +176,7 @@ def test_a_page_that_goes_away_harms_nothing(site, capfd):
     assert capfd.readouterr().err == ""
 
 
-def test_it_listens_on_the_loopback_alone(site):
+def test_it_listens_on_127_0_0_1_only(site):
     assert site.server.server_address[0] == "127.0.0.1"
     with pytest.raises(OSError):
         socket.create_connection(("127.0.0.2", site.port), timeout=1).close()
@@ -192,7 +192,7 @@ def test_a_port_that_is_taken_is_one_line_and_leaves_nothing(site, port, capsys,
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_port_alone_is_refused(capsys, tmp_path, monkeypatch):
+def test_a_port_without_live_is_refused(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert cli.main(["run", "train", "--port", "8000"]) == 2
     assert "add --live" in capsys.readouterr().err and list(tmp_path.iterdir()) == []

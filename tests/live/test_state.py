@@ -1,4 +1,4 @@
-"""The newest of a run, between the thread that simulates and those that serve."""
+"""The state of a run, between the thread that simulates and those that serve the page."""
 
 import cv2
 import numpy as np
@@ -13,14 +13,14 @@ def page_of(*sides):
     return VideoPage(dict.fromkeys(sides, SQUARE), (160, 120), "title", "subtitle", lag=0.25)
 
 
-def test_news_is_what_was_not_told_before():
+def test_news_has_only_what_was_not_sent_before():
     state = LiveState()
     state.set_facts(title="train")
     state.add_sample((0.0, 0, 1.5))
     news, seen, more = state.news(None, 0.0)
     assert news["facts"] == {"stage": "preparing", "title": "train"} and news["samples"] == [(0.0, 0, 1.5)] and more
     assert state.news(seen, 0.0) == (None, seen, True)
-    state.tell(time=0.05, phase=1)
+    state.set_values(time=0.05, phase=1)
     state.add_sample((0.05, 1, None))
     news, seen, _ = state.news(seen, 0.0)
     assert news == {"time": 0.05, "phase": 1, "samples": [(0.05, 1, None)]}
@@ -28,34 +28,34 @@ def test_news_is_what_was_not_told_before():
     assert state.news(seen, 60.0)[0] is None and not state.news(seen, 60.0)[2]
 
 
-def test_a_page_that_comes_late_gets_the_whole_history():
+def test_a_page_that_is_opened_late_gets_the_whole_history():
     state = LiveState()
     for k in range(50):
         state.add_sample((k, 0))
     first, seen, _ = state.news(None, 0.0)
     assert len(first["samples"]) == 50
     state.add_sample((50, 0))
-    state.tell(time=50)
+    state.set_values(time=50)
     assert state.news(seen, 0.0)[0]["samples"] == [(50, 0)]
     assert len(state.news(None, 0.0)[0]["samples"]) == 51
 
 
-def test_a_long_run_is_thinned_out_and_pages_begin_afresh():
+def test_the_samples_of_a_long_run_are_thinned_out_and_sent_again():
     state = LiveState()
     state.add_sample((0, 0))
     _, seen, _ = state.news(None, 0.0)
     for k in range(1, 3 * LONGEST_HISTORY):
         state.add_sample((k, 0))
-    state.tell(time=1.0)
+    state.set_values(time=1.0)
     news, seen, _ = state.news(seen, 0.0)
     assert news["afresh"] and len(news["samples"]) <= LONGEST_HISTORY
     times = [time for time, _ in news["samples"]]
     assert times == sorted(times) and times[0] == 0 and times[-1] > 3 * LONGEST_HISTORY - 8
-    state.tell(time=2.0)
+    state.set_values(time=2.0)
     assert "afresh" not in state.news(seen, 0.0)[0]
 
 
-def test_a_frame_is_coded_once_it_is_asked_for_and_holds_the_panels():
+def test_a_frame_is_encoded_when_it_is_requested_and_holds_the_panels():
     state = LiveState()
     page = page_of("left", "right")
     state.frames.open(page)
@@ -75,7 +75,7 @@ def test_a_frame_is_coded_once_it_is_asked_for_and_holds_the_panels():
         assert shown.size and abs(shown.astype(float) - colours[panel["side"], panel["late"]]).max() < 8
 
 
-def test_frames_are_wanted_seldom_and_more_often_while_somebody_looks():
+def test_frames_are_wanted_more_often_while_a_page_is_open():
     now = [0.0]
     counts = []
     for watched in (False, True):

@@ -20,8 +20,9 @@ from drake_tracker.core.log import load_log
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.live.strips_system import add_strips
 from drake_tracker.live.view import LiveView
-from drake_tracker.tasks.ball.diagram import make_diagram
+from drake_tracker.tasks.ball.diagram import make_ball_diagram
 from drake_tracker.tasks.ball.initialisation import initialise_board
+from drake_tracker.tasks.ball.strips import BALL_STRIPS
 from drake_tracker.world.config import OperatorConfig
 
 
@@ -40,7 +41,7 @@ def events(url, enough):
                 return
 
 
-def test_a_run_that_is_watched_and_held_is_the_same_run(tmp_path):
+def test_watching_and_holding_a_run_does_not_change_it(tmp_path):
     overrides = ["vision=!Measured {}"]
     alone = simulate(load_scenario("train", duration=1.5, overrides=overrides), tmp_path / "alone", record=False)
     told = {"time": [], "samples": [], "facts": {}}
@@ -79,26 +80,35 @@ def test_a_run_that_is_watched_and_held_is_the_same_run(tmp_path):
 
 def test_the_strips_of_a_ball_read_its_ports():
     scenario, samples = make_scenario(seed=4), []
-    hand_eye = make_diagram(scenario, true_poses(scenario))
+    hand_eye = make_ball_diagram(scenario, true_poses(scenario))
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
-    add_strips(builder, hand_eye, "ball", make_arm_model(arm_of(scenario)), lambda sample: samples.append(sample))
+    model = make_arm_model(arm_of(scenario))
+    add_strips(builder, hand_eye=hand_eye, chart=BALL_STRIPS, model=model, add_sample=samples.append)
     Simulator(builder.Build()).Initialize()
     assert samples == [(0.0, 0, None, None, None, None, None)]
 
 
-def test_a_run_that_breaks_off_says_so_on_the_page():
+def test_an_aborted_run_is_shown_on_the_page():
     facts = []
-    with pytest.raises(ZeroDivisionError), LiveView() as live:
-        page = threading.Thread(
-            target=events, args=(live.url, lambda news: facts.append(news["facts"]) or news["facts"]["stage"] == "over")
-        )
-        page.start()
-        while not facts:
-            time.sleep(0.01)
-        raise ZeroDivisionError("by zero")
+
+    def until_over(news):
+        facts.append(news["facts"])
+        return news["facts"]["stage"] == "over"
+
+    def abort(live):
+        with live:
+            page.start()
+            while not facts:
+                time.sleep(0.01)
+            raise ZeroDivisionError("by zero")
+
+    live = LiveView()
+    page = threading.Thread(target=events, args=(live.url, until_over))
+    with pytest.raises(ZeroDivisionError):
+        abort(live)
     page.join(10.0)
-    assert facts[-1]["outcome"] == {"success": False, "title": "The run broke off", "reason": "by zero"}
+    assert facts[-1]["outcome"] == {"success": False, "title": "The run was aborted", "reason": "by zero"}
 
 
 def test_a_person_marks_windows_on_the_page():

@@ -1,0 +1,9 @@
+from .control import RATES as RATES
+from .control import Control as Control
+from .frames import Frames as Frames
+from .server import Server as Server
+from .state import LiveState as LiveState
+from .strips_system import StripsSystem as StripsSystem
+from .strips_system import add_strips as add_strips
+from .view import LiveView as LiveView
+from .windows import WindowQuestion as WindowQuestion
