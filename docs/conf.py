@@ -1,4 +1,4 @@
-"""Sphinx's settings: `make docs` builds these pages into docs/_build/html."""
+"""Sphinx configuration: `make docs` builds the pages into docs/_build/html."""
 
 import sys
 from pathlib import Path
@@ -11,7 +11,15 @@ project = "drake_tracker"
 release = version = __version__
 author = "The drake_tracker authors"
 project_copyright = author
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "pydrake_system", "repository_files"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_design",
+    "package_reference",
+    "pydrake_system",
+    "repository_files",
+]
 exclude_patterns = ["_build"]
 
 html_theme = "furo"
@@ -21,8 +29,11 @@ html_show_sphinx = False
 html_copy_source = False
 
 default_role = "code"
-"""In docstrings a name between backticks is code."""
+"""In docstrings, text between single backticks is code."""
 myst_heading_anchors = 3
+myst_enable_extensions = ["colon_fence"]
+nb_execution_mode = "off"
+"""The notebooks are stored with their output."""
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 autodoc_preserve_defaults = True

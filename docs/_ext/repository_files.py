@@ -1,71 +1,84 @@
-"""Shows documents of the repository, or sections of them, as pages: what stands there is not written again.
+"""Shows files of the repository as pages.
 
-A page has a line such as ``<!-- show: ../README.md, from "## Two commands", to "## How data flows" -->``; with neither
-it is the whole document. Links to what is shown on some page lead there, links to other files download them.
+- A page with the line ``<!-- show: ../CHANGELOG.md -->`` shows that document.
+- Every notebook of ``notebooks/`` is a page of ``tutorials/``.
+- Links to files of the repository lead to the page that shows the file. Links to files without a page download them.
 """
 
+import json
 import os
 import re
+from functools import cache
 from pathlib import Path
 
-DOCS = Path(__file__).parents[1]
-SHOW = re.compile(r'^<!-- show: (\S+?)(?:, from "(.+?)")?(?:, to "(.+?)")? -->$', re.MULTILINE)
-LINK = re.compile(r"\]\(([^)\s:#]*)(#[^)\s]*)?\)")
-FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+DOCS = Path(__file__).resolve().parents[1]
+REPOSITORY = DOCS.parent
+NOTEBOOKS = REPOSITORY / "notebooks"
+TUTORIALS = DOCS / "tutorials"
+SHOW = re.compile(r"^<!-- show: (\S+) -->$", re.MULTILINE)
+LINK = re.compile(r"\]\(([^)\s:#]+)(#[^)\s]*)?\)")
+
+
+@cache
+def pages():
+    """Returns {file of the repository: page that shows it}."""
+    shown = {path: TUTORIALS / path.name for path in sorted(NOTEBOOKS.glob("*.ipynb"))}
+    for page in sorted(DOCS.rglob("*.md")):
+        for name in SHOW.findall(page.read_text(encoding="utf-8")):
+            shown[(page.parent / name).resolve()] = page
+    return shown
+
+
+def with_links(text, path, page):
+    """Returns the text of a document with its links as they must be on a page.
+
+    Args:
+        text: of the document, in Markdown.
+        path: of the document; its links are relative to this path.
+        page: path of the page that shows the document.
+    """
+
+    def link(match):
+        file, anchor = match.groups(default="")
+        goal = (path.parent / file).resolve()
+        goal = pages().get(goal, goal)
+        download = "" if DOCS in goal.parents else "path:"
+        return f"]({download}{os.path.relpath(goal, page.parent)}{anchor})"
+
+    return LINK.sub(link, text)
 
 
 def show(app, docname, source):
-    """Puts the documents that a page shows into it."""
+    """Inserts the document that a page shows, and adapts the links of the page."""
     page = DOCS / f"{docname}.md"
-    shown = shown_where()
+    if not page.is_file():
+        return
 
     def document(match):
         path = (page.parent / match.group(1)).resolve()
         app.env.note_dependency(str(path), docname=docname)
-        return LINK.sub(lambda link: f"]({target(link, path, page, shown)})", section(path, *match.groups()[1:]))
+        return with_links(path.read_text(encoding="utf-8"), path, page)
 
-    source[0] = SHOW.sub(document, source[0])
-
-
-def section(path, first=None, last=None):
-    """Returns the text of a document from a line on, and up to another. Raises ValueError when it has no such."""
-    lines = path.read_text(encoding="utf-8").splitlines()
-    for line in (first, last):
-        if line and line not in lines:
-            raise ValueError(f"{path.name} has no line {line!r}")
-    start = lines.index(first) if first else 0
-    end = lines.index(last) if last else len(lines)
-    return "\n".join(lines[start:end]) + "\n"
+    pieces = SHOW.split(source[0])
+    shown = [document(match) for match in SHOW.finditer(source[0])]
+    own = [with_links(piece, page, page) for piece in pieces[::2]]
+    source[0] = "".join(text for pair in zip(own, [*shown, ""]) for text in pair)
 
 
-def shown_where():
-    """Returns {(document, "#anchor" of a heading in it): page that shows it}, with "" for the document itself."""
-    where = {}
-    for page in sorted(DOCS.rglob("*.md")):
-        for name, first, last in SHOW.findall(page.read_text(encoding="utf-8")):
-            path = (page.parent / name).resolve()
-            where.setdefault((path, ""), page)
-            text = FENCE.sub("", section(path, first, last))
-            where |= {(path, anchor_of(heading)): page for heading in re.findall(r"^#+ (.+)$", text, re.MULTILINE)}
-    return where
-
-
-def anchor_of(heading):
-    """Returns the anchor of a heading, as GitHub makes it."""
-    return "#" + re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
-
-
-def target(link, path, page, shown):
-    """Returns what a link of the document ``path`` is on the page ``page``."""
-    file, anchor = link.groups(default="")
-    goal = (path.parent / file).resolve() if file else path
-    there = shown.get((goal, anchor), shown.get((goal, ""), goal))
-    if there == page and anchor:
-        return anchor
-    download = "path:" if DOCS not in there.parents else ""
-    return download + os.path.relpath(there, page.parent) + anchor
+def copy_notebooks(app):
+    """Copies the notebooks, with their output, to where Sphinx finds them."""
+    for path in sorted(NOTEBOOKS.glob("*.ipynb")):
+        notebook = json.loads(path.read_text(encoding="utf-8"))
+        page = TUTORIALS / path.name
+        for cell in notebook["cells"]:
+            if cell["cell_type"] == "markdown":
+                cell["source"] = with_links("".join(cell["source"]), path, page)
+        text = json.dumps(notebook)
+        if not page.is_file() or page.read_text(encoding="utf-8") != text:
+            page.write_text(text, encoding="utf-8")
 
 
 def setup(app):
+    app.connect("builder-inited", copy_notebooks)
     app.connect("source-read", show)
     return {"parallel_read_safe": True}

@@ -1,4 +1,4 @@
-"""The LCM channels between the two processes; docs/lcm.md describes them for who writes a driver.
+"""The LCM channels between the two processes; docs/reference/lcm.md describes them for authors of a driver.
 
 A channel carries what a port of `HandEyeDiagram` carries, under the port's name: a vector as `lcmt_drake_signal`
 (`signal_message.py`), a camera's images as `lcmt_image_array`.

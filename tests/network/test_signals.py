@@ -1,4 +1,4 @@
-"""Vectors to messages and back; the channels are those that docs/lcm.md describes."""
+"""Vectors to messages and back; the channels are those that docs/reference/lcm.md describes."""
 
 import re
 from pathlib import Path
