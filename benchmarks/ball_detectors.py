@@ -1,32 +1,29 @@
-"""Motion detectors on both tasks: the ball of 1990, white on white, and the train of 1991.
+"""Compares motion detectors on both tasks: the white ball on a white board (1990) and the train (1991).
 
     python benchmarks/ball_detectors.py [--quick] [--seeds 1000,1001] [--train-seed 300] [--json FILE]
 
-The images are rendered by the project's own worlds, once, and kept under runs/ (`rendered_images`); the arm stands
-still. Every detector sees every image at 60 Hz through the same window and is judged at its own stamp, against the
-image of the object's true centre in the true camera. Methods that learn a background are taught it on 60 images of the
-empty board; the others' masks go through the same hull as the ball's detectors.
+The images are rendered once by the project's own worlds, with the arm at rest, and kept in runs/ (`rendered_images`).
+Every detector sees every image at 60 Hz through the same window. Its centroid is compared, at its own stamp, with the
+image of the object's true centre in the true camera. Methods that learn a background are trained on 60 images of the
+empty board. The masks of OpenCV's methods go through the same hull as those of the ball's detectors.
 
-- within: images with a centroid within one diameter of the ball (one length of the train) of the truth, of all images
-  in which the object moves; only these centroids make up the rms and the bias, all of them the median;
-- mm: on the board, of the ray through the centroid and a plane: at `BoardVision.centroid_height` for what moves, at the
-  ball's centre for what finds all of it, whichever is better;
-- speed found: along the true direction of motion, of the displacement by which the gradients around the mask explain
-  the temporal difference best (least squares over Horn and Schunck's constraint), over the true one;
-- time: from the grey image to the centroid, smoothing included, one thread, all methods in turns (median).
+- within: the share of images with a centroid within one diameter of the ball (one length of the train) of the truth,
+  among all images in which the object moves. The rms and the bias are those of these centroids, the median of all;
+- mm: the error on the board, where the ray through the centroid meets a plane: at `BoardVision.centroid_height` for
+  what moves, at the ball's centre for what finds the whole ball, whichever is better;
+- speed found: the displacement by which the gradients around the mask explain the temporal difference best (least
+  squares over Horn and Schunck's constraint), along the true direction of motion, over the true displacement;
+- time: from the grey image to the centroid, smoothing included, on one thread, all methods in turns (median).
 """
 
 import argparse
-import importlib.metadata
-import math
-import platform
-import subprocess
 import time
 from pathlib import Path
 
 import cv2
 import numpy as np
 import rendered_images as rendered
+from ball_detector_tables import SPEEDS, both_tasks_table, conditions_table, short_table, speeds_table
 from common import print_table, save_json
 from detector_methods import (
     AS_THE_PAPER,
@@ -58,9 +55,9 @@ SEEDS = (1000, 1001, 1002, 1003, 1004, 1005)
 TRAIN_SEED = 300
 """Constants were chosen on seeds below 200."""
 TRAIN_LENGTH = 0.12
-"""[m]; a centroid of the train counts as right within this."""
+"""[m]; a centroid of the train counts as correct within this distance."""
 TURN = 20
-"""Images that a method is given before the next one has its turn."""
+"""Images that a method processes before the next method has its turn."""
 VARIANTS = {  # name: (what was rendered, what the camera adds)
     "steady light": ("plain", {}),
     "flicker 2 %, 100 Hz": ("plain", {"flicker": 0.02, "flicker_hz": 100.0}),
@@ -72,24 +69,22 @@ VARIANTS = {  # name: (what was rendered, what the camera adds)
     "interlaced camera": ("plain", {"interlaced": True}),
     "shadows": ("shadows", {}),
 }
-"""A lamp of 120 Hz before a camera of 59.94 Hz beats with 0.12 Hz; here the camera has 60 Hz and the lamp the rest."""
+"""A lamp at 120 Hz and a camera at 59.94 Hz beat at 0.12 Hz; here the camera has 60 Hz, the lamp 120.12 Hz."""
 ON_TRAIN = ("steady light", "noise 4", "flicker 2 %, 100 Hz", "flicker 5 %, 120.12 Hz", "camera shaken")
-"""Those of the variants in which the train is seen too."""
-SPEEDS = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 12.0)
-"""Edges [px between the images used] of the bins of the ball's speed."""
+"""Variants in which the train is measured as well."""
 
 
 def at_stamps(values, delay):
-    """Returns an array (n, k) at the stamps, so many cycles earlier; NaN where there is none."""
+    """Returns an array (n, k) at the stamps, ``delay`` cycles earlier; NaN before the first image."""
     index = np.arange(len(values)) - delay
     below, above = np.floor(index).astype(int), np.ceil(index).astype(int)
     return np.where((below < 0)[:, None], np.nan, 0.5 * (values[below] + values[above]))
 
 
 def ball_errors(method, sequence, images, camera, heights):
-    """Returns rows (n, 9) of the images that count: error (u, v) [px] of the centroid, NaN without one; the ball's
-    diameter [px], its speed [px per image], the speed found over the true one (normal flow); and the errors (x, y) [mm]
-    on the board for each of two ``heights``."""
+    """Returns rows (n, 9) of the images in which the ball moves: error (u, v) [px] of the centroid, NaN without one;
+    the ball's diameter [px], its speed [px per image], the speed found over the true speed (normal flow); and errors
+    (x, y) [mm] on the board for each of two ``heights``."""
     found = np.full((len(images), 2), np.nan)
     flow = np.full((len(images), 2), np.nan)
     is_flow = isinstance(getattr(method, "detector", None), NormalFlow)
@@ -116,7 +111,7 @@ def ball_errors(method, sequence, images, camera, heights):
 
 
 def velocity(method):
-    """Velocity (u, v) [px per image] of the pixels in and around the mask."""
+    """Returns the velocity (u, v) [px per image] of the pixels in and around the mask."""
     images = method.detector.images(*method.described)
     around = cv2.dilate(images.motion_energy, np.ones((3, 3), np.uint8)) > 0
     slopes = np.column_stack([images.gradient_x[around], images.gradient_y[around]])
@@ -125,8 +120,13 @@ def velocity(method):
 
 
 def statistics(errors, near, mm=()):
-    """Returns the numbers of a method. errors: (n, 2) [px], NaN without a centroid. near: (n,) [px], what is right.
-    mm: arrays (n, 2) of which the best counts."""
+    """Returns the numbers of a method.
+
+    Args:
+        errors: (n, 2) [px], NaN without a centroid.
+        near: (n,) [px], the distance within which a centroid counts as correct.
+        mm: arrays (n, 2), of which the best counts.
+    """
     size = np.hypot(*errors.T)
     right = size <= near
     row = {
@@ -149,8 +149,8 @@ def root_mean_square(values):
 
 
 def measure_ball(seeds, few):
-    """Returns ({variant: {method: numbers}}, {(method, stride): rows in steady light}); the first ``few`` seeds have
-    shadows too."""
+    """Returns ({variant: {method: numbers}}, {(method, stride): rows in steady light}); the variant with shadows uses
+    only the first ``few`` seeds."""
     table, steady = {}, {}
     for variant, (kind, seen) in VARIANTS.items():
         rows = {}
@@ -178,7 +178,7 @@ def measure_ball(seeds, few):
 
 
 def measure_train(laps, seed):
-    """Returns {variant: {method: numbers}} on the train's images; the hull joins as far as for the train's detector."""
+    """Returns {variant: {method: numbers}} on the train's images, with the join distance of the train's detector."""
     sequence = rendered.train_sequence(seed, laps)
     window, join_distance = rendered.train_window(seed), NormalFlowParameters().join_distance
     made = methods(join_distance)
@@ -204,12 +204,12 @@ def measure_train(laps, seed):
 
 
 def jitter(errors):
-    """Noise from image to image [px], rms of u and v, from second differences: these pass over a slow bias."""
+    """Returns the noise from image to image [px], rms of u and v, from second differences, which remove a slow bias."""
     return float(np.sqrt(np.mean(np.sum(np.diff(errors, n=2, axis=0) ** 2, axis=1)) / 6.0))
 
 
 def measure_time(seed, rounds):
-    """Returns {method: median time of an image [us]} on a roll in steady light; the methods take turns."""
+    """Returns {method: median time per image [us]} on a roll in steady light; the methods take turns."""
     sequence = rendered.ball_sequence(seed)
     images, static, lessons = rendered.seen(sequence)
     scene = Scene(static, lessons, rendered.ball_camera(sequence)[1], FrameDifferenceParameters().join_distance)
@@ -227,9 +227,9 @@ def measure_time(seed, rounds):
 
 
 def by_speed(steady):
-    """Returns {method: [numbers of each bin of `SPEEDS`]}: share within, rms [px], speed found over the true one.
+    """Returns {method: [numbers of each bin of `SPEEDS`]}: share within, rms [px], speed found over the true speed.
 
-    The ball's speed is counted in px between the images used; with every fourth of them it is four times as fast.
+    The ball's speed is in px between the images used; with every fourth image it is four times as large.
     """
     table = {}
     for name in (FLOW_LITERAL, FLOW_BALL, DEFAULT):
@@ -250,81 +250,25 @@ def by_speed(steady):
     return table
 
 
-def circumstances():
-    """Returns the commit and the versions that the results name."""
-    here = Path(__file__).parent
-    git = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=here, capture_output=True, text=True)
-    versions = {name: importlib.metadata.version(name) for name in ("numpy", "drake")}
-    return {"commit": git.stdout.strip(), "python": platform.python_version(), "opencv": cv2.__version__, **versions}
-
-
-def show(value, form):
-    return "" if value is None or not math.isfinite(value) else format(value, form)
-
-
 IN_SHORT = (
     *(DEFAULT, WITHOUT_GAIN, AS_THE_PAPER, EVERY_IMAGE, BACKGROUND, STATIC, FLOW_TRAIN, FLOW_LITERAL, MOG2, KNN),
 )
-"""Methods of the first table, which is the README's, and the conditions in it."""
-CONDITIONS = (
-    *("steady light", "flicker 5 %, 120.12 Hz", "flicker 5 %, 100 Hz"),
-    *("camera shaken", "board knocked", "interlaced camera"),
-)
-
-
-def print_in_short(results):
-    ball, train, times = (results[key] for key in ("ball", "train", "time_us"))
-    rows = []
-    for name in IN_SHORT:
-        steady, on_train = ball["steady light"][name], train["steady light"][name]
-        rows.append([
-            name + (" (default)" if name == DEFAULT else ""),
-            show(steady.get("rms_mm"), ".1f"),
-            *(f"{ball[variant][name]['within']:.0%}".replace("%", " %") for variant in CONDITIONS),
-            show(on_train["rms_px"], ".2f"),
-            f"{times[name] / times[DEFAULT]:.1f}",
-        ])  # fmt: skip
-    print_table(["method", "ball: error, rms [mm]", *(f"found, {variant}" for variant in CONDITIONS),
-                 "train: error, rms [px]", "time / default"], rows)  # fmt: skip
-    print(f"{ball['steady light'][DEFAULT]['images']} images of the ball.\n")
+"""Methods of the first table."""
 
 
 def print_results(results):
-    print_in_short(results)
-    ball, train, speeds, times = (results[key] for key in ("ball", "train", "by_speed", "time_us"))
-    print("One table for both tasks: the ball in steady light, the train at 0.15 m/s.\n")
-    rows = []
-    for name, t in train["steady light"].items():
-        b = ball["steady light"].get(name)
-        cells = ["", "", "", "", "", ""]
-        if b is not None:
-            cells = [f"{b['within']:.0%}", show(b["median_px"], ".2f"), show(b["rms_px"], ".2f"),
-                     show(b.get("median_mm"), ".1f"), show(b.get("rms_mm"), ".1f"),
-                     f"{times[name] / times[DEFAULT]:.1f}"]  # fmt: skip
-        bias = "" if t["bias_px"] is None else f"{math.hypot(*t['bias_px']):.2f}"
-        rows.append([name, *cells, f"{t['within']:.0%}", show(t["rms_px"], ".2f"), bias, show(t["jitter_px"], ".2f")])
-    header = ["method", "ball within", "median [px]", "rms [px]", "median [mm]", "rms [mm]", "time / default"]
-    print_table(header + ["train within", "rms [px]", "bias [px]", "jitter [px]"], rows)
+    ball, train, times = (results[key] for key in ("ball", "train", "time_us"))
+    print_table(*short_table(results, {name: name for name in IN_SHORT}, DEFAULT))
+    print(f"{ball['steady light'][DEFAULT]['images']} images of the ball.\n")
+    print("Both tasks: the ball in steady light, the train at 0.15 m/s.\n")
+    print_table(*both_tasks_table(results, DEFAULT))
     print(f"Time of the default: {times[DEFAULT]:.0f} us.\n")
     for task, table, near in (("ball", ball, "diameter"), ("train", train, "length")):
         print(f"The {task} in other conditions: share within one {near} (median error [px]).\n")
-        rows = [
-            [name, *(f"{t[name]['within']:.0%} ({show(t[name]['median_px'], '.1f') or '-'})" for t in table.values())]
-            for name in table["steady light"]
-        ]
-        print_table(["method", *table], rows)
-    print("By the ball's speed [px between the images used: every one, every other, every fourth]: within, rms [px], ")
+        print_table(*conditions_table(table))
+    print("By the ball's speed [px between the images used: every one, every second, every fourth]: within, rms [px],")
     print("speed found / true speed.\n")
-    bins = [f"{low:g}-{high:g}" for low, high in zip(SPEEDS[:-1], SPEEDS[1:])]
-    rows = []
-    for name, parts in speeds.items():
-        texts = []
-        for part in parts:
-            text = [show(part["within"], ".0%"), show(part["rms_px"], ".2f"), show(part["speed_ratio"], ".2f")]
-            texts.append(", ".join(cell for cell in text if cell) or "-")
-        rows.append([name, *texts])
-    print_table(["method", *bins], rows)
-    print("images in the bins:", ", ".join(str(part["images"]) for part in speeds[DEFAULT]))
+    print_table(*speeds_table(results["by_speed"]))
     ratio = times[MOG2] / times[DEFAULT]
     print(f"the default is {ratio:.1f} times as fast as MOG2 (wanted: at least 5)")
 
@@ -332,8 +276,10 @@ def print_results(results):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", help=f"rolls, separated by commas (default {','.join(map(str, SEEDS))})")
-    parser.add_argument("--quick", action="store_true", help="one roll and half a lap, nothing kept but the images")
-    parser.add_argument("--train-seed", type=int, default=TRAIN_SEED, help=f"of the train's lap (default {TRAIN_SEED})")
+    parser.add_argument("--quick", action="store_true", help="one roll and half a lap")
+    parser.add_argument(
+        "--train-seed", type=int, default=TRAIN_SEED, help=f"seed of the train's lap (default {TRAIN_SEED})"
+    )
     parser.add_argument("--json", metavar="FILE", type=Path, help="also write the results to FILE")
     options = parser.parse_args()
     cv2.setNumThreads(1)
@@ -341,7 +287,6 @@ def main():
     seeds = seeds[:1] if options.quick else seeds
     ball, steady = measure_ball(seeds, few=max(1, len(seeds) // 2))
     results = {
-        **circumstances(),
         "seeds": seeds,
         "train_seed": options.train_seed,
         "ball": ball,
@@ -350,7 +295,7 @@ def main():
         "time_us": measure_time(seeds[0], 2 if options.quick else 5),
     }
     print_results(results)
-    save_json(results, options.json)
+    save_json(results, options.json, [*seeds, options.train_seed])
 
 
 if __name__ == "__main__":

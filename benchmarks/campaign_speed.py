@@ -1,10 +1,10 @@
-"""Trials a minute of a campaign with measured vision, by one worker and by more: what the second core is worth.
+"""Measures the trials per minute of a campaign with measured vision, with one worker and with several.
 
-    python benchmarks/campaign_speed.py                      20 trials by 1 worker and by 2, three turns of each
+    python benchmarks/campaign_speed.py                      20 trials with 1 worker and with 2, three turns each
     python benchmarks/campaign_speed.py --trials 4 --turns 1 [--workers 1,2,4] [--json FILE]
 
-The default train; all run the same seeds, and take turns. The time includes the start of the processes. Nothing else
-should run meanwhile: what is compared uses one core and two.
+All run the default train on the same seeds, in turns. The time includes the start of the processes. Run nothing else
+meanwhile: one worker uses one core, two workers use two.
 """
 
 import argparse
@@ -21,10 +21,10 @@ FIRST_SEED = 500
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--trials", type=int, default=20, help="of each turn")
-    parser.add_argument("--turns", type=int, default=3)
+    parser.add_argument("--trials", type=int, default=20, help="trials per turn")
+    parser.add_argument("--turns", type=int, default=3, help="turns of each number of workers")
     parser.add_argument("--workers", default="1,2", help="numbers separated by commas")
-    parser.add_argument("--json", metavar="FILE")
+    parser.add_argument("--json", metavar="FILE", help="also write the results to FILE")
     options = parser.parse_args()
     counts = [int(text) for text in options.workers.split(",")]
     rates = {count: [] for count in counts}
@@ -41,9 +41,10 @@ def main():
         [count, f"{medians[count]:.1f}", f"{min(found):.1f}-{max(found):.1f}", f"{medians[count] / first:.2f}"]
         for count, found in rates.items()
     ]
-    print_table(["workers", "trials a minute", "slowest and fastest turn", f"x {counts[0]} worker"], rows)
+    print_table(["workers", "trials per minute", "slowest and fastest turn", f"times {counts[0]} worker"], rows)
     print(f"{os.cpu_count()} cores; load before the turns: {', '.join(f'{value:.1f}' for value in load)}")
-    save_json({"trials_a_minute": rates, "cores": os.cpu_count(), "load_before": load}, options.json)
+    results = {"trials_a_minute": rates, "cores": os.cpu_count(), "load_before": load}
+    save_json(results, options.json, range(FIRST_SEED, FIRST_SEED + options.trials))
 
 
 if __name__ == "__main__":

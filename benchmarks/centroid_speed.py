@@ -1,33 +1,35 @@
-"""Time of one motion centroid of a 256x256 image, beside OpenCV's dense optical flow and background subtraction.
+"""Measures the time of one motion centroid, and that of OpenCV's dense optical flow and background subtraction.
 
     python benchmarks/centroid_speed.py [--frames N] [--json FILE]
 
-All methods see the same synthetic sequence in the same run and are timed from the grey image to the centroid, smoothing
-included, on one thread. They take turns of a few images, so that a busy machine slows all of them. Printed are the
-median time, the error of the centroid against the body's true centre, and how many times the default's time it is.
+All methods see the same synthetic sequence of 256x256 images in the same run. They are timed from the grey image to the
+centroid, smoothing included, on one thread, in turns of a few images, so that a busy machine slows all of them. The
+table has the median time, the error of the centroid against the body's true centre, and the time over the default's.
 """
 
 import argparse
-import json
 import math
 import time
 from collections import deque
 
 import cv2
 import numpy as np
+from common import print_table, save_json
+from speed_tables import methods_table
 
 from drake_tracker.vision.normal_flow import NormalFlow
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.region_centroid import mean_centroid
 
 SIZE = 256
+SEED = 0
 TURN = 20
-"""Images that a method is given before the next one has its turn."""
+"""Images that a method processes before the next method has its turn."""
 FLOW_THRESHOLD = 0.45
-"""Least displacement between consecutive images of a pixel that moves in the dense flow [px]: half the body's own."""
+"""Displacement [px] between consecutive images above which a pixel of the dense flow moves: half the body's own."""
 
 
-def sequence(count, speed=0.9, seed=0):
+def sequence(count, speed=0.9, seed=SEED):
     """Yields (grey uint8 image, true (u, v)): a textured bright body on a textured dark table, with sensor noise."""
     rng = np.random.default_rng(seed)
     table = 45.0 + 5.0 * cv2.GaussianBlur(rng.normal(size=(SIZE, SIZE)), (0, 0), 2.0) * 7.0
@@ -47,7 +49,7 @@ def sequence(count, speed=0.9, seed=0):
 
 
 class NormalFlowMethod:
-    """The whole path: smoothing, three buffered images, mask and centroid."""
+    """The complete detector: smoothing, three buffered images, mask and centroid."""
 
     def __init__(self, **overrides):
         self._flow = NormalFlow(NormalFlowParameters.preset("scaled", **overrides))
@@ -93,7 +95,7 @@ class BackgroundMethod:
 
 
 DEFAULT = "normal flow, hull (default)"
-"""The method with the settings of the preset ``scaled`` as they are."""
+"""The method with the settings of the preset ``scaled``."""
 METHODS = {
     DEFAULT: NormalFlowMethod,
     "normal flow, mean": lambda: NormalFlowMethod(centroid="mean"),
@@ -106,9 +108,14 @@ METHODS = {
 def compare(images, centres, methods, default):
     """Returns {method: {median_us, rms_px, found, times_default}} of methods that all see the same images.
 
-    ``centres`` are the object's true (u, v), NaN where they do not count, ``methods`` {name: constructor}, ``default``
-    the name to compare with. The methods take turns of `TURN` images; the first quarter of the sequence warms the
-    caches and teaches the backgrounds, and does not count. ``found`` is the share of those images with a centroid.
+    The methods take turns of `TURN` images. The first quarter of the sequence does not count: it warms the caches and
+    trains the backgrounds. ``found`` is the share of the other images with a centroid.
+
+    Args:
+        images: the grey images.
+        centres: the object's true (u, v) in each image, NaN where it does not count.
+        methods: {name: constructor}.
+        default: the name of the method to compare with.
     """
     frames = len(images)
     names, methods = list(methods), {name: make() for name, make in methods.items()}
@@ -141,7 +148,7 @@ def compare(images, centres, methods, default):
 
 
 def measure(frames):
-    """Returns what `compare` does over a sequence of ``frames`` images."""
+    """Returns the result of `compare` on a sequence of ``frames`` images."""
     images, centres = zip(*sequence(frames))
     return compare(images, centres, METHODS, DEFAULT)
 
@@ -154,12 +161,8 @@ def main():
     cv2.setNumThreads(1)
     results = measure(args.frames)
     print(f"one centroid of a {SIZE}x{SIZE} image, one thread, median of {args.frames - args.frames // 4}")
-    print(f"{'method':<30}{'time [us]':>11}{'error rms [px]':>16}{'x default':>15}")
-    for name, row in results.items():
-        print(f"{name:<30}{row['median_us']:>11.0f}{row['rms_px']:>16.2f}{row['times_default']:>15.1f}")
-    if args.json:
-        with open(args.json, "w", encoding="utf-8") as file:
-            json.dump({"opencv": cv2.__version__, "frames": args.frames, "methods": results}, file, indent=2)
+    print_table(*methods_table(results))
+    save_json({"opencv": cv2.__version__, "frames": args.frames, "methods": results}, args.json, [SEED])
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The methods that `ball_detectors.py` compares: the package's detectors, and OpenCV's behind the same interface."""
+"""The methods that `ball_detectors.py` compares: the package's detectors and OpenCV's, behind one interface."""
 
 import cv2
 
@@ -10,11 +10,11 @@ from drake_tracker.vision.region_centroid import hull_centroid
 from drake_tracker.vision.static_threshold import StaticThreshold, StaticThresholdParameters
 
 FLOW_THRESHOLD = 0.45
-"""Least displacement between consecutive images of a pixel that moves in the dense flow [px]."""
+"""Displacement [px] between consecutive images above which a pixel of the dense flow moves."""
 
 
 class Detector:
-    """The whole path of a detector of the package: smoothing, buffered images, mask, centroid."""
+    """A detector of the package: smoothing, buffered images, mask, centroid."""
 
     def __init__(self, detector):
         self.detector, self._buffer = detector, ()
@@ -27,13 +27,13 @@ class Detector:
 
     @property
     def described(self):
-        """The smoothed images that the newest centroid rests on, or None while there are too few."""
+        """The smoothed images from which the newest centroid is computed, or None while there are too few."""
         full = len(self._buffer) == self.detector.buffer_length
         return self._buffer[:: self.detector.stride] if full else None
 
 
 class Subtractor:
-    """A background subtractor of OpenCV's, taught the empty scene."""
+    """A background subtractor of OpenCV, trained on the empty scene."""
 
     delay = 0
 
@@ -47,7 +47,7 @@ class Subtractor:
 
 
 class DenseFlow:
-    """DIS optical flow, ultrafast preset: the region that flows."""
+    """DIS optical flow, ultrafast preset: the region that moves."""
 
     delay = 0.5
 
@@ -64,21 +64,21 @@ class DenseFlow:
 
 
 class Scene:
-    """What a method is told before the object moves: static image, empty scenes, window, and how far its hull joins."""
+    """What a method knows before the object moves: static image, images of the empty scene, window, join distance."""
 
     def __init__(self, static, lessons, window, join_distance):
         self.static, self.lessons, self.window, self.join_distance = static, lessons, window, join_distance
 
     def centroid(self, mask):
-        """Centroid of another library's mask, as the package's detectors find theirs."""
+        """Returns the centroid of another library's mask, computed as the package's detectors do."""
         region = hull_centroid(cv2.bitwise_and(mask, self.window), self.join_distance)
         return region if region is not None and region.pixel_count >= 6 else None
 
 
 DEFAULT = "frame difference"
-"""With its gain normalised, the scenario's default."""
-WITHOUT_GAIN = "frame difference, gain left alone"
-AS_THE_PAPER = "frame difference, the paper's mean, gain left alone"
+"""The scenario's default, with gain normalisation."""
+WITHOUT_GAIN = "frame difference, gain not normalised"
+AS_THE_PAPER = "frame difference, mean as in the paper, gain not normalised"
 FLOW_LITERAL = "normal flow, paper literal"
 FLOW_TRAIN = "normal flow, as for the train"
 FLOW_TRAIN_MEAN = "normal flow, as for the train, mean"
@@ -86,11 +86,11 @@ FLOW_BALL = "normal flow, set for the ball"
 BACKGROUND, STATIC, MOG2, KNN = "background difference", "static threshold", "MOG2 (OpenCV)", "KNN (OpenCV)"
 EVERY_IMAGE = "frame difference, every image"
 BALL_FLOW = {"stride": 1, "smoothing_size": 3, "min_pixels": 6, "join_distance": 12}
-"""Over the preset ``scaled``: as fine as the ball's detectors look, on consecutive images."""
+"""Changes to the preset ``scaled``: the resolution of the ball's detectors, on consecutive images."""
 
 
 def methods(join_distance):
-    """Returns {name: constructor of a method from a `Scene`}; the join distance is the hull's for the task."""
+    """Returns {name: constructor of a method from a `Scene`}, with the hull's join distance of the task."""
 
     def difference(**settings):
         settings = {"join_distance": join_distance, **settings}
@@ -112,7 +112,7 @@ def methods(join_distance):
         WITHOUT_GAIN: difference(normalise_gain=False),
         AS_THE_PAPER: difference(centroid="mean", normalise_gain=False),
         EVERY_IMAGE: difference(stride=1),
-        f"{EVERY_IMAGE}, gain left alone": difference(stride=1, normalise_gain=False),
+        f"{EVERY_IMAGE}, gain not normalised": difference(stride=1, normalise_gain=False),
         BACKGROUND: background,
         STATIC: threshold,
         FLOW_LITERAL: flow("paper_literal"),
@@ -125,7 +125,7 @@ def methods(join_distance):
 
 
 def sparser(join_distance):
-    """Returns {(name, stride): constructor}: flow and difference on every, every other and every fourth image."""
+    """Returns {(name, stride): constructor}: flow and difference on every image, every second and every fourth."""
     made = {}
     for stride in (1, 2, 4):
         flows = {FLOW_LITERAL: NormalFlowParameters.preset("paper_literal", stride=stride),

@@ -1,29 +1,27 @@
-"""Where grasping ends: how often the train is lifted, over the lag of vision and the speed of the train.
+"""Maps how often the train is lifted over the lag of vision and the speed of the train.
 
-    python benchmarks/grasp_map.py                  every cell, on all cores; goes on where it was stopped
+    python benchmarks/grasp_map.py                  every cell, on all cores; resumes where it was stopped
     python benchmarks/grasp_map.py --quick          nine cells, two seeds each, into runs/
-    python benchmarks/grasp_map.py --rendered       six cells again with cameras, to hold against the map
-    python benchmarks/grasp_map.py --draw           only the tables and the picture, from the results so far
+    python benchmarks/grasp_map.py --rendered       six cells with cameras, to compare with the map
+    python benchmarks/grasp_map.py --draw           only the tables and the picture, from the existing results
 
-The default oval, for arc_length and for closed_path, with measured vision: the error of the camera loop at each speed
-(``drake-tracker measure``), the lag put in. A lag of 0 is one that no camera could have; the estimator still reads the
-point a quarter of a plant step late. Each run is a line of ``results/grasp_map.jsonl`` as soon as it ends.
+The default oval with arc_length and closed_path, on measured vision: the error of the camera loop at each speed
+(``drake-tracker measure``) with a chosen lag. No camera has a lag of 0; the estimator still reads the point a quarter
+of a plant step late. Each run becomes a line of ``results/grasp_map.jsonl`` as soon as it ends.
 
-A run counts as lifted within `time_limit`: two laps of watching and 10 s, at least 20 s. By then a hand that is to
-succeed has done so, in the first attempt or in another; a longer run of a train that the arm cannot follow changes
-nothing but the time it takes.
+A train counts as lifted when that happens within `time_limit`: two laps and 10 s, at least 20 s, in any attempt.
 """
 
 import argparse
 import os
 from pathlib import Path
 
-from common import append_results, print_table
+import common
+from common import append_results, interval, print_table
 from train_grasp import ESTIMATORS, outcome, run_one
 
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import Lost
-from drake_tracker.campaign.wilson import wilson
 
 LAGS = (0, 6, 12, 15, 24, 30)
 """Of vision [cycles of 1/60 s]."""
@@ -36,7 +34,7 @@ FIRST_SEED, SEEDS = 400, 30
 LAP = 1.2
 """Length of the default oval [m]."""
 HERE = Path(__file__).parent
-RESULTS = HERE / "results" / "grasp_map.jsonl"
+RESULTS = common.RESULTS / "grasp_map.jsonl"
 PICTURE = HERE.parent / "docs" / "images" / "grasp_map.png"
 KEPT = (
     *("estimator", "vision", "lag_cycles", "speed", "seed", "success", "first_attempt_success", "attempts"),
@@ -45,12 +43,12 @@ KEPT = (
 
 
 def time_limit(speed):
-    """Returns the simulated time [s] of a run at a speed [m/s] that does not succeed."""
+    """Returns the simulated time [s] after which a run at a speed [m/s] ends without success."""
     return max(20.0, 10.0 + 2.0 * LAP / speed)
 
 
 def make_job(vision, estimator, lag, speed, seed):
-    """Returns (key, what `run_one` takes) of one trial."""
+    """Returns (key, argument of `run_one`) of one trial."""
     overrides = [
         f"vision=!{vision} {{lag_cycles: {lag}}}",
         f"estimator={ESTIMATORS[estimator]}",
@@ -75,7 +73,7 @@ def key_of(row):
 
 
 def run_all(jobs, path, workers):
-    """Runs what is not yet in the file ``path``, and appends it there line by line."""
+    """Runs the jobs that are not yet in the file ``path`` and appends their results."""
     done = {key_of(row) for row in read_lines(path)}
     jobs = [job for job in jobs if job[0] not in done]
     append_results(trial, jobs, path, workers, describe)
@@ -96,34 +94,52 @@ def rates(rows, vision, estimator):
     return found
 
 
-def print_map(rows, estimator):
-    """Prints the map of an estimator: share lifted, Wilson 95 % interval, runs; and beside it what cameras gave."""
+def rate(found, cell):
+    """Returns the rate of a cell as a text: share lifted, Wilson 95 % interval; empty when the cell was not run."""
+    if cell not in found:
+        return ""
+    lifted, runs = found[cell]
+    return f"{100 * lifted / runs:.0f} % ({interval(lifted, runs).removesuffix(' %')})"
+
+
+def map_table(rows, estimator):
+    """Returns (header, rows) of the map of an estimator, a row per lag and a column per speed; None without runs."""
     found = rates(rows, "Measured", estimator)
     if not found:
-        return
+        return None
     lags, speeds = (sorted({cell[k] for cell in found}) for k in (0, 1))
+    header = ["lag [s] \\ speed [m/s]", *(f"{speed:.2f}" for speed in speeds)]
+    return header, [[f"{lag / 60:.2f}", *(rate(found, (lag, speed)) for speed in speeds)] for lag in lags]
 
-    def shown(cell):
-        if cell not in found:
-            return ""
-        low, high = wilson(*found[cell])
-        return f"{100 * found[cell][0] / found[cell][1]:.0f} % ({100 * low:.0f}-{100 * high:.0f}, {found[cell][1]})"
 
-    print(f"{estimator}: lifted, Wilson 95 % interval, runs")
-    header = ["lag [s] \\ speed [m/s]", *(f"{speed:g}" for speed in speeds)]
-    print_table(header, [[f"{lag / 60:.2f}", *(shown((lag, speed)) for speed in speeds)] for lag in lags])
-    with_cameras = rates(rows, "Rendered", estimator)
-    if with_cameras:
-        lines = []
-        for cell, (lifted, runs) in sorted(with_cameras.items()):
-            low, high = wilson(lifted, runs)
-            rendered = f"{100 * lifted / runs:.0f} % ({100 * low:.0f}-{100 * high:.0f}, {runs})"
-            lines.append([f"{cell[0] / 60:.2f}", f"{cell[1]:g}", shown(cell), rendered])
-        print_table(["lag [s]", "speed [m/s]", "measured vision", "cameras"], lines)
+def cameras_table(rows, estimators):
+    """Returns (header, rows) of the cells that were run with cameras, beside measured vision; None without any."""
+    columns = [[rates(rows, vision, name) for vision in ("Measured", "Rendered")] for name in estimators]
+    cells = sorted({cell for _, rendered in columns for cell in rendered})
+    if not cells:
+        return None
+    header = [text for name in estimators for text in (f"{name}: measured vision", f"{name}: cameras")]
+    lines = [
+        [f"{cell[0] / 60:.2f}", f"{cell[1]:.2f}", *(rate(found, cell) for column in columns for found in column)]
+        for cell in cells
+    ]
+    return ["lag [s]", "speed [m/s]", *header], lines
+
+
+def print_maps(rows, estimators):
+    """Prints the map of each estimator, and the cells that were run with cameras."""
+    for estimator in estimators:
+        table = map_table(rows, estimator)
+        if table:
+            print(f"{estimator}: trains lifted, Wilson 95 % interval")
+            print_table(*table)
+    table = cameras_table(rows, estimators)
+    if table:
+        print_table(*table)
 
 
 def draw(rows, path):
-    """Draws the maps side by side: share lifted as colour and number, cells that were not run left white."""
+    """Draws the maps side by side: share lifted as colour and number; cells that were not run stay white."""
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -154,14 +170,14 @@ def draw(rows, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--rendered", action="store_true")
-    parser.add_argument("--draw", action="store_true")
+    parser.add_argument("--quick", action="store_true", help="nine cells, two seeds each, into runs/")
+    parser.add_argument("--rendered", action="store_true", help="six cells with cameras")
+    parser.add_argument("--draw", action="store_true", help="run nothing; print the tables and draw the picture")
     parser.add_argument("--estimators", default=",".join(MAPPED), help="names separated by commas")
-    parser.add_argument("--seeds", type=int, help=f"trials a cell (default {SEEDS})")
+    parser.add_argument("--seeds", type=int, help=f"runs per cell (default {SEEDS})")
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
-    parser.add_argument("--workers", type=int, default=os.cpu_count())
-    parser.add_argument("--results", type=Path)
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
+    parser.add_argument("--results", type=Path, help="JSONL file to append to")
     options = parser.parse_args()
     estimators = options.estimators.split(",")
     unknown = [name for name in estimators if name not in ESTIMATORS]
@@ -175,7 +191,7 @@ def main():
     if not options.draw:
         cells = RENDERED if options.rendered else [(lag, speed) for lag in lags for speed in speeds]
         vision = "Rendered" if options.rendered else "Measured"
-        jobs = [  # seed by seed, so that a map half done covers all cells
+        jobs = [  # seed by seed, so that an interrupted map covers all cells
             make_job(vision, estimator, lag, speed, seed)
             for seed in range(options.first_seed, options.first_seed + seeds)
             for lag, speed in cells
@@ -183,8 +199,7 @@ def main():
         ]
         run_all(jobs, results, options.workers)
     rows = read_lines(results)
-    for estimator in estimators:
-        print_map(rows, estimator)
+    print_maps(rows, estimators)
     draw(rows, picture)
 
 

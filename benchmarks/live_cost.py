@@ -1,11 +1,11 @@
-"""What the live view costs: real-time factor of a run of the train with and without a page that watches.
+"""Measures what the live view costs: the real-time factor of a run of the train with and without a connected page.
 
     python benchmarks/live_cost.py [--pairs N] [--duration S] [--json FILE]
 
 Runs of the default scenario, recorded as by `drake-tracker run train`, take turns: alone and watched, with one seed.
-The watcher is a process of its own that fetches what the page fetches, every event and each new frame; it draws
-nothing, as a browser with a GPU takes no core from the run. The first simulated second, while caches are cold, does not
-count. Wall time depends on what else the machine does, processor time of the run's own process hardly does.
+The watcher is a separate process that fetches what the page fetches: every event and each new frame. It draws nothing,
+because a browser with a GPU takes no core from the run. The first simulated second does not count, because caches are
+cold. Wall time depends on the machine's other load, the processor time of the run's own process hardly does.
 """
 
 import argparse
@@ -24,10 +24,11 @@ from drake_tracker.live.view import LiveView
 
 WARM_UP = 1.0
 ALLOWED = 0.10
+"""Largest relative increase of the wall time."""
 
 
 class Stopwatch:
-    """The callable that `simulate` tells of its progress: wall and processor time [s] per simulated second."""
+    """A progress callback of `simulate` that measures wall and processor time [s] per simulated second."""
 
     def __init__(self):
         self._first = self._last = None
@@ -45,7 +46,7 @@ class Stopwatch:
 
 
 def watch(url, counts):
-    """Fetches events and frames as the page does, until the run is over; puts (events, frames) into a queue."""
+    """Fetches events and frames as the page does until the run ends; puts (events, frames) into a queue."""
     events = frames = 0
     for line in urllib.request.urlopen(f"{url}events"):
         if line.startswith(b"data: "):
@@ -57,7 +58,7 @@ def watch(url, counts):
 
 
 def run(seed, duration, watched):
-    """Returns the cost of a run, and what its watcher got."""
+    """Returns the cost of a run and what its watcher received."""
     stopwatch = Stopwatch()
     scenario = load_scenario("train", seed=seed, duration=duration)
     with tempfile.TemporaryDirectory() as folder:
@@ -80,13 +81,13 @@ def run(seed, duration, watched):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=int, default=3, help="runs of each kind")
-    parser.add_argument("--duration", type=float, default=8.0, help="of each run [s]")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--json", metavar="FILE")
+    parser.add_argument("--duration", type=float, default=8.0, help="simulated time of each run [s]")
+    parser.add_argument("--seed", type=int, default=0, help="default 0")
+    parser.add_argument("--json", metavar="FILE", help="also write the results to FILE")
     options = parser.parse_args()
     costs = {False: [], True: []}
     for pair in range(options.pairs):
-        for watched in (False, True) if pair % 2 == 0 else (True, False):  # a drift of the load hits both alike
+        for watched in (False, True) if pair % 2 == 0 else (True, False):  # a drift of the load affects both alike
             cost, got = run(options.seed, options.duration, watched)
             costs[watched].append(cost)
             seen = f", {got[0]} events and {got[1]} frames" if got else ""
@@ -96,11 +97,11 @@ def main():
         [kind, f"{len(each) / each[:, 0].sum():.2f}", f"{each[:, 0].mean():.3f}", f"{each[:, 1].mean():.3f}"]
         for kind, each in (("alone", alone), ("watched", watched))
     ]
-    print_table(["run", "real-time factor", "wall time of a simulated second [s]", "processor time [s]"], rows)
+    print_table(["run", "real-time factor", "wall time per simulated second [s]", "processor time [s]"], rows)
     wall, processor = watched.mean(axis=0) / alone.mean(axis=0) - 1.0
     print(f"live view: {wall:+.1%} wall time, {processor:+.1%} processor time (wanted: at most {ALLOWED:.0%})")
     results = {"alone": alone.tolist(), "watched": watched.tolist(), "wall": wall, "processor": processor}
-    save_json(results, options.json)
+    save_json(results, options.json, [options.seed])
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
-"""Whether measured vision is a fair stand-in for cameras: how often the train is lifted with each, and how fast.
+"""Compares measured vision with cameras: how often the train is lifted with each, and the processor time of each.
 
     python benchmarks/measured_vision.py [--estimators NAMES] [--first-seed N] [--turns N] [--json FILE]
 
-The runs with cameras are those of ``results/train_grasp.jsonl``, on the plain train in plain light, from the first seed
-of its table on; each is repeated with measured vision, the same estimator, track, speed and seed. Those runs go to
-``results/measured_vision.jsonl`` line by line, and are not run twice. For the speed, both take turns in the same run,
-simulated second by simulated second.
+The runs with cameras are those of ``results/train_grasp.jsonl`` with the plain train in plain light, from seed 500 on
+(``--first-seed``). Each is repeated with measured vision and the same estimator, track, speed and seed; these runs go
+to ``results/measured_vision.jsonl`` and are not repeated. For the processor time, both kinds of vision take turns in
+one process, one simulated second at a time.
 """
 
 import argparse
@@ -14,6 +14,7 @@ import statistics
 import time
 from pathlib import Path
 
+import common
 from common import append_results, print_table, save_json
 from train_grasp import CELLS, ESTIMATORS, FIRST_SEED, TRACKS, outcome, run_one
 
@@ -21,12 +22,14 @@ from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import Lost
 from drake_tracker.campaign.wilson import wilson
 
-HERE = Path(__file__).parent
-CAMERAS = HERE / "results" / "train_grasp.jsonl"
-RESULTS = HERE / "results" / "measured_vision.jsonl"
+CAMERAS = common.RESULTS / "train_grasp.jsonl"
+RESULTS = common.RESULTS / "measured_vision.jsonl"
 MEASURED = "vision=!Measured {}"
+PLAIN = [f"{track}-{speed:.2f}" for track in TRACKS for speed in (0.10, 0.15, 0.20)]
+"""Cells with the plain train in plain light."""
 TURN, WARM_UP = 1.0, 3
-"""Simulated time [s] of each turn of the race, and turns that do not count."""
+"""Simulated time [s] of each turn of the timing, and turns that do not count."""
+MEDIANS = ("prediction_rms_m", "triangulation_rms_m", "triangulation_jitter_m")
 KEPT = (
     *("estimator", "cell", "seed", "success", "first_attempt_success", "attempts", "time_to_grasp_s"),
     *("failure_reason", "prediction_rms_m", "triangulation_rms_m", "triangulation_jitter_m", "simulated_s", "wall_s"),
@@ -45,7 +48,7 @@ def trial(job):
 
 
 def run_all(keys, path, workers):
-    """Runs what is not yet in the file ``path`` with measured vision, and appends it there."""
+    """Runs the keys that are not yet in the file ``path`` with measured vision and appends their results."""
     done = {key_of(row) for row in read_lines(path)}
     jobs = [
         (estimator, cell, seed, [MEASURED, f"estimator={ESTIMATORS[estimator]}", *CELLS[cell]])
@@ -62,7 +65,10 @@ def run_all(keys, path, workers):
 
 
 def compare(cameras, measured):
-    """Prints the rates side by side, per cell and in all; returns them as a list of dicts."""
+    """Returns a list of dicts, one per estimator and cell (and "all"): rates and medians of both kinds of vision.
+
+    Only runs that exist with both kinds of vision count.
+    """
     pairs = {key_of(row): [row] for row in cameras}
     for row in measured:
         if key_of(row) in pairs:
@@ -72,38 +78,53 @@ def compare(cameras, measured):
     for estimator, cell, seed in sorted(pairs):
         groups.setdefault((estimator, cell), []).append(pairs[estimator, cell, seed])
         groups.setdefault((estimator, "all"), []).append(pairs[estimator, cell, seed])
-    found, lines = [], []
+    found = []
     for (estimator, cell), runs in groups.items():
         entry = {"estimator": estimator, "cell": cell, "runs": len(runs)}
-        shown = []
         for name, column in (("cameras", [a for a, _ in runs]), ("measured", [b for _, b in runs])):
             for what in ("success", "first_attempt_success"):
                 count = sum(bool(row[what]) for row in column)
-                low, high = wilson(count, len(runs))
-                entry[f"{name}_{what}"] = [count / len(runs), low, high]
-                shown.append(f"{100 * count / len(runs):.0f} % ({100 * low:.0f}-{100 * high:.0f})")
-            for what in ("prediction_rms_m", "triangulation_rms_m", "triangulation_jitter_m"):
+                entry[f"{name}_{what}"] = [count / len(runs), *wilson(count, len(runs))]
+                entry[f"{name}_{what}_count"] = count
+            for what in MEDIANS:
                 values = [row[what] for row in column if row.get(what) is not None]
                 entry[f"{name}_{what}"] = statistics.median(values) if values else None
-        points = 100 * (entry["measured_success"][0] - entry["cameras_success"][0])
-        entry["difference_points"] = points
+        entry["difference_points"] = 100 * (entry["measured_success"][0] - entry["cameras_success"][0])
         found.append(entry)
-        lines.append([estimator, cell, len(runs), shown[0], shown[2], f"{points:+.0f}", shown[1], shown[3]])
+    return found
+
+
+def cells_table(found):
+    """Returns (header, rows) of what `compare` returned, one row per estimator and cell."""
+    lines = []
+    for entry in found:
+        rates = {
+            f"{name}_{what}": "{:.0f} % ({:.0f}-{:.0f})".format(*(100 * value for value in entry[f"{name}_{what}"]))
+            for name in ("cameras", "measured")
+            for what in ("success", "first_attempt_success")
+        }
+        lifted = [rates["cameras_success"], rates["measured_success"], f"{entry['difference_points']:+.0f}"]
+        first = [rates["cameras_first_attempt_success"], rates["measured_first_attempt_success"]]
+        lines.append([entry["estimator"], entry["cell"], entry["runs"], *lifted, *first])
     header = ["estimator", "cell", "runs", "cameras: lifted", "measured: lifted", "difference [points]"]
-    print_table([*header, "cameras: first attempt", "measured: first attempt"], lines)
+    return [*header, "cameras: first attempt", "measured: first attempt"], lines
+
+
+def print_comparison(found):
+    """Prints the rates per cell, and the medians over all cells of an estimator."""
+    print_table(*cells_table(found))
     for entry in found:
         if entry["cell"] == "all":
-            for what in ("prediction_rms_m", "triangulation_rms_m", "triangulation_jitter_m"):
+            for what in MEDIANS:
                 a, b = (entry[f"{name}_{what}"] for name in ("cameras", "measured"))
                 if a is not None and b is not None:
                     print(f"{entry['estimator']}: median {what}: cameras {1e3 * a:.2f} mm, measured {1e3 * b:.2f} mm")
-    return found
 
 
 def race(turns):
     """Returns {(estimator, name): processor time [s] of each turn}, with cameras and measured vision in turns.
 
-    Processor time, since other work on the machine stretches wall time by what nobody knows; one thread each.
+    It is processor time, because other programs on the machine affect wall time; one thread each.
     """
     from pydrake.systems.analysis import Simulator
 
@@ -127,33 +148,35 @@ def race(turns):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--estimators", default=",".join(ESTIMATORS), help="names separated by commas")
-    parser.add_argument("--first-seed", type=int, default=FIRST_SEED, help="earlier seeds are left out (0: none is)")
-    parser.add_argument("--limit", type=int, help="at most so many runs of each estimator")
-    parser.add_argument("--turns", type=int, default=20, help="of the race; 0: no race")
-    parser.add_argument("--workers", type=int, default=os.cpu_count())
-    parser.add_argument("--results", type=Path, default=RESULTS)
-    parser.add_argument("--json", metavar="FILE")
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED, help="leave out earlier seeds (default 500)")
+    parser.add_argument("--limit", type=int, help="largest number of runs per estimator")
+    parser.add_argument("--turns", type=int, default=20, help="turns of the timing; 0: no timing")
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
+    parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
+    parser.add_argument("--json", metavar="FILE", help="also write rates and times to FILE")
     options = parser.parse_args()
-    plain = {f"{track}-{speed:.2f}" for track in TRACKS for speed in (0.10, 0.15, 0.20)}
     cameras = []
     for name in options.estimators.split(","):
-        own = [row for row in read_lines(CAMERAS) if row["estimator"] == name and row["cell"] in plain]
+        own = [row for row in read_lines(CAMERAS) if row["estimator"] == name and row["cell"] in PLAIN]
         cameras += [row for row in own if row["seed"] >= options.first_seed][: options.limit]
     options.results.parent.mkdir(parents=True, exist_ok=True)
     run_all([key_of(row) for row in cameras], options.results, options.workers)
-    results = {"rates": compare(cameras, read_lines(options.results))}
+    found = compare(cameras, read_lines(options.results))
+    print_comparison(found)
+    results = {"rates": found}
+    seeds = sorted({row["seed"] for row in cameras})
     if options.turns:
         times = race(options.turns)
         lines = []
         for estimator in ("arc_length", "closed_path"):
-            cameras, measured = times[estimator, "cameras"], times[estimator, "measured"]
-            ratio = statistics.median(a / b for a, b in zip(cameras, measured))
+            both = [times[estimator, name] for name in ("cameras", "measured")]
+            ratio = statistics.median(a / b for a, b in zip(*both))
             results[f"times_as_fast_{estimator}"] = ratio
-            per_second = [f"{statistics.median(each) / TURN:.3f}" for each in (cameras, measured)]
+            per_second = [f"{statistics.median(each) / TURN:.3f}" for each in both]
             lines.append([estimator, *per_second, f"{ratio:.1f}"])
         header = ["estimator", "cameras: processor time of a simulated second [s]", "measured vision", "times as fast"]
         print_table(header, lines)
-    save_json(results, options.json)
+    save_json(results, options.json, seeds)
 
 
 if __name__ == "__main__":

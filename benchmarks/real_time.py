@@ -1,14 +1,14 @@
-"""Real-time factor of the whole loop, beside that of a bare loop of the same plant, rail and cameras.
+"""Measures the real-time factor of the whole loop, and of a bare loop of the same plant, rail and cameras.
 
     python benchmarks/real_time.py [--quick] [--segments N] [--json FILE]
 
 Three loops of the default scenario take turns of one simulated second, so that a busy machine slows all of them:
 
-- physics: plant, rail and judge; the arm holds still under its joint servos, no image is rendered;
+- physics: plant, rail and judge; the joint servos hold the arm still, no image is rendered;
 - bare: the same, and both cameras' images are read 60 times a second;
-- whole: everything, the hand following the train; nothing is logged or recorded.
+- whole: everything, with the hand following the train; nothing is logged or recorded.
 
-The first turns, while caches are cold and the hand has not found the train, do not count.
+The first turns do not count: caches are cold and the hand has not found the train.
 """
 
 import argparse
@@ -22,23 +22,26 @@ from pydrake.systems.controllers import InverseDynamics
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
 from pydrake.systems.sensors import ImageRgba8U
+from speed_tables import loops_table, stages_table
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.description import PUMA560, make_arm_model
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.tasks.train.track_placement import place_track
+from drake_tracker.tasks.train.world import make_train_world
 from drake_tracker.world.cameras import CAMERA_NAMES
-from drake_tracker.world.world_diagram import WorldDiagram
 
 TURN = 1.0
 """Simulated time [s] of one turn."""
 WARM_UP = 4
 """Turns that do not count."""
+SEED = 200
 WANTED = 0.65
+"""Smallest ratio of the whole loop's real-time factor to the bare loop's."""
 
 
 class Onlooker(LeafSystem):
-    """Reads the images of both cameras 60 times a second and does nothing with them."""
+    """Reads the images of both cameras 60 times a second and discards them."""
 
     def __init__(self):
         super().__init__()
@@ -51,13 +54,22 @@ class Onlooker(LeafSystem):
 
 
 def bare_loop(scenario, whole, with_images):
-    """The world of the whole loop, its arm held where it starts."""
-    track, start = draw_track(scenario)
+    """Returns the world of the whole loop as a Diagram, with its arm held at the start."""
+    track, start = place_track(scenario)
     windows = {name: camera.window for name, camera in whole.world.cameras.items()}
     state = whole.GetOutputPort("arm_state").Eval(whole.CreateDefaultContext())
     model = make_arm_model(PUMA560)
     builder = DiagramBuilder()
-    world = builder.AddSystem(WorldDiagram(scenario, PUMA560, state[: model.num_joints], track, start, windows))
+    world = builder.AddSystem(
+        make_train_world(
+            scenario,
+            description=PUMA560,
+            q_initial=state[: model.num_joints],
+            track=track,
+            start=start,
+            windows=windows,
+        )
+    )
     gravity = builder.AddSystem(InverseDynamics(model.plant, InverseDynamics.InverseDynamicsMode.kGravityCompensation))
     finger = [0.5 * scenario.grasp.jaw_opening, 0.0]
     for name, value in (("arm_desired_state", state), ("gripper_desired_state", finger)):
@@ -75,7 +87,7 @@ def bare_loop(scenario, whole, with_images):
 
 def measure(segments):
     """Returns {loop: wall seconds of each counted turn}."""
-    scenario = load_scenario("train", seed=200).with_settings({"grasp.settle_time": 1e6})  # it is not to grasp
+    scenario = load_scenario("train", seed=SEED).with_settings({"grasp.settle_time": 1e6})  # no grasp
     whole = make_diagram(scenario)
     loops = {
         "physics": bare_loop(scenario, whole, with_images=False),
@@ -96,35 +108,26 @@ def measure(segments):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--segments", type=int, default=20, help="counted turns of each loop")
-    parser.add_argument("--quick", action="store_true", help="5 instead")
-    parser.add_argument("--json", metavar="FILE")
+    parser.add_argument("--quick", action="store_true", help="5 turns")
+    parser.add_argument("--json", metavar="FILE", help="also write the results to FILE")
     options = parser.parse_args()
     walls = {name: np.array(wall) for name, wall in measure(5 if options.quick else options.segments).items()}
     cost = {name: wall.mean() / TURN for name, wall in walls.items()}
-    print_table(
-        ["loop", "real-time factor", "slowest and fastest turn", "wall time of a simulated second [s]"],
-        [
-            [name, f"{1 / cost[name]:.2f}", f"{TURN / wall.max():.2f}-{TURN / wall.min():.2f}", f"{cost[name]:.3f}"]
-            for name, wall in walls.items()
-        ],
-    )
     stages = {
         "physics, rail and judge": cost["physics"],
         "cameras": cost["bare"] - cost["physics"],
         "vision, host, link and arm": cost["whole"] - cost["bare"],
     }
-    print_table(
-        ["stage", "a simulated second [s]", "share of the whole"],
-        [[name, f"{seconds:.3f}", f"{seconds / cost['whole']:.0%}"] for name, seconds in stages.items()],
-    )
-    ratio = cost["bare"] / cost["whole"]
-    print(f"whole loop against bare loop: {ratio:.2f} (wanted: at least {WANTED})")
     results = {
         "real_time_factor": {name: 1 / value for name, value in cost.items()},
+        "slowest_and_fastest": {name: [TURN / wall.max(), TURN / wall.min()] for name, wall in walls.items()},
         "seconds_per_simulated_second": stages,
-        "ratio": ratio,
+        "ratio": cost["bare"] / cost["whole"],
     }
-    save_json(results, options.json)
+    print_table(*loops_table(results))
+    print_table(*stages_table(results))
+    print(f"whole loop against bare loop: {results['ratio']:.2f} (wanted: at least {WANTED})")
+    save_json(results, options.json, [SEED])
 
 
 if __name__ == "__main__":

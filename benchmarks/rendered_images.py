@@ -1,7 +1,7 @@
-"""Images of both tasks for the detectors: rendered by the project's own worlds once, without noise, and kept in runs/.
+"""Renders images of both tasks for the detectors, once and without noise, and keeps them in runs/.
 
-The arm stands still and there is no loop. Noise and flicker are then added by the world's own `SensorNoiseSystem`, so
-that the same rolls are seen in any light; a shaken camera and an interlaced one are made from the images as well.
+The arm is at rest and there is no loop. The world's own `SensorNoiseSystem` then adds noise and flicker, so that the
+same rolls are seen in any light; a shaken camera and an interlaced one are derived from the same images.
 """
 
 import math
@@ -22,41 +22,48 @@ from drake_tracker.arm.description import joints_for, make_arm_model
 from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.tasks.train.diagram import load_cameras
+from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.tasks.train.reach import home_reference
-from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.tasks.train.track_placement import place_track
+from drake_tracker.tasks.train.vision_parts import load_cameras
+from drake_tracker.tasks.train.world import make_train_world
 from drake_tracker.vision.plane_projection import board_window, camera_on_board
 from drake_tracker.vision.window import project_window
 from drake_tracker.world.ball_board import BALL_RADIUS
-from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import CAMERA_NAMES, lens_matrix, true_camera_model
 from drake_tracker.world.release_system import draw_delay
 from drake_tracker.world.sensor_noise_system import SensorNoiseSystem
-from drake_tracker.world.world_diagram import WorldDiagram
 
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "detector_images"
 EMPTY_AT = 1.5
-"""When the image without the ball is taken [s]: the gate is open by then, as it is while the ball rolls."""
+"""Time [s] of the image without the ball: the gate is open by then, as it is while the ball rolls."""
 ASIDE = (-0.10, 0.0, 0.25)
-"""The tool's place from the middle of the board's bottom edge [m, W]: out of the window."""
+"""Position of the tool relative to the middle of the board's bottom edge [m, W]: outside the window."""
 BEFORE = 12
-"""Images kept from before the release."""
+"""Number of images kept from before the release."""
 KNOCK_AFTER = 0.6
-"""When the board is knocked [s] after the gate was told to open."""
+"""Time [s] from the command to open the gate to the knock on the board."""
 TRAIN_START_UP = 1.0
-"""Before this time [s] the train gathers speed."""
+"""Until this time [s] the train accelerates."""
 SHAKE_PIXELS, SHAKE_HZ, SHAKE_DECAY, SHAKE_EVERY = 0.5, 12.0, 0.3, 1.0
-"""A camera whose mount rings each time a door falls shut: amplitude [px], frequency, decay time [s], period [s]."""
+"""A camera whose mount rings whenever a door slams: amplitude [px], frequency [Hz], decay time [s], period [s]."""
 _STREAM = 90
 
 
 @dataclass(frozen=True, eq=False)
 class Sequence:
-    """One camera's images at 60 Hz and what is true of them.
+    """One camera's images at 60 Hz and the truth about them.
 
-    images: (n, h, w) uint8, grey, without noise. empty: (h, w), the scene without the object. times: (n,) [s].
-    p_WQ: (n, 3) centre of the object [m]. uv: (n, 2) its image [px]. moving: (n,) bool, whether it counts.
-    X_CW, X_WB: (4, 4), the camera's pose and the board's (identity for the train). seed: of the scenario.
+    Attributes:
+        images: (n, h, w) uint8, grey, without noise.
+        empty: (h, w), the scene without the object.
+        times: (n,) [s].
+        p_WQ: (n, 3), centre of the object [m].
+        uv: (n, 2), image of the centre [px].
+        moving: (n,) bool, whether the object moves, so that the image counts.
+        X_CW: (4, 4), pose of the world in the camera's frame.
+        X_WB: (4, 4), pose of the board, the identity for the train.
+        seed: seed of the scenario.
     """
 
     images: np.ndarray
@@ -71,12 +78,12 @@ class Sequence:
 
 
 def ball_sequence(seed, kind="plain"):
-    """Returns the `Sequence` of a ball that rolls down; ``kind``: plain, knocked (the board) or shadows."""
+    """Returns the `Sequence` of a rolling ball; ``kind``: plain, knocked (the board) or shadows."""
     return _kept(f"ball_{kind}_{seed}", lambda: _record_ball(seed, kind), seed)
 
 
 def train_sequence(seed, laps):
-    """Returns the `Sequence` of the left camera of the default train scenario over so many laps."""
+    """Returns the `Sequence` of the left camera of the default train scenario over ``laps`` laps."""
     return _kept(f"train_{seed}_{laps:g}", lambda: _record_train(seed, laps), seed)
 
 
@@ -110,10 +117,10 @@ def train_fov(seed):
 def seen(sequence, noise=2.0, flicker=0.0, flicker_hz=100.0, shake=False, interlaced=False):
     """Returns (images, static image, lessons): what a camera sees of a sequence, all uint8.
 
-    The static image was taken some seconds earlier, drawn from the seed, ``lessons`` are 60 images of the empty scene
-    from right before, for methods that learn their background.
+    The static image was taken some seconds earlier, at a time drawn from the seed. ``lessons`` are the 60 images of the
+    empty scene before the sequence, for methods that learn their background.
     """
-    n, height, width = sequence.images.shape
+    height, width = sequence.images.shape[1:]
     rng = np.random.default_rng([sequence.seed, _STREAM])
     earlier = int(rng.integers(180, 600))
     angle = rng.uniform(0.0, 2.0 * np.pi)
@@ -187,12 +194,12 @@ def _record_ball(seed, kind):
 
 
 def _still_ball_world(scenario, ball_on_board=True):
-    """Returns (world, Simulator): the arm holds still, out of the window, and counts as ready from the start."""
+    """Returns (world, Simulator): the arm is at rest outside the window and counts as ready from the start."""
     description = arm_of(scenario)
     model = make_arm_model(description)
     p_WT = np.add(scenario.board.edge_position, ASIDE)
     q = joints_for(model, description.q_start, tool_down(p_WT, HAND_YAW))
-    world = BallWorldDiagram(scenario, description, q, ball_on_board=ball_on_board)
+    world = make_ball_world(scenario, description=description, q_initial=q, ball_on_board=ball_on_board)
     simulator = Simulator(world)
     context = simulator.get_mutable_context()
     _hold(world, context, model, q)
@@ -207,9 +214,16 @@ def _record_train(seed, laps):
     home = home_reference(scenario)
     above = tool_down(home[:3] + [0.0, 0.0, scenario.grasp.hover_height], home[3])
     q = joints_for(model, description.q_start, above)
-    track, start = draw_track(scenario)
+    track, start = place_track(scenario)
     whole = (0, 0, scenario.cameras.width, scenario.cameras.height)
-    world = WorldDiagram(scenario, description, q, track, start, dict.fromkeys(CAMERA_NAMES, whole))
+    world = make_train_world(
+        scenario,
+        description=description,
+        q_initial=q,
+        track=track,
+        start=start,
+        windows=dict.fromkeys(CAMERA_NAMES, whole),
+    )
     simulator = Simulator(world)
     context = simulator.get_mutable_context()
     _hold(world, context, model, q)

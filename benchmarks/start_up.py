@@ -1,9 +1,10 @@
-"""What a newcomer waits for, and carries: the help, the first picture of the demonstration, a recording.
+"""Measures start-up times and the size of a recording.
 
-    python benchmarks/start_up.py [--runs N]
+    python benchmarks/start_up.py [--runs N] [--json FILE]
 
-`--help` as a whole process; `make demo`, on a machine that is set up, until its page has the first camera image; and
-the size of ``recording.html`` of half a minute. Medians, and the slowest, of so many runs.
+The times are those of ``drake-tracker --help`` as a process, and of `make demo`, on a machine that is set up, until its
+page shows the first camera image; the median and the maximum of several runs. The size is that of ``recording.html``
+after half a minute.
 """
 
 import argparse
@@ -19,16 +20,17 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 
-from common import print_table
+from common import print_table, save_json
 
+from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario
 
 ROOT = Path(__file__).resolve().parents[1]
 DURATION = 30.0
-"""Of the recording [s]."""
+"""Simulated time of the recording [s]."""
 PATIENCE = 120.0
-"""Longest time [s] that a picture is waited for."""
+"""Longest time [s] to wait for a picture."""
 
 
 def help_time():
@@ -52,32 +54,36 @@ def first_picture_time():
                 with urllib.request.urlopen(f"{link.rstrip('/')}/frame.jpg", timeout=5.0) as answer:
                     answer.read()
                 return time.monotonic() - start
-            except urllib.error.HTTPError:  # there is none yet
+            except urllib.error.HTTPError:  # no image yet
                 time.sleep(0.05)
-        raise TimeoutError(f"no picture within {PATIENCE:g} s")
+        raise TimeoutError(f"no image within {PATIENCE:g} s")
     finally:
         os.killpg(demo.pid, signal.SIGINT)
         demo.communicate()
 
 
 def recording_size():
-    """Returns the size [bytes] of a recording of `DURATION`; there is no need for cameras."""
+    """Returns the size [bytes] of a recording of `DURATION`; it needs no cameras."""
     with tempfile.TemporaryDirectory() as folder:
         scenario = load_scenario("train", overrides=["vision=!Measured {}", f"duration={DURATION}"])
-        simulate(scenario, out=Path(folder), stop=False)
+        simulate(scenario, Path(folder), RunOptions(stop_when_over=False))
         return (Path(folder) / "recording.html").stat().st_size
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--runs", type=int, default=5, help="runs of each command (default 5)")
+    parser.add_argument("--json", metavar="FILE", help="also write the results to FILE")
     options = parser.parse_args()
-    rows = []
-    for what, measure in (("drake-tracker --help", help_time), ("first picture of make demo", first_picture_time)):
+    rows, results = [], {}
+    for what, measure in (("drake-tracker --help", help_time), ("first image of make demo", first_picture_time)):
         times = [measure() for _ in range(options.runs)]
+        results[what] = times
         rows.append((what, f"{statistics.median(times):.2f} s", f"{max(times):.2f} s"))
-    rows.append((f"recording.html of {DURATION:g} s", f"{1e-6 * recording_size():.1f} MB", ""))
-    print_table(("what", "median", "most"), rows)
+    size = recording_size()
+    rows.append((f"recording.html of {DURATION:g} s", f"{1e-6 * size:.1f} MB", ""))
+    print_table(("what", "median", "maximum"), rows)
+    save_json({"seconds": results, "recording_bytes": size}, options.json, [load_scenario("train").seed])
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
-"""How well the hand follows the train lap after lap, with rendered images in the loop and no grasp.
+"""Measures how well the hand follows the train lap after lap, with rendered images in the loop and without a grasp.
 
     python benchmarks/tracking.py [--quick] [--laps N] [--directions forward,backward] [--seed N] [--set KEY=VALUE]
 
-For each direction: whether the train was ever lost; the hand's error and jerk in the last lap beside the second;
-errors of the servo's target at the time for which it holds; errors of the triangulated points, their jitter and their
-bias over the train's heading; the time from an image's capture until the prediction built on it can be read; and the
-arm's limits. Errors are along and across the train's true heading, at the centre of its body.
+For each direction it prints: whether the train was ever lost; the hand's error and jerk in the second and in the last
+lap; the error of the servo's target at the time for which it is meant; the error of the triangulated points, their
+jitter and their bias over the train's heading; the time from the capture of an image to the prediction built on it; and
+the arm's limits. Errors are along and across the train's true heading, at the centre of its body.
 """
 
 import argparse
@@ -16,28 +16,31 @@ from common import print_table, save_json
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus
 from scipy import stats
+from tracking_tables import HEADING_BINS, bias_table, laps_table, last_against_second
 
+from drake_tracker.tasks.train.task import TASK
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.core.log import add_loggers, read_log, tool_signal
 from drake_tracker.core.messages import Prediction
 from drake_tracker.core.timing import SERVO_PERIOD, VISION_PERIOD, steps_in
 from drake_tracker.grasp.schema import Phase
+from drake_tracker.run.log_recorder import add_loggers, read_log, tool_signal
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
-from drake_tracker.tasks.episode import errors, tool_pose, train_pose
-from drake_tracker.tasks.train.summary import jitter, tidy
-from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.tasks.episode import tool_pose
+from drake_tracker.tasks.results import tidy
+from drake_tracker.tasks.train.episode import errors, train_pose
+from drake_tracker.tasks.train.summary import jitter
+from drake_tracker.tasks.train.track_placement import place_track
 
-HEADING_BINS = 12
 START_UP = 1.0
-"""Simulated time [s] beyond the laps themselves: the train has to gather speed."""
+"""Simulated time [s] in addition to the laps: the train has to accelerate."""
 
 
 class LagMeter:
-    """A monitor that notes when each new prediction can be read, and its age since its image's capture.
+    """A monitor that records when each new prediction can be read, and its age since the capture of its image.
 
-    Drake calls a monitor once before the updates of every instant that has any; what it finds changed was changed at
-    the instant of the call before.
+    Drake calls a monitor once before the updates of each instant that has any, so a change was made at the instant of
+    the previous call.
     """
 
     def __init__(self, hand_eye):
@@ -57,18 +60,18 @@ class LagMeter:
 
 
 def run(scenario):
-    """Runs a scenario to its end; returns (log, lags [s], the arm's model, real-time factor)."""
+    """Runs a scenario to its end; returns (log, lags [s], model of the arm, real-time factor)."""
     hand_eye = make_diagram(scenario)
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
-    loggers = add_loggers(builder, hand_eye)
+    loggers = add_loggers(builder, hand_eye, TASK)
     simulator = Simulator(builder.Build())
     meter = LagMeter(hand_eye)
     simulator.set_monitor(meter)
     start = time.monotonic()
     simulator.AdvanceTo(scenario.duration)
     wall = time.monotonic() - start
-    log = read_log(loggers, simulator.get_context())
+    log = read_log(loggers, simulator.get_context(), TASK)
     log["tool"] = tool_signal(log["arm_state"], hand_eye.arm.model)
     return log, np.array(meter.lags), hand_eye.arm.model, scenario.duration / wall
 
@@ -77,7 +80,7 @@ def measure(direction, laps, seed, speed, changes):
     """Returns the results of ``laps`` laps as a dict; lengths in mm."""
     overrides = [f"track.speed={speed}", f"track.direction={direction}", *changes]
     scenario = load_scenario("train", seed=seed, overrides=overrides)
-    length = draw_track(scenario)[0].length
+    length = place_track(scenario)[0].length
     duration = laps * length / speed + START_UP
     scenario = scenario.with_settings({"duration": duration, "grasp.settle_time": 2 * duration})  # no grasp
     log, lags, model, real_time_factor = run(scenario)
@@ -115,14 +118,14 @@ def measure(direction, laps, seed, speed, changes):
 
 
 def tracking(log, times):
-    """Whether the hand was tracking at ``times`` (n,) [s], bool: from the first such command on, unless it was lost."""
+    """Returns whether the hand was tracking at ``times`` (n,) [s], an array of bool."""
     command = log["command"]
     index = np.clip(np.searchsorted(command.times, times, side="right") - 1, 0, None)
     return command["phase"][index] == Phase.TRACK
 
 
 def lost(log):
-    """How often the hand stopped tracking after it had begun, and for how long the servo had nothing fresh to go by."""
+    """Returns when tracking began, how often it stopped, and the share of time without a fresh packet."""
     phase = log["command"]["phase"]
     begun = int(np.argmax(phase == Phase.TRACK))
     target = log["target"]
@@ -135,9 +138,9 @@ def lost(log):
 
 
 def lap_findings(log, model, start, end):
-    """The hand's horizontal error [mm] and jerk [m/s^3], rms, between two times [s].
+    """Returns the hand's horizontal error [mm] and jerk [m/s^3], rms, between two times [s].
 
-    The jerk is the third difference of the hand's place from one servo period to the next.
+    The jerk is the third difference of the hand's position over servo periods.
     """
     times = log["tool"].times
     times = times[(times >= start) & (times <= end)]
@@ -151,10 +154,10 @@ def lap_findings(log, model, start, end):
 
 
 def change(laps):
-    """How much a quantity grew from the first of its laps to the last, by a straight line through all of them.
+    """Returns how much a quantity grew from its first lap to its last, by a straight line fitted to all of them.
 
-    Returns the change, half the width of its 95 % interval, and the scatter of single laps about the line (standard
-    deviation), each as a share of the mean: one noisy lap beside another says little about wear. None below 4 laps.
+    The result is the change, half the width of its 95 % interval, and the standard deviation of single laps about the
+    line, each as a fraction of the mean; None with fewer than 4 laps.
     """
     if len(laps) < 4:
         return None
@@ -167,7 +170,7 @@ def change(laps):
 
 
 def target_findings(log):
-    """Errors [mm] of the servo's target at the time for which it holds, while tracking."""
+    """Returns the errors [mm] of the servo's target at the time for which it is meant, while tracking."""
     target = log["target"]
     good = (target["valid"] > 0) & tracking(log, target.times)
     error = errors(log, target["time"], target.view("x", "y"))[good]
@@ -182,7 +185,7 @@ def target_findings(log):
 
 
 def point_findings(log):
-    """Errors [mm] of the triangulated points at their stamps: rms, jitter by axis, and mean over the heading."""
+    """Returns the errors [mm] of the triangulated points at their stamps: rms, jitter by axis, mean by heading."""
     point = log["point"]
     seen = point["stamp"] > 0.0
     valid = seen & (point["valid"] > 0)
@@ -206,79 +209,31 @@ def rms(values):
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def percent(found):
-    """Writes what `change` found."""
-    return "" if found is None else f"{found[0]:+.1%} +- {found[1]:.1%} (one lap: {found[2]:.1%})"
-
-
 def print_results(results):
-    rows = [
-        ("laps", "laps", ".1f"),
-        ("hand tracks from [s]", "tracking_from_s", ".2f"),
-        ("times lost", "times_lost", "d"),
-        ("share of time without fresh packets", "stale_share", ".1%"),
-        ("hand's error in lap 2, rms [mm]", "hand_rms_mm_lap_2", ".2f"),
-        ("hand's error in the last lap, rms [mm]", "hand_rms_mm_last_lap", ".2f"),
-        ("hand's jerk in lap 2, rms [m/s^3]", "hand_jerk_lap_2", ".2f"),
-        ("hand's jerk in the last lap, rms [m/s^3]", "hand_jerk_last_lap", ".2f"),
-        ("change of the error from lap 2 to the last, by a line through all", "hand_rms_mm_change", percent),
-        ("change of the jerk likewise", "hand_jerk_change", percent),
-        ("present position (servo's target), rms [mm]", "target_rms_mm", ".2f"),
-        ("the same, 95 % [mm]", "target_p95_mm", ".2f"),
-        ("the same, along, rms [mm]", "target_rms_along_mm", ".2f"),
-        ("the same, across, rms [mm]", "target_rms_across_mm", ".2f"),
-        ("cycles with a valid point", "valid_share", ".1%"),
-        ("triangulated point, rms [mm]", "point_rms_mm", ".2f"),
-        ("its jitter, horizontal [mm]", "point_jitter_mm", ".2f"),
-        ("its jitter along [mm]", "point_jitter_along_mm", ".2f"),
-        ("its jitter across [mm]", "point_jitter_across_mm", ".2f"),
-        ("its jitter vertical [mm]", "point_jitter_vertical_mm", ".2f"),
-        ("its mean error along [mm]", "point_mean_along_mm", "+.2f"),
-        ("its mean error across [mm]", "point_mean_across_mm", "+.2f"),
-        ("its mean error vertical [mm]", "point_mean_vertical_mm", "+.2f"),
-        ("capture to prediction, least [ms]", "lag_min_ms", ".4f"),
-        ("capture to prediction, greatest [ms]", "lag_max_ms", ".4f"),
-        ("predictions timed", "predictions", "d"),
-        ("least distance to a joint limit [rad]", "joint_limit_margin_rad", ".3f"),
-        ("greatest share of a rated joint speed", "speed_share", ".1%"),
-        ("longest saturation of a drive [s]", "longest_saturation_s", ".4f"),
-        ("table touched", "table_touched", ""),
-        ("real-time factor", "real_time_factor", ".2f"),
-    ]
-    print_table(
-        ["", *(result["direction"] for result in results)],
-        [
-            [label, *(spec(result[key]) if callable(spec) else format(result[key], spec) for result in results)]
-            for label, key, spec in rows
-        ],
-    )
+    print_table(*laps_table(results))
     for result in results:
-        error = result["hand_rms_mm_last_lap"] / result["hand_rms_mm_lap_2"] - 1
-        jerk = result["hand_jerk_last_lap"] / result["hand_jerk_lap_2"] - 1
+        error, jerk = last_against_second(result)
         print(f"{result['direction']}: lap {result['last_lap']} against lap 2: error {error:+.1%}, jerk {jerk:+.1%}")
     print()
-    width = 360 // HEADING_BINS
-    print_table(
-        ["heading [deg]", *(f"{result['direction']}: along, across, vertical [mm]" for result in results)],
-        [
-            [
-                f"{k * width}-{(k + 1) * width}",
-                *(", ".join(f"{x:+.1f}" for x in result["point_bias_by_heading_mm"][k]) for result in results),
-            ]
-            for k in range(HEADING_BINS)
-        ],
-    )
+    print_table(*bias_table(results))
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--laps", type=int, default=20, help="laps in each direction, at least 2")
-    parser.add_argument("--quick", action="store_true", help="3 laps instead")
+    parser.add_argument("--quick", action="store_true", help="3 laps")
     parser.add_argument("--directions", default="forward,backward", help="names separated by a comma")
-    parser.add_argument("--seed", type=int, default=200)
-    parser.add_argument("--speed", type=float, default=0.15, help="of the train [m/s]")
-    parser.add_argument("--set", action="append", default=[], dest="changes", metavar="KEY=VALUE", help="as in a run")
-    parser.add_argument("--json", metavar="FILE")
+    parser.add_argument("--seed", type=int, default=200, help="default 200")
+    parser.add_argument("--speed", type=float, default=0.15, help="of the train [m/s], default 0.15")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        dest="changes",
+        metavar="KEY=VALUE",
+        help="setting of the scenario, as in drake-tracker run",
+    )
+    parser.add_argument("--json", metavar="FILE", help="also write the results to FILE")
     options = parser.parse_args()
     laps = 3 if options.quick else options.laps
     if laps < 2:
@@ -289,7 +244,7 @@ def main():
         for direction in options.directions.split(",")
     ]
     print_results(results)
-    save_json(tidy(results), options.json)
+    save_json(tidy(results), options.json, [options.seed])
 
 
 if __name__ == "__main__":

@@ -1,13 +1,13 @@
-"""How often the train is lifted, with rendered images in the loop: the tables of the README.
+"""Measures how often the train is lifted, with rendered images in the loop.
 
-    python benchmarks/train_grasp.py                            every cell, all seeds, all cores; goes on where it was
+    python benchmarks/train_grasp.py                            every cell, all seeds, all cores; resumes
     python benchmarks/train_grasp.py --estimator arc_length     the same with another estimator
-    python benchmarks/train_grasp.py --estimator all --seeds 3  with each, side by side
-    python benchmarks/train_grasp.py --cells cast-shadows       what takes hours, and is run by name alone
+    python benchmarks/train_grasp.py --estimator all --seeds 3  all estimators side by side
+    python benchmarks/train_grasp.py --cells cast-shadows       a cell that takes hours and runs only by name
 
-Each run is a line of ``results/train_grasp.jsonl`` as soon as it ends; the table is of the seeds asked for, 500 and up
-where nothing else is said. Constants were chosen on seeds below 200; of seeds 200 to 219 (the filter of 1991) and 300
-to 319 (the default one) failures were looked at and led to changes.
+Each run becomes a line of ``results/train_grasp.jsonl`` as soon as it ends. The printed table covers the seeds asked
+for, by default 500 to 519. Constants were chosen on seeds below 200. Failures on seeds 200 to 219 (the filter of 1991)
+and 300 to 319 (the default estimator) were examined and led to changes.
 """
 
 import argparse
@@ -15,16 +15,16 @@ import os
 import statistics
 from pathlib import Path
 
-from common import append_results, print_table
+import common
+from common import append_results, interval, print_table, share
 
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import run_line
-from drake_tracker.campaign.wilson import wilson
 from drake_tracker.tasks import load_scenario
 
 FIRST_SEED = 500
 SEEDS = 20
-RESULTS = Path(__file__).parent / "results" / "train_grasp.jsonl"
+RESULTS = common.RESULTS / "train_grasp.jsonl"
 ESTIMATORS = {
     "alpha_beta_gamma": "!AlphaBetaGamma {}",
     "arc_length": "!ArcLength {}",
@@ -47,7 +47,7 @@ CELLS = {  # name: overrides
     "cast-shadows": ["lighting.shadows=true"],
 }
 BY_NAME = ("cast-shadows-gated", "cast-shadows")
-"""Cells that are run only when they are asked for: their images take four times as long."""
+"""Cells that run only when asked for: rendering their images takes four times as long."""
 
 
 def run_one(job):
@@ -57,46 +57,38 @@ def run_one(job):
 
 
 def outcome(row):
-    """Returns in words what came of a run."""
+    """Returns the outcome of a run as a text."""
     return "lifted" if row["success"] else f"not lifted: {row.get('failure_reason')}"
 
 
-def share(count, total):
-    """Returns a count with its percentage, and its Wilson 95 % interval, as texts."""
-    low, high = wilson(count, total)
-    return f"{count} ({100 * count / total:.0f} %)", f"{100 * low:.0f}-{100 * high:.0f} %"
-
-
 def median_time(runs):
-    """Returns the median time to grasp of those that were lifted, a text."""
+    """Returns the median time to grasp of the runs that lifted the train, as a text."""
     times = [row["time_to_grasp_s"] for row in runs if row.get("time_to_grasp_s") is not None]
     return f"{statistics.median(times):.1f} s" if times else ""
 
 
-def taken(runs):
-    """Returns how many of the runs were lifted, and how many of them at the first attempt."""
+def lifted(runs):
+    """Returns how many of the runs lifted the train, and how many of them at the first attempt."""
     return sum(bool(row["success"]) for row in runs), sum(bool(row.get("first_attempt_success")) for row in runs)
 
 
-def print_cells(rows):
-    """Prints the table of one estimator: a row a cell."""
+def cells_table(rows):
+    """Returns (header, rows) of the table of one estimator, one row per cell."""
     lines = []
     for cell in dict.fromkeys(row["cell"] for row in rows):
         runs = [row for row in rows if row["cell"] == cell]
-        lifted, first = taken(runs)
-        lines.append([cell, len(runs), *share(lifted, len(runs)), *share(first, len(runs)), median_time(runs)])
-    print_table(
-        ["cell", "runs", "lifted", "Wilson 95 %", "first attempt", "Wilson 95 %", "median time to grasp"], lines
-    )
+        total, first = lifted(runs)
+        lines.append([cell, len(runs), *share(total, len(runs)), *share(first, len(runs)), median_time(runs)])
+    return ["cell", "runs", "lifted", "Wilson 95 %", "first attempt", "Wilson 95 %", "median time to grasp"], lines
 
 
-def print_side_by_side(rows, estimators):
-    """Prints a column for each estimator: how many of a cell were lifted at the first attempt, or later, and when."""
+def side_by_side_table(rows, estimators):
+    """Returns (header, rows) of a table with a column for each estimator: lifted at the first attempt, median time."""
 
     def shown(runs):
-        lifted, first = taken(runs)
-        later = f" ({lifted} in the end)" if lifted > first else ""
-        when = f", {median_time(runs)}" if lifted else ""
+        total, first = lifted(runs)
+        later = f" ({total} in the end)" if total > first else ""
+        when = f", {median_time(runs)}" if total else ""
         return f"{first} of {len(runs)}{later}{when}" if runs else ""
 
     columns = [[row for row in rows if row["estimator"] == name] for name in estimators]
@@ -105,20 +97,19 @@ def print_side_by_side(rows, estimators):
         for cell in dict.fromkeys(row["cell"] for row in rows)
     ]
     lines.append(["all", *(shown(column) for column in columns)])
-    intervals = [share(taken(column)[1], len(column))[1] if column else "" for column in columns]
-    lines.append(["Wilson 95 %", *intervals])
-    print_table(["first attempt, median time", *estimators], lines)
+    lines.append(["Wilson 95 %", *(interval(lifted(column)[1], len(column)) if column else "" for column in columns)])
+    return ["first attempt, median time", *estimators], lines
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--estimator", choices=[*ESTIMATORS, "all"], default="closed_path")
-    parser.add_argument("--cells", help=f"names separated by commas (default: all but {' and '.join(BY_NAME)})")
-    parser.add_argument("--seeds", type=int, default=SEEDS, help="trials a cell")
+    parser.add_argument("--cells", help=f"names separated by commas (default: all except {' and '.join(BY_NAME)})")
+    parser.add_argument("--seeds", type=int, default=SEEDS, help=f"runs per cell (default {SEEDS})")
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
     parser.add_argument("--set", action="append", default=[], dest="overrides", help="KEY=VALUE for every run")
-    parser.add_argument("--workers", type=int, default=os.cpu_count())
-    parser.add_argument("--results", type=Path, default=RESULTS)
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
+    parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
     options = parser.parse_args()
     names = options.cells.split(",") if options.cells else [name for name in CELLS if name not in BY_NAME]
     unknown = [name for name in names if name not in CELLS]
@@ -149,9 +140,9 @@ def main():
     ]
     rows.sort(key=lambda row: (names.index(row["cell"]), row["seed"]))
     if options.estimator == "all":
-        print_side_by_side(rows, estimators)
+        print_table(*side_by_side_table(rows, estimators))
     else:
-        print_cells(rows)
+        print_table(*cells_table(rows))
     for row in rows:
         if not row["success"]:
             print(f"failed: {row['estimator']} {row['cell']} seed {row['seed']}: {row.get('failure_reason')}")

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from autopsy import FAULTS, Smoothed, Straightened
+from autopsy_faults import FAULTS, Smoothed, Straightened
 
 from drake_tracker.estimation import make_estimator
 from drake_tracker.report.autopsy.stages import Stage
 from drake_tracker.tasks import load_scenario
-from drake_tracker.tasks.train.diagram import make_diagram
+from drake_tracker.tasks.train.diagram import make_train_diagram
 
 
 def test_there_is_a_fault_for_every_stage():
@@ -19,7 +19,7 @@ def test_a_diagram_with_the_fault_can_be_built(name):
     fault = FAULTS[name]
     scenario = load_scenario("train", seed=1, overrides=fault.overrides(fault.size))
     with fault.part(fault.size):
-        make_diagram(scenario)
+        make_train_diagram(scenario)
 
 
 def drive(estimator):

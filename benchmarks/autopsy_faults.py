@@ -1,0 +1,190 @@
+"""The faults that `autopsy.py` injects: settings of the scenario, or parts that replace the scenario's."""
+
+import contextlib
+from dataclasses import dataclass, replace
+from typing import Any
+from unittest import mock
+
+import numpy as np
+
+from drake_tracker.arm import servo_system
+from drake_tracker.arm.servo import Servo
+from drake_tracker.report.autopsy.stages import Stage
+from drake_tracker.tasks.train import diagram as train
+from drake_tracker.vision.normal_flow import NormalFlow
+from drake_tracker.vision.vision_diagram import VisionDiagram
+
+MEASURED = "vision=!Measured {}"
+
+
+class ShiftedFlow(NormalFlow):
+    """Normal flow whose centroid is shifted by ``shift`` [px] to the right, as by a second moving object."""
+
+    shift = 0.0
+
+    def centroid(self, mask):
+        region = super().centroid(mask)
+        return None if region is None else region._replace(u=region.u + self.shift)
+
+
+def shifted_vision(shift):
+    """Replaces `VisionDiagram` by one whose left camera's centroids are shifted by ``shift`` [px]."""
+
+    def make(cameras, windows, image_windows, flow, *rest, **settings):
+        detectors = {
+            side: (ShiftedFlow if side == "left" else NormalFlow)(flow, window=windows[side].mask(image_windows[side]))
+            for side in cameras
+        }
+        detectors["left"].shift = shift
+        return VisionDiagram(cameras, windows, image_windows, flow, *rest, detectors=detectors, **settings)
+
+    return mock.patch.object(train, "VisionDiagram", make)
+
+
+@contextlib.contextmanager
+def turned_camera(angle):
+    """Rotates the right camera's calibration by ``angle`` [rad] about the vertical axis through the camera."""
+    whole = train.load_cameras
+
+    def load(scenario):
+        cameras = whole(scenario)
+        right = cameras["right"]
+        cos, sin = np.cos(angle), np.sin(angle)
+        X_WC = right.X_WC
+        X_WC[:3, :3] = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ X_WC[:3, :3]
+        return cameras | {"right": replace(right, X_CW=np.linalg.inv(X_WC))}
+
+    with mock.patch.object(train, "load_cameras", load):
+        yield
+
+
+@dataclass(frozen=True)
+class SmoothedState:
+    """The state of an estimator and of the low-pass filter before it."""
+
+    inner: Any
+    point: Any = None
+    before: float = -np.inf
+
+    @property
+    def stamp(self):
+        return self.inner.stamp
+
+    def __deepcopy__(self, memo):
+        return self
+
+
+class Wrapped:
+    """An estimator that forwards everything to another one."""
+
+    def __init__(self, inner, size):
+        self._inner, self._size = inner, size
+
+    def __getattr__(self, name):
+        return getattr(self._inner, name)
+
+
+class Smoothed(Wrapped):
+    """An estimator behind a low-pass filter with a time constant of ``size`` [s], which delays the points."""
+
+    def initial_state(self):
+        return SmoothedState(self._inner.initial_state())
+
+    def update(self, state, stamp, p_WQ):
+        if p_WQ is not None and stamp > state.before:
+            gap = stamp - state.before
+            share = 1.0 if state.point is None or gap > 0.3 else 1.0 - np.exp(-gap / self._size)
+            last = p_WQ if state.point is None else state.point
+            p_WQ = last + share * (np.asarray(p_WQ) - last)
+        inner = self._inner.update(state.inner, stamp, p_WQ)
+        return state if inner is state.inner else SmoothedState(inner, p_WQ, stamp)
+
+    def ready(self, state):
+        return self._inner.ready(state.inner)
+
+    def predict(self, state, times):
+        return self._inner.predict(state.inner, times)
+
+    def predict_std(self, state, times):
+        return self._inner.predict_std(state.inner, times)
+
+
+class Straightened(Wrapped):
+    """An estimator whose prediction is a weighted mean with constant velocity, weight ``size``."""
+
+    def predict(self, state, times):
+        path = self._inner.predict(state, times)
+        step = 0.02
+        here, there = self._inner.predict(state, np.array([state.stamp, state.stamp + step]))
+        straight = here + np.outer(np.asarray(times) - state.stamp, (there - here) / step)
+        straight[:, 3] = here[3]
+        return (1.0 - self._size) * path + self._size * straight
+
+
+def wrapped_estimator(kind, size):
+    whole = train.estimator_of
+    return mock.patch.object(train, "estimator_of", lambda *settings: kind(whole(*settings), size))
+
+
+def late_servo(lag):
+    """Replaces `Servo` by one that reads each packet ``lag`` [s] before the time at which its set-point is due."""
+
+    class LateServo(Servo):
+        def __init__(self, *settings, lead):
+            super().__init__(*settings, lead=lead - lag)
+
+    return mock.patch.object(servo_system, "Servo", LateServo)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault to inject.
+
+    Attributes:
+        stage: the stage that the autopsy should name; None without a fault.
+        size: the size of the fault in ``unit``.
+        unit: the unit of the size.
+        what: the fault in words.
+        overrides: a function of the size that returns settings of the scenario.
+        part: a function of the size that returns a context in which a part is replaced.
+    """
+
+    stage: Stage | None
+    size: float
+    unit: str
+    what: str
+    overrides: Any = lambda size: [MEASURED]
+    part: Any = lambda size: contextlib.nullcontext()
+
+
+FAULTS = {
+    "vision": Fault(Stage.VISION, 16.0, "px", "left camera's centroids shifted", lambda size: [], shifted_vision),
+    "triangulation": Fault(
+        Stage.TRIANGULATION, 0.02, "rad", "right camera's calibration rotated", lambda size: [], turned_camera
+    ),
+    "filter": Fault(
+        Stage.FILTER,
+        0.42,
+        "s",
+        "low-pass filter before the estimator",
+        part=lambda size: wrapped_estimator(Smoothed, size),
+    ),
+    "prediction": Fault(
+        Stage.PREDICTION,
+        0.62,
+        "",
+        "prediction mixed with constant velocity, weight",
+        part=lambda size: wrapped_estimator(Straightened, size),
+    ),
+    "link": Fault(
+        Stage.LINK,
+        0.77,
+        "",
+        "packets lost, 30 in a row on average, share",
+        lambda size: [MEASURED, f"link=!Lossy {{drop: {size}, burst: 30}}"],
+    ),
+    "servo": Fault(Stage.SERVO, 0.39, "s", "set-points read too early in the packet", part=late_servo),
+    "timing": Fault(Stage.TIMING, 0.24, "s", "closing_lead", lambda size: [MEASURED, f"grasp.closing_lead={size}"]),
+    "none": Fault(None, 0.0, "", "no fault, measured vision"),
+    "none-rendered": Fault(None, 0.0, "", "no fault, rendered images", lambda size: []),
+}
