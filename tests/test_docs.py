@@ -1,7 +1,8 @@
-"""What the documents point at exists: functions, files, links, commands, scenarios, pictures."""
+"""The documents are true and readable: what they point at exists, and they keep to their sizes and their words."""
 
 import argparse
 import ast
+import json
 import re
 import runpy
 import shlex
@@ -11,7 +12,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
-from guides import GUIDES, write_file
+from guides import GUIDES, RUNNABLE, write_file
 from guides import blocks as guide_blocks
 
 import drake_tracker
@@ -20,21 +21,51 @@ from drake_tracker.commands import common
 from drake_tracker.tasks import load_scenario
 
 REPOSITORY = Path(__file__).parents[1]
-DOCUMENTS = sorted(
-    path
-    for pattern in ("*.md", "benchmarks/*.md", "docs/**/*.md", "models/*/README.md")
-    for path in REPOSITORY.glob(pattern)
-)
+DOCS = REPOSITORY / "docs"
 README = REPOSITORY / "README.md"
 ARCHITECTURE = REPOSITORY / "ARCHITECTURE.md"
-PICTURES_LIMIT = 1_700_000
+COMMANDS = DOCS / "reference" / "commands.md"
+NOTEBOOKS = sorted((REPOSITORY / "notebooks").glob("*.ipynb"))
+PAGES = sorted(path for suffix in ("md", "rst") for path in DOCS.rglob(f"*.{suffix}") if "_build" not in path.parts)
+DOCUMENTS = [
+    *sorted(REPOSITORY.glob("*.md")),
+    *sorted(REPOSITORY.glob("benchmarks/*.md")),
+    *sorted(REPOSITORY.glob("models/*/README.md")),
+    *(page for page in PAGES if page.suffix == ".md"),
+]
+LARGEST = {README: 9_000, ARCHITECTURE: 16_000}
+"""Size of a document [bytes]."""
+PICTURES_LIMIT = 3_700_000
 """Size of all pictures together [bytes]."""
+GRASP_LIMIT = 2_000_000
+"""Size of the animated picture [bytes]."""
 
 POINTER = re.compile(r"`([\w/]+\.py)::([\w.]+)`")
 FILE = re.compile(r"`([\w./-]+/[\w.-]+\.(?:py|yaml|md|sdf|ipynb))`")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 COMMAND = re.compile(r"`(drake-tracker [^`]+)`")
+PLACEHOLDER = re.compile(r"…|\b(?:FILE|DIR|RUN|SCENARIO|COMMAND|NAME|TASK|BAG|URL|N)\b")
+"""A command with one of these is a pattern, which cannot be parsed."""
+UNIDIOMATIC = [
+    r"rooms?",
+    r"stor(?:ey|eys|ies)",
+    r"wild points?",
+    r"of one's own",
+    r"comes? round",
+    r"(?:has|have) come round",
+    r"hangs? (?:on|together)",
+    r"whoever",
+    r"vouch(?:es)?",
+    r"believed",
+    r"fores(?:ee|ees|een|aw)",
+    r"readings",
+    r"a reading",
+    r"the way driven",
+    r"in whatever order",
+    r"is told of",
+]
+"""Expressions that no native speaker of the field would use; style has the idiomatic ones."""
 
 
 def relative(path):
@@ -42,7 +73,12 @@ def relative(path):
 
 
 def text_of(path):
-    return path.read_text(encoding="utf-8")
+    """The text of a document; of a notebook, its Markdown."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".ipynb":
+        cells = json.loads(text)["cells"]
+        return "\n\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown")
+    return text
 
 
 def blocks(path, language):
@@ -76,19 +112,30 @@ def _defined(body, prefix):
             yield prefix + node.target.id
 
 
-def pointers(path):
-    return sorted(set(POINTER.findall(text_of(path))))
+@pytest.mark.parametrize("path", list(LARGEST), ids=relative)
+def test_document_is_short(path):
+    assert path.stat().st_size <= LARGEST[path], "move details to docs/"
 
 
-@pytest.mark.parametrize(("file", "name"), pointers(ARCHITECTURE), ids="::".join)
-def test_what_a_pointer_names_is_defined(file, name):
-    path = find(file)
-    assert path is not None, f"there is no {file}"
-    assert name in names_in(path), f"{file} does not define {name}"
+@pytest.mark.parametrize("path", [*DOCUMENTS, *NOTEBOOKS], ids=relative)
+def test_english_is_idiomatic(path):
+    text = re.sub(r"`[^`]*`", "", FENCE.sub("", text_of(path)))
+    found = [match[0] for words in UNIDIOMATIC for match in re.finditer(rf"\b{words}\b", text, re.IGNORECASE)]
+    assert not found
+
+
+@pytest.mark.parametrize("path", [path for path in DOCUMENTS if POINTER.search(text_of(path))], ids=relative)
+def test_what_a_pointer_names_is_defined(path):
+    missing = []
+    for file, name in sorted(set(POINTER.findall(text_of(path)))):
+        module = find(file)
+        if module is None or name not in names_in(module):
+            missing.append(f"{file}::{name}")
+    assert not missing
 
 
 def test_every_equation_and_step_of_the_paper_is_in_the_table():
-    table = text_of(ARCHITECTURE).split("## Where is equation N?")[1].split("\n## ")[0]
+    table = text_of(DOCS / "explanation" / "papers_to_code.md").split("## Allen")[1].split("\n## ")[0]
     first = " ".join(row.split("|")[1] for row in table.splitlines() if row.startswith("|"))
     assert {int(number) for number in re.findall(r"\((\d+)\)", first)} == set(range(1, 22))
     steps = set()
@@ -99,7 +146,7 @@ def test_every_equation_and_step_of_the_paper_is_in_the_table():
         assert part in first, part
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=relative)
+@pytest.mark.parametrize("path", [*DOCUMENTS, *NOTEBOOKS], ids=relative)
 def test_files_and_links_lead_somewhere(path):
     text = text_of(path)
     for name in FILE.findall(text):
@@ -115,23 +162,25 @@ def test_files_and_links_lead_somewhere(path):
 
 
 def anchors(path):
-    """The anchors that GitHub gives to the headings of a document, and those of what a page shows."""
+    """The anchors that GitHub gives to the headings of a document."""
     headings = re.findall(r"^#+ (.+)$", FENCE.sub("", text_of(path)), re.MULTILINE)
-    own = {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
-    return own | {anchor[1:] for (_, anchor), page in pages()["shown_where"]().items() if page == path.resolve()}
-
-
-@cache
-def pages():
-    return runpy.run_path(str(REPOSITORY / "docs" / "_ext" / "repository_files.py"))
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 def commands():
-    """Every drake-tracker command line in the README, in code blocks and in running text."""
-    found = COMMAND.findall(text_of(README))
-    for block in blocks(README, ""):
-        found += [line.split("#")[0].strip() for line in block.splitlines() if line.startswith("drake-tracker ")]
-    return sorted({line for line in found if "…" not in line})
+    """Every drake-tracker command line in the documents, in code blocks and in running text."""
+    found = set()
+    for path in [*DOCUMENTS, *NOTEBOOKS]:
+        if path.name == "CHANGELOG.md":
+            continue
+        text = text_of(path)
+        lines = COMMAND.findall(FENCE.sub("", text))
+        for language, block in FENCE.findall(text):
+            if language in ("", "bash", "sh"):
+                block = block.replace("\\\n", " ")
+                lines += [line.split(" #")[0] for line in block.splitlines() if line.startswith("drake-tracker ")]
+        found |= {" ".join(line.split()) for line in lines}
+    return sorted(line for line in found if not PLACEHOLDER.search(line.replace("HOST:PORT", "a:1")))
 
 
 def subparsers():
@@ -158,28 +207,34 @@ def guide_files(tmp_path_factory):
 def test_command_is_understood(line, guide_files, monkeypatch):
     monkeypatch.chdir(guide_files)
     _, *arguments = shlex.split(line)
+    if not arguments or (len(arguments) == 1 and arguments[0] in subparsers()):
+        return  # the name of a command
     options = cli._parser().parse_args(arguments)
     scenario = getattr(options, "scenario", None)
-    if scenario and not scenario.endswith(".yaml"):  # the user's own files are in the test of YAML blocks
+    if scenario and not scenario.endswith(".yaml"):  # the user's own files are tested where they are shown
         load_scenario(scenario, getattr(options, "seed", None), None, getattr(options, "overrides", ()))
 
 
-def test_every_command_and_every_option_of_run_is_told():
-    text = text_of(README)
-    told = {line.split()[1] for line in commands()}
-    assert told == set(subparsers())
-    for action in subparsers()["run"]._actions:
-        for option in action.option_strings:
-            assert option in ("-h", "--help") or f"`{option}" in text, f"the README does not tell of {option}"
+def test_every_command_is_in_the_reference():
+    text = text_of(COMMANDS)
+    assert re.findall(r"^## ([a-z]+)$", text, re.MULTILINE) == re.findall(
+        r"^\.\. options:: (\w+)$", text, re.MULTILINE
+    ) + ["doctor"]
+    assert {*re.findall(r"^## ([a-z]+)$", text, re.MULTILINE)} == {*subparsers()}
 
 
-def test_the_exit_codes_told_are_the_programs():
-    sentence = " ".join(re.search(r"Exit codes: (.+?)\n\n", text_of(README), re.DOTALL).group(1).split())
-    assert re.findall(r"\b(\d) (the train was lifted|it was not|bad input)", sentence) == [
-        (str(common.SUCCESS), "the train was lifted"),
-        (str(common.NOT_TAKEN), "it was not"),
-        (str(common.TROUBLE), "bad input"),
-    ]
+def test_the_exit_codes_in_the_reference_are_those_of_the_program():
+    rows = dict(re.findall(r"^\| (\d+) \| (.+) \|$", text_of(COMMANDS), re.MULTILINE))
+    codes = {
+        common.SUCCESS: "the train was lifted",
+        common.NOT_TAKEN: "without a success",
+        common.TROUBLE: "invalid input",
+        common.FAULT: "internal error",
+        common.INTERRUPTED: "interrupted",
+    }
+    assert set(rows) == {str(code) for code in codes}
+    for code, words in codes.items():
+        assert words in rows[str(code)]
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=relative)
@@ -189,11 +244,9 @@ def test_make_targets_exist(path):
     assert set(named) <= targets
 
 
-@pytest.mark.parametrize("path", [README, REPOSITORY / "benchmarks" / "README.md"], ids=relative)
+@pytest.mark.parametrize("path", [path for path in DOCUMENTS if "`python benchmarks/" in text_of(path)], ids=relative)
 def test_scripts_named_exist_and_know_their_options(path):
-    lines = re.findall(r"`python ((?:benchmarks|docs)/[^`]+)`", text_of(path))
-    assert lines
-    for line in lines:
+    for line in re.findall(r"`python ((?:benchmarks|docs)/[^`]+)`", text_of(path)):
         script, *arguments = shlex.split(line)
         source = text_of(REPOSITORY / script)
         for option in (argument for argument in arguments if argument.startswith("--")):
@@ -202,59 +255,100 @@ def test_scripts_named_exist_and_know_their_options(path):
 
 def test_cells_named_are_those_of_the_benchmark():
     cells = runpy.run_path(str(REPOSITORY / "benchmarks" / "train_grasp.py"))["CELLS"]
-    (table,) = re.findall(r"<!-- numbers: train_grasp -->\n(.*?)<!-- end -->", text_of(README), re.DOTALL)
-    assert [row.split("|")[1].strip() for row in table.splitlines()[2:]] == list(cells)
-    for named in re.findall(r"--cells ([^` ]+)", text_of(REPOSITORY / "benchmarks" / "README.md")):
-        assert set(named.split(",")) <= set(cells)
+    for path in DOCUMENTS:
+        for named in re.findall(r"train_grasp\.py --cells ([^` ]+)", text_of(path)):
+            assert set(named.split(",")) <= set(cells)
 
 
-@pytest.mark.parametrize("block", blocks(README, "yaml"))
-def test_scenarios_of_the_readme_load(block, tmp_path):
+def yaml_blocks():
+    """Scenarios in the documents that are not files of a guide."""
+    for path in [README, ARCHITECTURE, *(page for page in PAGES if page.suffix == ".md")]:
+        yield from (block for block in blocks(path, "yaml") if not block.startswith("# "))
+
+
+@pytest.mark.parametrize("block", list(yaml_blocks()))
+def test_scenarios_in_the_documents_load(block, tmp_path):
     file = tmp_path / f"{block.split(':')[0]}.yaml"
     file.write_text(block, encoding="utf-8")
     load_scenario(str(file))
 
 
-def test_python_of_the_readme_is_the_packages_own():
+def test_python_of_the_readme_is_that_of_the_package():
     (block,) = blocks(README, "python")
-    code = [line.split("#")[0].strip() for line in block.splitlines()]
+    code = [line.split("#")[0].strip() for line in block.splitlines() if line]
     assert len(code) == 5
     own = [line.split("#")[0].strip() for line in drake_tracker.__doc__.splitlines()]
     assert all(line in own for line in code)
 
 
+@pytest.mark.parametrize("path", [path for path in DOCUMENTS if path not in RUNNABLE], ids=relative)
+def test_python_in_a_document_compiles(path):
+    for block in blocks(path, "python"):
+        compile(block, relative(path), "exec")
+
+
 def test_every_system_is_in_the_reference():
     folders = {path.parent.name for path in (REPOSITORY / "drake_tracker").rglob("*.py")
                if ".. pydrake_system::" in text_of(path)}  # fmt: skip
-    reference = REPOSITORY / "docs" / "reference"
-    texts = {path.stem: text_of(path) for path in reference.glob("*.rst")}
+    reference = DOCS / "reference"
+    texts = {path.stem: text_of(path) for path in reference.glob("systems/*.rst")}
     shown = {name for text in texts.values() for name in re.findall(r"^\.\. systems:: (\w+)$", text, re.MULTILINE)}
     assert shown == folders
-    assert set(texts) <= set(text_of(reference / "index.md").split())
+    assert {f"systems/{name}" for name in texts} <= set(text_of(reference / "index.md").split())
 
 
-def test_links_of_what_a_page_shows_lead_to_pages():
-    shown = pages()["shown_where"]()
-    page, path = REPOSITORY / "docs" / "how_to" / "camera.md", README
-    links = {"ARCHITECTURE.md#time": "../architecture.md#time", "#your-own-cameras": "#your-own-cameras",
-             "#numbers": "../numbers.md#numbers", "docs/images/ball.png": "../images/ball.png",
-             "LICENSE": "path:../../LICENSE"}  # fmt: skip
+@pytest.mark.parametrize("page", [page for page in PAGES if page.parent != DOCS], ids=relative)
+def test_a_page_is_in_a_table_of_contents(page):
+    folder = next(parent for parent in page.parents if (parent / "index.md").is_file())
+    name = page.relative_to(folder).with_suffix("").as_posix()
+    assert name == "index" or name in text_of(folder / "index.md").split()
+
+
+@pytest.mark.parametrize(
+    ("path", "page", "links"),
+    [
+        (
+            ARCHITECTURE,
+            DOCS / "explanation" / "architecture.md",
+            {
+                "docs/how_to/index.md": "../how_to/index.md",
+                "CHANGELOG.md": "../changelog.md",
+                "notebooks/01_train.ipynb": "../tutorials/01_train.ipynb",
+                "LICENSE": "path:../../LICENSE",
+                "https://drake.mit.edu": "https://drake.mit.edu",
+            },
+        ),
+        (
+            DOCS / "how_to" / "camera.md",
+            DOCS / "how_to" / "camera.md",
+            {
+                "../../ARCHITECTURE.md#time": "../explanation/architecture.md#time",
+                "#try-it": "#try-it",
+                "../images/ball.png": "../images/ball.png",
+            },
+        ),
+    ],
+    ids=["shown document", "page"],
+)
+def test_links_of_a_page_lead_to_pages(path, page, links):
+    files = runpy.run_path(str(DOCS / "_ext" / "repository_files.py"))
     for link, target in links.items():
-        assert pages()["target"](pages()["LINK"].search(f"[x]({link})"), path, page, shown) == target
+        assert files["with_links"](f"[x]({link})", path, page) == f"[x]({target})"
 
 
-def test_the_pictures_of_the_tour_name_every_system_and_port():
-    graphs = runpy.run_path(str(REPOSITORY / "docs" / "make_diagrams.py"))["graphs"]()
+def test_the_diagrams_name_every_system_and_port():
+    graphs = runpy.run_path(str(DOCS / "make_diagrams.py"))["graphs"]()
     for name, graph in graphs.items():
-        svg = text_of(REPOSITORY / "docs" / "images" / f"{name}.svg")
+        svg = text_of(DOCS / "images" / f"{name}.svg")
         picture = re.findall(r"<text[^>]*>([^<]+)</text>", svg)
         drawn = re.findall(r'label="([^"]+)"|<TD PORT[^>]*>([^<]+)<|<B>([^<]+)<|<BR/>([^<]+)<', graph)
-        told = sorted("".join(words) for words in drawn)
-        assert told == sorted(picture), "python docs/make_diagrams.py draws it anew"
+        named = sorted("".join(words) for words in drawn)
+        assert named == sorted(picture), "python docs/make_diagrams.py draws it again"
 
 
 def test_pictures_are_small_and_none_is_left_over():
-    pictures = sorted((REPOSITORY / "docs" / "images").iterdir())
+    pictures = sorted((DOCS / "images").iterdir())
     assert sum(path.stat().st_size for path in pictures) < PICTURES_LIMIT
+    assert (DOCS / "images" / "grasp.webp").stat().st_size <= GRASP_LIMIT
     shown = {Path(target).name for path in DOCUMENTS for target in LINK.findall(text_of(path))}
     assert {path.name for path in pictures} <= shown

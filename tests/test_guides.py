@@ -1,4 +1,4 @@
-"""The guides do what they show: files are written, commands given, code run, and what is printed is compared."""
+"""The guides do what they show: the tests write their files, run their commands and code, and compare the output."""
 
 import contextlib
 import io
@@ -9,25 +9,25 @@ import sys
 from pathlib import Path
 
 import pytest
-from guides import GUIDES, blocks, write_file
+from guides import RUNNABLE, blocks, write_file
 
 from drake_tracker import cli
 
 
 def follow(language, body):
-    """Does what a block of a guide says, in the current folder."""
+    """Executes a block of a guide in the current folder."""
     if write_file(body, Path.cwd()):
         return
     if language == "python":
         exec(compile(body, "<guide>", "exec"), {"__name__": "guide"})
     elif language == "console":
         for command, *shown in (text.splitlines() for text in body.split("$ ")[1:]):
-            printed = give(command)
+            printed = output_of(command)
             assert re.search(pattern(shown), printed), f"$ {command}\n{printed}"
 
 
-def give(command):
-    """Returns what a command prints."""
+def output_of(command):
+    """Runs a command and returns its output."""
     program, *arguments = shlex.split(command)
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
@@ -40,17 +40,17 @@ def give(command):
 
 
 def pattern(lines):
-    """The regular expression of what is shown: "…" stands for anything, blanks for any blanks."""
+    """Returns the regular expression for the shown output: "…" matches anything, blanks match any blanks."""
     words = [r"[^\n]*".join(r"\s+".join(map(re.escape, part.split())) for part in line.split("…")) for line in lines]
     words = [r"[\s\S]*" if line == "…" else word for word, line in zip(words, lines)]
     return r"\s+".join(words).replace(r"\s+[\s\S]*", r"[\s\S]*")
 
 
-def test_there_are_guides():
-    assert [path.stem for path in GUIDES] == ["arm", "camera", "estimator", "index", "track"]
+def test_guides_with_code_are_found():
+    assert {"arm", "build_your_own_diagram", "camera", "estimator", "track"} <= {path.stem for path in RUNNABLE}
 
 
-@pytest.mark.parametrize("guide", [path for path in GUIDES if path.stem != "index"], ids=lambda path: path.stem)
+@pytest.mark.parametrize("guide", RUNNABLE, ids=lambda path: path.stem)
 def test_guide_does_what_it_shows(guide, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])

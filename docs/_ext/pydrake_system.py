@@ -1,4 +1,4 @@
-"""Draws the ``.. pydrake_system::`` blocks of docstrings: a box with the inputs to the left and the outputs to the right."""
+"""Draws the ``.. pydrake_system::`` blocks of docstrings: a box with inputs to the left and outputs to the right."""
 
 import html
 
