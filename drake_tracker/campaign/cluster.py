@@ -1,47 +1,53 @@
-"""Trials on many machines, by dask.distributed: a scheduler that somebody started, and its workers.
+"""Trials on many machines, through dask.distributed: a running scheduler and its workers.
 
     dask scheduler                                   on one machine; it prints its address
-    dask worker tcp://ADDRESS --nthreads 1           on each, as many as it has cores (--nworkers N)
+    dask worker tcp://ADDRESS --nthreads 1           on each machine, one per core (--nworkers N)
 
-Every worker has this package in the same version, and sees the files that a scenario names at the same path. A worker
-that dies is started again by its nanny; its trial is given to another worker, and is lost once it has taken down more
-than the scheduler allows (``distributed.scheduler.allowed-failures``, 3).
+Every worker needs this package in the same version, and must find the files that a scenario names at the same path. The
+nanny of a worker that dies starts it again, and another worker gets its trial. A trial is lost when it has killed more
+workers than the scheduler allows (``distributed.scheduler.allowed-failures``, 3).
 """
 
 import logging
 import time
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
+from typing import Any
 
 from drake_tracker import __version__
+from drake_tracker.campaign.pool import Runner
 from drake_tracker.campaign.trial import Lost
 from drake_tracker.core.errors import DrakeTrackerError
 
 CONNECT_TIMEOUT = 10.0
-"""Time [s] in which a scheduler must answer."""
+"""Time [s] within which a scheduler must answer."""
 WORKERS_TIMEOUT = 60.0
 """Time [s] for which a campaign waits while there is no worker."""
-_LOOK = 2.0
+_POLL_PERIOD = 2.0
 
 
-def require_distributed():
+def require_distributed() -> None:
     """Raises DrakeTrackerError when dask.distributed is not installed."""
     try:
         import distributed  # noqa: F401
     except ImportError as error:
         remedy = "pip install 'drake-tracker[cluster]' installs it"
-        raise DrakeTrackerError(f"--scheduler: dask.distributed does not load ({error}); {remedy}") from None
+        raise DrakeTrackerError(f"--scheduler: dask.distributed cannot be loaded ({error}); {remedy}") from None
 
 
-def cluster(address):
-    """Returns a runner (see `pool.pool`) on the workers of the scheduler at ``address``, like tcp://host:8786.
+def cluster(address: str) -> Runner:
+    """Returns a `pool.Runner` on the workers of a scheduler.
 
-    Its ``run`` raises DrakeTrackerError when the scheduler does not answer, is lost on the way, or has no workers, or
-    when a worker has another version of this package.
+    When it runs, it raises DrakeTrackerError if the scheduler does not answer, is lost or has no workers, or if a
+    worker has another version of this package.
+
+    Args:
+        address: of the scheduler, such as tcp://host:8786.
     """
     require_distributed()
 
-    def run(work, jobs):
+    def run(work: Callable[[Any], Any], jobs: Iterable[Any]) -> Generator[tuple[Any, Any], None, None]:
         with _quiet(), _connect(address) as client:
             _await_workers(client, address)
             _check_versions(client)
@@ -50,21 +56,23 @@ def cluster(address):
     return run
 
 
-def _run(client, address, work, jobs):
+def _run(
+    client: Any, address: str, work: Callable[[Any], Any], jobs: Iterator[Any]
+) -> Generator[tuple[Any, Any], None, None]:
     from distributed import wait
 
-    running = {}
+    running: dict[Any, Any] = {}
     without_workers = None
     try:
         while True:
-            # No more at a time than there are threads: what waits at a worker that dies would count as its victim.
+            # No more jobs at a time than threads: a job that waits at a worker that dies would count as its victim.
             threads = sum(client.nthreads().values())
             for job in _take(jobs, max(threads, 1) - len(running)):
                 running[client.submit(work, job, pure=False)] = job
             if not running:
                 return
             try:
-                done = wait(list(running), timeout=_LOOK, return_when="FIRST_COMPLETED").done
+                done = wait(list(running), timeout=_POLL_PERIOD, return_when="FIRST_COMPLETED").done
             except TimeoutError:
                 done = ()
             for future in done:
@@ -82,12 +90,12 @@ def _run(client, address, work, jobs):
             client.cancel(list(running), force=True)
 
 
-def _take(jobs, count):
+def _take(jobs: Iterator[Any], count: int) -> Iterator[Any]:
     for _, job in zip(range(count), jobs):
         yield job
 
 
-def _result(future):
+def _result(future: Any) -> Any:
     if future.status == "finished":
         return future.result()
     if future.status == "error":
@@ -97,7 +105,7 @@ def _result(future):
 
 
 @contextmanager
-def _connect(address):
+def _connect(address: str) -> Iterator[Any]:
     from distributed import Client
 
     try:
@@ -114,9 +122,9 @@ def _connect(address):
 
 
 @contextmanager
-def _quiet():
-    """Keeps the engine's log off the terminal: what goes wrong is said in one line."""
-    import distributed  # noqa: F401 (its loggers are made when it is loaded)
+def _quiet() -> Iterator[None]:
+    """Keeps the log of dask.distributed off the terminal: an error of the campaign is reported in one line."""
+    import distributed  # noqa: F401 (loading it creates its loggers)
 
     names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] == "distributed"]
     levels = {logger: logger.level for logger in map(logging.getLogger, names)}
@@ -129,7 +137,7 @@ def _quiet():
             logger.setLevel(level)
 
 
-def _await_workers(client, address):
+def _await_workers(client: Any, address: str) -> None:
     try:
         client.wait_for_workers(1, timeout=WORKERS_TIMEOUT)
     except TimeoutError:
@@ -138,12 +146,12 @@ def _await_workers(client, address):
         ) from None
 
 
-def _check_versions(client):
+def _check_versions(client: Any) -> None:
     for worker, found in client.run(_version, on_error="return").items():
         if found != __version__:
             what = f"cannot load it ({found})" if isinstance(found, Exception) else f"has {found}"
             raise DrakeTrackerError(f"the worker {worker} needs drake_tracker {__version__}, and {what}")
 
 
-def _version():
+def _version() -> str:
     return __version__

@@ -1,10 +1,13 @@
-"""The directory of a campaign: what it remembers of its plan, and its record of trials."""
+"""The directory of a campaign: its plan and its record of trials."""
 
 import json
 import os
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
+from drake_tracker.campaign.plan import Plan
 from drake_tracker.campaign.record import Record
 from drake_tracker.core.errors import DrakeTrackerError
 
@@ -12,14 +15,15 @@ PLAN, TRIALS = "campaign.json", "trials.jsonl"
 """Names of the files."""
 
 
-def open_directory(plan, out):
-    """Returns the `Record` of a campaign's trials in the directory ``out``, with the trials that it already holds.
+def open_directory(plan: Plan, out: str | os.PathLike[str] | None) -> Record:
+    """Returns the `Record` of a campaign's trials, with the trials that its directory already holds.
 
-    A new or empty directory begins a campaign; in that of the same campaign it goes on, with more trials if there are
-    now to be more. Raises DrakeTrackerError for one that holds something else, and changes nothing in it.
+    A new or empty directory starts a campaign. The directory of the same campaign continues it, possibly with more
+    trials. Raises DrakeTrackerError for a directory with any other content, and changes nothing in it.
 
     Args:
-      plan: the `Plan`. out: the directory; None keeps nothing on disk.
+        plan: of the campaign.
+        out: the directory; None keeps nothing on disk.
     """
     if out is None:
         return Record(None)
@@ -41,27 +45,37 @@ def open_directory(plan, out):
     return record
 
 
-def _check_rows(record):
+def _check_rows(record: Record) -> None:
     for number, row in enumerate(record.rows, 1):
         if not (isinstance(row.get("settings"), dict) and isinstance(row.get("seed"), int) and "success" in row):
-            raise DrakeTrackerError(f"{record.path}: result {number} is not that of a trial; take its line out")
+            raise DrakeTrackerError(f"{record.path}: result {number} is not the result of a trial; remove its line")
 
 
-def discard(out):
-    """Takes away the directory of a campaign that recorded nothing, if nothing else is in it."""
+def discard(out: str | os.PathLike[str]) -> None:
+    """Removes the directory of a campaign that recorded nothing, unless it holds anything else."""
     for name in (PLAN, TRIALS):
         (Path(out) / name).unlink(missing_ok=True)
     with suppress(OSError):
         Path(out).rmdir()
 
 
-def write_whole(path, text):
-    """Writes a file so that at any time there is the old one or the new one. Raises DrakeTrackerError if it cannot."""
+def write_whole(path: Path, text: str) -> None:
+    """Writes a text file so that at any time either the old or the new one exists.
+
+    Raises DrakeTrackerError when it cannot be written.
+    """
     replace_whole(path, lambda beside: beside.write_text(text, encoding="utf-8"))
 
 
-def replace_whole(path, write):
-    """Has ``write(path)`` make a file beside ``path``, of the same suffix, and puts it in its place."""
+def replace_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Replaces a file by a new one so that at any time either the old or the new one exists.
+
+    Raises DrakeTrackerError when it cannot be written.
+
+    Args:
+        path: the file.
+        write: writes the new file to the path that it is given, which is in the same folder and has the same suffix.
+    """
     beside = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
         write(beside)
@@ -72,40 +86,40 @@ def replace_whole(path, write):
         beside.unlink(missing_ok=True)
 
 
-def _read_plan(out):
+def _read_plan(out: Path) -> dict[str, Any]:
     path = out / PLAN
     if not path.exists():
-        raise DrakeTrackerError(f"the directory {out} is not empty and holds no campaign ({PLAN}); name another one")
+        raise DrakeTrackerError(f"the directory {out} is not empty and holds no campaign ({PLAN}); choose another one")
     try:
         found = json.loads(path.read_bytes())
     except (OSError, ValueError):
         found = None
     if not isinstance(found, dict):
-        raise DrakeTrackerError(f"{path}: damaged, no campaign can be read from it; name another directory")
+        raise DrakeTrackerError(f"{path}: damaged, it describes no campaign; choose another directory")
     return found
 
 
-def _compare(wanted, found, out):
-    """Raises DrakeTrackerError, one line for each difference, when the campaign found is not the one wanted."""
-    errors = []
+def _compare(wanted: Mapping[str, Any], found: Mapping[str, Any], out: Path) -> None:
+    """Raises DrakeTrackerError, with one line for each difference, when the campaign found is not the one wanted."""
+    errors: list[str] = []
     for key, value in wanted.items():
         there = found.get(key)
         if there == value or (key == "trials" and isinstance(there, int) and there <= value):
             continue
         if key == "settings_sha256":
-            if not errors:  # else it follows from them
+            if not errors:  # otherwise it follows from them
                 errors.append("the settings of its scenario have changed since (a file, or the defaults)")
         elif key == "trials":
-            errors.append(f"it has {there} trials, not {value}; only more can be asked for")
+            errors.append(f"it has {there} trials, not {value}; the number can only grow")
         elif key == "drake_tracker":
             errors.append(f"it was made by drake_tracker {there}, and this is {value}")
         else:
             errors.append(f"its {key.replace('_', ' ')} is {_show(there)}, not {_show(value)}")
     if errors:
-        name = "name another directory"
-        raise DrakeTrackerError("\n".join(f"{out} holds another campaign: {error}; {name}" for error in errors))
+        remedy = "choose another directory"
+        raise DrakeTrackerError("\n".join(f"{out} holds another campaign: {error}; {remedy}" for error in errors))
 
 
-def _show(value):
+def _show(value: Any) -> str:
     text = value if isinstance(value, str) else json.dumps(value)
     return text if len(text) <= 80 else text[:77] + "..."

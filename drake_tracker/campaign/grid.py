@@ -1,6 +1,7 @@
-"""The grid of a campaign: which settings are varied, over which values, and the scenario of each combination."""
+"""The grid of a campaign: the varied settings, their values, and the scenario of each combination."""
 
 import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,42 +11,48 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.scenarios.tree import parse
 from drake_tracker.tasks import load_scenario
 
-_OWN = {"seed": "every trial has a seed of its own: use --trials and --first-seed"}
-_OPENING, _CLOSING, _QUOTES = "[{(", "]})", "'\""
+_OWN = {"seed": "every trial has a seed of its own; use --trials and --first-seed"}
+_OPENING = (yaml.FlowSequenceStartToken, yaml.FlowMappingStartToken)
+_CLOSING = (yaml.FlowSequenceEndToken, yaml.FlowMappingEndToken)
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One combination of the varied settings: {key path: value, as YAML text}, and its checked scenario."""
+    """One combination of the varied settings.
 
-    settings: dict
+    Attributes:
+        settings: {key path: value, as YAML text}.
+        scenario: the checked scenario with these settings.
+    """
+
+    settings: dict[str, str]
     scenario: Any
 
 
-def split_values(text):
-    """Returns the values of "a,b,c": texts split at the commas outside of brackets, braces and quotes."""
-    values, depth, quote, start = [], 0, "", 0
-    for k, character in enumerate(text):
-        if quote:
-            quote = "" if character == quote else quote
-        elif character in _QUOTES:
-            quote = character
-        elif character in _OPENING:
-            depth += 1
-        elif character in _CLOSING:
-            depth -= 1
-        elif character == "," and depth == 0:
-            values.append(text[start:k].strip())
-            start = k + 1
-    return [*values, text[start:].strip()]
+def split_values(text: str) -> list[str]:
+    """Returns the values of "a,b,c", as YAML texts: the items of the YAML flow sequence [a,b,c].
 
-
-def parse_vary(texts):
-    """Returns {key path: [value as YAML text]} of texts "key.path=a,b,c", in their order.
-
-    Raises DrakeTrackerError, one line for each error.
+    Raises yaml.YAMLError when the text is not part of such a sequence.
     """
-    vary, errors = {}, []
+    sequence = f"[{text} ]"
+    depth, commas = 0, [0]
+    for token in yaml.scan(sequence):
+        depth += isinstance(token, _OPENING) - isinstance(token, _CLOSING)
+        start, end = token.start_mark.index, token.end_mark.index
+        if depth == 1 and isinstance(token, yaml.FlowEntryToken):
+            commas.append(start)
+        elif depth == 1 and isinstance(token, yaml.TagToken):  # to YAML, a comma right after a tag belongs to the tag
+            commas += [k for k in range(start, end) if sequence[k] == ","]
+    return [sequence[a + 1 : b].strip() for a, b in itertools.pairwise([*commas, len(sequence) - 1])]
+
+
+def parse_vary(texts: Sequence[str]) -> dict[str, list[str]]:
+    """Returns {key path: values, as YAML texts} of texts such as "key.path=a,b,c", in their order.
+
+    Raises DrakeTrackerError, with one line for each error.
+    """
+    vary: dict[str, list[str]] = {}
+    errors = []
     for text in texts:
         key, equals, values = text.partition("=")
         key = key.strip()
@@ -54,33 +61,45 @@ def parse_vary(texts):
         elif key in vary:
             errors.append(f"--vary {text}: {key} is varied twice; give all its values in one --vary")
         else:
-            vary[key] = split_values(values)
+            try:
+                vary[key] = split_values(values)
+            except yaml.YAMLError as error:
+                problem = getattr(error, "problem", None) or error
+                errors.append(f"--vary {text}: not valid YAML: {problem}")
     if errors:
         raise DrakeTrackerError("\n".join(errors))
     return vary
 
 
-def yaml_text(value):
-    """Returns a value of Python (or a text, which is YAML already) as YAML text."""
+def yaml_text(value: Any) -> str:
+    """Returns a Python value as YAML text; a string is taken as YAML text already."""
     if isinstance(value, str):
         return value
-    return yaml.safe_dump(value, default_flow_style=True, width=float("inf")).removesuffix("\n...\n").strip()
+    text: str = yaml.safe_dump(value, default_flow_style=True, width=float("inf"))
+    return text.removesuffix("\n...\n").strip()
 
 
-def plain_value(text):
-    """Returns the number or bool that a YAML text is to a scenario; the text itself for anything else."""
+def plain_value(text: str) -> bool | int | float | str:
+    """Returns the number or bool that a YAML text means in a scenario; the text itself when it means anything else."""
     value = parse(text, str, [])
     return value.data if value is not None and isinstance(value.data, (bool, int, float)) else text
 
 
-def make_cells(spec, overrides, vary, origins=None):
-    """Returns the `Cell` of every combination, the last key varying fastest.
-
-    Args:
-      spec, overrides: as `load_scenario` takes them. vary: {key path: [value as YAML text]}. origins: {override: what
-      the user gave for it}, for messages.
+def make_cells(
+    spec: str,
+    overrides: Sequence[str],
+    vary: Mapping[str, Sequence[str]],
+    origins: Mapping[str, str] | None = None,
+) -> list[Cell]:
+    """Returns the `Cell` of every combination; the last key varies fastest.
 
     Raises DrakeTrackerError with every error of every combination, each once.
+
+    Args:
+        spec: as `load_scenario` takes it.
+        overrides: as `load_scenario` takes them.
+        vary: {key path: values, as YAML texts}.
+        origins: {override: what the user wrote for it}, for messages.
     """
     origins = dict(origins or {})
     errors = []
@@ -90,18 +109,17 @@ def make_cells(spec, overrides, vary, origins=None):
             errors.append(f"--vary {key}: {_OWN[key]}")
         if not all(values):
             errors.append(f"--vary {key}: a value is empty; write it as {key}=a,b,c")
-        twice = (value for value in dict.fromkeys(values) if values.count(value) > 1)
-        errors += [f"--vary {key}: {value or 'an empty value'} is given twice" for value in twice]
+        repeated = (value for value in dict.fromkeys(values) if values.count(value) > 1)
+        errors += [f"--vary {key}: {value or 'an empty value'} is given twice" for value in repeated]
     errors += [f"--set {text}: {_OWN[key]}" for text in overrides for key in _OWN if text.split("=")[0].strip() == key]
     if errors:
         raise DrakeTrackerError("\n".join(errors))
     cells = []
-    for values in itertools.product(*vary.values()):
-        settings = dict(zip(vary, values))
+    for combination in itertools.product(*vary.values()):
+        settings = dict(zip(vary, combination))
+        own = [f"{key}={value}" for key, value in settings.items()]
         try:
-            scenario = load_scenario(
-                spec, overrides=[*overrides, *(f"{key}={value}" for key, value in settings.items())]
-            )
+            scenario = load_scenario(spec, overrides=[*overrides, *own])
         except DrakeTrackerError as error:
             errors += [_by_its_origin(line, origins) for line in str(error).splitlines()]
         else:
@@ -111,8 +129,8 @@ def make_cells(spec, overrides, vary, origins=None):
     return cells
 
 
-def _by_its_origin(line, origins):
-    """Names in an error what the user gave, where `load_scenario` names the override made of it."""
+def _by_its_origin(line: str, origins: Mapping[str, str]) -> str:
+    """Returns an error of `load_scenario` that names what the user wrote, where it names the override made of that."""
     for override, origin in origins.items():
         line = line.replace(f"--set {override}:", f"{origin}:")
     return line

@@ -1,60 +1,80 @@
-"""What a campaign is to do: every trial, and what tells one campaign from another."""
+"""The plan of a campaign: all its trials, and what distinguishes it from other campaigns."""
 
 import hashlib
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from drake_tracker import __version__
-from drake_tracker.campaign.grid import make_cells, yaml_text
+from drake_tracker.campaign.grid import Cell, make_cells, yaml_text
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks import load_scenario
 
 VISIONS = {"measured": "vision=!Measured {}"}
 """The override for each choice of ``vision``."""
 
+TrialKey = tuple[tuple[tuple[str, str], ...], int]
+"""Settings and seed of a trial, which identify it within its campaign."""
+
 
 class Trial(NamedTuple):
-    """A job of a worker: the varied settings {key path: YAML text}, and the scenario with this trial's seed."""
+    """One job of a worker.
 
-    settings: dict
+    Attributes:
+        settings: the varied settings {key path: YAML text}.
+        scenario: the scenario with these settings and with this trial's seed.
+    """
+
+    settings: dict[str, str]
     scenario: Any
 
     @property
-    def key(self):
-        """What no other trial of the campaign has."""
+    def key(self) -> TrialKey:
+        """Identifies the trial within its campaign."""
         return key_of(self.settings, self.scenario.seed)
 
 
-def key_of(settings, seed):
-    """Returns what tells a trial from all others of its campaign."""
+def key_of(settings: Mapping[str, str], seed: int) -> TrialKey:
+    """Returns what identifies a trial within its campaign.
+
+    Args:
+        settings: the varied settings {key path: YAML text}.
+        seed: of the trial.
+    """
     return tuple(settings.items()), seed
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A campaign: ``trials`` seeds from ``first_seed`` on in each of the ``cells``.
+    """A campaign: the same seeds in each of its cells.
 
-    spec, overrides, vary: as given. cells: a tuple of `grid.Cell`.
+    Attributes:
+        spec: the scenario, as given.
+        overrides: texts "key.path=value" for every trial, as given.
+        vary: {key path: values, as YAML texts}.
+        trials: number of seeds in each cell.
+        first_seed: the first seed; the others count up from it.
+        cells: all combinations of the varied settings.
     """
 
     spec: str
-    overrides: tuple
-    vary: dict
+    overrides: tuple[str, ...]
+    vary: dict[str, list[str]]
     trials: int
     first_seed: int
-    cells: tuple
+    cells: tuple[Cell, ...]
 
-    def __len__(self):
+    def __len__(self) -> int:
         return self.trials * len(self.cells)
 
-    def jobs(self):
-        """Yields every `Trial`, seed by seed, so that a campaign half done covers all cells."""
+    def jobs(self) -> Iterator[Trial]:
+        """Yields every `Trial`, seed by seed, so that a half-finished campaign covers all cells."""
         for seed in range(self.first_seed, self.first_seed + self.trials):
             for cell in self.cells:
                 yield Trial(cell.settings, cell.scenario.with_settings({"seed": seed}))
 
-    def identity(self):
-        """Returns, as a dict for JSON, what must be the same when a campaign goes on."""
+    def identity(self) -> dict[str, Any]:
+        """Returns, as a dict for JSON, what must be the same when a campaign is continued."""
         settings = "\n".join(repr(cell.scenario) for cell in self.cells)
         return {
             "scenario": self.spec,
@@ -66,15 +86,25 @@ class Plan:
         }
 
 
-def make_plan(spec, trials, vary=None, overrides=(), first_seed=0, vision=None):
+def make_plan(
+    spec: str,
+    trials: int,
+    vary: Mapping[str, Sequence[Any]] | None = None,
+    overrides: Sequence[str] = (),
+    first_seed: int = 0,
+    vision: str | None = None,
+) -> Plan:
     """Returns the checked `Plan` of a campaign, before anything runs.
 
-    Args:
-      spec: a scenario, as `load_scenario` takes it. trials: seeds in each cell. vary: {key path: values}, each a YAML
-      text or a plain value of Python. overrides: texts "key.path=value" for every trial. first_seed: seeds count up
-      from it. vision: "measured" renders no images.
+    Raises DrakeTrackerError, with one line for each error.
 
-    Raises DrakeTrackerError, one line for each error.
+    Args:
+        spec: a scenario, as `load_scenario` takes it.
+        trials: number of seeds in each cell.
+        vary: {key path: values}; each value is a YAML text or a plain Python value.
+        overrides: texts "key.path=value" for every trial.
+        first_seed: the first seed; the others count up from it.
+        vision: "measured" renders no images.
     """
     if trials < 1:
         raise DrakeTrackerError(f"--trials {trials}: must be a whole number from 1")
@@ -84,11 +114,11 @@ def make_plan(spec, trials, vary=None, overrides=(), first_seed=0, vision=None):
             raise DrakeTrackerError(f"--vision {vision}: must be one of {', '.join(VISIONS)}")
         overrides = (VISIONS[vision], *overrides)
         origins[VISIONS[vision]] = f"--vision {vision}"
-    vary = {key: [yaml_text(value) for value in values] for key, values in (vary or {}).items()}
-    cells = make_cells(spec, overrides, vary, origins)
+    texts = {key: [yaml_text(value) for value in values] for key, values in (vary or {}).items()}
+    cells = make_cells(spec, overrides, texts, origins)
     for option, seed in (("--first-seed", first_seed), ("the last seed", first_seed + trials - 1)):
         try:
             load_scenario(spec, seed=seed)
         except DrakeTrackerError as error:
             raise DrakeTrackerError(str(error).replace("--seed", option)) from None
-    return Plan(spec, tuple(overrides), vary, trials, first_seed, tuple(cells))
+    return Plan(spec, tuple(overrides), texts, trials, first_seed, tuple(cells))

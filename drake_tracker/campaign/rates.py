@@ -1,6 +1,8 @@
-"""How often a campaign succeeded, cell by cell."""
+"""The success rates of a campaign, cell by cell."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from drake_tracker.campaign.grid import plain_value
 from drake_tracker.campaign.wilson import wilson
@@ -8,47 +10,73 @@ from drake_tracker.campaign.wilson import wilson
 
 @dataclass(frozen=True)
 class Rate:
-    """Of one cell: its settings {key path: YAML text}, trials that took the object, all trials, and the ends of the
-    Wilson 95 % interval.
+    """The success rate of one cell.
+
+    Attributes:
+        settings: {key path: YAML text} of the cell.
+        successes: number of trials in which the object was grasped or caught.
+        trials: number of all trials.
+        low: lower end of the 95 % Wilson interval.
+        high: upper end of the 95 % Wilson interval.
     """
 
-    settings: dict
-    taken: int
+    settings: Mapping[str, str]
+    successes: int
     trials: int
     low: float
     high: float
 
     @property
-    def share(self):
+    def share(self) -> float | None:
         """The rate, from 0 to 1; None when there was no trial."""
-        return self.taken / self.trials if self.trials else None
+        return self.successes / self.trials if self.trials else None
 
 
-def rates_of(rows, cells):
-    """Returns the `Rate` of each of the cells, a list of settings, from the lines of a record."""
+def rates_of(rows: Sequence[Mapping[str, Any]], cells: Sequence[Mapping[str, str]]) -> list[Rate]:
+    """Returns the `Rate` of each cell.
+
+    Args:
+        rows: lines of a record.
+        cells: settings of each cell.
+    """
     rates = []
     for settings in cells:
-        successes = [bool(row["success"]) for row in rows if row["settings"] == settings]
-        rates.append(Rate(settings, sum(successes), len(successes), *wilson(sum(successes), len(successes))))
+        found = [bool(row["success"]) for row in rows if row["settings"] == settings]
+        rates.append(Rate(settings, sum(found), len(found), *wilson(sum(found), len(found))))
     return rates
 
 
-def overall(rates):
+def overall(rates: Sequence[Rate]) -> Rate:
     """Returns the `Rate` of all cells together, with no settings."""
-    taken, trials = sum(rate.taken for rate in rates), sum(rate.trials for rate in rates)
-    return Rate({}, taken, trials, *wilson(taken, trials))
+    successes, trials = sum(rate.successes for rate in rates), sum(rate.trials for rate in rates)
+    return Rate({}, successes, trials, *wilson(successes, trials))
 
 
-def rate_columns(rates, keys):
-    """Returns the rates as a table {column: values, one a cell}, for a file."""
-    columns = {key: [plain_value(rate.settings[key]) for rate in rates] for key in keys}
-    columns |= {name: [getattr(rate, name) for rate in rates] for name in ("taken", "trials", "share")}
-    return columns | {f"wilson_{name}": [getattr(rate, name) for rate in rates] for name in ("low", "high")}
+def rate_columns(rates: Sequence[Rate], keys: Sequence[str]) -> dict[str, list[Any]]:
+    """Returns the rates as a table for a file: {column: values}, with one row for each cell.
+
+    Args:
+        rates: of the cells.
+        keys: the varied settings.
+    """
+    return {
+        **{key: [plain_value(rate.settings[key]) for rate in rates] for key in keys},
+        "taken": [rate.successes for rate in rates],
+        "trials": [rate.trials for rate in rates],
+        "share": [rate.share for rate in rates],
+        "wilson_low": [rate.low for rate in rates],
+        "wilson_high": [rate.high for rate in rates],
+    }
 
 
-def rate_table(rates, keys):
-    """Returns the rates as lines of text in columns, in % with the Wilson 95 % interval, and that of all together."""
-    rows = [[*keys, "taken", "trials", "%", "Wilson 95 %"]]
+def rate_table(rates: Sequence[Rate], keys: Sequence[str]) -> list[str]:
+    """Returns the rates as lines of text in columns: counts, percentage, 95 % Wilson interval; last the overall rate.
+
+    Args:
+        rates: of the cells.
+        keys: the varied settings.
+    """
+    rows = [[*keys, "successes", "trials", "%", "Wilson 95 %"]]
     rows += [[*(rate.settings[key] for key in keys), *_texts(rate)] for rate in rates]
     if len(rates) > 1:
         rows.append(["all", *[""] * (len(keys) - 1), *_texts(overall(rates))])
@@ -56,7 +84,8 @@ def rate_table(rates, keys):
     return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip() for row in rows]
 
 
-def _texts(rate):
-    if not rate.trials:
+def _texts(rate: Rate) -> list[str]:
+    if rate.share is None:
         return ["0", "0", "", ""]
-    return [str(rate.taken), str(rate.trials), f"{100 * rate.share:.0f}", f"{100 * rate.low:.0f}-{100 * rate.high:.0f}"]
+    interval = f"{100 * rate.low:.0f}-{100 * rate.high:.0f}"
+    return [str(rate.successes), str(rate.trials), f"{100 * rate.share:.0f}", interval]

@@ -1,34 +1,42 @@
-"""The file of results that grows by one line at each trial: nothing that is in it is ever lost."""
+"""The file of results, which grows by one line with each trial and never loses a result."""
+
+from __future__ import annotations
 
 import fcntl
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
 
 
 class Record:
-    """Results on disk, one JSON object a line, each written at once.
+    """Results on disk, one JSON object per line. Each result is written and flushed to the disk at once.
 
-    Opening keeps every result that is in the file and cuts off what a killed writer left of its last line. One process
-    at a time has it open. Raises DrakeTrackerError when the file cannot be read or written, or another process has it.
+    Opening the file keeps every complete result and drops an incomplete last line, which a killed writer may have left.
+    Only one process at a time can have the file open. Raises DrakeTrackerError when the file cannot be read or written,
+    or when another process has it open.
 
     Args:
-      path: the file, made when there is none; None keeps results in memory alone.
+        path: the file, created when it does not exist; None keeps the results in memory only.
+
+    Attributes:
+        path: the file, or None.
+        rows: the results, in the order of the file.
     """
 
-    def __init__(self, path):
+    def __init__(self, path: str | os.PathLike[str] | None) -> None:
         self.path = None if path is None else Path(path)
-        self.rows = []
-        self._file = None
+        self.rows: list[dict[str, Any]] = []
+        self._file: int | None = None
         if self.path is None:
             return
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o666)
-            self._lock()
-            self._read()
+            self._lock(self._file)
+            self._read(self._file, self.path)
         except OSError as error:
             self.close()
             raise self._trouble(error) from None
@@ -36,79 +44,88 @@ class Record:
             self.close()
             raise
 
-    def append(self, row):
-        """Adds a result, a dict, to the file and to ``rows``. When the disk is full the file stays as it was."""
+    def append(self, row: dict[str, Any]) -> None:
+        """Adds a result to the file and to ``rows``. When the disk is full, the file keeps its earlier content.
+
+        Args:
+            row: fit for JSON.
+        """
         if self._file is not None:
-            self._write((json.dumps(row, separators=(",", ":")) + "\n").encode())
+            self._write(self._file, (json.dumps(row, separators=(",", ":")) + "\n").encode())
         self.rows.append(row)
 
-    def close(self):
-        """Lets go of the file."""
+    def close(self) -> None:
+        """Closes the file, so that other processes can open it."""
         if self._file is not None:
             os.close(self._file)
             self._file = None
 
-    def __enter__(self):
+    def __enter__(self) -> Record:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _lock(self):
+    def _lock(self, file: int) -> None:
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise DrakeTrackerError(f"{self.path}: another process is writing to it; wait until it has ended") from None
         except OSError:
             pass  # a file system without locks
 
-    def _read(self):
-        data = self.path.read_bytes()
+    def _read(self, file: int, path: Path) -> None:
+        data = path.read_bytes()
         end = data.rfind(b"\n") + 1
-        self.rows = parse_lines(data[:end], self.path)
+        self.rows = parse_lines(data[:end], path)
         try:
-            self.rows += parse_lines(data[end:], self.path)
+            self.rows += parse_lines(data[end:], path)
         except DrakeTrackerError:
-            os.ftruncate(self._file, end)
+            os.ftruncate(file, end)
         else:
             if end < len(data):
-                self._write(b"\n")
+                self._write(file, b"\n")
 
-    def _write(self, data):
-        size = os.lseek(self._file, 0, os.SEEK_END)
+    def _write(self, file: int, data: bytes) -> None:
+        size = os.lseek(file, 0, os.SEEK_END)
         try:
             rest = memoryview(data)
             while rest:
-                rest = rest[os.write(self._file, rest) :]
-            os.fsync(self._file)
+                rest = rest[os.write(file, rest) :]
+            os.fsync(file)
         except OSError as error:
-            os.ftruncate(self._file, size)
+            os.ftruncate(file, size)
             raise self._trouble(error) from None
 
-    def _trouble(self, error):
+    def _trouble(self, error: OSError) -> DrakeTrackerError:
         return DrakeTrackerError(f"{self.path}: {error.strerror}")
 
 
-def read_lines(path):
-    """Returns the results that a file holds, one JSON object a line; none when there is no file.
+def read_lines(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
+    """Returns the results in a file, one JSON object per line; an empty list when there is no file.
 
-    Raises DrakeTrackerError when a line is not one.
+    Raises DrakeTrackerError when a line is not a result.
     """
     path = Path(path)
     return parse_lines(path.read_bytes(), path) if path.exists() else []
 
 
-def parse_lines(data, path):
-    """Returns the results of a file's bytes; ``path`` is for messages."""
+def parse_lines(data: bytes, path: Path) -> list[dict[str, Any]]:
+    """Returns the results in the content of a file. Raises DrakeTrackerError when a line is not a result.
+
+    Args:
+        data: content of the file.
+        path: the file, for messages.
+    """
     rows = []
     for number, line in enumerate(data.split(b"\n"), 1):
         if not line.strip():
             continue
         try:
             row = json.loads(line)
-        except ValueError:  # not UTF-8 is one as well
+        except ValueError:  # also raised when the line is not UTF-8
             row = None
         if not isinstance(row, dict):
-            raise DrakeTrackerError(f"{path} line {number}: not a result, a JSON object; mend the line or take it out")
+            raise DrakeTrackerError(f"{path} line {number}: not a result (a JSON object); repair the line or remove it")
         rows.append(row)
     return rows

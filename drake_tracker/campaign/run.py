@@ -1,55 +1,69 @@
-"""Runs a campaign, or goes on with one, and leaves its directory."""
+"""Runs or continues a campaign, and writes its directory."""
+
+from __future__ import annotations
 
 import os
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from drake_tracker.campaign.directory import discard, open_directory, replace_whole
-from drake_tracker.campaign.plan import Plan, key_of, make_plan
-from drake_tracker.campaign.pool import pool
-from drake_tracker.campaign.rates import rate_columns, rate_table, rates_of
+from drake_tracker.campaign.plan import Plan, Trial, key_of, make_plan
+from drake_tracker.campaign.pool import Runner, pool
+from drake_tracker.campaign.rates import Rate, rate_columns, rate_table, rates_of
+from drake_tracker.campaign.record import Record
 from drake_tracker.campaign.table import columns_of, require_parquet, write_csv, write_parquet
 from drake_tracker.campaign.trial import Lost, run_trial
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.scenarios.reader import setting_unit
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 TABLE, RATES, PICTURE = "trials.csv", "rates.csv", "success.png"
 """Names of the files that a campaign leaves beside its record."""
+
+OnProgress = Callable[[int, int, int], object]
+"""Called with (number of trials that have ended, number of all trials, number of successes)."""
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """What came of a campaign.
+    """The results of a campaign.
 
-    plan: the `Plan`. rows: the lines of its record, cell by cell and seed by seed, those of earlier calls as well.
-    lost: [(Trial, reason)] that did not come to an end this time; they have no line and are run by the next call.
-    interrupted: whether the user ended it.
+    Attributes:
+        plan: of the campaign.
+        rows: lines of its record, cell by cell and seed by seed, with those of earlier calls.
+        lost: (trial, reason) of each trial that could not be completed this time. It has no line, and the next call
+            runs it again.
+        interrupted: whether the user stopped the campaign.
     """
 
     plan: Plan
-    rows: list
-    lost: list
+    rows: list[dict[str, Any]]
+    lost: list[tuple[Trial, str]]
     interrupted: bool
 
     @property
-    def rates(self):
-        """A `rates.Rate` of each cell."""
+    def rates(self) -> list[Rate]:
+        """The `rates.Rate` of each cell."""
         return rates_of(self.rows, [cell.settings for cell in self.plan.cells])
 
     @property
-    def table(self):
-        """{column: values}, a value a trial; see `table.columns_of`."""
+    def table(self) -> dict[str, list[Any]]:
+        """{column: values}, with one value per trial; see `table.columns_of`."""
         return columns_of(self.rows, list(self.plan.vary))
 
-    def lines(self):
+    def lines(self) -> list[str]:
         """Returns the rates as lines of text, then the trials that were lost."""
         lines = rate_table(self.rates, list(self.plan.vary))
         for trial, reason in self.lost:
             lines.append(f"lost: {describe(trial)}: {reason}; the same command runs it again")
         return lines
 
-    def draw(self):
+    def draw(self) -> Figure | None:
         """Returns a Matplotlib figure of the rates, or None when nothing was varied."""
         from drake_tracker.campaign.plots import draw_rates  # Matplotlib is slow to load
 
@@ -57,55 +71,82 @@ class Campaign:
 
 
 def run_campaign(
-    scenario,
-    trials,
-    vary=None,
-    overrides=(),
-    first_seed=0,
-    vision=None,
-    workers=None,
-    scheduler=None,
-    out=None,
-    parquet=False,
-    progress=None,
-):
-    """Runs every trial of a campaign that has not been run yet; returns the `Campaign`.
+    scenario: str,
+    trials: int,
+    vary: Mapping[str, Sequence[Any]] | None = None,
+    overrides: Sequence[str] = (),
+    first_seed: int = 0,
+    vision: str | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    out: str | os.PathLike[str] | None = None,
+    parquet: bool = False,
+    progress: OnProgress | None = None,
+) -> Campaign:
+    """Runs every trial of a campaign that has not been run yet. Returns the `Campaign`.
+
+    Raises DrakeTrackerError for bad input, before anything runs, and when the scheduler or the disk fails; the trials
+    recorded until then are kept.
 
     Args:
-      scenario, trials, vary, overrides, first_seed, vision: see `make_plan`.
-      workers: processes of this machine, by default one for each core.
-      scheduler: address of a dask scheduler, to run on its workers instead; see `cluster`.
-      out: directory of the campaign, new, or that of one to go on with; None leaves nothing behind.
-      parquet: whether the table is written as Parquet, too.
-      progress: called with (trials that have ended, all trials, how many took the object) after each.
-
-    Raises DrakeTrackerError on bad input, before anything runs, and when the scheduler or the disk fails; what has been
-    recorded until then is kept.
+        scenario: see `make_plan`.
+        trials: see `make_plan`.
+        vary: see `make_plan`.
+        overrides: see `make_plan`.
+        first_seed: see `make_plan`.
+        vision: see `make_plan`.
+        workers: number of processes of this machine; by default one for each core.
+        scheduler: address of a dask scheduler, to run on its workers instead; see `cluster.cluster`.
+        out: directory of the campaign, a new one or one to continue; None writes nothing.
+        parquet: whether the table is also written as Parquet.
+        progress: called at the start and after each trial.
     """
     plan = make_plan(scenario, trials, vary, overrides, first_seed, vision)
     runner = make_runner(workers, scheduler)
     if parquet:
         require_parquet()
+    _check_parts(plan)
     if scheduler is None:
         _require_renderer(plan)
     return carry_out(plan, runner, out, parquet, progress)
 
 
-def make_runner(workers=None, scheduler=None):
-    """Returns the runner of a campaign: see `pool.pool`. Raises DrakeTrackerError for one that cannot be."""
+def make_runner(workers: int | None = None, scheduler: str | None = None) -> Runner:
+    """Returns the `pool.Runner` of a campaign. Raises DrakeTrackerError when the arguments do not describe one.
+
+    Args:
+        workers: number of processes of this machine; by default one for each core.
+        scheduler: address of a dask scheduler, to run on its workers instead.
+    """
     if scheduler is not None:
         from drake_tracker.campaign.cluster import cluster
 
         if workers is not None:
-            raise DrakeTrackerError(f"--workers {workers}: is for this machine; a scheduler has workers of its own")
+            raise DrakeTrackerError(f"--workers {workers}: is for this machine; a scheduler has its own workers")
         return cluster(scheduler)
     if workers is not None and workers < 1:
         raise DrakeTrackerError(f"--workers {workers}: must be a whole number from 1")
-    return pool(workers or os.cpu_count())
+    return pool(workers or os.cpu_count() or 1)
 
 
-def carry_out(plan, runner, out=None, parquet=False, progress=None, work=run_trial):
-    """Runs what is missing of a `Plan` with ``work(trial)`` on a runner; see `run_campaign`."""
+def carry_out(
+    plan: Plan,
+    runner: Runner,
+    out: str | os.PathLike[str] | None = None,
+    parquet: bool = False,
+    progress: OnProgress | None = None,
+    work: Callable[[Trial], Any] = run_trial,
+) -> Campaign:
+    """Runs the missing trials of a plan. Returns the `Campaign`; see `run_campaign`.
+
+    Args:
+        plan: of the campaign.
+        runner: runs the trials.
+        out: directory of the campaign, or None.
+        parquet: whether the table is also written as Parquet.
+        progress: called at the start and after each trial.
+        work: runs one trial, and returns its line of the record or `Lost`.
+    """
     with open_directory(plan, out) as record:
         done = {key_of(row["settings"], row["seed"]) for row in record.rows}
         missing = [trial for trial in plan.jobs() if trial.key not in done]
@@ -117,7 +158,7 @@ def carry_out(plan, runner, out=None, parquet=False, progress=None, work=run_tri
             if not record.rows:
                 discard(out)
                 raise
-            kept = f"{len(record.rows)} of {len(plan)} trials are kept, go on with --out {out}"
+            kept = f"{len(record.rows)} of {len(plan)} trials are kept, continue with --out {out}"
             raise DrakeTrackerError(f"{error}; {kept}") from None
         places = {trial.key: (k % len(plan.cells), k) for k, trial in enumerate(plan.jobs())}
         rows = [row for row in record.rows if key_of(row["settings"], row["seed"]) in places]
@@ -128,38 +169,54 @@ def carry_out(plan, runner, out=None, parquet=False, progress=None, work=run_tri
     return campaign
 
 
-def _run(runner, work, missing, record, count, progress):
-    """Returns ([(Trial, reason)] of those lost, whether the user ended it)."""
-    lost, ended = [], count - len(missing)
-    taken = sum(bool(row["success"]) for row in record.rows)
+def _run(
+    runner: Runner,
+    work: Callable[[Trial], Any],
+    missing: Sequence[Trial],
+    record: Record,
+    count: int,
+    progress: OnProgress | None,
+) -> tuple[list[tuple[Trial, str]], bool]:
+    """Returns ((trial, reason) of the lost ones, whether the user stopped it)."""
+    lost: list[tuple[Trial, str]] = []
+    ended = count - len(missing)
+    successes = sum(bool(row["success"]) for row in record.rows)
     try:
         with closing(runner(work, missing)) as results:
             if progress is not None:
-                progress(ended, count, taken)
+                progress(ended, count, successes)
             for trial, result in results:
                 if isinstance(result, Lost):
                     lost.append((trial, result.reason))
                 else:
                     record.append(result)
-                    taken += bool(result["success"])
+                    successes += bool(result["success"])
                 ended += 1
                 if progress is not None:
-                    progress(ended, count, taken)
+                    progress(ended, count, successes)
     except KeyboardInterrupt:
         return lost, True
     return lost, False
 
 
-def _require_renderer(plan):
+def _check_parts(plan: Plan) -> None:
+    """Raises DrakeTrackerError when a custom part of a cell cannot be made; loading a scenario imports none."""
+    from drake_tracker.diagrams.custom import check_custom_parts
+
+    for cell in plan.cells:
+        check_custom_parts(cell.scenario)
+
+
+def _require_renderer(plan: Plan) -> None:
     from drake_tracker.core.machine import require_renderer
     from drake_tracker.tasks.registry import task_of
 
-    if any(task_of(cell.scenario).needs_renderer(cell.scenario) for cell in plan.cells):
+    if any(task_of(cell.scenario).uses_cameras(cell.scenario) for cell in plan.cells):
         require_renderer()
 
 
-def _write(campaign, out, parquet):
-    """Leaves the tables and the picture of a campaign in its directory."""
+def _write(campaign: Campaign, out: Path, parquet: bool) -> None:
+    """Writes the tables and the picture of a campaign to its directory."""
     table = campaign.table
     write_csv(table, out / TABLE)
     if parquet:
@@ -170,11 +227,11 @@ def _write(campaign, out, parquet):
         replace_whole(out / PICTURE, lambda beside: figure.savefig(beside, dpi=110))
 
 
-def describe(trial):
-    """Returns in words which trial it is."""
+def describe(trial: Trial) -> str:
+    """Returns seed and varied settings of a trial, in one line."""
     return ", ".join([f"seed {trial.scenario.seed}", *(f"{key} {value}" for key, value in trial.settings.items())])
 
 
-def units_of(plan):
-    """Returns {key: unit} of the varied settings that have one."""
+def units_of(plan: Plan) -> dict[str, str]:
+    """Returns {key: unit} of the varied settings that have a unit."""
     return {key: unit for key in plan.vary if (unit := setting_unit(type(plan.cells[0].scenario), key))}

@@ -1,21 +1,28 @@
-"""One table of all trials: a row a trial, a column for each number of a run's summary."""
+"""One table of all trials, with a row for each trial and a column for each number of a run's summary."""
 
 import csv
 import io
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from drake_tracker.campaign.directory import replace_whole, write_whole
 from drake_tracker.campaign.grid import plain_value
 from drake_tracker.core.errors import DrakeTrackerError
 
 FIRST = ("seed", "success", "failure_reason")
-"""Columns after those of the varied settings; the rest follow as they come up."""
+"""Columns after those of the varied settings; the rest follow in the order in which they first occur."""
 
 
-def columns_of(rows, keys):
-    """Returns the table as {column: values, None where a row has none}, its rows ordered as ``rows``.
+def columns_of(rows: Sequence[Mapping[str, Any]], keys: Sequence[str]) -> dict[str, list[Any]]:
+    """Returns the table as {column: values, None where a row has none}, in the order of ``rows``.
 
-    First the varied settings, ``keys``, as numbers where they are, then `FIRST`, then the rest of the summary: what is
-    nested is named with dots (``lag_s.max``), an element of a list by its number (``board_in_world_error.0``).
+    The columns are the varied settings (as numbers where they are numbers), then `FIRST`, then the rest of the summary.
+    Nested values are named with dots (``lag_s.max``), elements of a list by their index (``board_in_world_error.0``).
+
+    Args:
+        rows: lines of a record.
+        keys: the varied settings.
     """
     flat = []
     for row in rows:
@@ -25,8 +32,13 @@ def columns_of(rows, keys):
     return {name: [row.get(name) for row in flat] for name in names}
 
 
-def write_csv(columns, path):
-    """Writes a table as CSV: UTF-8, a header, empty for None, true and false."""
+def write_csv(columns: Mapping[str, Sequence[Any]], path: Path) -> None:
+    """Writes a table as CSV in UTF-8: a header, an empty cell for None, and the words true and false.
+
+    Args:
+        columns: {column: values}.
+        path: the file, which is replaced. Raises DrakeTrackerError when it cannot be written.
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -35,41 +47,47 @@ def write_csv(columns, path):
     write_whole(path, text.getvalue())
 
 
-def require_parquet():
-    """Returns pyarrow's modules (pyarrow, pyarrow.parquet). Raises DrakeTrackerError when it is not installed."""
+def require_parquet() -> tuple[Any, Any]:
+    """Returns the modules (pyarrow, pyarrow.parquet). Raises DrakeTrackerError when pyarrow is not installed."""
     try:
         import pyarrow
         import pyarrow.parquet
     except ImportError as error:
         remedy = "pip install 'drake-tracker[parquet]' installs it"
-        raise DrakeTrackerError(f"--parquet: pyarrow does not load ({error}); {remedy}") from None
+        raise DrakeTrackerError(f"--parquet: pyarrow cannot be loaded ({error}); {remedy}") from None
     return pyarrow, pyarrow.parquet
 
 
-def write_parquet(columns, path):
-    """Writes a table as Parquet; a column of values of several kinds becomes one of texts."""
+def write_parquet(columns: Mapping[str, Sequence[Any]], path: Path) -> None:
+    """Writes a table as Parquet. A column with values of several types becomes one of texts.
+
+    Args:
+        columns: {column: values}.
+        path: the file, which is replaced. Raises DrakeTrackerError when it cannot be written.
+    """
     pyarrow, parquet = require_parquet()
-    table = pyarrow.table({name: pyarrow.array(_of_one_kind(values)) for name, values in columns.items()})
+    table = pyarrow.table({name: pyarrow.array(_of_one_type(values)) for name, values in columns.items()})
     replace_whole(path, lambda beside: parquet.write_table(table, beside))
 
 
-def _of_one_kind(values):
-    kinds = {type(value) for value in values if value is not None}
-    if kinds == {int, float}:
+def _of_one_type(values: Sequence[Any]) -> Sequence[Any]:
+    types = {type(value) for value in values if value is not None}
+    if types == {int, float}:
         return [None if value is None else float(value) for value in values]
-    if len(kinds) > 1:
+    if len(types) > 1:
         return [None if value is None else str(value) for value in values]
     return values
 
 
-def _flatten(value, name=""):
+def _flatten(value: Any, name: str = "") -> dict[str, Any]:
+    items: Iterable[tuple[Any, Any]]
     if isinstance(value, dict):
         items = value.items()
     elif isinstance(value, list):
         items = enumerate(value)
     else:
         return {name: value}
-    flat = {}
+    flat: dict[str, Any] = {}
     for key, item in items:
         flat |= _flatten(item, f"{name}.{key}" if name else str(key))
     return flat

@@ -1,13 +1,15 @@
-"""A server that answers this machine alone: what the pages of a run, live and afterwards, have in common.
+"""An HTTP server for this machine only: the common part of the page of a finished run and of the live view.
 
-It is bound to the loopback, and answers only requests that name it as their host: the page of another site, whose name
-was made to lead here, can neither read nor steer a run. A path that comes over the network is looked up as it stands
-and never used for anything else.
+The server is bound to the loopback address, and answers only requests whose Host header names it. A page of another
+site whose name was made to resolve to this machine can therefore neither read nor control a run. Handlers look the path
+of a request up in a table and never use it for anything else.
 """
 
 import sys
+from collections.abc import Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
 
@@ -15,67 +17,104 @@ HOST = "127.0.0.1"
 
 
 class LoopbackServer(ThreadingHTTPServer):
-    """Listens at ``url``; `serve_forever` answers.
+    """Listens at ``url``; `serve_forever` answers requests.
+
+    Raises DrakeTrackerError when the port is taken or does not exist.
 
     Args:
-      handler: subclass of `LoopbackHandler`. port: to listen at; 0 takes a free one.
+        handler: subclass of `LoopbackHandler`.
+        port: to listen at; 0 takes a free one.
 
-    Raises DrakeTrackerError when the port is taken, or none of this machine's.
+    Attributes:
+        hosts: values of the Host header that name this server.
+        url: of this server.
     """
 
     daemon_threads = True
     block_on_close = False
 
-    def __init__(self, handler, port=0):
+    def __init__(self, handler: "type[LoopbackHandler]", port: int = 0) -> None:
         try:
             super().__init__((HOST, port), handler)
         except (OSError, OverflowError) as error:
             reason = getattr(error, "strerror", None) or "ports are 0 to 65535"
             raise DrakeTrackerError(
-                f"--port {port}: nothing can listen there ({reason}); choose another port, or leave --port out for a "
-                "free one"
+                f"--port {port}: cannot listen there ({reason}); choose another port, or omit --port for a free one"
             ) from None
         port = self.server_address[1]
         self.hosts = {f"{name}:{port}" for name in (HOST, "localhost")}
         self.url = f"http://{HOST}:{port}/"
 
-    def handle_error(self, request, client_address):
-        """Says nothing of a browser that turned away in the middle of something."""
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Reports an error in a handler, except that a browser closed its connection."""
         if not isinstance(sys.exception(), (ConnectionError, TimeoutError)):
             super().handle_error(request, client_address)
 
 
 class LoopbackHandler(BaseHTTPRequestHandler):
-    """What both pages' handlers share. ``policy``: what the page's content may load."""
+    """Base of the request handlers.
 
+    Attributes:
+        policy: Content-Security-Policy of every answer, which limits what its content may load.
+    """
+
+    server: LoopbackServer
     protocol_version = "HTTP/1.1"
     server_version, sys_version = "drake-tracker", ""
     policy = "default-src 'self'"
 
-    def is_addressed(self):
-        """Returns whether the request names this very server; refuses it if not."""
+    def is_addressed(self) -> bool:
+        """Returns whether the Host header of the request names this server; refuses the request if not."""
         if self.headers.get("Host") in self.server.hosts:
             return True
         self.refuse(HTTPStatus.FORBIDDEN, "this is not the host that was asked for")
         return False
 
-    def send(self, status, kind, body, more=None):
-        """Answers with ``body``, bytes of the media type ``kind``; a request for the head alone gets that."""
-        self.head(status, kind, len(body), more, close=status != HTTPStatus.OK)
+    def send(self, status: int, media_type: str, body: bytes, more: Mapping[str, str] | None = None) -> None:
+        """Sends an answer; its body is omitted when the request is HEAD.
+
+        Args:
+            status: of the answer.
+            media_type: of the body.
+            body: content.
+            more: further headers.
+        """
+        self.head(status, media_type, len(body), more, close=status != HTTPStatus.OK)
         if self.command != "HEAD":
             self.wfile.write(body)
 
-    def refuse(self, status, words, more=None):
-        """Answers with a line that says why not."""
-        self.send(status, "text/plain; charset=utf-8", f"{words}\n".encode(), more)
+    def refuse(self, status: int, reason: str, more: Mapping[str, str] | None = None) -> None:
+        """Sends an answer with a line that states why the request is refused.
 
-    def head(self, status, kind, length=None, more=None, close=False):
-        """Sends status and headers; ``more``: further ones. ``length`` None: the body ends with the connection."""
+        Args:
+            status: of the answer.
+            reason: one line.
+            more: further headers.
+        """
+        self.send(status, "text/plain; charset=utf-8", f"{reason}\n".encode(), more)
+
+    def head(
+        self,
+        status: int,
+        media_type: str,
+        length: int | None = None,
+        more: Mapping[str, str] | None = None,
+        close: bool = False,
+    ) -> None:
+        """Sends status and headers.
+
+        Args:
+            status: of the answer.
+            media_type: of the body.
+            length: of the body in bytes; None when the body ends with the connection.
+            more: further headers.
+            close: whether to close the connection after the answer.
+        """
         self.send_response(status)
-        self.send_header("Content-Type", kind)
+        self.send_header("Content-Type", media_type)
         if length is not None:
             self.send_header("Content-Length", str(length))
-        if close:  # What may not have been read of a refused request must not be taken for the next one.
+        if close:  # The unread rest of a refused request must not be parsed as the next request.
             self.send_header("Connection", "close")
             self.close_connection = True
         self.send_header("Cache-Control", "no-store")
@@ -86,5 +125,5 @@ class LoopbackHandler(BaseHTTPRequestHandler):
             self.send_header(name, value)
         self.end_headers()
 
-    def log_message(self, *words):
-        """Requests are not printed."""
+    def log_message(self, format: str, *arguments: Any) -> None:
+        """Prints nothing: requests are not logged."""

@@ -1,10 +1,14 @@
-"""Draws every figure, and writes the numbers behind them: the command `drake-tracker figures`."""
+"""Draws every figure and writes the numbers behind them: the command `drake-tracker figures`."""
 
 import json
 import math
 import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from drake_tracker.figures import loop_runs
 from drake_tracker.figures.curvature import curvature_limit, draw_curvature
@@ -28,36 +32,50 @@ from drake_tracker.figures.measured_arc import (
 from drake_tracker.figures.paper_style import save
 from drake_tracker.figures.studio import train_studio
 from drake_tracker.figures.trajectory import draw_trajectory, trajectory
-from drake_tracker.tasks.train.summary import git_commit, package_versions
+from drake_tracker.tasks.results import git_commit, package_versions
+from drake_tracker.tasks.train.scenario import TrainScenario
 
 RUNS, QUICK_RUNS = 12, 1
-"""Synthetic runs for the error against the horizon."""
+"""Number of synthetic runs for the error over the horizon."""
 _DIGITS = 6
 
 
-def make_figures(out, seed=0, quick=False, bounds=None, say=print):
-    """Draws every figure into the directory ``out``, a `Path` that exists; returns the numbers, also in figures.json.
+def make_figures(
+    out: Path,
+    seed: int = 0,
+    quick: bool = False,
+    bounds: Sequence[Mapping[str, Any]] | None = None,
+    say: Callable[[str], object] = print,
+) -> dict[str, Any]:
+    """Draws every figure. Returns their numbers, which it also writes to figures.json.
 
     Args:
-      seed: of the two runs of the camera loop, which are left in ``out``/runs, and of the synthetic ones.
-      quick: a preview: a few seconds of the camera loop, no grasp, one synthetic run.
-      bounds: curves from `read_bounds`. say: called with a line of text whenever a figure is done.
+        out: an existing directory for the figures, and for the two runs of the camera loop (in ``runs``).
+        seed: of the two runs of the camera loop and of the synthetic runs.
+        quick: whether to make a preview: a few seconds of the camera loop, no grasp, one synthetic run.
+        bounds: curves from `read_bounds`.
+        say: called with a line of text for each figure.
     """
-    numbers = {"seed": seed, "quick": quick, "git_commit": git_commit(), "package_versions": package_versions()}
+    numbers: dict[str, Any] = {
+        "seed": seed,
+        "quick": quick,
+        "git_commit": git_commit(),
+        "package_versions": package_versions(),
+    }
 
-    def keep(name, found, figure):
+    def keep(name: str, found: Any, figure: Figure) -> None:
         save(figure, out / f"{name}.png")
         numbers[name] = found
         say(f"{out / name}.png")
 
-    for name, measure, draw in (
+    for name, compute, draw in (
         ("figure_08", arc_length_densities, draw_arc_length_densities),
         ("figure_09", moment_ratios, draw_moment_ratios),
         ("figure_10", bending_densities, draw_bending_densities),
         ("figure_15", curvature_limit, draw_curvature),
         ("kaiser_response", kaiser_response, draw_kaiser_response),
     ):
-        found = measure()
+        found = compute()
         keep(name, found, draw(found))
 
     runs = QUICK_RUNS if quick else RUNS
@@ -68,7 +86,7 @@ def make_figures(out, seed=0, quick=False, bounds=None, say=print):
     scenario, length = loop_runs.tracking_scenario(seed, quick)
     say(f"camera loop, {scenario.name}: {scenario.duration:.1f} s of tracking")
     log, summary = loop_runs.record(scenario, out / "runs" / "tracking", stop=False)
-    numbers["tracking_run"] = _told(scenario, summary)
+    numbers["tracking_run"] = _run_facts(scenario, summary)
     for name, found, draw in (
         ("figure_07", measured_density(log), draw_measured_density),
         ("figure_12", filtered_arc(log), draw_filtered_arc),
@@ -79,11 +97,11 @@ def make_figures(out, seed=0, quick=False, bounds=None, say=print):
     numbers["grasp_run"] = None
     if not quick:
         scenario = loop_runs.grasping_scenario(seed)
-        say(f"camera loop, {scenario.name}: a grasp, of {scenario.duration:g} s at most")
+        say(f"camera loop, {scenario.name}: a grasp, {scenario.duration:g} s at most")
         log, summary = loop_runs.record(scenario, out / "runs" / "grasp", stop=True)
         if not summary["success"]:
-            say(f"the train was not lifted ({summary['failure_reason']}): figure 14 shows what came instead")
-        numbers["grasp_run"] = _told(scenario, summary)
+            say(f"the train was not lifted ({summary['failure_reason']}): figure 14 shows other instants of the run")
+        numbers["grasp_run"] = _run_facts(scenario, summary)
     shown = shown_moments(log, scenario)
     with tempfile.TemporaryDirectory() as folder:
         frames = render_frames(train_studio(scenario, folder), log, [moment.time for moment in shown])
@@ -94,8 +112,8 @@ def make_figures(out, seed=0, quick=False, bounds=None, say=print):
     return numbers
 
 
-def _told(scenario, summary):
-    """Returns what a reader must know of a run."""
+def _run_facts(scenario: TrainScenario, summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the settings and results that describe a run to a reader of figures.json."""
     keys = (
         "success",
         "failure_reason",
@@ -116,8 +134,8 @@ def _told(scenario, summary):
     }
 
 
-def rounded(value):
-    """Returns a value fit for JSON: plain numbers of six significant digits, None for what is not finite."""
+def rounded(value: Any) -> Any:
+    """Returns a value fit for JSON: numbers rounded to six significant digits, None for numbers that are not finite."""
     if isinstance(value, dict):
         return {key: rounded(item) for key, item in value.items()}
     if isinstance(value, (list, tuple, np.ndarray)):

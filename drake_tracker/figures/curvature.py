@@ -1,37 +1,43 @@
 """Figure 15 of Allen et al. 1991: bending over arc length becomes curvature (equations 5 and 19)."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PREDICTED, RULE, SOFT_INK
 
 SPEED = 0.15
-"""Of the train on the oval [m/s]."""
+"""Speed of the train on the oval [m/s]."""
 INTERVALS = VISION_PERIOD * np.geomspace(1.0, 60.0, 18)
 """Sampling intervals T [s]."""
 PLACE = 0.13
-"""Where on the oval the curvature is looked at [share of a lap]: off its axes, where it changes."""
+"""Where on the oval the curvature is computed [fraction of a lap]: away from its axes, where the curvature changes."""
 _TURN = np.deg2rad(38.0)
-"""Angle at the centre between neighbouring points of the drawing."""
+"""Angle at the centre between neighbouring points of the drawing [rad]."""
 
 
-def curvature_limit():
+def curvature_limit() -> dict[str, Any]:
     """Returns the numbers of the right panel: tan(phi_0) / s_0 [1/m] of three points on the oval, T [s] apart."""
     semi_axes = np.array([0.16, 0.22])
     fine = np.linspace(0.0, 2.0 * np.pi, 200001)
     curve = semi_axes * np.column_stack([np.cos(fine), np.sin(fine)])
-    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(curve, axis=0).T)))
-    place = PLACE * way[-1]
-    angle = np.interp(place, way, fine)
+    distance = np.append(0.0, np.cumsum(np.hypot(*np.diff(curve, axis=0).T)))
+    place = PLACE * distance[-1]
+    angle = np.interp(place, distance, fine)
     a, b = semi_axes
     truth = a * b / (a**2 * np.sin(angle) ** 2 + b**2 * np.cos(angle) ** 2) ** 1.5
-    found = []
+    ratios = []
     for interval in INTERVALS:
-        at = np.interp(place + SPEED * interval * np.array([-1.0, 0.0, 1.0]), way, fine)
+        at = np.interp(place + SPEED * interval * np.array([-1.0, 0.0, 1.0]), distance, fine)
         before, now, after = (a * np.cos(at) + 1j * b * np.sin(at)).tolist()
-        found.append(np.tan(np.angle((after - now) / (now - before))) / abs(after - now))
-    found = np.array(found)
+        ratios.append(np.tan(np.angle((after - now) / (now - before))) / abs(after - now))
+    found = np.array(ratios)
     return {
         "track": "oval",
         "speed_m_s": SPEED,
@@ -42,8 +48,8 @@ def curvature_limit():
     }
 
 
-def draw_curvature(numbers):
-    """Returns figure 15, and how fast the limit is reached."""
+def draw_curvature(numbers: Mapping[str, Any]) -> Figure:
+    """Returns figure 15, with a panel that shows how fast the limit is reached."""
     with sheet(12.0, 5.4) as figure:
         left, right = figure.subplots(1, 2)
         _draw_construction(left)
@@ -63,7 +69,7 @@ def draw_curvature(numbers):
         right.set(
             xticks=[20, 50, 100, 200, 500, 1000],
             xlabel="sampling interval $T$  [ms]",
-            ylabel="$\\tan\\phi_0/s_0$ off the curvature by  [%]",
+            ylabel="error of $\\tan\\phi_0/s_0$ as curvature  [%]",
         )
         right.xaxis.set_major_formatter("{x:g}")
         right.xaxis.set_minor_formatter("")
@@ -78,7 +84,7 @@ def draw_curvature(numbers):
     return figure
 
 
-def _draw_construction(axes):
+def _draw_construction(axes: Axes) -> None:
     angles = 0.5 * np.pi + _TURN * np.array([1.0, 0.0, -1.0])  # to the right, bending down
     points = np.column_stack([np.cos(angles), np.sin(angles)])
     arc = np.linspace(angles[0] + 0.3, angles[-1] - 0.3, 200)
@@ -110,15 +116,28 @@ def _draw_construction(axes):
     axes.spines[:].set_visible(False)
 
 
-def _mark_angle(axes, corner, low, high, radius, name, colour, at=0.5):
-    """Draws an arc from direction ``low`` to ``high``, both (2,), about ``corner``; its name stands ``at`` a share."""
+def _mark_angle(
+    axes: Axes,
+    corner: ArrayLike,
+    low: np.ndarray,
+    high: np.ndarray,
+    radius: float,
+    name: str,
+    colour: str,
+    at: float = 0.5,
+) -> None:
+    """Draws an arc from direction ``low`` to ``high``, both (2,), about ``corner``.
+
+    Its name stands at the fraction ``at`` of the arc.
+    """
+    x, y = np.asarray(corner)
     start, end = (np.arctan2(direction[1], direction[0]) for direction in (low, high))
     turn = np.linspace(start, end, 40)
-    axes.plot(corner[0] + radius * np.cos(turn), corner[1] + radius * np.sin(turn), color=colour, lw=1.5, zorder=3)
+    axes.plot(x + radius * np.cos(turn), y + radius * np.sin(turn), color=colour, lw=1.5, zorder=3)
     middle = start + at * (end - start)
     axes.text(
-        corner[0] + 1.28 * radius * np.cos(middle),
-        corner[1] + 1.28 * radius * np.sin(middle),
+        x + 1.28 * radius * np.cos(middle),
+        y + 1.28 * radius * np.sin(middle),
         name,
         color=colour,
         ha="center",

@@ -1,6 +1,10 @@
 """Figures 8, 9 and 10 of Allen et al. 1991: the densities of arc length and bending, and the ratio of moments."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.integrate import trapezoid
 
 from drake_tracker.estimation.rice import (
@@ -16,15 +20,15 @@ from drake_tracker.figures.paper_style import head, quiet_grid, shades, sheet
 from drake_tracker.tasks.style import FAR_PREDICTED, INK, PREDICTED, RULE, SOFT_INK
 
 SIGMAS = np.round(np.arange(0.4, 1.01, 0.1), 1)
-"""Noise of figure 8, in units of s_0."""
+"""Standard deviations of the noise in figure 8, in units of s_0."""
 NOISE_RATIOS = np.round(np.arange(0.1, 0.91, 0.1), 1)
 """k = sigma / s_0 of figure 10."""
 EXAMPLE_RATIO = 1.03
-"""A ratio p whose inversion figure 9 shows."""
+"""The ratio p whose inversion figure 9 shows."""
 
 
-def arc_length_densities():
-    """Returns the numbers of figure 8: for s_0 = 1 and each sigma the curve, its peak, mean and integral."""
+def arc_length_densities() -> dict[str, Any]:
+    """Returns the numbers of figure 8: for s_0 = 1 and each sigma, the curve with its peak, mean and integral."""
     s = np.linspace(0.0, 6.0, 1201)
     rows = []
     for sigma in SIGMAS:
@@ -41,7 +45,7 @@ def arc_length_densities():
     return {"s_0": 1.0, "s": s, "curves": rows}
 
 
-def draw_arc_length_densities(numbers):
+def draw_arc_length_densities(numbers: Mapping[str, Any]) -> Figure:
     """Returns figure 8."""
     with sheet(8.0, 5.0) as figure:
         axes = figure.subplots()
@@ -72,13 +76,13 @@ def draw_arc_length_densities(numbers):
         head(
             axes,
             "Figure 8 · Noise makes a path longer",
-            "Density of the measured arc length; dots: peaks, bars: means. Both move away from the truth.",
+            "Density of the measured arc length; dots: peaks, bars: means. Both move away from the true value.",
         )
     return figure
 
 
-def moment_ratios():
-    """Returns the numbers of figure 9: u_1(x), its limit at x = 0, and one inversion x_0(p) by the filter's table."""
+def moment_ratios() -> dict[str, Any]:
+    """Returns the numbers of figure 9: u_1(x), its limit at x = 0, and one inversion x_0(p) with the filter's table."""
     x = np.linspace(0.0, 8.0, 401)
     return {
         "x": x,
@@ -88,7 +92,7 @@ def moment_ratios():
     }
 
 
-def draw_moment_ratios(numbers):
+def draw_moment_ratios(numbers: Mapping[str, Any]) -> Figure:
     """Returns figure 9."""
     example = numbers["example"]
     with sheet(8.0, 5.0) as figure:
@@ -97,7 +101,7 @@ def draw_moment_ratios(numbers):
         axes.text(
             7.9,
             numbers["limit"] + 0.006,
-            "above $2/\\sqrt{\\pi}$ no root: $s_0$ is held",
+            "above $2/\\sqrt{\\pi}$ there is no root: $s_0$ is held",
             ha="right",
             color=FAR_PREDICTED,
         )
@@ -123,8 +127,8 @@ def draw_moment_ratios(numbers):
     return figure
 
 
-def bending_densities():
-    """Returns the numbers of figure 10: for each k the paper's density, the exact one, and both integrals.
+def bending_densities() -> dict[str, Any]:
+    """Returns the numbers of figure 10: for each k, the paper's density, the exact one, and both integrals.
 
     Densities in [1/rad] over the whole circle; phi_0 = 0.
     """
@@ -144,8 +148,8 @@ def bending_densities():
     return {"phi_0": 0.0, "phi": phi, "curves": rows}
 
 
-def draw_bending_densities(numbers):
-    """Returns figure 10, the exact density beside the paper's."""
+def draw_bending_densities(numbers: Mapping[str, Any]) -> Figure:
+    """Returns figure 10, with the exact density beside the paper's."""
     degrees = np.rad2deg(numbers["phi"])
     with sheet(12.0, 5.2) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
@@ -170,7 +174,7 @@ def draw_bending_densities(numbers):
         head(
             left,
             "Figure 10 · The paper's density",
-            f"Points behind the object are left out: at k = {worst['k']:.1f} it holds {worst['paper_integral']:.0%}.",
+            f"Without points behind the object: at k = {worst['k']:.1f} it holds {worst['paper_integral']:.0%}.",
         )
         head(right, "The exact density", "The whole circle; each curve integrates to one.")
     return figure

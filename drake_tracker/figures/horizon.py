@@ -1,11 +1,14 @@
-"""The figure that the paper lacks: how the error of each estimator grows with the time it predicts ahead.
+"""A figure that the paper does not have: the error of each estimator over the time that it predicts ahead.
 
-A synthetic stadium seen at 60 Hz with white noise, so that nothing but the estimators differs.
+All estimators get the same points: a synthetic drive round a stadium, measured at 60 Hz with white noise.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.estimation import make_estimator
@@ -15,23 +18,24 @@ from drake_tracker.tasks.style import FAR_PREDICTED, FILTERED, HAND, INK, PREDIC
 from drake_tracker.world.tracks import Track, make_track
 
 SIGMA = 0.001
-"""Noise of a point, per axis [m]."""
+"""Standard deviation of the noise of a point, per axis [m]."""
 SPEED = 0.15
-"""[m/s]"""
+"""Speed of the object [m/s]."""
 HEIGHT = 0.485
+"""Height of the object [m, W]."""
 HORIZONS = np.linspace(0.0, 1.5, 31)
-"""Times ahead of the newest point [s]; a packet holds 1.5 s."""
+"""Times ahead of the newest point [s]; a packet covers 1.5 s."""
 MARKS = ((0.25, "present"), (0.75, "grasp"))
-"""Horizons that matter [s]: the lag of vision, and what a blind grasp takes from the image to the touch."""
+"""Horizons that matter [s]: the lag of vision, and the time from the image to the touch in a blind grasp."""
 LAPS, CLOSED_FROM = 3.0, 2.0
-"""Laps driven, and the lap from whose end on the path counts as known."""
+"""Laps of a drive, and the number of laps after which the path counts as known."""
 LEAST_SHOWN = 0.0001
-"""Where the axis of errors begins [m]: a bound without noise goes to nothing."""
+"""Lower limit of the error axis [m]: a bound without noise tends to zero."""
 EVERY = 6
-"""A prediction is judged every so many points."""
+"""Number of points from one judged prediction to the next."""
 STAGES = {"first_lap": "First lap", "after_closure": "From the third lap on"}
 KINDS = ("arc_length", "alpha_beta_gamma", "coordinated_turn", "closed_path")
-"""Estimators of something that drives round a track."""
+"""Estimators of an object that drives round a track."""
 LITERAL = "arc_length, literal"
 _LOOKS = {
     "arc_length": (PREDICTED, "-", "arc length"),
@@ -43,8 +47,16 @@ _LOOKS = {
 _BOUND_LOOKS = ((0, (1, 1.4)), (0, (5, 1.5, 1, 1.5)), (0, (6, 1.5)), (0, (3, 1, 1, 1, 1, 1)))
 
 
-class Drive(NamedTuple):
-    """An object on a track: the `Track`, speed [m/s], start [m], times (n,) [s], points (n, 3) [m, W]."""
+class SyntheticDrive(NamedTuple):
+    """An object that drives along a track, and the measured points of it.
+
+    Attributes:
+        track: the `Track`.
+        speed: of the object [m/s].
+        start: position along the track at time 0 [m].
+        times: of the points, shape (n,) [s].
+        points: with noise, shape (n, 3) [m, W].
+    """
 
     track: Track
     speed: float
@@ -52,31 +64,43 @@ class Drive(NamedTuple):
     times: np.ndarray
     points: np.ndarray
 
-    def pose(self, times):
-        """Returns x, y [m] and yaw [rad] at ``times`` [s], three arrays of their shape."""
+    def pose(self, times: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Returns the true x, y [m] and yaw [rad] at ``times`` [s], three arrays of that shape."""
         return self.track.pose(self.start + self.speed * np.asarray(times))
 
 
-def make_drive(seed, laps=LAPS, speed=SPEED, sigma=SIGMA):
-    """Returns a `Drive` of some laps round the stadium at ``speed`` [m/s].
+def make_drive(
+    seed: int | Sequence[int], laps: float = LAPS, speed: float = SPEED, sigma: float = SIGMA
+) -> SyntheticDrive:
+    """Returns a `SyntheticDrive` round the stadium.
 
-    The seed draws direction, start and noise.
+    Args:
+        seed: of direction, start and noise.
+        laps: number of laps.
+        speed: of the object [m/s].
+        sigma: standard deviation of the noise of a point, per axis [m].
     """
     rng = np.random.default_rng(seed)
     track = make_track("stadium", radius=0.175, straight=0.25)
     if rng.random() < 0.5:
         track = track.reversed()
     times = VISION_PERIOD * np.arange(int(laps * track.length / speed / VISION_PERIOD))
-    drive = Drive(track, speed, rng.uniform(0.0, track.length), times, np.zeros((0, 3)))
+    drive = SyntheticDrive(track, speed, rng.uniform(0.0, track.length), times, np.zeros((0, 3)))
     x, y, _ = drive.pose(times)
     truth = np.column_stack([x, y, np.full(len(times), HEIGHT)])
     return drive._replace(points=truth + sigma * rng.standard_normal(truth.shape))
 
 
-def horizon_errors(estimator, drive, horizons=HORIZONS, every=EVERY):
-    """Returns (times (k,) [s], errors (k, len(horizons)) [m]): horizontal distance of each prediction from what came.
+def horizon_errors(
+    estimator: Any, drive: SyntheticDrive, horizons: np.ndarray = HORIZONS, every: int = EVERY
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns (times (k,) [s], errors (k, len(horizons)) [m]): horizontal distances of predictions from the truth.
 
-    Of every sixth point from which on the estimator is ready.
+    Args:
+        estimator: satisfies the protocol `estimation.Estimator`.
+        drive: whose points the estimator gets.
+        horizons: times ahead of the newest point [s].
+        every: predictions are judged at every so many points, once the estimator is ready.
     """
     state = estimator.initial_state()
     times, errors = [], []
@@ -90,19 +114,29 @@ def horizon_errors(estimator, drive, horizons=HORIZONS, every=EVERY):
     return np.array(times), np.array(errors).reshape(-1, len(horizons))
 
 
-def estimators():
-    """Returns {name: estimator} of every kind at its defaults, and of the arc length read literally."""
+def estimators() -> dict[str, Any]:
+    """Returns {name: estimator} for each of `KINDS` with its defaults, and for the literal arc-length estimator."""
     kinds = {kind: make_estimator(kind) for kind in KINDS}
     return {**kinds, LITERAL: make_estimator("arc_length", mode="literal")}
 
 
-def error_against_horizon(seed, runs, bounds=None, progress=None):
-    """Returns the numbers of the figure: for each estimator and stage the rms error [m] over the horizons, and the 95 %
-    interval of it by a bootstrap over runs.
+def error_against_horizon(
+    seed: int,
+    runs: int,
+    bounds: Sequence[Mapping[str, Any]] | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> dict[str, Any]:
+    """Returns the numbers of the figure: for each estimator and stage, the rms error [m] over the horizons.
 
-    ``bounds``: what `read_bounds` returned. ``progress``: called with (run, runs) before each.
+    Each comes with its 95 % confidence interval by a bootstrap over runs.
+
+    Args:
+        seed: of all runs.
+        runs: number of drives.
+        bounds: from `read_bounds`.
+        progress: called with (run, runs) before each run.
     """
-    squares = {name: {stage: [] for stage in STAGES} for name in estimators()}
+    squares: dict[str, dict[str, list[np.ndarray]]] = {name: {stage: [] for stage in STAGES} for name in estimators()}
     for run in range(runs):
         drive = make_drive([seed, 3, run], laps=LAPS)
         lap = drive.track.length / drive.speed
@@ -113,7 +147,7 @@ def error_against_horizon(seed, runs, bounds=None, progress=None):
             for stage, inside in (("first_lap", times <= lap), ("after_closure", times >= CLOSED_FROM * lap)):
                 squares[name][stage].append(np.mean(errors[inside] ** 2, axis=0))
     rng = np.random.default_rng([seed, 4])
-    curves = {}
+    curves: dict[str, dict[str, Any]] = {}
     for name, stages in squares.items():
         curves[name] = {}
         for stage, rows in stages.items():
@@ -132,11 +166,12 @@ def error_against_horizon(seed, runs, bounds=None, progress=None):
     }
 
 
-def draw_error_against_horizon(numbers):
-    """Returns the figure: one panel while the path is new, one when it has been driven before."""
+def draw_error_against_horizon(numbers: Mapping[str, Any]) -> Figure:
+    """Returns the figure: one panel for the first lap, one for laps over a known path."""
     with sheet(13.0, 6.0) as figure:
         panels = figure.subplots(1, 2, sharey=True)
-        horizons, seen = numbers["horizon_s"], {}
+        horizons = numbers["horizon_s"]
+        shown: dict[str, Any] = {}
         for axes, (stage, title) in zip(panels, STAGES.items()):
             for horizon, name in MARKS:
                 axes.axvline(horizon, color=SOFT_INK, lw=0.9, ls=(0, (2, 3)), zorder=0)
@@ -153,15 +188,16 @@ def draw_error_against_horizon(numbers):
                 colour, look, label = _LOOKS.get(name, ("#cc79a7", "-", name.replace("_", " ")))
                 curve = {key: 1e3 * np.asarray(row) for key, row in stages[stage].items()}
                 axes.fill_between(horizons, curve["low_m"], curve["high_m"], color=colour, alpha=0.18, lw=0)
-                # Broad and behind: before the path has closed the closed path is the coordinated turn.
+                # Broad and behind: in the first lap the closed path predicts as the coordinated turn does.
                 width = 4.5 if name == "closed_path" else 2.0
-                look = dict(color=colour, ls=look, lw=width, zorder=2.0 - 0.1 * width)
-                (seen[label],) = axes.plot(horizons, curve["rms_m"], **look)
+                (shown[label],) = axes.plot(
+                    horizons, curve["rms_m"], color=colour, ls=look, lw=width, zorder=2.0 - 0.1 * width
+                )
             for k, bound in enumerate(numbers["bounds"]):
                 if bound["stage"] not in (stage, "both"):
                     continue
                 look = _BOUND_LOOKS[k % len(_BOUND_LOOKS)]
-                (seen[bound["name"]],) = axes.plot(
+                (shown[bound["name"]],) = axes.plot(
                     bound["horizon_s"], 1e3 * np.asarray(bound["rms_m"]), color=INK, ls=look, lw=1.6
                 )
             axes.set(yscale="log", xlim=(0, horizons[-1]), xlabel="time ahead of the newest image  [s]")
@@ -169,12 +205,12 @@ def draw_error_against_horizon(numbers):
             axes.yaxis.set_major_formatter("{x:g}")
             quiet_grid(axes)
             head(axes, title, _NOTES[stage].format(sigma=1e3 * numbers["sigma_m"], **numbers))
-        panels[0].set_ylabel("error of the predicted place, rms  [mm]")
-        figure.legend(seen.values(), seen.keys(), loc="outside lower center", ncols=min(len(seen), 5))
+        panels[0].set_ylabel("error of the predicted position, rms  [mm]")
+        figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=min(len(shown), 5))
     return figure
 
 
 _NOTES = {
-    "first_lap": "Stadium at {speed_m_s:g} m/s, noise {sigma:g} mm per axis, {runs} runs. Bands: 95 % over runs.",
-    "after_closure": "The same runs: who has learned the lap predicts along it.",
+    "first_lap": "Stadium at {speed_m_s:g} m/s, noise {sigma:g} mm per axis, {runs} runs. Bands: 95 % confidence.",
+    "after_closure": "The same runs: an estimator that has learned the lap predicts along it.",
 }

@@ -1,27 +1,31 @@
 """The Kaiser window of section 4.3 and its response, for which the paper has no figure."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
+from matplotlib.figure import Figure
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.estimation.kaiser import kaiser_beta, kaiser_order, kaiser_window
-from drake_tracker.figures.paper_style import head, quiet_grid, sheet
+from drake_tracker.estimation.kaiser import kaiser_beta, kaiser_order
+from drake_tracker.figures.paper_style import MINUS, head, quiet_grid, sheet
 from drake_tracker.tasks.style import FAR_PREDICTED, PREDICTED, SEEN, SOFT_INK
 
 ATTENUATION, TRANSITION = 30.0, 0.05
-"""A [dB] and the width of the transition [share of the sampling rate], as the paper chose them."""
+"""Attenuation A [dB] and width of the transition [fraction of the sampling rate] of the paper."""
 FLOOR = -60.0
 """Lowest response shown [dB]."""
 
 
-def kaiser_response():
-    """Returns the window's taps, its response [dB] over the frequency [Hz] at 60 Hz, and what it is worth.
+def kaiser_response() -> dict[str, Any]:
+    """Returns the taps of the window, its response [dB] over the frequency [Hz] at 60 Hz, and its figures of merit.
 
-    Beside it a rectangular window of the same length, and the windowed sinc that Kaiser's formulas are made for, cut
-    off at the width of the transition.
+    For comparison it also returns the responses of a rectangular window of the same length, and of the windowed sinc
+    for which Kaiser's formulas are made, with its cut-off at the width of the transition.
     """
     order, beta = kaiser_order(ATTENUATION, TRANSITION), kaiser_beta(ATTENUATION)
     rate = 1.0 / VISION_PERIOD
-    window = kaiser_window(order, beta)
+    window = np.kaiser(order + 1, beta)
     n = np.arange(order + 1)
     sinc = window * np.sinc(2.0 * TRANSITION * (n - 0.5 * order))
     frequency = np.linspace(0.0, 0.5 * rate, 1201)
@@ -49,17 +53,17 @@ def kaiser_response():
     }
 
 
-def _decibels(taps, frequency):
-    """Returns the amplitude response [dB] of taps at frequencies (n,) [share of the sampling rate]."""
+def _decibels(taps: np.ndarray, frequency: np.ndarray) -> np.ndarray:
+    """Returns the amplitude response [dB] of taps at frequencies (n,) [fraction of the sampling rate]."""
     response = np.exp(-2j * np.pi * frequency[:, None] * np.arange(len(taps))) @ taps
     return 20.0 * np.log10(np.maximum(np.abs(response), 1e-9))
 
 
-def _side_lobe(response):
+def _side_lobe(response: np.ndarray) -> float:
     return response[np.nonzero(np.diff(response) > 0.0)[0][0] :].max()
 
 
-def draw_kaiser_response(numbers):
+def draw_kaiser_response(numbers: Mapping[str, Any]) -> Figure:
     """Returns the figure: the window on the left, its response on the right."""
     with sheet(12.0, 5.0) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.6))
@@ -74,14 +78,14 @@ def draw_kaiser_response(numbers):
             f"a delay of {numbers['delay_s']:.2f} s",
         )
         for name, label, look in (
-            ("rectangular", "rectangular, as long", dict(color=SEEN, lw=1.3)),
+            ("rectangular", "rectangular, same length", dict(color=SEEN, lw=1.3)),
             ("windowed_sinc", "sinc in a Kaiser window", dict(color=FAR_PREDICTED, lw=1.5, ls=(0, (4, 2)))),
-            ("kaiser", "Kaiser, bare, as in the paper", dict(color=PREDICTED, lw=2.2)),
+            ("kaiser", "Kaiser alone, as in the paper", dict(color=PREDICTED, lw=2.2)),
         ):
             response = np.maximum(numbers["response_db"][name], FLOOR - 20.0)
             right.plot(numbers["frequency_hz"], response, label=label, **look)
-        reached = f"−{-numbers['highest_side_lobe_db']:.1f} dB"
-        wanted = f"−A = −{numbers['attenuation_db']:.0f} dB"
+        reached = f"{MINUS}{-numbers['highest_side_lobe_db']:.1f} dB"
+        wanted = f"{MINUS}A = {MINUS}{numbers['attenuation_db']:.0f} dB"
         for level, text in ((numbers["highest_side_lobe_db"], reached), (-numbers["attenuation_db"], wanted)):
             right.axhline(level, color=SOFT_INK, lw=0.9, ls=(0, (2, 2)), zorder=0)
             right.annotate(
@@ -102,5 +106,9 @@ def draw_kaiser_response(numbers):
         )
         quiet_grid(right)
         right.legend(loc="lower left", bbox_to_anchor=(0.5, 0.80))
-        head(right, "Its response", f"The bare window's side lobes reach {reached}; a windowed sinc comes close to A.")
+        head(
+            right,
+            "Its response",
+            f"Side lobes of the window alone reach {reached}; those of a windowed sinc come close to {MINUS}A.",
+        )
     return figure

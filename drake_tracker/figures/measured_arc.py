@@ -1,44 +1,64 @@
 """Figures 7 and 12 of Allen et al. 1991: the arc length as the camera loop measures it, and filtered."""
 
-import numpy as np
+from collections.abc import Mapping
+from typing import Any
 
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+
+from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.estimation.kaiser import moving_average_weights
 from drake_tracker.estimation.rice import arc_length_density, recover_arc_length
 from drake_tracker.figures.kaiser_response import ATTENUATION
-from drake_tracker.figures.paper_style import head, quiet_grid, sheet
+from drake_tracker.figures.paper_style import MINUS, head, quiet_grid, sheet
 from drake_tracker.figures.statistics import correlation, kolmogorov_smirnov, rice_distribution
-from drake_tracker.tasks.episode import errors, train_pose
 from drake_tracker.tasks.style import FAR_PREDICTED, INK, PREDICTED, SEEN
+from drake_tracker.tasks.train.episode import errors, train_pose
 from drake_tracker.tasks.train.summary import JITTER_WINDOW, without_mean
 
 START_UP = 1.0
-"""Time [s] from the first point until the train has gathered speed."""
+"""Time [s] from the first point until the train has its speed."""
 ORDER = 30
 """Order M of the moving averages of s and s^2."""
 BINS = 32
+"""Number of bins of the histogram in figure 7."""
 
 
-def seen_points(log):
+def measured_points(log: Mapping[str, Signal]) -> tuple[np.ndarray, np.ndarray]:
     """Returns (stamps (n,) [s], xy (n, 2) [m]) of the valid triangulated points once the train has its speed."""
     point = log["point"]
     valid = point["valid"] > 0
-    # A point shows in the log until the next one comes.
+    # A point stays in the log until the next one arrives.
     stamps, first = np.unique(point["stamp"][valid], return_index=True)
     kept = stamps >= stamps[:1].sum() + START_UP
     return stamps[kept], point.view("x", "y")[valid][first][kept]
 
 
-def arc_lengths(stamps, xy):
-    """Returns (stamps (k,) [s], s (k,) [m]): lengths of the chords of one frame, by their newer point."""
+def arc_lengths(stamps: np.ndarray, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns (stamps (k,) [s], s (k,) [m]): lengths of the chords between points of successive frames.
+
+    The stamp of a chord is that of its newer point.
+
+    Args:
+        stamps: of the points, shape (n,) [s].
+        xy: the points, shape (n, 2) [m].
+    """
     follows = np.diff(stamps) < 1.5 * VISION_PERIOD
     return stamps[1:][follows], np.hypot(*np.diff(xy, axis=0).T)[follows]
 
 
-def filter_arc_lengths(s, order=ORDER, attenuation=ATTENUATION):
-    """Returns (s_1, s_0, sigma), each (n,) [m], as section 4.3 has it: NaN for the first ``order`` samples.
+def filter_arc_lengths(s: ArrayLike, order: int = ORDER, attenuation: float = ATTENUATION) -> np.ndarray:
+    """Returns (s_1, s_0, sigma) of section 4.3, shape (3, n) [m], NaN for the first ``order`` samples.
 
-    s_1 and s_2^2 are Kaiser averages of s and s^2 up to each sample; where their ratio has no root s_0 is held.
+    s_1 and s_2^2 are Kaiser averages of s and s^2 up to each sample. Where their ratio has no root, s_0 is held.
+
+    Args:
+        s: measured arc lengths, shape (n,) [m].
+        order: of the moving averages.
+        attenuation: of their Kaiser window [dB].
     """
     s = np.asarray(s, dtype=float)
     weights = moving_average_weights(order, attenuation)
@@ -54,12 +74,14 @@ def filter_arc_lengths(s, order=ORDER, attenuation=ATTENUATION):
     return out
 
 
-def measured_density(log):
-    """Returns the numbers of figure 7: histogram of s, its Rice fit by two moments, the distance between the two; and
-    the correlation of the tangential and the normal part of the jitter (section 4.1), normal to the left of travel. The
-    paper gives 0.1 to 0.2 and does not say which way its normal points, on which the sign depends.
+def measured_density(log: Mapping[str, Signal]) -> dict[str, Any]:
+    """Returns the numbers of figure 7: histogram of s, its Rice fit by two moments, and the distance between the two.
+
+    They also have the correlation of the tangential and the normal component of the jitter (section 4.1), with the
+    normal to the left of travel. The paper reports 0.1 to 0.2, and does not say to which side its normal points, which
+    determines the sign.
     """
-    stamps, xy = seen_points(log)
+    stamps, xy = measured_points(log)
     times, s = arc_lengths(stamps, xy)
     fit = recover_arc_length(s.mean(), np.mean(s * s))
     truth = train_pose(log, np.concatenate([times, times - VISION_PERIOD]))[:, :2]
@@ -87,7 +109,7 @@ def measured_density(log):
     }
 
 
-def draw_measured_density(numbers):
+def draw_measured_density(numbers: Mapping[str, Any]) -> Figure:
     """Returns figure 7."""
     edges = 1e3 * numbers["edges_m"]
     s = np.linspace(1e-6, edges[-1], 400)
@@ -118,14 +140,14 @@ def draw_measured_density(numbers):
         head(
             axes,
             "Figure 7 · Arc length as the cameras measure it",
-            f"{numbers['samples']} chords of one frame; greatest distance from the Rice law "
+            f"{numbers['samples']} chords of one frame; Kolmogorov-Smirnov distance from the Rice density "
             f"{numbers['kolmogorov_smirnov']:.3f}.",
         )
     return figure
 
 
-def _draw_jitter(axes, numbers):
-    """The noise of section 4.1, each point along and across the track."""
+def _draw_jitter(axes: Axes, numbers: Mapping[str, Any]) -> None:
+    """Draws the noise of section 4.1: each point along and across the track."""
     tangential, normal = 1e3 * numbers["jitter_tangential_normal_m"].T
     found = numbers["jitter_correlation"]
     limit = 1.1 * max(np.abs(tangential).max(initial=0.5), np.abs(normal).max(initial=0.5))
@@ -142,14 +164,14 @@ def _draw_jitter(axes, numbers):
         axes,
         "Its noise",
         f"Correlation {found['coefficient']:+.2f}, 95 % interval {found['low']:+.2f} to {found['high']:+.2f}.".replace(
-            "-", "−"
+            "-", MINUS
         ),
     )
 
 
-def filtered_arc(log):
+def filtered_arc(log: Mapping[str, Signal]) -> dict[str, Any]:
     """Returns the numbers of figure 12: s, s_1, s_0 and the true chord [m] over time [s]."""
-    times, s = arc_lengths(*seen_points(log))
+    times, s = arc_lengths(*measured_points(log))
     s_1, s_0, sigma = filter_arc_lengths(s)
     truth = train_pose(log, np.concatenate([times, times - VISION_PERIOD]))[:, :2]
     true = np.hypot(*(truth[: len(times)] - truth[len(times) :]).T)
@@ -173,13 +195,18 @@ def filtered_arc(log):
     }
 
 
-def _mean(row):
+def _mean(row: np.ndarray) -> float:
     row = row[np.isfinite(row)]
     return float(row.mean()) if len(row) else float("nan")
 
 
-def draw_filtered_arc(numbers, longest=8.0):
-    """Returns figure 12: input and output of the filter, and below the output enlarged; ``longest`` [s] shown."""
+def draw_filtered_arc(numbers: Mapping[str, Any], longest: float = 8.0) -> Figure:
+    """Returns figure 12: input and output of the filter, and below them the output enlarged.
+
+    Args:
+        numbers: from `filtered_arc`.
+        longest: time that is shown at most [s].
+    """
     start = max(numbers["time_s"][-1] - longest, numbers["time_s"][0])
     shown = numbers["time_s"] >= start
     times = numbers["time_s"][shown]
@@ -199,15 +226,15 @@ def draw_filtered_arc(numbers, longest=8.0):
         below.legend(ncols=3, loc="lower left")
         values = np.concatenate([s_1, s_0, true])
         values = values[np.isfinite(values)]
-        room = 0.35 * np.ptp(values)
+        space = 0.35 * np.ptp(values)
         below.set(
-            xlim=(times[0], times[-1]), xlabel="time  [s]", ylim=(values.min() - room - 0.05, values.max() + 0.05)
+            xlim=(times[0], times[-1]), xlabel="time  [s]", ylim=(values.min() - space - 0.05, values.max() + 0.05)
         )
         head(
             above,
             "Figure 12 · The arc length before and after the filter",
             "Chords of one frame, 1/60 s. On average "
-            f"$s_1$ is {100 * numbers['bias_s_1']:+.1f} % off the true length, "
-            f"$s_0$ {100 * numbers['bias_s_0']:+.1f} %.",
+            f"$s_1$ differs from the true length by {100 * numbers['bias_s_1']:+.1f} %, "
+            f"$s_0$ by {100 * numbers['bias_s_0']:+.1f} %.",
         )
     return figure

@@ -1,9 +1,12 @@
-"""A studio: the laboratory of a run rendered anew from its log, larger and in better light than the cameras see it.
+"""A studio: the laboratory of a run, rendered from its log in a larger format and better light than in its cameras.
 
-Soft boxes, one lamp that casts shadows, and four times the pixels that are kept.
+The light comes from soft boxes and from one lamp that casts shadows. Images are rendered with four times their pixels.
 """
 
+import os
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -24,11 +27,16 @@ from pydrake.geometry import (
     Rgba,
 )
 from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
+from drake_tracker.core.log import Signal
 from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.world.ball_fixtures import GATE_TRAVEL
 from drake_tracker.world.ball_plant import add_ball_laboratory
 from drake_tracker.world.cameras import camera_poses
@@ -36,38 +44,61 @@ from drake_tracker.world.plant import add_laboratory
 from drake_tracker.world.track_visual import add_track_visual
 
 OVERSAMPLING = 2
+"""Rendered pixels per pixel of the image, in each direction."""
 RENDERER = "studio"
 COVE_RADIUS, COVE_BEND = 3.4, 1.6
-"""Radius [m] of the studio's flat floor, and of the bend that leads from it to the wall."""
+"""Radius [m] of the studio's flat floor, and of the bend from the floor to the wall."""
 LAMP, AMBIENT = 5.4, 0.45
 """Brightness of the lamp that casts shadows and of the soft boxes."""
 
 
+Places = Sequence[tuple[ModelInstanceIndex, Callable[[Mapping[str, Signal], float], Sequence[float] | np.ndarray]]]
+"""(model instance, function (log, time [s]) -> its positions) of everything that moves."""
+
+
 class Studio:
-    """Renders a laboratory in any posture.
+    """Renders a laboratory at any instant of a log.
 
     Args:
-      laboratory: with the attributes plant and scene_graph, in a ``builder`` to which nothing else is added.
-      places: model instances and functions (log, time [s]) -> their positions.
-      folder: where the studio's light may be written.
+        laboratory: with the attributes ``plant`` and ``scene_graph``.
+        builder: of the laboratory; it must hold nothing else, and is built.
+        places: positions of everything that moves.
+        folder: for the file of the studio's light.
     """
 
-    def __init__(self, laboratory, builder, places, folder):
+    def __init__(
+        self, laboratory: Any, builder: DiagramBuilder, places: Places, folder: str | os.PathLike[str]
+    ) -> None:
         self._laboratory, self._places = laboratory, places
         self._scene_graph = laboratory.scene_graph
         self._scene_graph.AddRenderer(RENDERER, MakeRenderEngineVtk(studio_light(folder)))
         self._diagram = builder.Build()
         self._context = self._diagram.CreateDefaultContext()
 
-    def pose(self, log, time):
-        """Puts everything where it was at ``time`` [s] of a log."""
+    def pose(self, log: Mapping[str, Signal], time: float) -> None:
+        """Moves everything to its place at an instant of a log.
+
+        Args:
+            log: {name: Signal}.
+            time: simulated time [s].
+        """
         plant = self._laboratory.plant
         context = plant.GetMyMutableContextFromRoot(self._context)
         for instance, positions in self._places:
             plant.SetPositions(context, instance, positions(log, time))
 
-    def render(self, eye, target, width, height, fov_deg):
-        """Returns a BGR image seen from ``eye`` towards ``target`` [m, W]; ``fov_deg`` is vertical."""
+    def render(
+        self, eye: Sequence[float], target: Sequence[float], width: int, height: int, fov_deg: float
+    ) -> np.ndarray:
+        """Returns a BGR image, shape (height, width, 3).
+
+        Args:
+            eye: position of the camera [m, W].
+            target: point at which it looks [m, W].
+            width: [px].
+            height: [px].
+            fov_deg: vertical field of view [deg].
+        """
         fov = np.deg2rad(fov_deg)
         info = CameraInfo(width * OVERSAMPLING, height * OVERSAMPLING, fov)
         core = RenderCameraCore(RENDERER, info, ClippingRange(0.05, 20.0), RigidTransform())
@@ -79,21 +110,31 @@ class Studio:
         return cv2.resize(bgr, (width, height), interpolation=cv2.INTER_AREA)
 
 
-def train_studio(scenario, folder):
-    """Returns the `Studio` of a `TrainScenario`: its track, train and cameras."""
-    track, _ = draw_track(scenario)
+def train_studio(scenario: TrainScenario, folder: str | os.PathLike[str]) -> Studio:
+    """Returns the `Studio` of a scenario of the train, with track, train and cameras.
+
+    Args:
+        scenario: of the run.
+        folder: for the file of the studio's light.
+    """
+    track, _ = place_track(scenario)
     builder = DiagramBuilder()
 
-    def decorate(plant):
-        add_track_visual(plant, track, scenario.table_height)
+    def decorate(plant: MultibodyPlant) -> None:
+        add_track_visual(plant, track=track, table_height=scenario.table_height)
         add_cove(plant)
         for X_WC in camera_poses(scenario.cameras).values():
             add_camera_stand(plant, X_WC)
 
     laboratory = add_laboratory(
-        builder, arm_of(scenario), scenario.train.body, scenario.table_height, scenario.time_step, decorate
+        builder,
+        description=arm_of(scenario),
+        body=scenario.train.body,
+        table_height=scenario.table_height,
+        time_step=scenario.time_step,
+        decorate=decorate,
     )
-    places = [
+    places: Places = [
         (laboratory.arm, _joints(laboratory)),
         (laboratory.gripper, lambda log, time: [0.5 * sample(log["jaws"], time)[0]] * 2),
         (laboratory.train, lambda log, time: _body(log["truth_train_state"], time)),
@@ -101,11 +142,24 @@ def train_studio(scenario, folder):
     return Studio(laboratory, builder, places, folder)
 
 
-def ball_studio(scenario, folder):
-    """Returns the `Studio` of a `BallScenario`: its board and ball, the gate open."""
+def ball_studio(scenario: BallScenario, folder: str | os.PathLike[str]) -> Studio:
+    """Returns the `Studio` of a scenario of the ball, with board and ball; the gate is open.
+
+    Args:
+        scenario: of the run.
+        folder: for the file of the studio's light.
+    """
     builder = DiagramBuilder()
-    laboratory = add_ball_laboratory(builder, arm_of(scenario), scenario, decorate=add_cove)
-    places = [
+    laboratory = add_ball_laboratory(
+        builder,
+        description=arm_of(scenario),
+        board=scenario.board,
+        ball=scenario.ball,
+        seed=scenario.seed,
+        time_step=scenario.time_step,
+        decorate=add_cove,
+    )
+    places: Places = [
         (laboratory.arm, _joints(laboratory)),
         (laboratory.gate, lambda log, time: [GATE_TRAVEL]),
         (laboratory.ball, lambda log, time: _body(log["truth_ball_state"], time)),
@@ -113,32 +167,37 @@ def ball_studio(scenario, folder):
     return Studio(laboratory, builder, places, folder)
 
 
-def _joints(laboratory):
+def _joints(laboratory: Any) -> Callable[[Mapping[str, Signal], float], np.ndarray]:
     return lambda log, time: sample(log["arm_state"], time)[: laboratory.plant.num_positions(laboratory.arm)]
 
 
-def _body(state, time):
-    """Returns the positions of a free body from its logged state."""
+def _body(state: Signal, time: float) -> np.ndarray:
+    """Returns the positions (quaternion, position) of a free body from its logged state."""
     body = sample(state, time)
     body[:4] /= np.linalg.norm(body[:4])
     return body[:7]
 
 
-def looking(eye, target):
-    """Returns X_WC of a camera at ``eye`` that looks at ``target`` [m, W], upright: x right, y down, z forward."""
-    forward = np.subtract(target, eye)
+def looking(eye: Sequence[float], target: Sequence[float]) -> RigidTransform:
+    """Returns X_WC of an upright camera: x right, y down, z forward.
+
+    Args:
+        eye: position of the camera [m, W].
+        target: point at which it looks [m, W].
+    """
+    forward: np.ndarray = np.subtract(target, eye)
     forward = forward / np.linalg.norm(forward)
     right = np.cross(forward, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)
     return RigidTransform(RotationMatrix(np.column_stack([right, np.cross(forward, right), forward])), eye)
 
 
-def add_cove(plant):
-    """Draws the studio's floor, which bends up into its wall all around: looks only."""
+def add_cove(plant: MultibodyPlant) -> None:
+    """Adds the studio's floor, which bends up into its wall on all sides, as visual geometry."""
     bend = np.linspace(0.0, 0.5 * np.pi, 13)
     radius = np.concatenate([[0.0], COVE_RADIUS + COVE_BEND * np.sin(bend), [COVE_RADIUS + COVE_BEND]])
     height = np.concatenate([[0.0], COVE_BEND * (1.0 - np.cos(bend)), [6.0]])
-    # Outward along the profile the normal turns from up to inward.
+    # Outward along the profile, the normal turns from up to inward.
     slope = np.concatenate([[0.0], bend, [bend[-1]]])
     turn = np.linspace(0.0, 2.0 * np.pi, 97)[:-1]
     lines = []
@@ -160,8 +219,8 @@ def add_cove(plant):
     )
 
 
-def add_camera_stand(plant, X_WC):
-    """Draws a camera at X_WC on a pole: looks only."""
+def add_camera_stand(plant: MultibodyPlant, X_WC: RigidTransform) -> None:
+    """Adds a camera at X_WC on a pole, as visual geometry."""
     world = plant.world_body()
     dark, steel = np.array([0.06, 0.06, 0.07, 1.0]), np.array([0.45, 0.46, 0.48, 1.0])
     name = f"camera_{'left' if X_WC.translation()[1] > 0 else 'right'}"
@@ -176,8 +235,12 @@ def add_camera_stand(plant, X_WC):
         plant.RegisterVisualGeometry(world, X_WG, shape, f"{name}_{part}", colour)
 
 
-def studio_light(folder):
-    """Returns `RenderEngineVtkParams`: soft boxes all around, and a lamp that casts shadows."""
+def studio_light(folder: str | os.PathLike[str]) -> RenderEngineVtkParams:
+    """Returns renderer parameters with soft boxes on all sides and a lamp that casts shadows.
+
+    Args:
+        folder: for the file of the environment map.
+    """
     path = Path(folder) / "studio.hdr"
     cv2.imwrite(str(path), soft_boxes())
     return RenderEngineVtkParams(
@@ -200,8 +263,8 @@ def studio_light(folder):
     )
 
 
-def soft_boxes():
-    """Returns an environment of a grey room with a ceiling light and two soft boxes, BGR float32, equirectangular."""
+def soft_boxes() -> np.ndarray:
+    """Returns an equirectangular environment map, BGR float32: grey walls, a ceiling light and two soft boxes."""
     v, u = np.mgrid[0:256, 0:512]
     elevation = 90.0 - 180.0 * (v + 0.5) / 256
     azimuth = 360.0 * (u + 0.5) / 512
@@ -214,6 +277,6 @@ def soft_boxes():
     return AMBIENT * np.dstack([1.04 * light, light, 0.97 * light])
 
 
-def sample(signal, time):
-    """Returns the row of a logged signal at ``time`` [s], linear between samples."""
+def sample(signal: Signal, time: float) -> np.ndarray:
+    """Returns the row of a logged signal at ``time`` [s], interpolated linearly between samples."""
     return np.array([np.interp(time, signal.times, column) for column in signal.data.T])

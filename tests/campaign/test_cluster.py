@@ -119,7 +119,7 @@ def test_a_scheduler_that_dies_is_one_line_and_the_campaign_goes_on_elsewhere(en
     with pytest.raises(DrakeTrackerError) as caught:
         carry_out(plan(6), cluster(engine.address), tmp_path / "c", progress=progress, work=slow)
     message = str(caught.value)
-    assert "the scheduler is gone" in message and "of 12 trials are kept, go on with --out" in message
+    assert "the scheduler is gone" in message and "of 12 trials are kept, continue with --out" in message
     assert "\n" not in message
     kept = read_lines(tmp_path / "c" / "trials.jsonl")
     assert 3 <= len(kept) < 12

@@ -42,7 +42,7 @@ CELLS = [{"track.speed": speed} for speed in ("0.1", "0.2", "0.3")]
 
 def test_rates_are_counted_cell_by_cell():
     rates = rates_of(ROWS, CELLS)
-    assert [(rate.taken, rate.trials) for rate in rates] == [(4, 4), (1, 4), (0, 0)]
+    assert [(rate.successes, rate.trials) for rate in rates] == [(4, 4), (1, 4), (0, 0)]
     assert (rates[1].low, rates[1].high) == wilson(1, 4)
     assert rates[1].share == 0.25 and rates[2].share is None
     lines = [line.split() for line in rate_table(rates, ["track.speed"])]

@@ -31,7 +31,7 @@ def contents(folder):
 def test_a_campaign_leaves_its_record_tables_and_picture(tmp_path):
     told = []
     campaign = carry_out(plan(), here, tmp_path / "c", progress=lambda *now: told.append(now), work=quick)
-    assert [(rate.taken, rate.trials) for rate in campaign.rates] == [(3, 3), (1, 3)]
+    assert [(rate.successes, rate.trials) for rate in campaign.rates] == [(3, 3), (1, 3)]
     assert [(row["settings"]["track.speed"], row["seed"]) for row in campaign.rows] == [
         (speed, seed) for speed in ("0.1", "0.3") for seed in (0, 1, 2)
     ]
@@ -92,7 +92,7 @@ def test_a_worker_that_dies_costs_its_own_trial_alone(tmp_path):
     "change, said",
     [
         (lambda: make_plan("train:line", 3, VARY), "its scenario is train, not train:line"),
-        (lambda: plan(2), "it has 3 trials, not 2; only more can be asked for"),
+        (lambda: plan(2), "it has 3 trials, not 2; the number can only grow"),
         (lambda: plan(first_seed=5), "its first seed is 0, not 5"),
         (lambda: plan(vary={"track.speed": ["0.1", "0.2"]}), 'its vary is {"track.speed": ["0.1", "0.3"]}, not'),
         (lambda: plan(overrides=["duration=9"]), 'its overrides is [], not ["duration=9"]'),
@@ -130,7 +130,7 @@ def test_a_campaign_of_another_version_or_scenario_file_is_refused(tmp_path, key
         (PLAN, '{"scenario": "tr', "campaign.json: damaged"),
         (PLAN, None, "holds no campaign"),
         (TRIALS, '{"seed": 0}\nrubbish\n{"seed": 1}\n', "trials.jsonl line 2: not a result"),
-        (TRIALS, '{"seed": 0, "settings": {}}\n', "trials.jsonl: result 1 is not that of a trial"),
+        (TRIALS, '{"seed": 0, "settings": {}}\n', "trials.jsonl: result 1 is not the result of a trial"),
     ],
 )
 def test_a_damaged_directory_is_refused_and_left_as_it_is(tmp_path, name, text, said):
@@ -170,7 +170,7 @@ def test_a_full_disk_ends_it_in_one_line_and_keeps_whole_lines(tmp_path):
             carry_out(plan(), here, tmp_path, work=quick)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert "trials.jsonl: File too large; 3 of 6 trials are kept, go on with --out" in str(caught.value)
+    assert "trials.jsonl: File too large; 3 of 6 trials are kept, continue with --out" in str(caught.value)
     assert len(read_lines(tmp_path / TRIALS)) == 3
     assert len(carry_out(plan(), here, tmp_path, work=quick).rows) == 6
 

@@ -129,7 +129,7 @@ def test_a_port_that_is_taken(run_folder, capsys):
         port = taken.getsockname()[1]
         assert cli.main(["view", str(run_folder), "--no-browser", "--port", str(port)]) == 2
     error = capsys.readouterr().err
-    assert error.count("\n") == 1 and f"--port {port}: nothing can listen there (Address already in use)" in error
+    assert error.count("\n") == 1 and f"--port {port}: cannot listen there (Address already in use)" in error
     assert not (run_folder / "report.html").exists()
 
 

@@ -1,0 +1,13 @@
+from .grid import Cell as Cell
+from .plan import Plan as Plan
+from .plan import Trial as Trial
+from .plan import make_plan as make_plan
+from .pool import Runner as Runner
+from .rates import Rate as Rate
+from .record import Record as Record
+from .record import read_lines as read_lines
+from .run import Campaign as Campaign
+from .run import make_runner as make_runner
+from .run import run_campaign as run_campaign
+from .trial import Lost as Lost
+from .trial import run_line as run_line
