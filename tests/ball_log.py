@@ -6,7 +6,8 @@ import numpy as np
 from catches import ACCELERATION, X_WB, ball_packet
 from pydrake.math import RigidTransform
 
-from drake_tracker.core.log import Signal, signals
+from drake_tracker.tasks.ball.task import TASK
+from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.scenario import BallScenario
@@ -34,7 +35,9 @@ class BallRun:
         self.duration, self.released, self.x = 4.0, 1.0, 0.10
         self.beside, self.foreseen, self.hand, self.caught = 0.0, 0.0, 0.0, True
         self.X_WB = RigidTransform(X_WB)
-        X_WC = draw_camera_pose(self.scenario.camera, self.scenario.board, self.X_WB, self.scenario.seed)
+        X_WC = draw_camera_pose(
+            self.scenario.camera, board=self.scenario.board, X_WB=self.X_WB, seed=self.scenario.seed
+        )
         X_CB = X_WC.inverse() @ self.X_WB
         p_BQ = np.column_stack([CIRCLES, np.zeros(4)])
         circles = image_centres(X_CB.GetAsMatrix4(), p_BQ, lens_matrix(self.scenario.camera), CIRCLE_RADIUS)
@@ -64,10 +67,10 @@ class BallRun:
 
     def log(self):
         cycles = VISION_PERIOD * np.arange(round(self.duration / VISION_PERIOD) + 1)
-        data = {name: np.zeros((len(cycles), len(names))) for name, (_, names) in signals("ball").items()}
+        data = {name: np.zeros((len(cycles), len(names))) for name, (_, names) in TASK.signals().items()}
 
         def put(name, **fields):
-            names = signals("ball")[name][1]
+            names = TASK.signals()[name][1]
             for field, values in fields.items():
                 data[name][:, names.index(field)] = values
 
@@ -100,7 +103,7 @@ class BallRun:
         phase = np.searchsorted(starts, cycles, side="right") - 1 if self.released else np.zeros(len(cycles))
         put("command", phase=phase)
         put("diagnosis", phase=phase)
-        log = {name: Signal(cycles, rows, tuple(signals("ball")[name][1])) for name, rows in data.items()}
+        log = {name: Signal(cycles, rows, tuple(TASK.signals()[name][1])) for name, rows in data.items()}
         beside = self.x + self.hand if self.released else 0.0
         tool = self.in_world(np.where(phase > CatchPhase.WAIT, beside, 0.0), np.full(len(cycles), -0.05))
         log["tool"] = Signal(cycles, np.column_stack([tool, np.full(len(cycles), np.pi)]), ("x", "y", "z", "yaw"))
@@ -110,6 +113,6 @@ class BallRun:
 def nothing_logged():
     """The log of a run that was over before anything was logged."""
     none = np.zeros(0)
-    log = {name: Signal(none, np.zeros((0, len(names))), tuple(names)) for name, (_, names) in signals("ball").items()}
+    log = {name: Signal(none, np.zeros((0, len(names))), tuple(names)) for name, (_, names) in TASK.signals().items()}
     log["tool"] = Signal(none, np.zeros((0, 4)), ("x", "y", "z", "yaw"))
     return log

@@ -5,13 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from drake_tracker.core.log import Signal, signals
+from drake_tracker.tasks.train.task import TASK
+from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
 from drake_tracker.core.timing import ESTIMATOR_SLOT, GRASP_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, vision_slot
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.tasks.train.track_placement import place_track
 
 SPEED = 0.1
 LAG = 15 * VISION_PERIOD
@@ -53,7 +54,7 @@ class Episode:
         self.valid = lambda t: np.ones(len(t))
         self.gate = Gate.NO_MEMORY
         self.verdict = {}
-        track, self.start = draw_track(scenario)
+        track, self.start = place_track(scenario)
         self.x, self.y, self.yaw = (float(c) for c in track.pose(self.start))
 
     def place(self, t):
@@ -88,7 +89,7 @@ class Episode:
         target = np.column_stack([due, hand, rate, packets[newest, :2], 0 * due, frozen * 0, known]) * known[:, None]
 
         verdict = np.column_stack(
-            [self.verdict.get(name, lambda t: 0.0 * t)(cycles) for name in signals()["truth_verdict"][1]]
+            [self.verdict.get(name, lambda t: 0.0 * t)(cycles) for name in TASK.signals()["truth_verdict"][1]]
         )
         place, tool = self.place(cycles), self.predicted(cycles)
         half = 0.5 * self.yaw
@@ -114,7 +115,7 @@ class Episode:
             "truth_train_state": (cycles, train),
             "truth_verdict": (cycles, verdict),
         }
-        log = {name: Signal(times, rows, tuple(signals()[name][1])) for name, (times, rows) in data.items()}
+        log = {name: Signal(times, rows, tuple(TASK.signals()[name][1])) for name, (times, rows) in data.items()}
         log["tool"] = Signal(cycles, tool, ("x", "y", "z", "yaw"))
         return log
 
@@ -162,6 +163,6 @@ def known():
 def nothing():
     """The log of a run that was over before anything was logged."""
     empty = np.zeros(0)
-    log = {name: Signal(empty, np.zeros((0, len(names))), tuple(names)) for name, (_, names) in signals().items()}
+    log = {name: Signal(empty, np.zeros((0, len(names))), tuple(names)) for name, (_, names) in TASK.signals().items()}
     log["tool"] = Signal(np.zeros(0), np.zeros((0, 4)), ("x", "y", "z", "yaw"))
     return log

@@ -1,7 +1,7 @@
-"""The kinds of a role: which settings stand for which part. A new kind is registered here-by, in one place.
+"""The kinds of a role: which settings stand for which part.
 
 A role is something that can be exchanged: estimator, motion detector, link, arm. Each kind of it has a frozen dataclass
-of settings, whose name is its YAML tag (``!ClosedPath {systematic_std: 0.002}``), and a maker that takes these settings.
+of settings, whose name is its YAML tag (``!ClosedPath {systematic_std: 0.002}``), and a maker that takes them.
 """
 
 import dataclasses
@@ -65,7 +65,7 @@ class Kinds(Generic[Part]):
         settings_type = self.names[kind]
         maker = self.makers[settings_type]
         own = [field.name for field in dataclasses.fields(settings_type)]
-        extra = [name for name in list(inspect.signature(maker).parameters)[1:]]
+        extra = list(inspect.signature(maker).parameters)[1:]
         for name in parameters:
             if name not in own and name not in extra:
                 raise DrakeTrackerError(f"{kind} has no parameter {name!r}; it has {', '.join([*own, *extra])}")

@@ -59,10 +59,10 @@ arm is blind, that is, follows the packet that it held when the descent began; j
 
 ToolStatus = namedview("ToolStatus", ["motion", "fraction", "flipping", "x", "y", "z", "yaw", "branch"])
 """Where the commanded tool is: the counter of the motion, the completed fraction of it (0 to 1), ``flipping`` = 1 while
-the jaws turn by 180 deg, commanded p_WT [m] and yaw [rad], and the number of half turns by which the jaws are turned."""
+the jaws turn by 180 deg, commanded p_WT [m] and yaw [rad], and the number of half turns of the jaws."""
 
 JawState = namedview("JawState", ["width", "speed", "force"])
-"""What the gripper measures: opening between the pads [m], its rate [m/s], force of the closing drive on each pad [N]."""
+"""What the gripper measures: opening between the pads [m], its rate [m/s], force of the drive on each pad [N]."""
 
 GraspDiagnosis = namedview("GraspDiagnosis", ["phase", "attempts", "gate", "remembered_error", "records"])
 """For the log: phase, attempts begun, why the machine waits (`grasp.gate.Gate`), the largest lateral error [m]
@@ -77,7 +77,7 @@ over the cup [m, W], the standard deviation of that place [m], and the number of
 
 TouchReport = namedview("TouchReport", ["phase", "mark", "force"] + [f"{axis}{k}" for k in range(3) for axis in "xyz"])
 """Progress of touching the board: phase (`grasp.touch_schema.TouchPhase`), number of the current mark (0 to 2), force
-against the approach [N], and the touched positions of the probe's centre p_WP [m] in W, zero where there is none yet."""
+against the approach [N], and the touched positions of the probe's centre p_WP [m] in W, zero where there is none."""
 
 Verdict = namedview(
     "Verdict",
@@ -142,5 +142,5 @@ def evaluate_prediction(packet: np.ndarray, time: float) -> np.ndarray:
 
 
 def predicted_points(packet: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Returns the points p_WQ [m], shape (n, 3), at which a valid `Prediction` puts the object at ``times`` (n,) [s]."""
+    """Returns p_WQ [m], shape (n, 3), where a valid `Prediction` puts the object at ``times`` (n,) [s]."""
     return np.array([evaluate_prediction(packet, time)[:3] for time in times])

@@ -1,34 +1,41 @@
-"""Which arm and hand a scenario means."""
+"""The arm of a scenario, with the hand that its task needs."""
+
+from typing import Any
 
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_tracker.arm.description import PROBE_FRAME, PUMA560, PUMA560_CUP, SEVEN_JOINT, ArmDescription, add_arm
+from drake_tracker.arm.config import Hand
+from drake_tracker.arm.description import PROBE_FRAME, ArmDescription, add_arm
 from drake_tracker.arm.joint_servo import actuators_of
+from drake_tracker.arm.kinds import make_arm
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.diagrams.custom import make_custom
 from drake_tracker.scenarios.base import Custom
 
 _DRIVES = {True: "one must drive the fingers", False: "a hand without fingers has none"}
-WITH_GRIPPER = {"Puma560": PUMA560}
-WITH_CUP = {"Puma560": PUMA560_CUP, "SevenJoint": SEVEN_JOINT}
+_HANDS = {Hand.GRIPPER: "fingers", Hand.CUP: "no fingers, but a cup"}
 
 
-def arm_of(scenario):
-    """Returns the `ArmDescription` of a scenario: its arm by the YAML tag, with the hand that its task needs.
+def arm_of(scenario: Any) -> ArmDescription:
+    """Returns the `ArmDescription` of a scenario: its arm, with the hand that its task needs.
 
-    Raises DrakeTrackerError, one line, when the user's own cannot be made, or has not the hand of the task.
+    Args:
+        scenario: a scenario with the setting ``arm`` and the attribute ``hand``.
+
+    Raises DrakeTrackerError, one line, when a custom arm cannot be made or does not have that hand.
     """
     if not isinstance(scenario.arm, Custom):
-        return (WITH_GRIPPER if scenario.task == "train" else WITH_CUP)[type(scenario.arm).__name__]
+        return make_arm(scenario.arm, hand=scenario.hand)
     where = scenario.where("arm")
     arm = make_custom(scenario.arm, where)
     if not isinstance(arm, ArmDescription):
         raise DrakeTrackerError(
             f"{where}: {scenario.arm.call} returned a {type(arm).__name__}; it must return an ArmDescription"
         )
-    if arm.has_fingers != (scenario.task == "train"):
-        hand = "fingers" if scenario.task == "train" else "no fingers, but a cup"
-        raise DrakeTrackerError(f"{where}: {scenario.arm.call}: the hand of the {scenario.task} must have {hand}")
+    if arm.has_fingers != (scenario.hand is Hand.GRIPPER):
+        raise DrakeTrackerError(
+            f"{where}: {scenario.arm.call}: the hand of the {scenario.task} must have {_HANDS[scenario.hand]}"
+        )
     try:
         check_arm(arm)
     except DrakeTrackerError as error:
@@ -36,7 +43,7 @@ def arm_of(scenario):
     return arm
 
 
-def check_arm(arm):
+def check_arm(arm: ArmDescription) -> None:
     """Raises DrakeTrackerError, one line, when the models of an `ArmDescription` are not as it says."""
     plant = MultibodyPlant(0.0)
     try:
@@ -45,7 +52,7 @@ def check_arm(arm):
             plant.GetFrameByName(frame, parts.gripper)
         for finger in arm.fingers:
             plant.GetJointByName(finger, parts.gripper)
-    except (RuntimeError, ValueError) as error:  # of Drake, which names what is missing
+    except (RuntimeError, ValueError) as error:  # Drake's message names what is missing
         raise DrakeTrackerError(" ".join(str(error).split())) from None
     drives = len(actuators_of(plant, parts.gripper))
     if drives != arm.has_fingers:

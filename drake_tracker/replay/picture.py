@@ -6,8 +6,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from drake_tracker.replay.judge import HORIZONS
+from drake_tracker.tasks.plots import LONG, broken, draw_phases, name_colours
 from drake_tracker.tasks.style import FAR_PREDICTED, PLOT_STYLE, PREDICTED, RULE, SOFT_INK, TRUTH
-from drake_tracker.tasks.train.figures import LONG, broken, draw_phases, name_colours
 
 RECORDED, REPLAYED = FAR_PREDICTED, PREDICTED
 _MOST_WORDS = 150
@@ -43,7 +43,7 @@ def draw_replay(judge, recording, replayed, result, path):
 def _draw_map(ax, judge, recording, logs):
     """The track from above: the truth, and where each packet put the object the longer horizon ahead."""
     times = recording.log["point"].times
-    xy = judge.true_xy(times[judge.runs(times)])
+    xy = judge.true_xy(times[judge.free(times)])
     ax.plot(xy[:, 1], xy[:, 0], color=TRUTH, lw=1.6, zorder=4)
     for log, colour, width in logs:
         ahead = judge.predictions(log, LONG)

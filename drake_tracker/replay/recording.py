@@ -1,19 +1,22 @@
 """A run directory, read and checked for a replay."""
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.log import load_log, signals
+from drake_tracker.core.log import Signal, load_log
 from drake_tracker.replay.changes import check_changes
 from drake_tracker.run.camera_images import IMAGES_FOLDER
 from drake_tracker.tasks import load_scenario
-from drake_tracker.tasks.train.summary import git_commit, package_versions
+from drake_tracker.tasks.registry import task_of
+from drake_tracker.tasks.results import git_commit, package_versions
+from drake_tracker.tasks.task import Task
 
 STARTS = ("images", "centroids", "points")
 """Where a replay may begin."""
-_CENTROIDS = {"train": ("centroid_left", "centroid_right"), "ball": ("centroid",)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,37 +24,47 @@ class Recording:
     """A run and what to do with it.
 
     Attributes:
-        folder: of the run. recorded: its scenario. scenario: the same with the changes. log: {name: Signal}.
-        start: one of `STARTS`. warnings: lines for the user.
+        folder: directory of the run.
+        recorded: scenario of the run.
+        scenario: the same with the changes.
+        log: {name: Signal}.
+        start: one of `STARTS`.
+        warnings: lines for the user.
     """
 
     folder: Path
-    recorded: object
-    scenario: object
-    log: dict
+    recorded: Any
+    scenario: Any
+    log: dict[str, Signal]
     start: str
-    warnings: tuple
+    warnings: tuple[str, ...]
 
     @property
-    def sources(self):
-        """Names of the logged signals with which the replay begins; with images there is none."""
-        return {"images": (), "centroids": _CENTROIDS[self.scenario.task], "points": ("point",)}[self.start]
+    def task(self) -> Task:
+        """Task of the run."""
+        return task_of(self.recorded)
 
     @property
-    def end(self):
-        """Time of the last sample of the cameras' cycle [s]: everything up to it is known."""
+    def sources(self) -> tuple[str, ...]:
+        """Names of the logged signals with which the replay begins; none when it begins with images."""
+        return {"images": (), "centroids": self.task.centroids, "points": ("point",)}[self.start]
+
+    @property
+    def end(self) -> float:
+        """Time of the last sample of the vision period [s]: everything up to it is known."""
         return float(self.log["point"].times[-1])
 
 
-def open_recording(folder, overrides=(), start=None):
+def open_recording(folder: Path | str, overrides: Sequence[str] = (), start: str | None = None) -> Recording:
     """Returns the `Recording` of a run directory.
 
     Args:
-        overrides: as for `load_scenario`.
-        start: one of `STARTS`; None: centroids, and points of a run that has none.
+        folder: directory of the run.
+        overrides: changed settings, as for `load_scenario`.
+        start: one of `STARTS`; None: centroids, or points for a run without centroids.
 
-    Raises DrakeTrackerError, one line for each error, when the directory is not that of a whole run, when its signals
-    are not those of this version, or when a change can have no effect.
+    Raises DrakeTrackerError, one line for each error, when the directory does not hold a complete run, when its signals
+    are not those of this version, or when a change has no effect.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -62,7 +75,7 @@ def open_recording(folder, overrides=(), start=None):
     recorded = load_scenario(str(scenario_file))
     log = _load(folder / "log.npz")
     versions, warnings = _versions(folder)
-    start = start or ("centroids" if all(name in log for name in _CENTROIDS[recorded.task]) else "points")
+    start = start or ("centroids" if all(name in log for name in task_of(recorded).centroids) else "points")
     scenario = load_scenario(str(scenario_file), overrides=overrides)
     recording = Recording(folder, recorded, scenario, log, start, warnings)
     _check_log(recording, versions)
@@ -70,7 +83,7 @@ def open_recording(folder, overrides=(), start=None):
     return recording
 
 
-def _load(path):
+def _load(path: Path) -> dict[str, Signal]:
     if not path.is_file():
         raise DrakeTrackerError(
             f"{path.parent}: there is no log.npz; a run writes it at its end, and this one was stopped before"
@@ -78,7 +91,7 @@ def _load(path):
     return load_log(path)
 
 
-def _versions(folder):
+def _versions(folder: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Returns {package: version} of the run, and warnings where they are not those of now."""
     try:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
@@ -93,16 +106,16 @@ def _versions(folder):
     return versions, (words,)
 
 
-def _check_log(recording, versions):
+def _check_log(recording: Recording, versions: Mapping[str, Any]) -> None:
     """Raises DrakeTrackerError when signals are missing, empty, or have other fields than this version's."""
-    folder, task = recording.folder, recording.scenario.task
+    folder, task = recording.folder, recording.task
     if recording.start == "images" and not (folder / IMAGES_FOLDER).is_dir():
         raise DrakeTrackerError(f"{folder}: there are no images; drake-tracker run --record-images keeps them")
     if recording.start == "centroids" and not all(name in recording.log for name in recording.sources):
         raise DrakeTrackerError(f"{folder}: there are no centroids in its log, measured vision has none; --from points")
     needed = {*recording.sources, "point", "filtered", "prediction", "delivered", "target", "command"}
-    needed |= {f"truth_{task}_state", "truth_verdict"}
-    known = signals(task)
+    needed |= {task.truth_signal, "truth_verdict"}
+    known = task.signals()
     for name in sorted(needed):
         signal = recording.log.get(name)
         if signal is None or signal.names != tuple(known[name][1]) or signal.data.shape[1:] != (len(signal.names),):

@@ -2,41 +2,51 @@
 
 import json
 import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.core.log import add_loggers, read_log, save_log
+from drake_tracker.core.log import save_log
 from drake_tracker.replay.changes import changed_settings
 from drake_tracker.replay.judge import Judge, compare_signals
-from drake_tracker.replay.parts import make_diagram
+from drake_tracker.replay.parts import make_replay_diagram
 from drake_tracker.replay.picture import draw_replay
-from drake_tracker.tasks.train.summary import git_commit, package_versions
+from drake_tracker.replay.recording import Recording
+from drake_tracker.run.log_recorder import add_loggers, read_log
+from drake_tracker.tasks.results import git_commit, package_versions
 
 _STRETCH = 1.0
 """Simulated time [s] between two reports of progress."""
 
 
-def replay(recording, out=None, progress=None):
-    """Replays a `Recording` and returns what came of it, a dict; lengths in m, times in s.
+def replay_run(
+    recording: Recording, out: Path | None = None, progress: Callable[[float, str], object] | None = None
+) -> dict[str, Any]:
+    """Replays a `Recording` and returns the results as a dict; lengths in m, times in s.
 
-    - ``identical``: whether all replayed signals are those of the run, bit for bit; ``signals``: `compare_signals`.
+    - ``identical``: whether all replayed signals are those of the run, bit for bit.
+    - ``signals``: what `compare_signals` returns.
     - ``recorded``, ``replayed``: rms errors from truth, as `Judge.rms` has them.
-    - ``simulated_s``, ``real_time_factor`` and ``wall_time_s``: how long the run was and how long the replay took;
-      ``processor_time_s``: of its simulation, which tells more on a busy machine.
-    - ``changes``: {setting: [before, after]}. ``start``: where the replay began.
+    - ``simulated_s``, ``real_time_factor``, ``wall_time_s``: length of the run, and time that the replay took.
+    - ``processor_time_s``: processor time of the simulation, a better measure on a busy machine.
+    - ``changes``: {setting: [before, after]}.
+    - ``start``: where the replay began.
 
     Args:
+        recording: what to replay.
         out: directory for log.npz (the replayed signals), replay.json and replay.png; None leaves nothing behind.
-        progress: called with (simulated time [s], word).
+        progress: called with (simulated time [s], a word).
 
     Raises DrakeTrackerError, in one line, when the recording cannot be replayed.
     """
     clock = [time.monotonic()]
-    diagram = make_diagram(recording)
+    diagram = make_replay_diagram(recording)
     builder = DiagramBuilder()
     builder.AddSystem(diagram)
-    loggers = add_loggers(builder, diagram, recording.scenario.task)
+    loggers = add_loggers(builder, diagram, recording.task)
     simulator = Simulator(builder.Build())
     context = simulator.get_context()
     clock.append(time.monotonic())
@@ -49,8 +59,8 @@ def replay(recording, out=None, progress=None):
     clock.append(time.monotonic())
     processor = time.process_time() - processor
 
-    replayed = read_log(loggers, context, recording.scenario.task)
-    judge = Judge(recording.recorded, recording.log)
+    replayed = read_log(loggers, context, recording.task)
+    judge = Judge(recording.task, recording.recorded, recording.log)
     signals = compare_signals(recording.log, replayed)
     result = {
         "run": str(recording.folder.resolve()),

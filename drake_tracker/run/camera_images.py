@@ -1,24 +1,27 @@
-"""Keeps the images that the vision of a run reads, to the last bit, so that it can be run again without a world."""
+"""Keeps the images that the vision of a run reads, without loss, so that it can be run again without a world."""
+
+from collections.abc import Sequence
+from pathlib import Path
 
 import cv2
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.diagrams.hand_eye import outputs
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram, outputs
 from drake_tracker.run.lossless_video import LosslessVideo
 
 IMAGES_FOLDER = "images"
 
 
-def image_file(run_directory, camera):
+def image_file(run_directory: Path, camera: str) -> Path:
     """Returns the path of the file with a camera's images in the directory of a run."""
     return run_directory / IMAGES_FOLDER / f"{camera}.mkv"
 
 
 class CameraImageSystem(LeafSystem):
-    """Writes the images of one camera to a file, one a cycle.
+    """Writes the images of one camera to a file, one in each vision cycle.
 
     .. pydrake_system::
 
@@ -26,39 +29,43 @@ class CameraImageSystem(LeafSystem):
         input_ports:
         - color_image
 
-    ``color_image`` is an ImageRgba8U, published at the vision's instants, so that no image is rendered twice. It is
-    kept in grey, which is what the vision makes of it first.
+    ``color_image`` is an ImageRgba8U. It is published every 1/60 s with offset 0, when the vision reads it too, so that
+    no image is rendered twice. It is kept in grey, since converting it is the first step of the vision.
 
     Args:
-      path: MKV file to write. size: (width, height) [px].
+        path: MKV file to write.
+        size: (width, height) [px].
     """
 
-    def __init__(self, path, size):
+    def __init__(self, path: Path, size: tuple[int, int]) -> None:
         super().__init__()
         self.video = LosslessVideo(path, round(1.0 / VISION_PERIOD), size)
         self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
         self.DeclarePeriodicPublishEvent(VISION_PERIOD, 0.0, self._write)
 
-    def _write(self, context):
+    def _write(self, context: Context) -> None:
         self.video.write(cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY))
 
 
 class CameraImageRecorder:
-    """What `add_camera_images` returns: `finish` ends the files."""
+    """What `add_camera_images` returns: `finish` completes the files."""
 
-    def __init__(self, systems):
+    def __init__(self, systems: Sequence[CameraImageSystem]) -> None:
         self._systems = systems
 
-    def finish(self, root_context):
-        """Ends the files. The Context is not needed: everything has been written as it came."""
+    def finish(self, root_context: Context) -> None:
+        """Closes the files. Every image has been written as it came, so that the Context is not needed."""
         for system in self._systems:
             system.video.close()
 
 
-def add_camera_images(builder, hand_eye, folder):
-    """Adds a `CameraImageSystem` for each camera of a `HandEyeDiagram`; the files go to the run directory ``folder``.
+def add_camera_images(builder: DiagramBuilder, *, hand_eye: HandEyeDiagram, folder: Path) -> CameraImageRecorder:
+    """Adds a `CameraImageSystem` for each camera of a `HandEyeDiagram`.
 
-    Returns a `CameraImageRecorder`.
+    Args:
+        builder: builder with ``hand_eye`` in it.
+        hand_eye: the diagram whose images are kept.
+        folder: run directory.
     """
     (folder / IMAGES_FOLDER).mkdir()
     systems = []

@@ -1,18 +1,20 @@
-"""Keeps the motion detector's intermediate images of one tracking instant, to be looked at after the run."""
+"""Keeps the intermediate images of the motion detector at one instant, for a picture after the run."""
+
+from collections.abc import Callable
+from enum import IntEnum
+from pathlib import Path
+from typing import Any
 
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, State
 
 from drake_tracker.core.messages import ArmCommand, message_size
-from drake_tracker.grasp.schema import Phase
-from drake_tracker.run.video_page import SIDES, port_of
-from drake_tracker.tasks.train.figures import draw_motion_images
-
-_PERIOD = 1.0
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram, inputs
+from drake_tracker.tasks.filming import Snapshot, port_of
 
 
 class MotionSnapshotSystem(LeafSystem):
-    """Holds the newest intermediate images that were made in the best phase for it: while the hand tracked.
+    """Holds the newest intermediate images of the best phase for them: while the hand tracks.
 
     .. pydrake_system::
 
@@ -22,15 +24,16 @@ class MotionSnapshotSystem(LeafSystem):
         - motion_images_right
         - command
 
-    ``motion_images_*`` hold a `MotionImages` or None, ``command`` is an `ArmCommand`. The images, which cost time to
-    make, are looked at once a period in these phases, and never else.
+    ``motion_images_*`` hold the images of the detector, or None while there are none; ``command`` is an `ArmCommand`.
+    The images take time to compute; they are evaluated once a period, with offset 0, and only in the given phases.
 
     Args:
-      sides: of the ports' names; "" is a single camera, whose port is ``motion_images``.
-      phases: those in which to look, later ones preferred. period: [s].
+        sides: suffixes of the ports; the empty text for a single camera, whose port is ``motion_images``.
+        phases: phases in which to look; later ones are preferred.
+        period: time between two looks [s].
     """
 
-    def __init__(self, sides=SIDES, phases=(Phase.TRACK,), period=_PERIOD):
+    def __init__(self, sides: tuple[str, ...], phases: tuple[IntEnum, ...], period: float) -> None:
         super().__init__()
         self._sides, self._phases = sides, phases
         self._images = {
@@ -41,11 +44,11 @@ class MotionSnapshotSystem(LeafSystem):
         self._kept = self.DeclareAbstractState(AbstractValue.Make((-1, ())))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
-    def kept(self, context):
+    def kept(self, context: Context) -> dict[str, Any] | None:
         """Returns {side: images} of the instant kept, or None when there was none."""
         return dict(context.get_abstract_state(self._kept).get_value()[1]) or None
 
-    def _update(self, context, state):
+    def _update(self, context: Context, state: State) -> None:
         phase = ArmCommand(self._command.Eval(context)).phase
         rank = self._phases.index(phase) if phase in self._phases else -1
         if rank < 0 or rank < context.get_abstract_state(self._kept).get_value()[0]:
@@ -58,26 +61,29 @@ class MotionSnapshotSystem(LeafSystem):
 class MotionSnapshotRecorder:
     """What `add_motion_snapshot` returns: `finish` draws the picture."""
 
-    def __init__(self, system, path, draw):
+    def __init__(self, system: MotionSnapshotSystem, path: Path, draw: Callable[[dict[str, Any], Path], None]) -> None:
         self._system, self._path, self._draw = system, path, draw
 
-    def finish(self, root_context):
-        """Draws the images kept in a Context of the whole diagram; leaves nothing when the hand never tracked."""
+    def finish(self, root_context: Context) -> None:
+        """Draws the images that were kept; leaves no file when there were none."""
         images = self._system.kept(self._system.GetMyContextFromRoot(root_context))
         if images is not None:
             self._draw(images, self._path)
 
 
-def add_motion_snapshot(builder, hand_eye, path, draw=draw_motion_images, **settings):
-    """Adds a `MotionSnapshotSystem` to a `HandEyeDiagram`; its picture goes to the PNG file ``path``.
+def add_motion_snapshot(
+    builder: DiagramBuilder, *, hand_eye: HandEyeDiagram, snapshot: Snapshot, path: Path
+) -> MotionSnapshotRecorder:
+    """Adds a `MotionSnapshotSystem` to the builder of a `HandEyeDiagram`.
 
     Args:
-      draw: ({side: images}, path) draws it. settings: of the System.
-
-    Returns a `MotionSnapshotRecorder`.
+        builder: builder with ``hand_eye`` in it.
+        hand_eye: the diagram to look at.
+        snapshot: when to keep images, and how to draw them.
+        path: PNG file to write at the end.
     """
-    system = builder.AddNamedSystem("motion_snapshot", MotionSnapshotSystem(**settings))
-    for k in range(system.num_input_ports()):
-        port = system.get_input_port(k)
+    system = MotionSnapshotSystem(sides=snapshot.sides, phases=snapshot.phases, period=snapshot.period)
+    builder.AddNamedSystem("motion_snapshot", system)
+    for port in inputs(system):
         builder.Connect(hand_eye.GetOutputPort(port.get_name()), port)
-    return MotionSnapshotRecorder(system, path, draw)
+    return MotionSnapshotRecorder(system, path, snapshot.draw)

@@ -1,6 +1,6 @@
-"""The Meshcat recording of a run: the laboratory in three dimensions, with the predicted path drawn in."""
+"""The 3-D recording of a run in Meshcat: the laboratory, with the predicted path drawn in."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,58 +18,36 @@ from pydrake.geometry import (
     Sphere,
 )
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, State
 
+from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import ArmCommand, Prediction, TrackPoint, message_size
-from drake_tracker.tasks.ball.foresight import path_points
-from drake_tracker.tasks.style import PHASES_THAT_PREDICT
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, View
 
 PREDICTED, SEEN = Rgba(0.30, 0.76, 1.0), Rgba(1.0, 0.69, 0.0)
-"""Colours of the predicted path and of the points seen, as in the camera video."""
-FRAMES_PER_SECOND = 30
-"""Of the recording."""
+"""Colours of the predicted path and of the measured points, as in the camera video."""
 _PREFIX = "laboratory"
 _PATH, _TRAIL = "tracking/predicted", "tracking/seen"
-_PATH_TIMES = np.arange(0.0, 1.21, 0.15)
-"""From now on, the times [s] at which the predicted path is marked."""
-PATH_MARKS = len(_PATH_TIMES)
 _TRAIL_FRAMES = range(0, 31, 5)
 """From the newest point back, the frames whose triangulated points are marked."""
 
 
-@dataclass(frozen=True)
-class View:
-    """How a task is shown: from ``eye`` towards ``target`` (x, y, z) [m, W], with a field of view [deg]; ``phases`` in
-    which a predicted path is drawn; ``path``: (valid packet, now) -> its points, `PATH_MARKS` or none;
-    ``floor``: whether one is laid, for a laboratory without.
-    """
-
-    eye: tuple = (1.95, -1.20, 1.25)
-    target: tuple = (0.38, 0.02, 0.58)
-    fov_deg: float = 37.0
-    phases: tuple = PHASES_THAT_PREDICT
-    floor: bool = True
-    path: Callable = lambda packet, now: path_points(packet, now + _PATH_TIMES)
-
-
-TRAIN_VIEW = View()
-
-
 @dataclass(frozen=True, eq=False)
-class _Drawn:
-    """What is drawn: the packet that the arm goes by, and the latest triangulated points, newest first (None: not
-    seen).
+class _Drawn(FrozenState):
+    """What is drawn.
+
+    Attributes:
+        packet: the packet that the arm follows.
+        trail: the latest measured points, newest first; None where there was none.
     """
 
     packet: np.ndarray
-    trail: tuple = ()
-
-    def __deepcopy__(self, memo):
-        return self
+    trail: tuple[np.ndarray | None, ...] = ()
 
 
 class TrackingDisplaySystem(LeafSystem):
-    """Draws the predicted path and the latest triangulated points into Meshcat.
+    """Draws the predicted path and the latest measured points into Meshcat.
 
     .. pydrake_system::
 
@@ -79,14 +57,16 @@ class TrackingDisplaySystem(LeafSystem):
         - point
         - command
 
-    ``packet`` is a `Prediction`, ``point`` a `TrackPoint`, ``command`` an `ArmCommand`; published `FRAMES_PER_SECOND`
-    times a second from time 0. While vision is not used the last packet before is held, as the arm holds it.
+    ``packet`` is a `Prediction`, ``point`` a `TrackPoint`, ``command`` an `ArmCommand`; a packet or point of all zeros
+    is not drawn. Updates (unrestricted) and publishes `FRAMES_PER_SECOND` times a second with offset 0. While the arm
+    is blind, the packet that it holds is shown.
 
     Args:
-      view: a `View`.
+        meshcat: the Meshcat instance to draw into.
+        view: what is shown, and in which phases.
     """
 
-    def __init__(self, meshcat, view=TRAIN_VIEW):
+    def __init__(self, meshcat: Meshcat, view: View) -> None:
         super().__init__()
         self._meshcat, self._view = meshcat, view
         self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
@@ -99,16 +79,16 @@ class TrackingDisplaySystem(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(1.0 / FRAMES_PER_SECOND, 0.0, self._remember)
         self.DeclarePeriodicPublishEvent(1.0 / FRAMES_PER_SECOND, 0.0, self._draw)
 
-    def _remember(self, context, state):
+    def _remember(self, context: Context, state: State) -> None:
         drawn = context.get_abstract_state(self._drawn).get_value()
-        frozen = ArmCommand(self._command.Eval(context)).frozen
-        packet = drawn.packet if frozen else np.array(self._packet.Eval(context))
+        blind = ArmCommand(self._command.Eval(context)).frozen
+        packet = drawn.packet if blind else np.array(self._packet.Eval(context))
         point = TrackPoint(self._point.Eval(context))
-        newest = np.array([point.x, point.y, point.z]) if point.valid and not frozen else None
+        newest = np.array([point.x, point.y, point.z]) if point.valid and not blind else None
         trail = (newest, *drawn.trail[: _TRAIL_FRAMES[-1]])
         state.get_mutable_abstract_state(self._drawn).set_value(_Drawn(packet, trail))
 
-    def _draw(self, context):
+    def _draw(self, context: Context) -> None:
         now = context.get_time()
         drawn = context.get_abstract_state(self._drawn).get_value()
         phase = int(ArmCommand(self._command.Eval(context)).phase)
@@ -117,7 +97,7 @@ class TrackingDisplaySystem(LeafSystem):
         self._place(_PATH, points, now)
         self._place(_TRAIL, [drawn.trail[k] for k in _TRAIL_FRAMES if k < len(drawn.trail)], now)
 
-    def _place(self, path, points, now):
+    def _place(self, path: str, points: Sequence[np.ndarray | None], now: float) -> None:
         """Moves the marks below ``path`` to ``points``; when one of these is None it hides them all."""
         shown = len(points) > 0 and all(point is not None for point in points)
         self._meshcat.SetProperty(path, "visible", shown, now)
@@ -127,14 +107,18 @@ class TrackingDisplaySystem(LeafSystem):
 
 
 class SceneRecorder:
-    """What `add_scene_recording` returns: `finish` writes the recording; ``url`` shows the scene while it runs."""
+    """What `add_scene_recording` returns: `finish` writes the recording.
 
-    def __init__(self, meshcat, path):
+    Attributes:
+        url: address at which the scene is shown while the run goes on.
+    """
+
+    def __init__(self, meshcat: Meshcat, path: Path | None) -> None:
         self._meshcat, self._path = meshcat, path
         self.url = meshcat.web_url()
 
-    def finish(self, root_context):
-        """Publishes the recording and writes it as one HTML file that needs nothing else."""
+    def finish(self, root_context: Context) -> None:
+        """Publishes the recording and writes it as one self-contained HTML file."""
         recording = self._meshcat.get_mutable_recording()
         recording.set_loop_mode(MeshcatAnimation.LoopMode.kLoopRepeat)
         recording.set_repetitions(1000)
@@ -144,16 +128,19 @@ class SceneRecorder:
             Path(self._path).write_text(self._meshcat.StaticHtml(), encoding="utf-8")
 
 
-def add_scene_recording(builder, hand_eye, path, announce, view=TRAIN_VIEW):
+def add_scene_recording(
+    builder: DiagramBuilder, *, hand_eye: HandEyeDiagram, view: View, path: Path | None, announce: bool = False
+) -> SceneRecorder:
     """Shows a `HandEyeDiagram` in Meshcat and records it, `FRAMES_PER_SECOND` times a second.
 
-    Meshcat is served to this machine alone, and must be used by the thread that calls this.
+    Meshcat listens on this machine only, and must be used by the thread that calls this function.
 
     Args:
-      path: HTML file to write at the end, or None. announce: whether to print the address.
-      view: a `View` of the task.
-
-    Returns a `SceneRecorder`.
+        builder: builder with ``hand_eye`` in it.
+        hand_eye: the diagram to show.
+        view: how the task is shown.
+        path: HTML file to write at the end, or None.
+        announce: whether to print the address.
     """
     meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     _set_stage(meshcat, view)
@@ -170,7 +157,7 @@ def add_scene_recording(builder, hand_eye, path, announce, view=TRAIN_VIEW):
     return SceneRecorder(meshcat, path)
 
 
-def _set_stage(meshcat, view):
+def _set_stage(meshcat: Meshcat, view: View) -> None:
     """Chooses the viewpoint, the background, a floor and the light."""
     meshcat.SetCameraPose(np.array(view.eye), np.array(view.target))
     meshcat.SetProperty("/Cameras/default/rotated/<object>", "fov", view.fov_deg)

@@ -15,8 +15,6 @@ import numpy as np
 
 from drake_tracker.tasks.style import bgr, draw_text, phase_colour
 
-SIDES = ("left", "right")
-"""Of the ports of two cameras; the side of a single one is ""."""
 _WIDTH, _MARGIN = 1280, 20
 _PANEL_WIDTH, _TALLEST_PANEL, _SHORTEST_PANEL = 512, 308, 230
 _TALLEST_SINGLE, _SHORTEST_SINGLE = 616, 500
@@ -65,11 +63,6 @@ class PageState:
     blind: bool = False
 
 
-def port_of(kind, side):
-    """Returns the name of a port of one camera: ``camera_left`` of a pair, ``camera`` of a single one."""
-    return f"{kind}_{side}" if side else kind
-
-
 class VideoPage:
     """Draws frames of ``size`` (width, height) [px], both even, as tall as the windows ask for.
 
@@ -86,7 +79,7 @@ class VideoPage:
         single = len(polygons) == 1
         # Of a single camera more is shown: there is room, and the hand moves outside of the window.
         border = _WIDE_BORDER if single else _BORDER
-        u0, v0, width, height = self._view = _common_view(polygons.values(), image_size, border)
+        _u0, _v0, width, height = self._view = _common_view(polygons.values(), image_size, border)
         tallest, shortest = (_TALLEST_SINGLE, _SHORTEST_SINGLE) if single else (_TALLEST_PANEL, _SHORTEST_PANEL)
         self._scale = min(_PANEL_WIDTH / width, tallest / height)
         panel_height = 2 * math.ceil(max(self._scale * height, shortest) / 2)
@@ -235,7 +228,7 @@ def _common_view(polygons, image_size, border):
 
 
 def _fixed(point):
-    return tuple(int(round(float(c) * (1 << _SHIFT))) for c in point)
+    return tuple(round(float(c) * (1 << _SHIFT)) for c in point)
 
 
 def _polyline(image, points, colour, thickness, closed=False):

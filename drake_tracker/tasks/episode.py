@@ -10,7 +10,6 @@ import numpy as np
 
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_FIELDS, PREDICTION_HEADER
 from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP
-from drake_tracker.grasp.schema import PROGRAMS, Phase
 
 _X, _Y, _YAW = (KNOT_FIELDS.index(field) for field in ("x", "y", "yaw"))
 
@@ -23,7 +22,7 @@ class PhaseSpan(NamedTuple):
     end: float
 
 
-def phase_spans(log, time_step=TIME_STEP, phases=Phase):
+def phase_spans(log, phases, time_step=TIME_STEP):
     """Returns the tuple of `PhaseSpan` of a run, in order; ``phases`` is the task's enumeration of them.
 
     The log shows a command at the end of the servo period in whose last plant step it was given; starts are put back to
@@ -49,46 +48,13 @@ def during(spans, times, *phases):
     return inside
 
 
-def sighted(spans, times):
-    """Returns at which of ``times`` (n,) [s] the arm used vision, shape (n,), bool."""
-    return during(spans, times, *(phase for phase in Phase if not PROGRAMS[phase].frozen))
-
-
-def train_pose(log, times):
-    """Returns the train's true (x, y, z, yaw) [m, rad] at ``times`` (n,) [s], shape (n, 4), NaN where nothing is
-    logged.
-
-    Linear between samples: at 0.2 m/s on a radius of 0.12 m that is right to 12 micrometres. The yaw is continuous.
-    """
-    truth = log["truth_train_state"]
-    times = np.asarray(times, dtype=float)
-    if len(truth.times) == 0:
-        return np.full((len(times), 4), np.nan)
-    qw, qx, qy, qz = truth.view("qw", "qx", "qy", "qz").T
-    yaw = np.unwrap(np.arctan2(2.0 * (qx * qy + qw * qz), qw**2 + qx**2 - qy**2 - qz**2))
-    rows = np.column_stack([truth.view("x", "y", "z"), yaw])
-    return _interpolate(times, truth.times, rows)
-
-
 def tool_pose(log, times):
     """Returns the tool's true (x, y, z, yaw) [m, rad] at ``times`` (n,) [s], shape (n, 4), NaN where nothing is
     logged.
     """
     tool = log["tool"]
     rows = np.column_stack([tool.view("x", "y", "z"), np.unwrap(tool["yaw"])])
-    return _interpolate(np.asarray(times, dtype=float), tool.times, rows)
-
-
-def errors(log, times, xy):
-    """Returns how far the points ``xy`` (n, 2) [m] lie from the train at ``times`` (n,) [s]: (along, across), shape (n,
-    2).
-
-    Positive is ahead of the train, and to its left. NaN where the truth is not logged.
-    """
-    truth = train_pose(log, times)
-    dx, dy = (np.asarray(xy, dtype=float) - truth[:, :2]).T
-    cos, sin = np.cos(truth[:, 3]), np.sin(truth[:, 3])
-    return np.column_stack([cos * dx + sin * dy, cos * dy - sin * dx])
+    return interpolate_rows(np.asarray(times, dtype=float), tool.times, rows)
 
 
 class Predictions(NamedTuple):
@@ -128,7 +94,7 @@ def _evaluate(signal, index, times):
     return Predictions(times, knot[:, [_X, _Y]], knot[:, _YAW], signal["stamp"][index])
 
 
-def _interpolate(times, known_times, rows):
+def interpolate_rows(times, known_times, rows):
     if len(known_times) == 0:
         return np.full((len(times), rows.shape[1]), np.nan)
     return np.column_stack([np.interp(times, known_times, row, left=np.nan, right=np.nan) for row in rows.T])

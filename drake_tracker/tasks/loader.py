@@ -14,13 +14,10 @@ from drake_tracker.core.setting import settings_of
 from drake_tracker.scenarios.base import Custom, find_module
 from drake_tracker.scenarios.reader import plain, read, tree_of
 from drake_tracker.scenarios.tree import Value, dump, merge, nest, parse
-from drake_tracker.tasks.ball.scenario import BallScenario
-from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.registry import TASKS
 
-PACKAGE_FOLDERS = {task: Path(__file__).parent / task for task in ("train", "ball")}
-"""Where the scenario files of each task lie, and what they name."""
-SCHEMAS = {"train": TrainScenario, "ball": BallScenario}
-"""The scenario class of each task, which is also the name of the file with its scenarios."""
+PACKAGE_FOLDERS = {name: entry.folder for name, entry in TASKS.items()}
+"""Folders of the scenario files of each task, and of the files that they name."""
 _FILE_SETTINGS = (("track", "csv"), ("cameras", "calibration"), ("vision", "file"))
 
 
@@ -63,7 +60,7 @@ def validate(scenario):
 def list_scenarios():
     """Returns (name, description) of every scenario that comes with the package, task by task."""
     listed = []
-    for task in SCHEMAS:
+    for task in TASKS:
         path = PACKAGE_FOLDERS[task] / f"{task}.yaml"
         for name in _read_file(path):
             spec = path.stem if name == path.stem else f"{path.stem}:{name}"
@@ -176,13 +173,10 @@ def _check(tree, errors):
     origins = {}
     task = tree.data.get("task")
     name = "train" if task is None else task.data
-    schema = SCHEMAS.get(name) if isinstance(name, str) else None
-    if schema is None:
-        errors.append(
-            f"{task.origin}: task must be one of {', '.join(SCHEMAS)}, not {name!r}{_near(str(name), SCHEMAS)}"
-        )
+    if not isinstance(name, str) or name not in TASKS:
+        errors.append(f"{task.origin}: task must be one of {', '.join(TASKS)}, not {name!r}{_near(str(name), TASKS)}")
         raise DrakeTrackerError("\n".join(errors))
-    scenario = read(tree, schema, "", errors, origins)
+    scenario = read(tree, TASKS[name].scenario, "", errors, origins)
     scenario = dataclasses.replace(scenario, origins=origins)
     if not errors:  # Settings can only be compared when each of them can be read.
         errors += [f"{scenario.where(key)} {problem}" for key, problem in scenario.problems()]

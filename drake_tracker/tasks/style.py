@@ -3,15 +3,13 @@
 The colours are those of Okabe and Ito, "Color Universal Design" (2008), which people with any colour vision tell apart.
 """
 
+from enum import IntEnum
 from functools import cache, lru_cache
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 from matplotlib.ft2font import FT2Font
-
-from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.grasp.schema import Phase
 
 INK, SOFT_INK, RULE = "#1b1f24", "#5f6670", "#c9cdd3"
 """Text, secondary text and rules on white."""
@@ -21,30 +19,24 @@ PREDICTED, FAR_PREDICTED, HAND = "#0072b2", "#d55e00", "#009e73"
 """The train as predicted a short and a long time ahead; the hand."""
 
 PHASE_COLOURS = {
-    Phase.ACQUIRE: "#9aa1ab",
-    Phase.TRACK: "#56b4e9",
-    Phase.INTERCEPT: "#e69f00",
-    Phase.CLOSE: "#d55e00",
-    Phase.LIFT: "#009e73",
-    Phase.HOLD: "#007a5a",
-    Phase.RETREAT: "#cc79a7",
-    Phase.HOVER: "#0072b2",
+    "ACQUIRE": "#9aa1ab",
+    "TRACK": "#56b4e9",
+    "INTERCEPT": "#e69f00",
+    "CLOSE": "#d55e00",
+    "LIFT": "#009e73",
+    "HOLD": "#007a5a",
+    "RETREAT": "#cc79a7",
+    "HOVER": "#0072b2",
+    "WAIT": "#9aa1ab",
+    "FOLLOW": "#56b4e9",
+    "SETTLE": "#e69f00",
+    "CUP": "#d55e00",
+    "RAISE": "#009e73",
+    "STOPPED": "#cc79a7",
+    "MANUAL": "#0072b2",
 }
-"""One colour for each phase of the grasp."""
-CATCH_COLOURS = {
-    CatchPhase.WAIT: "#9aa1ab",
-    CatchPhase.FOLLOW: "#56b4e9",
-    CatchPhase.SETTLE: "#e69f00",
-    CatchPhase.CUP: "#d55e00",
-    CatchPhase.RAISE: "#009e73",
-    CatchPhase.HOLD: "#007a5a",
-    CatchPhase.STOPPED: "#cc79a7",
-    CatchPhase.MANUAL: "#0072b2",
-}
-"""One colour for each phase of the catch."""
-PHASES_THAT_PREDICT = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
-"""In these a predicted path is shown; in the others the train is in the hand, or the hand on its way back."""
-CATCH_PHASES_THAT_PREDICT = (CatchPhase.WAIT, CatchPhase.FOLLOW, CatchPhase.SETTLE, CatchPhase.CUP)
+"""One colour for each phase, by its name; phases of different tasks that have the same name look the same."""
+_OTHER_PHASES = ("#9aa1ab", "#56b4e9", "#e69f00", "#d55e00", "#009e73", "#007a5a", "#cc79a7", "#0072b2")
 
 PLOT_STYLE = {
     "font.family": "DejaVu Sans",
@@ -65,24 +57,33 @@ PLOT_STYLE = {
 """Type, axes and lines of every plot, as Matplotlib's settings."""
 
 
-def phase_colour(phase):
-    """Returns the colour of a phase of any task. Phases are numbers, and the same ones in each task: the kind tells."""
-    return (CATCH_COLOURS if isinstance(phase, CatchPhase) else PHASE_COLOURS)[phase]
+def phase_colour(phase: IntEnum) -> str:
+    """Returns the colour of a phase of any task, "#rrggbb"; one without an entry gets a colour by its number."""
+    return PHASE_COLOURS.get(phase.name, _OTHER_PHASES[phase % len(_OTHER_PHASES)])
 
 
 _FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 
 
 @cache
-def bgr(colour):
+def bgr(colour: str) -> tuple[int, ...]:
     """Returns "#rrggbb" as OpenCV's (blue, green, red)."""
     return tuple(int(colour[k : k + 2], 16) for k in (5, 3, 1))
 
 
-def draw_text(image, text, x, y, size, colour="#ffffff", bold=False):
-    """Writes a line of text into a BGR image, its baseline starting at pixel (x, y). Returns the x at which it ends.
+def draw_text(
+    image: np.ndarray, text: str, x: int, y: int, size: int, colour: str = "#ffffff", bold: bool = False
+) -> int:
+    """Writes a line of text into a BGR image. Returns the x at which it ends.
 
-    ``size`` is the height of the type [px]. What falls outside of the image is left out.
+    Args:
+        image: BGR uint8, shape (h, w, 3), changed in place. Text beyond its border is clipped.
+        text: one line.
+        x: pixel column at which the baseline starts.
+        y: pixel row of the baseline.
+        size: height of the type [px].
+        colour: "#rrggbb".
+        bold: whether the type is bold.
     """
     coverage, left, ascent = _typeset(text, size, bold)
     height, width, _ = coverage.shape
@@ -97,7 +98,7 @@ def draw_text(image, text, x, y, size, colour="#ffffff", bold=False):
 
 
 @lru_cache(maxsize=512)
-def _typeset(text, size, bold):
+def _typeset(text: str, size: int, bold: bool) -> tuple[np.ndarray, int, int]:
     """Returns (coverage of each pixel from 0 to 1, shape (h, w, 1); pixels from the pen to its left edge; its
     ascent).
     """
@@ -112,7 +113,7 @@ def _typeset(text, size, bold):
 
 
 @lru_cache(maxsize=16)
-def _font(size, bold):
+def _font(size: int, bold: bool) -> FT2Font:
     font = FT2Font(str(_FONTS / ("DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf")))
     font.set_size(size, 72.0)
     return font

@@ -5,10 +5,12 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
+from drake_tracker.tasks.train.task import TASK
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.log import Signal, add_loggers, load_log, read_log, save_log, signals, tool_signal
+from drake_tracker.core.log import Signal, load_log, save_log
+from drake_tracker.run.log_recorder import add_loggers, read_log, tool_signal
 from drake_tracker.core.timing import TIME_STEP
 
 
@@ -17,7 +19,7 @@ class Clock(LeafSystem):
 
     def __init__(self):
         super().__init__()
-        for name, (_, fields) in signals().items():
+        for name, (_, fields) in TASK.signals().items():
             self.DeclareVectorOutputPort(name, len(fields), self._calc)
 
     @staticmethod
@@ -29,15 +31,15 @@ class Clock(LeafSystem):
 def log():
     builder = DiagramBuilder()
     clock = builder.AddSystem(Clock())
-    loggers = add_loggers(builder, clock)
+    loggers = add_loggers(builder, clock, TASK)
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(0.1)
-    return read_log(loggers, simulator.get_context())
+    return read_log(loggers, simulator.get_context(), TASK)
 
 
 def test_every_signal_is_logged_at_its_period(log):
-    assert set(log) == set(signals())
-    for name, (period, fields) in signals().items():
+    assert set(log) == set(TASK.signals())
+    for name, (period, fields) in TASK.signals().items():
         signal = log[name]
         np.testing.assert_allclose(signal.times, period * np.arange(len(signal.times)), atol=1e-9)
         assert len(signal.times) == int(0.1 / period + 1e-9) + 1
@@ -75,7 +77,7 @@ def test_tool_comes_from_forward_kinematics():
     X_WT = tool_down((0.6, 0.1, 0.7), 0.4)
     q = joints_for(model, PUMA560.q_start, X_WT)
     times = TIME_STEP * np.arange(11)
-    state = Signal(times, np.tile(np.concatenate([q, np.zeros(6)]), (11, 1)), signals()["arm_state"][1])
+    state = Signal(times, np.tile(np.concatenate([q, np.zeros(6)]), (11, 1)), TASK.signals()["arm_state"][1])
     tool = tool_signal(state, model)
     np.testing.assert_allclose(tool.times, [0.0, 1 / 60, 2 / 60], atol=1e-9)
     np.testing.assert_allclose(tool.data, np.tile([0.6, 0.1, 0.7, 0.4], (3, 1)), atol=1e-5)

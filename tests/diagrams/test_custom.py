@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pydrake.lcm import DrakeLcm
 
+from drake_tracker.run.options import RunOptions
 from drake_tracker import cli, load_scenario, make_diagram, simulate
 from drake_tracker.campaign.plan import make_plan
 from drake_tracker.campaign.pool import pool
@@ -106,7 +107,7 @@ def test_set_looks_where_the_command_is_given_and_changes_one_parameter(folder, 
 
 
 def test_it_runs_in_the_loop(folder, name):
-    summary = simulate(load_scenario(write(folder, name), duration=1.0), stop=False)
+    summary = simulate(load_scenario(write(folder, name), duration=1.0), options=RunOptions(stop_when_over=False))
     assert summary["prediction_rms_m"] > 0.0
 
 

@@ -5,8 +5,8 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from wires import arrows
 
+from drake_tracker.tasks.train.task import TASK
 from drake_tracker import load_scenario, make_diagram
-from drake_tracker.core.log import signals
 from drake_tracker.core.messages import ArmCommand, JawState, ToolStatus
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 
@@ -41,7 +41,7 @@ def test_its_documented_ports_are_its_ports(hand_eye):
 
 
 def test_every_signal_of_the_log_is_a_port_with_as_many_fields(hand_eye):
-    for name, (_, fields) in signals().items():
+    for name, (_, fields) in TASK.signals().items():
         assert hand_eye.GetOutputPort(name).size() == len(fields), name
 
 

@@ -9,9 +9,9 @@ from drake_tracker import cli
 from drake_tracker.core.log import Signal, load_log
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
 from drake_tracker.replay.judge import HORIZONS, Judge, compare_signals
-from drake_tracker.replay.parts import make_diagram
+from drake_tracker.replay.parts import make_replay_diagram
 from drake_tracker.replay.recording import STARTS, open_recording
-from drake_tracker.replay.replay import replay
+from drake_tracker.replay.replay import replay_run
 
 FROM_POINTS = {"filtered", "prediction", "delivered", "target"}
 CENTROIDS = {"train": {"centroid_left", "centroid_right"}, "ball": {"centroid"}}
@@ -24,7 +24,7 @@ CENTROIDS = {"train": {"centroid_left", "centroid_right"}, "ball": {"centroid"}}
 )
 def test_with_nothing_changed_the_signals_are_the_same_bit_for_bit(request, name, task, start):
     recording = open_recording(request.getfixturevalue(name), start=start)
-    result = replay(recording)
+    result = replay_run(recording)
     expected = FROM_POINTS | ({"point"} if start != "points" else set())
     expected |= CENTROIDS[task] if start == "images" else set()
     assert set(result["signals"]) == expected
@@ -42,7 +42,7 @@ def test_the_default_is_the_centroids_or_else_the_points(measured_run, rendered_
 
 def test_no_truth_is_among_the_sources(ball_run):
     recording = open_recording(ball_run)
-    diagram = make_diagram(recording)
+    diagram = make_replay_diagram(recording)
     names = {system.get_name() for system in diagram.GetSystems()}
     assert names == {"recorded_centroid", "recorded_command", "projector", "host", "link", "servo"}
 
@@ -58,7 +58,7 @@ def test_no_truth_is_among_the_sources(ball_run):
     ],
 )
 def test_a_change_shows_behind_it_and_nowhere_else(rendered_run, start, change, same):
-    result = replay(open_recording(rendered_run, [change], start))
+    result = replay_run(open_recording(rendered_run, [change], start))
     assert {name for name, found in result["signals"].items() if found["identical"]} == same
     assert not result["identical"] and list(result["changes"])
     assert result["signals"]["target"]["greatest_difference"] > 0.0
@@ -84,7 +84,7 @@ def test_the_command_leaves_log_picture_and_numbers(rendered_run, tmp_path, caps
 
 def test_the_judge_finds_what_the_summary_and_the_truth_say(measured_run):
     recording = open_recording(measured_run)
-    judge, log = Judge(recording.recorded, recording.log), dict(recording.log)
+    judge, log = Judge(recording.task, recording.recorded, recording.log), dict(recording.log)
     summary = json.loads((measured_run / "summary.json").read_text())
     assert judge.rms(log)["position_rms_m"] == pytest.approx(summary["position_rms_m"], abs=1e-6)
 

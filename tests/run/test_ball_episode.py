@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
+from drake_tracker.tasks.ball.task import TASK
 from drake_tracker import load_scenario, simulate
-from drake_tracker.core.log import load_log, signals
+from drake_tracker.core.log import load_log
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.run.camera_video import FRAMES_PER_SECOND
 
@@ -62,8 +63,8 @@ def test_this_is_left_and_nothing_else(episode):
 
 
 def test_the_log_holds_every_signal_with_its_names(episode):
-    assert set(episode.log) == set(signals("ball")) | {"tool"}
-    for name, (period, fields) in signals("ball").items():
+    assert set(episode.log) == set(TASK.signals()) | {"tool"}
+    for name, (period, fields) in TASK.signals().items():
         signal = episode.log[name]
         assert signal.names == tuple(fields) and np.isfinite(signal.data).all(), name
         assert np.diff(signal.times) == pytest.approx(period, abs=1e-9), name

@@ -8,10 +8,11 @@ import cv2
 import numpy as np
 import pytest
 
+from drake_tracker.tasks.train.task import TASK
 from drake_tracker import load_scenario, simulate
 from drake_tracker.arm.description import PUMA560, make_arm_model
 from drake_tracker.arm.joint_servo import actuators_of
-from drake_tracker.core.log import load_log, signals
+from drake_tracker.core.log import load_log
 from drake_tracker.core.timing import ESTIMATOR_SLOT, TIME_STEP
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.camera_video import FRAMES_PER_SECOND
@@ -101,8 +102,8 @@ def test_the_summary_is_what_was_written(episode):
 
 
 def test_the_log_holds_every_signal_with_its_names(episode):
-    assert set(signals()) <= set(episode.log)
-    for name, (period, fields) in signals().items():
+    assert set(TASK.signals()) <= set(episode.log)
+    for name, (period, fields) in TASK.signals().items():
         signal = episode.log[name]
         assert signal.names == tuple(fields)
         assert signal.data.shape == (len(signal.times), len(fields))

@@ -4,17 +4,8 @@ import numpy as np
 import pytest
 
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.episode import (
-    during,
-    errors,
-    fresh_packets,
-    phase_spans,
-    predictions_ahead,
-    predictions_of_now,
-    sighted,
-    tool_pose,
-    train_pose,
-)
+from drake_tracker.tasks.episode import during, fresh_packets, predictions_ahead, predictions_of_now, tool_pose
+from drake_tracker.tasks.train.episode import errors, phase_spans, sighted, train_pose
 
 
 def test_phases_start_when_they_were_commanded(episode, grasp_phases, known):

@@ -13,7 +13,6 @@ from drake_tracker.arm.servo import ServoConfig as ServoFilter
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn
 from drake_tracker.link.config import Lossy, Perfect
-from drake_tracker.link.lossy_link import LossyLink
 from drake_tracker.scenarios.reader import setting_keys
 from drake_tracker.tasks import list_scenarios, load_scenario, save_scenario, scenario_file, validate
 from drake_tracker.tasks.ball.scenario import BallScenario
@@ -77,7 +76,6 @@ def test_every_setting_says_what_it_is_and_its_default_is_allowed():
         (ArcLength, estimation.ArcLength),
         (AlphaBetaGamma, estimation.AlphaBetaGamma),
         (CoordinatedTurn, estimation.CoordinatedTurn),
-        (Lossy, LossyLink),
         (ServoConfig, ServoFilter),
         (NormalFlow, NormalFlowParameters),
     ],

@@ -19,7 +19,8 @@ from drake_tracker.core.timing import (
 )
 from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
-from drake_tracker.link.lossy_link_system import LossyLinkSystem
+from drake_tracker.link.config import Perfect
+from drake_tracker.link.kinds import make_link
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
@@ -70,7 +71,7 @@ def run(laboratory, duration, order=ROOMS, lag_cycles=LAG_CYCLES, time_step=TIME
         "host": EstimatorSystem(
             make_estimator("arc_length", ready_after=0.3), offset=vision_slot(ESTIMATOR_SLOT, time_step)
         ),
-        "link": LossyLinkSystem(time_step=time_step),
+        "link": make_link(Perfect(), time_step=time_step),
         "clock": Clock(time_step),
     }
     builder = DiagramBuilder()

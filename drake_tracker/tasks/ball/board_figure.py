@@ -6,8 +6,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from drake_tracker.tasks.ball.diagram import board_sight
+from drake_tracker.tasks.plots import name_colours
 from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, SOFT_INK
-from drake_tracker.tasks.train.figures import name_colours
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, face_corners
 
 ZOOM = 15
@@ -59,7 +59,7 @@ def draw_board_found(hand_eye, scenario, summary, path):
                 va="top",
                 fontsize=10,
                 color=INK,
-                bbox=dict(facecolor="white", alpha=0.8, lw=0, pad=2.0),
+                bbox={"facecolor": "white", "alpha": 0.8, "lw": 0, "pad": 2.0},
             )
         figure.text(0.03, 0.955, "Where the board is", fontsize=21, weight="bold", va="center")
         figure.text(0.03, 0.915, _pose_words(scenario, summary), fontsize=11.5, color=SOFT_INK, va="center")

@@ -16,18 +16,18 @@ from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_system import CatchSystem
-from drake_tracker.tasks.train.diagram import scenario_link
+from drake_tracker.link.kinds import make_link
+from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.detectors import make_detector
-from drake_tracker.vision.plane_projection import PlausibleReadings, board_window, camera_on_board, seen_whole_from
+from drake_tracker.vision.plane_projection import PlausiblePoints, board_window, camera_on_board, seen_whole_from
 from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
 from drake_tracker.vision.predicted_window import PredictedWindow
 from drake_tracker.world.ball_board import BALL_RADIUS
-from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import lens_matrix
 
 
-def make_diagram(scenario, poses):
+def make_ball_diagram(scenario, poses):
     """Returns the `HandEyeDiagram` of a `BallScenario`, with the attribute ``poses``.
 
     Args:
@@ -42,18 +42,20 @@ def make_diagram(scenario, poses):
     waiting = edge.home + [0.0, 0.0, scenario.catch.rim_height, 0.0]
     q_initial = joints_for(model, description.q_start, tool_down(waiting[:3], waiting[3]))
 
-    world = BallWorldDiagram(scenario, description, q_initial)
+    world = make_ball_world(scenario, description=description, q_initial=q_initial)
     vision = board_vision(scenario, poses)
-    host = scenario_host(scenario, poses)
+    host = ball_host(scenario, poses)
     catch = CatchSystem(CatchMachine(scenario.catch, edge, BALL_SERVO_PERIOD), scenario.time_step, BALL_SERVO_PERIOD)
     catch.set_name("catch")
     arm = ArmDiagram(catch, scenario.servo, model, q_initial, edge.home, scenario.time_step, BALL_SERVO_PERIOD)
-    hand_eye = HandEyeDiagram(world, vision, host, scenario_link(scenario), arm)
+    hand_eye = HandEyeDiagram(
+        world, vision, host, make_link(scenario.link, seed=scenario.seed, time_step=scenario.time_step), arm
+    )
     hand_eye.poses = poses
     return hand_eye
 
 
-def scenario_host(scenario, poses):
+def ball_host(scenario, poses):
     """Returns the host of a scenario, its estimator as a System, for a board found at ``poses`` (`BoardPoses`)."""
     board = scenario.board
     slope = make_estimator(
@@ -83,7 +85,7 @@ def board_vision(scenario, poses):
     config, settings = scenario.camera, scenario.vision
     camera, window = board_sight(scenario, poses)
     mask = window.mask((0, 0, config.width, config.height))
-    detector = make_detector(settings.detector, mask, poses.image)
+    detector = make_detector(settings.detector, window=mask, image=poses.image)
     if settings.throughput_cycles < detector.buffer_length:
         raise DrakeTrackerError(
             f"{scenario.where('vision.throughput_cycles')} = {settings.throughput_cycles} must be at least "
@@ -103,11 +105,11 @@ def board_vision(scenario, poses):
 
 
 def plausible_readings(scenario, poses, camera):
-    """Returns the `PlausibleReadings` of a scenario, for a board and a `CameraModel` found at ``poses``."""
+    """Returns the `PlausiblePoints` of a scenario, for a board and a `CameraModel` found at ``poses``."""
     board, settings = scenario.board, scenario.vision
     incline = np.arccos(poses.X_WB.rotation().matrix()[2, 2])
     seen_from = seen_whole_from(camera, settings.bottom, BALL_RADIUS)
-    return PlausibleReadings(board.width, board.length, incline, seen_from, settings.tolerance)
+    return PlausiblePoints(board.width, board.length, incline, seen_from, settings.tolerance)
 
 
 def board_projector(scenario, poses):

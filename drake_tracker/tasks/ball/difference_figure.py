@@ -27,7 +27,7 @@ def draw_difference_images(images, titles, path):
         figure = Figure(figsize=(15, 5.0 * height / width + 0.6), facecolor="white", layout="constrained")
         FigureCanvasAgg(figure)
         for ax, (letter, title, image) in zip(figure.subplots(1, 3), columns):
-            look = dict(cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+            look = {"cmap": "gray", "vmin": 0, "vmax": 255, "interpolation": "nearest"}
             ax.imshow(image, **look)
             ax.set(xticks=[], yticks=[])
             ax.spines[:].set_visible(False)

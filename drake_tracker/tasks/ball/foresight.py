@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_tracker.core.messages import evaluate_prediction
+from drake_tracker.core.messages import predicted_points
 
 INTO_CUP = 0.08
 """Time [s] after the crossing up to which the path is drawn: then the ball is in the cup, or nobody knows."""
@@ -10,11 +10,6 @@ WITHOUT_CROSSING = 1.0
 """Length [s] of a path that does not come to the edge."""
 BAR = 2.0
 """Half the length of the bar about a foreseen crossing, in standard deviations."""
-
-
-def path_points(packet, times):
-    """Returns the points (n, 3) [m, W] at which a valid `Prediction` vector puts the object at ``times`` (n,) [s]."""
-    return np.array([evaluate_prediction(packet, time)[:3] for time in times])
 
 
 class BoardForesight:
@@ -31,7 +26,7 @@ class BoardForesight:
         """Returns ``count`` points (n, 3) [m, W] from ``now`` [s] until the ball is in the cup; none when it is."""
         crossing = self._edge.crossing(packet)
         end = crossing.time + INTO_CUP if crossing is not None else now + WITHOUT_CROSSING
-        return path_points(packet, np.linspace(now, end, count)) if end > now else np.zeros((0, 3))
+        return predicted_points(packet, np.linspace(now, end, count)) if end > now else np.zeros((0, 3))
 
     def goal(self, packet, now):
         """Returns the foreseen crossing of the edge and the ends of a bar of `BAR` deviations about it, (3, 3) [m, W],

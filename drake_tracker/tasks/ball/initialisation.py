@@ -19,16 +19,19 @@ from drake_tracker.arm.description import PROBE_FRAME, joints_for, make_arm_mode
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.machine import require_renderer
 from drake_tracker.core.messages import TouchReport
+from drake_tracker.core.setting import replace_settings
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.grasp.touch_machine import touched_points
 from drake_tracker.grasp.touch_schema import TouchPhase
+from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.touching_diagram import BoardTouchingDiagram
+from drake_tracker.tasks.ball.world import make_ball_world
+from drake_tracker.tasks.task import AskForWindows
 from drake_tracker.vision.board_poses import BoardPoses
 from drake_tracker.vision.circle_finder import best_reading, find_circles, read_window
 from drake_tracker.vision.circle_pose import image_centres, locate_board
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
-from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 from drake_tracker.world.cameras import lens_matrix
 
 READINGS = 10
@@ -47,13 +50,13 @@ LONGEST = 60.0
 """Simulated time [s] after which the touching is given up."""
 
 
-def initialise_board(scenario, mark_windows=None):
-    """Returns the `BoardPoses` of a `BallScenario`: simulates the readings and the touching.
+def initialise_board(scenario: BallScenario, ask_for_windows: AskForWindows | None = None) -> BoardPoses:
+    """Returns the `BoardPoses` of a scenario: simulates the measurements of the circles and the touching of the marks.
 
     Args:
-      scenario: of the run.
-      mark_windows: a person to be asked, if the scenario has no ``operator.windows``: (RGB images, ``operator``) -> the
-        windows, or none to have the circles found. The answer becomes the scenario's.
+        scenario: scenario of the run; it is not changed.
+        ask_for_windows: asks a person, if the scenario has no ``operator.windows``: (RGB images, ``operator``) -> the
+            windows, or none to have the circles found. The answer is part of the result.
 
     Raises DrakeTrackerError when circles are not found, or the arm does not find the board.
     """
@@ -63,7 +66,7 @@ def initialise_board(scenario, mark_windows=None):
     p_start = np.array(scenario.board.edge_position) + [0.0, 0.0, START_HEIGHT]
     q_initial = joints_for(model, description.q_start, tool_down(p_start, HAND_YAW))
     still = replace(scenario, camera=replace(scenario.camera, supersampling=STILL_SUPERSAMPLING))
-    world = BallWorldDiagram(still, description, q_initial, ball_on_board=False)
+    world = make_ball_world(still, description=description, q_initial=q_initial, ball_on_board=False)
     jogs = operator_jogs(scenario, world.laboratory.X_WB)
     touching = BoardTouchingDiagram(world, model, q_initial, jogs, scenario.time_step, BALL_SERVO_PERIOD)
 
@@ -73,9 +76,10 @@ def initialise_board(scenario, mark_windows=None):
     for k in range(READINGS):
         simulator.AdvanceTo(k * VISION_PERIOD)
         images.append(np.array(touching.GetOutputPort("camera").Eval(context).data[..., :3]))
-    if mark_windows is not None and not scenario.operator.windows:
-        scenario.operator.windows = mark_windows(images, scenario.operator)
-    candidates = read_circles([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images], scenario.operator)
+    operator = scenario.operator
+    if ask_for_windows is not None and not operator.windows:
+        operator = replace_settings(operator, {"windows": ask_for_windows(images, operator)})
+    candidates = read_circles([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images], operator)
     p_BQ = np.column_stack([CIRCLES, np.zeros(len(CIRCLES))])
     pose = locate_board(candidates, p_BQ, lens_matrix(scenario.camera), radius=CIRCLE_RADIUS)
 
@@ -87,7 +91,7 @@ def initialise_board(scenario, mark_windows=None):
     points = touched_points(report.Eval(context))
     X_WB = board_pose_from_touches(points, TOUCH_MARKS, PROBE_RADIUS)
     circles = chosen_circles(candidates, image_centres(pose.X_CB, p_BQ, lens_matrix(scenario.camera), CIRCLE_RADIUS))
-    return BoardPoses(RigidTransform(pose.X_CB), X_WB, pose.rms, points, images[0], circles)
+    return BoardPoses(RigidTransform(pose.X_CB), X_WB, pose.rms, points, images[0], circles, operator.windows)
 
 
 def read_circles(images, operator):

@@ -9,11 +9,12 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
 
-from drake_tracker.core.messages import evaluate_prediction
+from drake_tracker.core.messages import Prediction, evaluate_prediction
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.diagram import known_edge
 from drake_tracker.tasks.ball.summary import HALF_CUP, last_verdict, over_the_cup
 from drake_tracker.tasks.episode import fresh_packets, phase_spans
+from drake_tracker.tasks.plots import broken, draw_phases, name_colours
 from drake_tracker.tasks.style import (
     FAR_PREDICTED,
     FILTERED,
@@ -25,7 +26,6 @@ from drake_tracker.tasks.style import (
     SOFT_INK,
     TRUTH,
 )
-from drake_tracker.tasks.train.figures import broken, draw_phases, name_colours
 from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, PEG_RADIUS, TOUCH_MARKS
 from drake_tracker.world.ball_board_visual import WALL_THICKNESS
 from drake_tracker.world.ball_fixtures import GATE_SIZE
@@ -47,7 +47,7 @@ def draw_ball_path(hand_eye, scenario, log, summary, path):
 
     Args:
       hand_eye: the diagram, with its ``poses`` and its world's truth. log: {name: Signal}. summary: what
-      `summarize_ball` returned. path: PNG file to write.
+      `summarise_ball` returned. path: PNG file to write.
     """
     run = _Run(hand_eye, scenario, log)
     with matplotlib.rc_context(PLOT_STYLE):
@@ -75,7 +75,7 @@ class _Run:
     def __init__(self, hand_eye, scenario, log):
         self.log, self.laboratory = log, hand_eye.world.laboratory
         self.X_BW, self.half_width = self.laboratory.X_WB.inverse(), 0.5 * scenario.board.width
-        self.spans = phase_spans(log, scenario.time_step, CatchPhase)
+        self.spans = phase_spans(log, CatchPhase, scenario.time_step)
         self.verdict = last_verdict(log)
         self.released = float(self.verdict.released) or None
         self.crossing = float(self.verdict.crossing_time) or None
@@ -119,7 +119,7 @@ def _draw_board(ax, run, scenario):
     board = scenario.board
     _draw_furniture(ax, board, run)
     for packet, colour, (_, time, _) in zip(run.packets, run.colours, run.foreseen):
-        ahead = [evaluate_prediction(packet, t)[:3] for t in np.linspace(packet[0], time, 40)]
+        ahead = [evaluate_prediction(packet, t)[:3] for t in np.linspace(Prediction(packet).stamp, time, 40)]
         ax.plot(*run.on_board(ahead)[:, :2].T, color=colour, lw=1.1, alpha=0.75, zorder=3)
     ax.scatter(run.foreseen[:, 0], np.zeros(len(run.foreseen)), s=26, c=run.colours, ec="white", lw=0.5, zorder=8)
 

@@ -1,8 +1,9 @@
 """The settings of a run of the ball (Nashman and Chaconas 1990); `scenarios.base` has what all tasks share."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-from drake_tracker.arm.config import Puma560, ServoConfig, SevenJoint
+from drake_tracker.arm.config import Hand, Puma560, ServoConfig, SevenJoint
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import (
     BALL_SERVO_PERIOD,
@@ -12,9 +13,9 @@ from drake_tracker.core.timing import (
 )
 from drake_tracker.estimation.config import Slope
 from drake_tracker.grasp.config import CatchConfig
-from drake_tracker.link.config import Lossy, Perfect
+from drake_tracker.link.config import LinkSettings, Perfect
 from drake_tracker.scenarios.base import BaseScenario, Custom
-from drake_tracker.vision.config import BackgroundDifference, FrameDifference, NormalFlow, StaticThreshold
+from drake_tracker.vision.config import DetectorSettings, FrameDifference
 from drake_tracker.world.config import BallConfig, BoardCameraConfig, BoardConfig, LightingConfig, OperatorConfig
 
 
@@ -22,9 +23,7 @@ from drake_tracker.world.config import BallConfig, BoardCameraConfig, BoardConfi
 class BoardVisionConfig:
     """From the images of the one camera to points on the board."""
 
-    detector: FrameDifference | NormalFlow | BackgroundDifference | StaticThreshold = setting(
-        FrameDifference, "the motion detector"
-    )
+    detector: DetectorSettings = setting(FrameDifference, "the motion detector")
     follow: bool = setting(False, "look only around where the last two readings lead, the paper's alternative")
     update_cycles: int = setting(BALL_UPDATE_CYCLES, "cycles from one centroid to the next", "cycles", (1, 60))
     throughput_cycles: int = setting(
@@ -41,6 +40,7 @@ class BoardVisionConfig:
 class BallScenario(BaseScenario):
     """A run of the ball, complete."""
 
+    hand: ClassVar[Hand] = Hand.CUP
     task: str = setting("ball", "the task")
     duration: float = setting(15.0, "simulated time after which the run ends", "s", (0.01, 36000.0))
     time_step: float = setting(BALL_TIME_STEP, "step of the plant", "s", (0.0001, 0.01))
@@ -51,7 +51,7 @@ class BallScenario(BaseScenario):
     operator: OperatorConfig = setting(OperatorConfig, "what a person does before the ball comes")
     vision: BoardVisionConfig = setting(BoardVisionConfig, "from images to points")
     estimator: Slope = setting(Slope, "from points to predicted path")
-    link: Perfect | Lossy = setting(Perfect, "from the host to the arm's controller")
+    link: LinkSettings = setting(Perfect, "from the host to the arm's controller")
     servo: ServoConfig = setting(ServoConfig, "from packets to a pose every 5 ms")
     catch: CatchConfig = setting(CatchConfig, "what the hand does next")
     arm: Puma560 | SevenJoint | Custom = setting(Puma560, "the arm")

@@ -6,7 +6,7 @@ from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.ball.diagram import known_edge
-from drake_tracker.tasks.train.summary import git_commit, lag_of, package_versions, tidy
+from drake_tracker.tasks.results import git_commit, lag_of, package_versions, tidy
 from drake_tracker.vision.board_poses import pose_error
 
 ROLLING = 0.10
@@ -17,7 +17,7 @@ HALF_CUP = 0.030
 """How far [m] across the ball may be from the middle of the cup and fall in without touching its rim."""
 
 
-def summarize_ball(hand_eye, scenario, log, simulated, interrupted=False):
+def summarise_ball(hand_eye, scenario, log, simulated, interrupted=False):
     """Returns the summary of a run of the ball as a dict of numbers, texts and None (where there is nothing to say).
 
     Lengths in m, times in s, angles in rad:

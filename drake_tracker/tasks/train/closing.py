@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction
+from drake_tracker.core.messages import Prediction, evaluate_prediction, prediction_end
 from drake_tracker.grasp.gate import touch_delay
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.episode import tool_pose, train_pose
-from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.tasks.episode import tool_pose
+from drake_tracker.tasks.train.episode import train_pose
+from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.world.speed_law import distance_at
 
 REACH_ALONG = 0.05
@@ -39,7 +40,7 @@ def closing_onset_error(scenario, log, spans):
     (launched,) = train_pose(log, [launch.start])
     if len(times) < 2 or np.isnan(launched).any():
         return None
-    track, _ = draw_track(scenario)
+    track, _ = place_track(scenario)
     config = scenario.track
     gone = np.array([distance_at(config.speed_law, config.speed, config.variation, t) for t in (launch.start, *times)])
     s, _ = track.nearest(launched[0], launched[1], launched[3])
@@ -92,8 +93,8 @@ def _frozen_path(log, launch):
     rows = np.nonzero((delivered["stamp"] == stamp_frozen) & (delivered["valid"] > 0))[0]
     if len(rows):
         packet = delivered.data[rows[0]]
-        end = packet[2] + packet[3] * (KNOT_COUNT - 1)
-        later = np.append(np.arange(known_times[-1] + packet[3], end, packet[3]), max(end, known_times[-1]))
+        end, spacing = prediction_end(packet), Prediction(packet).spacing
+        later = np.append(np.arange(known_times[-1] + spacing, end, spacing), max(end, known_times[-1]))
         beyond = [evaluate_prediction(packet, t)[[0, 1, 3]] for t in later]
         known_times, known = np.concatenate([known_times, later]), np.concatenate([known, beyond])
     times = np.arange(known_times[0], end, _STEP)

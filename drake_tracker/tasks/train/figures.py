@@ -8,12 +8,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.episode import during, errors, phase_spans, predictions_ahead, sighted, tool_pose, train_pose
+from drake_tracker.tasks.episode import during, predictions_ahead, tool_pose
+from drake_tracker.tasks.plots import LONG, SHORT, broken, draw_phases, name_colours, time_axis_length
 from drake_tracker.tasks.style import (
     FAR_PREDICTED,
     FILTERED,
     HAND,
-    PHASE_COLOURS,
     PLOT_STYLE,
     PREDICTED,
     RULE,
@@ -23,15 +23,12 @@ from drake_tracker.tasks.style import (
     phase_colour,
 )
 from drake_tracker.tasks.train.closing import clearance, last_closing
-from drake_tracker.tasks.train.track_placement import draw_track
+from drake_tracker.tasks.train.episode import errors, phase_spans, sighted, train_pose
+from drake_tracker.tasks.train.track_placement import place_track
 
-SHORT, LONG = 0.25, 0.75
-"""Horizons [s] of the predictions shown: the lag of vision, and what a blind grasp needs."""
 _APPROACHING = (Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
 _BEFORE, _AFTER = 1.2, 2.2
 """Time [s] shown before and after the jaws begin to close."""
-_SHORTEST = 0.1
-"""A time axis is at least so long [s]."""
 
 
 def draw_tracking(scenario, log, summary, path):
@@ -56,35 +53,6 @@ def draw_tracking(scenario, log, summary, path):
         draw_phases(strip, spans)
         _draw_errors(across, along, scenario, log, spans)
         _draw_headline(figure, scenario, summary)
-        figure.savefig(path, dpi=200)
-
-
-def draw_motion_images(images, path):
-    """Draws what the motion detector went through at one instant, as figures 4 and 5 of Allen et al. 1991 show it.
-
-    Args:
-      images: {side: MotionImages}, of one or more cameras. path: PNG file to write.
-    """
-    columns = (
-        ("Smoothed", lambda each: each.smoothed, dict(cmap="gray", vmin=0)),
-        ("Derivative in time", lambda each: each.difference, dict(cmap="RdBu_r", vmin=-80, vmax=80)),
-        ("Motion energy", lambda each: each.motion_energy, dict(cmap="gray", vmin=0, vmax=255)),
-    )
-    height, width = next(iter(images.values())).smoothed.shape
-    panel = 5.0
-    size = (panel * len(columns), panel * height / width * len(images) + 0.7)
-    with matplotlib.rc_context(PLOT_STYLE):
-        figure = Figure(figsize=size, facecolor="white", layout="constrained")
-        FigureCanvasAgg(figure)
-        axes = figure.subplots(len(images), len(columns), squeeze=False)
-        for row, (side, each) in zip(axes, images.items()):
-            for ax, (_, pick, look) in zip(row, columns):
-                ax.imshow(pick(each), interpolation="nearest", **look)
-                ax.set(xticks=[], yticks=[])
-                ax.spines[:].set_visible(False)
-            row[0].set_ylabel(f"camera {side}")
-        for ax, (title, _, _) in zip(axes[0], columns):
-            ax.set_title(title)
         figure.savefig(path, dpi=200)
 
 
@@ -181,40 +149,10 @@ def _lap(scenario, log, spans):
     times = truth.times if close is None else truth.times[truth.times <= close.end]
     if len(times) == 0:
         return 0.0, 0.0
-    track, _ = draw_track(scenario)
+    track, _ = place_track(scenario)
     gone = np.cumsum(np.hypot(*np.diff(truth.view("x", "y")[: len(times)], axis=0).T)[::-1])
     back = np.searchsorted(gone, track.length) if track.closed else len(gone)
     return times[max(len(times) - 1 - back, 0)], times[-1]
-
-
-def _end(spans):
-    """Returns the length [s] of the time axes."""
-    return max(spans[-1].end, _SHORTEST) if spans else _SHORTEST
-
-
-def draw_phases(ax, spans, start=0.0, end=None):
-    """Draws `PhaseSpan`s as a strip, named where there is room, from ``start`` to ``end`` [s] (their own end)."""
-    for span in spans:
-        ax.axvspan(span.start, span.end, color=phase_colour(span.phase), lw=0)
-    end = _end(spans) if end is None else end
-    for span in spans:
-        name = span.phase.name.lower()
-        low, high = max(span.start, start), min(span.end, end)
-        if high - low > 0.016 * len(name) * (end - start):
-            ax.text(
-                0.5 * (low + high),
-                0.5,
-                name,
-                ha="center",
-                va="center",
-                fontsize=10,
-                color="white",
-                weight="bold",
-                transform=ax.get_xaxis_transform(),
-            )
-    ax.set(xlim=(start, end), yticks=[], xticks=[])
-    ax.spines[:].set_visible(False)
-    ax.set_title("Phases", pad=7)
 
 
 def _draw_errors(across, along, scenario, log, spans):
@@ -239,14 +177,14 @@ def _draw_errors(across, along, scenario, log, spans):
             else:
                 ax.plot(*broken(times, error[:, column]), color=colour, lw=1.3, zorder=2)
     limit = min(max(1.25 * max(largest), 1e3 * clearance(scenario) * 1.3), 80.0)
-    total = _end(spans)
+    total = time_axis_length(spans)
     for ax, title in ((across, "Error across the track"), (along, "Error along the track")):
         ax.set(xlim=(0.0, total), ylim=(-limit, limit), ylabel="mm")
         ax.axhline(0.0, color=RULE, lw=0.8, zorder=0)
         ax.set_title(title, pad=10)
         for span in spans:
             if span.phase not in (Phase.ACQUIRE, Phase.TRACK):
-                ax.axvspan(span.start, span.end, color=PHASE_COLOURS[span.phase], alpha=0.12, lw=0, zorder=0)
+                ax.axvspan(span.start, span.end, color=phase_colour(span.phase), alpha=0.12, lw=0, zorder=0)
     fits = 1e3 * clearance(scenario)
     for side in (-fits, fits):
         across.axhline(side, color=SOFT_INK, lw=0.9, ls=(0, (4, 3)), zorder=0)
@@ -259,7 +197,7 @@ def _draw_errors(across, along, scenario, log, spans):
         fontsize=9.5,
         color=SOFT_INK,
         ha="right",
-        bbox=dict(facecolor="white", alpha=0.75, lw=0, pad=1.0),
+        bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 1.0},
     )
     across.tick_params(labelbottom=False)
     along.set_xlabel("time  [s]")
@@ -283,7 +221,7 @@ def _draw_grasp(ax, scenario, log, spans):
     """
     _, close = last_closing(spans)
     tool, jaws = log["tool"], log["jaws"]
-    total = _end(spans)
+    total = time_axis_length(spans)
     zero, start, end = 0.0, 0.0, total
     if close is not None:
         zero = close.start
@@ -291,7 +229,7 @@ def _draw_grasp(ax, scenario, log, spans):
     for span in spans:
         low, high = max(span.start, start), min(span.end, end)
         if low < high:
-            ax.axvspan(low - zero, high - zero, color=PHASE_COLOURS[span.phase], alpha=0.16, lw=0)
+            ax.axvspan(low - zero, high - zero, color=phase_colour(span.phase), alpha=0.16, lw=0)
             if high - low > 0.06 * (end - start):
                 ax.text(
                     0.5 * (low + high) - zero,
@@ -318,21 +256,3 @@ def _draw_grasp(ax, scenario, log, spans):
     ax.set_ylim(bottom=0.0)
     ax.set_xlabel("time from the start of closing  [s]" if close is not None else "time  [s]", labelpad=2)
     ax.set_title("The grasp" if close is not None else "The hand", pad=42)
-
-
-def name_colours(ax, names, y=1.02):
-    """Writes names in a row above an axes, each in its colour."""
-    figure = ax.figure
-    renderer = figure.canvas.get_renderer()
-    x = 0.0
-    for name, colour in names:
-        text = ax.text(x, y, name, transform=ax.transAxes, color=colour, fontsize=10.5, weight="bold", va="bottom")
-        box = text.get_window_extent(renderer).transformed(ax.transAxes.inverted())
-        x = box.x1 + 0.025
-
-
-def broken(times, *rows):
-    """Returns rows to be drawn as lines, broken where ``times`` [s] jump; with only one row the times come first."""
-    rows = rows if len(rows) > 1 else (times, *rows)
-    gaps = np.nonzero(np.diff(times) > 0.1)[0] + 1
-    return tuple(np.insert(np.asarray(row, float), gaps, np.nan) for row in rows)

@@ -2,13 +2,14 @@
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
-from drake_tracker.arm.config import Puma560, ServoConfig
+from drake_tracker.arm.config import Hand, Puma560, ServoConfig
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn
 from drake_tracker.grasp.config import GraspConfig
-from drake_tracker.link.config import Lossy, Perfect
+from drake_tracker.link.config import LinkSettings, Perfect
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.world.config import CamerasConfig, LightingConfig, TrackConfig, TrainConfig
@@ -50,6 +51,7 @@ class Measured:
 class TrainScenario(BaseScenario):
     """A run of the train, complete."""
 
+    hand: ClassVar[Hand] = Hand.GRIPPER
     task: str = setting("train", "the task")
     table_height: float = setting(0.45, "height of the table's top", "m", (0.0, 1.5))
     track: TrackConfig = setting(TrackConfig, "the track")
@@ -60,7 +62,7 @@ class TrainScenario(BaseScenario):
     estimator: ClosedPath | CoordinatedTurn | ArcLength | AlphaBetaGamma | Custom = setting(
         ClosedPath, "from points to predicted path"
     )
-    link: Perfect | Lossy = setting(Perfect, "from the host to the arm's controller")
+    link: LinkSettings = setting(Perfect, "from the host to the arm's controller")
     servo: ServoConfig = setting(ServoConfig, "from packets to a pose every 30 ms")
     grasp: GraspConfig = setting(GraspConfig, "what the hand does next")
     arm: Puma560 | Custom = setting(Puma560, "the arm")

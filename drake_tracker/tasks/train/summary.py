@@ -1,36 +1,24 @@
 """The summary of a run: what came of it, and how well each part did, judged from truth after the event."""
 
-import json
 import math
-import platform
-import subprocess
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 
 import numpy as np
 
-from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
-from drake_tracker.tasks.episode import (
-    during,
-    errors,
-    fresh_packets,
-    phase_spans,
-    predictions_of_now,
-    sighted,
-)
+from drake_tracker.tasks.episode import during, predictions_of_now
+from drake_tracker.tasks.results import git_commit, lag_of, package_versions, tidy
 from drake_tracker.tasks.train.closing import closing_onset_error
+from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
 from drake_tracker.tasks.train.failure import failure_reason
 
 JITTER_WINDOW = 31
 """Samples of the moving mean that is taken away before jitter is measured."""
-_PACKAGES = ("drake_tracker", "drake", "numpy", "scipy", "opencv-python-headless", "matplotlib")
-_DECIMALS = 6
 
 
-def summarize(scenario, log, simulated, interrupted=False):
+def summarise(scenario, log, simulated, interrupted=False):
     """Returns the summary of a run as a dict of numbers, texts and None (where there is nothing to say).
 
     Lengths in m, times in s, angles in rad. Position errors are horizontal, at the centre of the train's body:
@@ -81,51 +69,6 @@ def summarize(scenario, log, simulated, interrupted=False):
         "git_commit": git_commit(),
     }
     return tidy(summary)
-
-
-def save_summary(summary, path):
-    """Writes a summary as JSON; what is not a finite number becomes null."""
-    Path(path).write_text(json.dumps(tidy(summary), indent=2) + "\n", encoding="utf-8")
-
-
-def tidy(value):
-    """Returns a value fit for JSON: plain Python numbers rounded to micrometres and microseconds, NaN and infinity
-    None.
-    """
-    if isinstance(value, dict):
-        return {key: tidy(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [tidy(item) for item in value]
-    if isinstance(value, (bool, np.bool_)):
-        return bool(value)
-    if isinstance(value, (int, np.integer)):
-        return int(value)
-    if isinstance(value, (float, np.floating)):
-        return round(float(value), _DECIMALS) if math.isfinite(value) else None
-    return value
-
-
-def package_versions():
-    """Returns {name: version} of Python and of the packages that make the result."""
-    versions = {"python": platform.python_version()}
-    for name in _PACKAGES:
-        try:
-            versions[name] = version(name)
-        except PackageNotFoundError:
-            versions[name] = None
-    return versions
-
-
-def git_commit():
-    """Returns the commit of the checkout that this package lies in, or None when it is not in one."""
-    root = Path(__file__).resolve().parents[3]
-    if not (root / ".git").exists():
-        return None
-    try:
-        run = subprocess.run(["git", "-C", str(root), "rev-parse", "HEAD"], capture_output=True, text=True, timeout=5)
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    return run.stdout.strip() if run.returncode == 0 else None
 
 
 def jitter(times, error):
@@ -186,18 +129,6 @@ def _vision(log, spans):
         "triangulation_rms_m": _rms(_size(error)),
         "triangulation_jitter_m": jitter(stamps, error),
     }
-
-
-def lag_of(log, time_step):
-    """Returns the least and the greatest lag [s] of a run.
-
-    A packet shows in the log at the cycle after the one in whose slot the estimator made it.
-    """
-    prediction = log["prediction"]
-    index = fresh_packets(prediction)
-    made = prediction.times[index] - VISION_PERIOD + vision_slot(ESTIMATOR_SLOT, time_step)
-    lag = made - prediction["stamp"][index]
-    return {"min": lag.min(), "max": lag.max()} if len(lag) else None
 
 
 def _size(error):

@@ -18,7 +18,7 @@ MOST_MISSED = 20
 """Of these, places out of the arm's reach, which takes longer to find out."""
 
 
-def draw_track(scenario, reach=None):
+def place_track(scenario, reach=None):
     """Returns (track, start): the track of a scenario in the direction of travel, and the arc length [m] of the start.
 
     The seed draws, each only where the scenario leaves it open, the centre and the rotation within their ranges, the

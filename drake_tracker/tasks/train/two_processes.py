@@ -3,13 +3,14 @@
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.diagrams.hand_eye import BETWEEN_ROOMS
+from drake_tracker.diagrams.hand_eye import BETWEEN_SUBSYSTEMS
 from drake_tracker.network.arm_side_diagram import ArmSideDiagram
 from drake_tracker.network.channels import CAMERAS, FROM_HOST, FROM_VISION, POINT, vectors
 from drake_tracker.network.host_side_diagram import HostSideDiagram
 from drake_tracker.network.remote_host_diagram import ImageSenderDiagram, RemoteHostDiagram
-from drake_tracker.tasks.train.diagram import assemble, measured_vision, rendered_vision, scenario_host
+from drake_tracker.tasks.train.diagram import assemble, train_host
 from drake_tracker.tasks.train.scenario import Measured
+from drake_tracker.tasks.train.vision_parts import measured_vision, rendered_vision
 
 
 def make_arm_side(scenario, lcm):
@@ -25,7 +26,7 @@ def make_arm_side(scenario, lcm):
         return ArmSideDiagram(assemble(scenario, measured_vision(scenario), {}, host), lcm, known)
     _, windows = rendered_vision(scenario)
     host = RemoteHostDiagram(lcm, (), FROM_HOST + FROM_VISION, known)
-    arrows = tuple(arrow for arrow in BETWEEN_ROOMS if arrow[0] != "vision")
+    arrows = tuple(arrow for arrow in BETWEEN_SUBSYSTEMS if arrow[0] != "vision")
     return ArmSideDiagram(assemble(scenario, ImageSenderDiagram(lcm, CAMERAS), windows, host, arrows), lcm, known)
 
 
@@ -39,7 +40,7 @@ def make_host_side(scenario, incoming, outgoing):
     if not isinstance(scenario.vision, Measured):
         # Half a cycle: the cameras are in step, but their stamps come as whole microseconds, a real one's as it likes.
         vision, windows = rendered_vision(scenario, own_stamps=True, stamp_tolerance=0.5 * VISION_PERIOD)
-    side = HostSideDiagram(vision, scenario_host(scenario), incoming, outgoing, vectors(scenario.time_step))
+    side = HostSideDiagram(vision, train_host(scenario), incoming, outgoing, vectors(scenario.time_step))
     return side, {port: window[2:] for port, window in windows.items()}
 
 

@@ -7,11 +7,11 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from wires import Wires, arrows, controller_rooms, truths
 
+from drake_tracker.tasks.ball.task import TASK
 from drake_tracker import load_scenario
-from drake_tracker.core.log import signals
 from drake_tracker.core.timing import BALL_SERVO_PERIOD
 from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.tasks.ball.diagram import make_diagram
+from drake_tracker.tasks.ball.diagram import make_ball_diagram
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.world.config import BoardConfig
 
@@ -32,7 +32,7 @@ BEHIND_THE_SENSORS = {"camera_pixels", "camera_noise"}
 @pytest.fixture(scope="module")
 def hand_eye():
     scenario = make_scenario(seed=3, noise=2.0)
-    return make_diagram(scenario, true_poses(scenario))
+    return make_ball_diagram(scenario, true_poses(scenario))
 
 
 def test_rooms_and_arrows_are_those_of_the_architecture(hand_eye):
@@ -44,7 +44,7 @@ def test_the_operator_alone_comes_in_from_outside(hand_eye):
 
 
 def test_every_signal_of_the_log_is_a_port_with_as_many_fields(hand_eye):
-    for name, (_, fields) in signals("ball").items():
+    for name, (_, fields) in TASK.signals().items():
         assert hand_eye.GetOutputPort(name).size() == len(fields), name
 
 
@@ -95,13 +95,13 @@ def test_the_hand_waits_beyond_the_edge_and_then_says_that_it_is_ready(hand_eye)
 @pytest.mark.parametrize("kind", ["BackgroundDifference", "StaticThreshold", "NormalFlow"])
 def test_each_detector_can_be_chosen(kind):
     scenario = load_scenario("ball", overrides=[f"vision.detector=!{kind} {{}}"])
-    diagram = make_diagram(scenario, true_poses(scenario))
+    diagram = make_ball_diagram(scenario, true_poses(scenario))
     assert type(diagram.vision.GetSubsystemByName("motion")._detector).__name__ == kind
 
 
 def test_the_seven_joint_arm_takes_the_place_of_the_other():
     scenario = load_scenario("ball:seven_joint")
-    diagram = make_diagram(scenario, true_poses(scenario))
+    diagram = make_ball_diagram(scenario, true_poses(scenario))
     assert diagram.arm.model.num_joints == 7
-    fields = signals("ball", 7)
+    fields = TASK.signals(7)
     assert diagram.GetOutputPort("q_commanded").size() == len(fields["q_commanded"][1])

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from catches import ball_packet, edge, on_edge
 
-from drake_tracker.tasks.ball.foresight import BAR, INTO_CUP, WITHOUT_CROSSING, BoardForesight, path_points
+from drake_tracker.core.messages import predicted_points
+from drake_tracker.tasks.ball.foresight import BAR, INTO_CUP, WITHOUT_CROSSING, BoardForesight
 
 NOW, ARRIVAL = 1.0, 1.6
 
@@ -18,7 +19,7 @@ def test_the_path_ends_in_the_cup(foresight):
     packet = ball_packet(NOW - 0.1, ARRIVAL, 0.12)
     path = foresight.path(packet, NOW, 9)
     assert path.shape == (9, 3)
-    np.testing.assert_allclose(path[[0, -1]], path_points(packet, [NOW, ARRIVAL + INTO_CUP]), atol=1e-3)
+    np.testing.assert_allclose(path[[0, -1]], predicted_points(packet, [NOW, ARRIVAL + INTO_CUP]), atol=1e-3)
 
 
 def test_there_is_none_once_the_ball_is_there(foresight):
@@ -31,7 +32,7 @@ def test_a_ball_that_does_not_come_out_is_followed_for_a_while(foresight):
     packet = ball_packet(NOW, NOW + 9.0, 0.0, speed=0.2)
     assert len(foresight.goal(packet, NOW)) == 0
     path = foresight.path(packet, NOW, 5)
-    np.testing.assert_allclose(path[-1], path_points(packet, [NOW + WITHOUT_CROSSING])[0], atol=1e-9)
+    np.testing.assert_allclose(path[-1], predicted_points(packet, [NOW + WITHOUT_CROSSING])[0], atol=1e-9)
 
 
 def test_the_goal_lies_on_the_edge_with_a_bar_of_two_deviations(foresight):

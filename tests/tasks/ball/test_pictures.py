@@ -9,7 +9,7 @@ from ball_log import BallRun, nothing_logged
 from drake_tracker.tasks.ball.board_figure import draw_board_found
 from drake_tracker.tasks.ball.difference_figure import draw_difference_images
 from drake_tracker.tasks.ball.path_figure import draw_ball_path
-from drake_tracker.tasks.ball.summary import summarize_ball
+from drake_tracker.tasks.ball.summary import summarise_ball
 from drake_tracker.vision.frame_difference import DifferenceImages
 
 TITLES = ("Image n", "Image n + 1/30 s", "Thresholded difference")
@@ -22,7 +22,7 @@ def run():
 
 def draw(run, path, log=None):
     log = run.log() if log is None else log
-    summary = summarize_ball(run.hand_eye, run.scenario, log, run.duration)
+    summary = summarise_ball(run.hand_eye, run.scenario, log, run.duration)
     draw_ball_path(run.hand_eye, run.scenario, log, summary, path)
     return cv2.imread(str(path))
 
@@ -56,7 +56,7 @@ def test_a_run_that_logged_nothing(run, tmp_path):
 
 
 def test_the_board_as_it_was_found(run, tmp_path):
-    summary = summarize_ball(run.hand_eye, run.scenario, run.log(), run.duration)
+    summary = summarise_ball(run.hand_eye, run.scenario, run.log(), run.duration)
     draw_board_found(run.hand_eye, run.scenario, summary, tmp_path / "board.png")
     image = cv2.imread(str(tmp_path / "board.png"))
     assert image.shape == (1230, 2100, 3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.episode import phase_spans
+from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.closing import clearance, closing_onset_error, last_closing, offset_at_touch
 
 TRAVEL = 0.048 / 0.40

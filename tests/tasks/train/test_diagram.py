@@ -5,9 +5,9 @@ from pydrake.systems.framework import Diagram
 
 from drake_tracker import DrakeTrackerError, list_scenarios, load_scenario, make_diagram
 from drake_tracker.core.messages import Centroid, message_size
-from drake_tracker.link.lossy_link_system import LossyLinkSystem
+from drake_tracker.link.link_system import LinkSystem
 from drake_tracker.tasks.loader import scenario_file
-from drake_tracker.tasks.train.diagram import load_cameras
+from drake_tracker.tasks.train.vision_parts import load_cameras
 from drake_tracker.tasks.train.reach import home_reference
 
 NAMES = [name for name, _ in list_scenarios()]
@@ -34,7 +34,7 @@ def test_settings_reach_their_rooms():
     # The delay line holds what it waits for, the images every other cycle take 2 cycles of the 30, and one it shows.
     assert delay.CreateDefaultContext().get_discrete_state(0).size() == (28 + 1) * message_size(Centroid)
     assert hand_eye.world.laboratory.plant.time_step() == pytest.approx(1 / 600)
-    assert isinstance(hand_eye.link, LossyLinkSystem)
+    assert isinstance(hand_eye.link, LinkSystem)
     assert "camera_left_noise" not in [part.get_name() for part in hand_eye.world.GetSystems()]
     context = hand_eye.CreateDefaultContext()
     assert hand_eye.GetOutputPort("camera_left").Eval(context).data.shape == (256, 256, 4)

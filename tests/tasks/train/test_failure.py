@@ -5,7 +5,7 @@ import pytest
 
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.episode import phase_spans
+from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.failure import GATE_WORDS, failure_reason
 
 

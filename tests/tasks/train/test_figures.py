@@ -5,14 +5,15 @@ import matplotlib
 import numpy as np
 import pytest
 
-from drake_tracker.tasks.episode import phase_spans
-from drake_tracker.tasks.train.figures import _lap, draw_motion_images, draw_tracking
-from drake_tracker.tasks.train.summary import summarize
+from drake_tracker.tasks.train.episode import phase_spans
+from drake_tracker.tasks.train.figures import _lap, draw_tracking
+from drake_tracker.tasks.plots import draw_motion_images
+from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.vision.normal_flow import MotionImages
 
 
 def draw(scenario, log, path):
-    draw_tracking(scenario, log, summarize(scenario, log, 6.0), path)
+    draw_tracking(scenario, log, summarise(scenario, log, 6.0), path)
     return cv2.imread(str(path))
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.tasks.train.summary import git_commit, jitter, save_summary, summarize
+from drake_tracker.tasks.results import git_commit, save_summary
+from drake_tracker.tasks.train.summary import jitter, summarise
 
 KEYS = {
     *("scenario", "seed", "success", "failure_reason", "attempts", "first_attempt_success", "time_to_grasp_s"),
@@ -19,8 +20,8 @@ KEYS = {
 
 
 def test_it_has_these_keys_whatever_happened(scenario, episode, nothing):
-    assert set(summarize(scenario, episode.log(), 6.0)) == KEYS
-    empty = summarize(scenario, nothing, 0.0, interrupted=True)
+    assert set(summarise(scenario, episode.log(), 6.0)) == KEYS
+    empty = summarise(scenario, nothing, 0.0, interrupted=True)
     assert set(empty) == KEYS
     assert empty["success"] is False and empty["prediction_rms_m"] is None and empty["interrupted"] is True
 
@@ -34,7 +35,7 @@ def test_a_success(scenario, episode, grasp_phases, known):
         "lift": lambda t: np.clip(0.15 * (t - 3.5), 0.0, 0.15),
         "held": lambda t: np.clip(t - 4.5, 0.0, None),
     }
-    summary = summarize(scenario, episode.log(), 6.0)
+    summary = summarise(scenario, episode.log(), 6.0)
     assert (summary["scenario"], summary["seed"]) == ("straight", 5)
     assert summary["success"] is True and summary["failure_reason"] is None
     assert summary["attempts"] == 1 and summary["first_attempt_success"] is True
@@ -45,13 +46,13 @@ def test_a_success(scenario, episode, grasp_phases, known):
 
 def test_a_train_thrown_up_is_not_lifted(scenario, episode):
     episode.verdict["lift"] = lambda t: 0.3 * (t > 4.0)
-    assert summarize(scenario, episode.log(), 6.0)["lift_height_m"] == 0.0
+    assert summarise(scenario, episode.log(), 6.0)["lift_height_m"] == 0.0
 
 
 def test_prediction_errors_are_those_of_the_target_while_tracking(scenario, episode):
     """Every packet is 10 mm to the left; in the first second, when nothing tracks, it would be a metre."""
     episode.beside = lambda t: np.where(t < 1.0, 1.0, 0.010)
-    summary = summarize(scenario, episode.log(), 6.0)
+    summary = summarise(scenario, episode.log(), 6.0)
     assert summary["prediction_rms_m"] == pytest.approx(0.010, abs=1e-6)
     assert summary["prediction_p95_m"] == pytest.approx(0.010, abs=1e-6)
 
@@ -59,7 +60,7 @@ def test_prediction_errors_are_those_of_the_target_while_tracking(scenario, epis
 def test_position_error_is_that_of_the_packet_in_force_now(scenario, episode):
     episode.beside = lambda t: 0.004 * np.sin(t)
     expected = np.sqrt(np.mean((0.004 * np.sin(np.arange(1.02, 6.0, VISION_PERIOD))) ** 2))
-    summary = summarize(scenario, episode.log(), 6.0)
+    summary = summarise(scenario, episode.log(), 6.0)
     assert summary["position_rms_m"] == pytest.approx(expected, rel=0.01)
 
 
@@ -68,7 +69,7 @@ def test_triangulation_error_and_jitter(scenario, episode):
     rng = np.random.default_rng(1)
     episode.duration = 60.0
     episode.offsets = lambda t: np.column_stack([0.006 * np.sin(0.5 * t), 0.0 * t]) + rng.normal(0.0, 1e-3, (len(t), 2))
-    summary = summarize(scenario, episode.log(), 60.0)
+    summary = summarise(scenario, episode.log(), 60.0)
     expected = math.hypot(0.006 / math.sqrt(2), 0.001 * math.sqrt(2))
     assert summary["triangulation_rms_m"] == pytest.approx(expected, rel=0.05)
     assert summary["triangulation_jitter_m"] == pytest.approx(0.001 * math.sqrt(2), rel=0.05)
@@ -78,29 +79,29 @@ def test_errors_of_the_blind_time_do_not_count(scenario, episode, grasp_phases):
     episode.phases = grasp_phases
     episode.offsets = lambda t: np.where(t > 3.02, 0.2, 0.001)[:, None] * [1.0, 0.0]
     episode.valid = lambda t: (t < 3.02).astype(float)
-    summary = summarize(scenario, episode.log(), 6.0)
+    summary = summarise(scenario, episode.log(), 6.0)
     assert summary["triangulation_rms_m"] == pytest.approx(0.001, rel=0.05)
     assert summary["vision_valid_fraction"] == 1.0
 
 
 def test_valid_fraction_counts_from_the_first_centroid(scenario, episode):
     episode.valid = lambda t: (np.round(t / VISION_PERIOD) % 4 != 0).astype(float)
-    assert summarize(scenario, episode.log(), 6.0)["vision_valid_fraction"] == pytest.approx(0.75, abs=0.005)
+    assert summarise(scenario, episode.log(), 6.0)["vision_valid_fraction"] == pytest.approx(0.75, abs=0.005)
 
 
 def test_the_lag_is_one_single_value(scenario, episode, known):
-    lag = summarize(scenario, episode.log(), 6.0)["lag_s"]
+    lag = summarise(scenario, episode.log(), 6.0)["lag_s"]
     assert lag["min"] == lag["max"] == pytest.approx(known.LAG, abs=1e-6)
 
 
 def test_arm_findings_are_in_it(scenario, episode):
     log = episode.log()
     log["arm_state"].data[500, 6 + 1] = -1.51 * 0.5  # half of joint 2's rated speed
-    assert summarize(scenario, log, 6.0)["speed_share"] == pytest.approx(0.5, abs=1e-6)
+    assert summarise(scenario, log, 6.0)["speed_share"] == pytest.approx(0.5, abs=1e-6)
 
 
 def test_the_same_log_gives_the_same_summary(scenario, episode):
-    assert summarize(scenario, episode.log(), 6.0) == summarize(scenario, episode.log(), 6.0)
+    assert summarise(scenario, episode.log(), 6.0) == summarise(scenario, episode.log(), 6.0)
 
 
 def test_saved_is_plain_json(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 
 from drake_tracker import DrakeTrackerError, load_scenario
 from drake_tracker.tasks.train.reach import Reach
-from drake_tracker.tasks.train.track_placement import check_track, draw_track, place_outside
+from drake_tracker.tasks.train.track_placement import check_track, place_track, place_outside
 
 OUT_OF_REACH = 110
 """A seed whose first figure-eight within the work volume comes too near to the arm's base."""
@@ -18,7 +18,7 @@ def reach():
 
 
 def drawn(*overrides, seed=3):
-    return draw_track(load_scenario("train", seed=seed, overrides=overrides), reach())
+    return place_track(load_scenario("train", seed=seed, overrides=overrides), reach())
 
 
 def turning(track):
@@ -78,14 +78,14 @@ def test_a_csv_is_used_as_it_stands(tmp_path):
 
 
 def test_an_open_track_starts_at_its_beginning():
-    track, start = draw_track(load_scenario("train:line", seed=5))
+    track, start = place_track(load_scenario("train:line", seed=5))
     assert not track.closed and start == 0.0
 
 
 def check(*overrides, seed=3):
     scenario = load_scenario("train", seed=seed, overrides=overrides)
     arm = Reach(scenario)
-    track, _ = draw_track(scenario, arm)
+    track, _ = place_track(scenario, arm)
     check_track(scenario, track, arm)
     return track
 
@@ -111,7 +111,7 @@ def test_a_place_out_of_the_arms_reach_is_drawn_again(monkeypatch):
 def test_a_place_in_which_the_track_would_leave_the_work_volume_is_drawn_again(kind):
     for seed in range(60):
         scenario = load_scenario("train", seed=seed, overrides=[f"track.kind={kind}"])
-        track, _ = draw_track(scenario, reach())
+        track, _ = place_track(scenario, reach())
         assert place_outside(scenario, track) is None
         centre = track.points.mean(axis=0) - scenario.track.centre
         assert np.all(np.abs(centre) <= scenario.track.centre_range + 1e-3)

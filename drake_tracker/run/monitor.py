@@ -1,0 +1,97 @@
+"""The monitor of a simulation: reports progress, serves the live view, and ends the run."""
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Protocol
+
+from pydrake.systems.framework import Context, EventStatus
+
+from drake_tracker.core.messages import ArmCommand
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.tasks.task import Task
+
+AFTERGLOW = 0.5
+"""Simulated time [s] for which a run continues after the object was grasped or lost, so that log and video show it."""
+WATCH_PERIOD = 1 / 60
+"""Simulated time [s] between two looks at the judge's verdict, and a single step of the live view: a vision cycle."""
+_ROUNDING = 1e-9
+"""Rounding error of sums of steps [s]."""
+
+Progress = Callable[[float, str], object]
+"""Called with (simulated time [s], name of the phase)."""
+
+
+class Onlooker(Protocol):
+    """What the monitor asks of a live view."""
+
+    def look(self, now: float, phase: int, interrupted: Callable[[], bool]) -> None:
+        """Takes the simulated time [s] and the phase's number; may hold the run until ``interrupted``."""
+
+
+class RunMonitor:
+    """A monitor for `Simulator.set_monitor`. It reads output ports and changes nothing.
+
+    Args:
+        task: task of the run.
+        hand_eye: the diagram to watch.
+        progress: reports progress, or None.
+        stop_when_over: whether the run ends when the judge says that it is over.
+        onlooker: a live view, or None.
+
+    Attributes:
+        interrupted: set to True to end the run at its next step.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        hand_eye: HandEyeDiagram,
+        progress: Progress | None,
+        stop_when_over: bool,
+        onlooker: Onlooker | None = None,
+    ) -> None:
+        self._task, self._hand_eye = task, hand_eye
+        self._progress, self._stop, self._onlooker = progress, stop_when_over, onlooker
+        self._next_look = 0.0
+        self._over_at: float | None = None
+        self.interrupted = False
+
+    def __call__(self, root_context: Context) -> EventStatus:
+        now = root_context.get_time()
+        if self.interrupted:
+            return EventStatus.ReachedTermination(self._hand_eye, "interrupted")
+        if now < self._next_look:
+            return EventStatus.DidNothing()
+        self._next_look = (round(now / WATCH_PERIOD) + 1) * WATCH_PERIOD - _ROUNDING
+        context = self._hand_eye.GetMyContextFromRoot(root_context)
+        phase = self._task.phases(int(ArmCommand(self._hand_eye.GetOutputPort("command").Eval(context)).phase))
+        if self._progress is not None:
+            self._progress(now, phase.name.lower())
+        if self._onlooker is not None:
+            self._onlooker.look(now, int(phase), lambda: self.interrupted)
+        over = self._task.ended(self._task.verdict(self._hand_eye.GetOutputPort("truth_verdict").Eval(context)))
+        if self._over_at is None and over:
+            self._over_at = now
+        if self._stop and self._over_at is not None and now >= self._over_at + AFTERGLOW:
+            return EventStatus.ReachedTermination(self._hand_eye, over or "the object was grasped or is lost")
+        return EventStatus.DidNothing()
+
+
+@contextmanager
+def interrupts(monitor: RunMonitor) -> Iterator[None]:
+    """Lets Ctrl-C end the run at its next step instead of raising, so that what was recorded is kept."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def interrupt(signum: int, frame: FrameType | None) -> None:
+        monitor.interrupted = True
+
+    previous = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, previous)

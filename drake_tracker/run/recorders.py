@@ -1,0 +1,67 @@
+"""Adds the recorders of a run to its diagram."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_images
+from drake_tracker.run.options import RunOptions
+from drake_tracker.run.recorder import Recorder
+from drake_tracker.tasks.task import Task
+
+if TYPE_CHECKING:
+    from drake_tracker.live.view import LiveView
+
+
+def add_recorders(
+    builder: DiagramBuilder,
+    *,
+    hand_eye: HandEyeDiagram,
+    scenario: Any,
+    task: Task,
+    out: Path | None,
+    options: RunOptions,
+    live: "LiveView | None" = None,
+) -> list[Recorder]:
+    """Adds what ``options`` ask for; video, scene and their libraries are loaded only when needed.
+
+    Args:
+        builder: builder of the run's diagram, with ``hand_eye`` in it.
+        hand_eye: the diagram to record.
+        scenario: the run's scenario.
+        task: the scenario's task.
+        out: run directory, or None.
+        options: options of the run.
+        live: a live view that is to be fed as well, or None.
+
+    Returns the recorders in the order in which they are to be finished.
+    """
+    recorders: list[Recorder] = []
+    folder = out if options.record else None
+    if has_images(hand_eye) and (folder or live is not None):
+        from drake_tracker.run.camera_video import add_camera_video
+
+        path = folder and folder / "cameras.mp4"
+        film = task.film(scenario, hand_eye)
+        recorders.append(
+            add_camera_video(builder, hand_eye=hand_eye, film=film, path=path, onlooker=live and live.frames)
+        )
+    if has_images(hand_eye) and folder:
+        from drake_tracker.run.motion_snapshot import add_motion_snapshot
+
+        path = folder / "motion.png"
+        recorders.append(add_motion_snapshot(builder, hand_eye=hand_eye, snapshot=task.snapshot(scenario), path=path))
+    if out is not None and options.images:
+        from drake_tracker.run.camera_images import add_camera_images
+
+        recorders.append(add_camera_images(builder, hand_eye=hand_eye, folder=out))
+    if options.meshcat or live is not None or folder:
+        from drake_tracker.run.scene import add_scene_recording
+
+        path, view = folder and folder / "recording.html", task.view(scenario, hand_eye)
+        scene = add_scene_recording(builder, hand_eye=hand_eye, view=view, path=path, announce=options.meshcat)
+        recorders.append(scene)
+        if live is not None:
+            live.watch(builder, hand_eye, scenario, task.phases, scene.url)
+    return recorders

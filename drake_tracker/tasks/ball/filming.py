@@ -1,0 +1,93 @@
+"""What the video, the snapshot and the 3-D recording of a run of the ball show."""
+
+from dataclasses import replace
+from enum import IntEnum
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from drake_tracker.core.messages import CatchDiagnosis
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.tasks.ball.diagram import board_sight, known_edge
+from drake_tracker.tasks.ball.difference_figure import draw_difference_images
+from drake_tracker.tasks.ball.foresight import BoardForesight
+from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, Film, Script, Snapshot, View
+from drake_tracker.tasks.plots import draw_motion_images
+from drake_tracker.vision.frame_difference import DifferenceImages
+
+SIDE = ""
+"""Suffix of the ports of the only camera."""
+PREDICTING = (CatchPhase.WAIT, CatchPhase.FOLLOW, CatchPhase.SETTLE, CatchPhase.CUP)
+"""In these phases a predicted path is shown."""
+VIDEO_MARKS = 11
+"""Points by which the video marks a predicted path."""
+SNAPSHOT_PERIOD = 0.2
+"""Time [s] between two looks at the motion images: a ball rolls for about two seconds."""
+
+
+def arrival_notes(phase: IntEnum, diagnosis: Any) -> tuple[str, str]:
+    """Returns two notes for a frame of the video: when the ball arrives, and the uncertainty of the place."""
+    if phase not in (CatchPhase.FOLLOW, CatchPhase.SETTLE) or not diagnosis.known:
+        return "", ""
+    return f"arrives in {max(diagnosis.time_left, 0.0):.2f} s", f"within {2e3 * diagnosis.std:.0f} mm (2 std)"
+
+
+def ball_film(scenario: BallScenario, hand_eye: HandEyeDiagram) -> Film:
+    """Returns the `Film` of a run of the ball."""
+    poses = hand_eye.poses
+    foresight = BoardForesight(known_edge(scenario, poses))
+    camera, window = board_sight(scenario, poses)
+    script = Script(
+        phases=CatchPhase,
+        predicting=PREDICTING,
+        diagnosis=CatchDiagnosis,
+        notes=arrival_notes,
+        path=partial(foresight.path, count=VIDEO_MARKS),
+        goal=foresight.goal,
+    )
+    return Film(
+        title=scenario.name,
+        subtitle=f"seed {scenario.seed}, board at {scenario.board.incline_deg:g} deg",
+        polygons={SIDE: window.polygon},
+        image_size=(camera.width, camera.height),
+        cameras={SIDE: replace(camera, X_CW=camera.X_CW @ poses.X_WB.inverse().GetAsMatrix4())},
+        offsets={SIDE: (0, 0)},
+        lag=hand_eye.vision.lag,
+        lag_cycles=hand_eye.vision.lag / VISION_PERIOD,
+        script=script,
+        goal="predicted crossing",
+        every=round(1.0 / (FRAMES_PER_SECOND * VISION_PERIOD)),
+        update_cycles=scenario.vision.update_cycles,
+    )
+
+
+def ball_view(scenario: BallScenario, hand_eye: HandEyeDiagram) -> View:
+    """Returns the `View` of the laboratory of the ball."""
+    foresight = BoardForesight(known_edge(scenario, hand_eye.poses))
+    return View(
+        phases=PREDICTING,
+        path=partial(foresight.path, count=PATH_MARKS),
+        eye=(1.50, -1.75, 1.95),
+        target=(0.58, 0.0, 0.56),
+        fov_deg=36.0,
+        floor=False,
+    )
+
+
+def ball_snapshot(scenario: BallScenario) -> Snapshot:
+    """Returns the `Snapshot` of a run: images while the ball rolls, and of the empty board when it never does."""
+    cycles = getattr(scenario.vision.detector, "stride", None)  # None: compares with the empty board
+    later = f"Image n + {Fraction(cycles, round(1.0 / VISION_PERIOD))} s" if cycles else "Image"
+    titles = ("Image n" if cycles else "Compared with", later, "Thresholded difference")
+
+    def draw(images: dict[str, Any], path: Path) -> None:
+        if isinstance(images[SIDE], DifferenceImages):
+            draw_difference_images(images[SIDE], titles, path)
+        else:
+            draw_motion_images(images, path)
+
+    return Snapshot(sides=(SIDE,), phases=(CatchPhase.WAIT, CatchPhase.FOLLOW), period=SNAPSHOT_PERIOD, draw=draw)

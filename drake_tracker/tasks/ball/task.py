@@ -1,0 +1,174 @@
+"""The task of Nashman and Chaconas 1990: catch a ball that rolls down a board of pegs, with one camera."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import System
+
+from drake_tracker.core.messages import CatchDiagnosis, CatchVerdict
+from drake_tracker.core.timing import BALL_SERVO_PERIOD, BALL_TIME_STEP, PROJECTOR_SLOT, vision_slot
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.tasks.ball.board_figure import draw_board_found
+from drake_tracker.tasks.ball.diagram import ball_host, board_projector, board_vision, make_ball_diagram
+from drake_tracker.tasks.ball.filming import ball_film, ball_snapshot, ball_view
+from drake_tracker.tasks.ball.initialisation import initialise_board
+from drake_tracker.tasks.ball.path_figure import draw_ball_path
+from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.ball.strips import BALL_STRIPS
+from drake_tracker.tasks.ball.summary import ROLLING, last_verdict, summarise_ball
+from drake_tracker.tasks.episode import phase_spans
+from drake_tracker.tasks.filming import Film, Snapshot, View
+from drake_tracker.tasks.task import AskForWindows, Log, ReplayParts, Task, require_initialisation
+from drake_tracker.vision.board_poses import POSES_FILE, BoardPoses, load_poses, save_poses
+
+_ALWAYS_CHANGEABLE = ("estimator", "link", "servo")
+_MM, _SECONDS, _PERCENT = (1e3, "mm", 1), (1.0, "s", 2), (100.0, "%", 1)
+
+
+class BallFreeMotion:
+    """A ball is judged from a tenth of a second after its release until it leaves the board.
+
+    Args:
+        scenario: the run's scenario.
+        log: {name: Signal} of the run.
+    """
+
+    def __init__(self, scenario: BallScenario, log: Log) -> None:
+        self.spans = phase_spans(log, CatchPhase, scenario.time_step)
+        verdict = last_verdict(log)
+        self._start, self._end = np.inf, -np.inf
+        if verdict.released:
+            self._start, self._end = verdict.released + ROLLING, verdict.crossing_time or np.inf
+
+    def free(self, times: np.ndarray) -> np.ndarray:
+        return (times > self._start) & (times < self._end)
+
+    tracked = observed = free
+
+
+class BallTask(Task):
+    """The ball."""
+
+    name = "ball"
+    phases = CatchPhase
+    verdict = CatchVerdict
+    diagnosis = CatchDiagnosis
+    centroids = ("centroid",)
+    truth_signal = "truth_ball_state"
+    servo_period = BALL_SERVO_PERIOD
+    time_step = BALL_TIME_STEP
+    extra_signals = {}  # noqa: RUF012
+    pictures = {  # noqa: RUF012
+        "ball_path.png": "The board from above: path of the ball, predictions of it, the crossing and the cup.",
+        "board.png": "The first image of the initialisation, with what was found in it.",
+    }
+    titles = ("The ball was not caught", "The ball was caught")
+    outcomes = ("not caught", "caught")
+    summary_rows = (
+        ("hand_error_m", "distance of the cup from the ball", _MM),
+        ("hold_s", "held for", _SECONDS),
+        ("roll_s", "rolling time", _SECONDS),
+        ("exit_speed_m_s", "exit speed", (1.0, "m/s", 2)),
+        ("position_rms_m", "position error on the board, rms", _MM),
+        ("vision_valid_fraction", "centroids that gave a point", _PERCENT),
+    )
+    result_rows = (
+        ("success", "caught", ""),
+        ("failure_reason", "reason", ""),
+        ("hand_error_m", "hand error", "m"),
+        ("hold_s", "held", "s"),
+        ("position_rms_m", "position rms", "m"),
+        ("board_in_camera_error", "board in camera", "m, rad"),
+        ("board_in_world_error", "board in world", "m, rad"),
+        ("real_time_factor", "real-time factor", ""),
+    )
+    changeable = {  # noqa: RUF012
+        "points": _ALWAYS_CHANGEABLE,
+        "centroids": (*_ALWAYS_CHANGEABLE, "vision.centroid_height", "vision.tolerance"),
+        "images": (*_ALWAYS_CHANGEABLE, "vision"),
+    }
+    has_autopsy = False
+    strips = BALL_STRIPS
+    preparation = (
+        "Initialisation: the camera reads the circles of the board, then the arm touches its marks (about 15 s)"
+    )
+
+    def uses_cameras(self, scenario: BallScenario) -> bool:
+        return True
+
+    def initialise(self, scenario: BallScenario, ask_for_windows: AskForWindows | None = None) -> BoardPoses:
+        return initialise_board(scenario, ask_for_windows)
+
+    def resolved(self, scenario: BallScenario, initialisation: BoardPoses) -> BallScenario:
+        return scenario.with_settings({"operator.windows": initialisation.windows})
+
+    def save_initialisation(self, initialisation: BoardPoses, folder: Path) -> None:
+        save_poses(initialisation, folder / POSES_FILE)
+
+    def build(self, scenario: BallScenario, initialisation: BoardPoses | None) -> HandEyeDiagram:
+        require_initialisation(initialisation, self.name)
+        return make_ball_diagram(scenario, initialisation)
+
+    def ended(self, verdict: Any) -> str | None:
+        if verdict.caught:
+            return "the ball was caught"
+        return "the ball is lost" if verdict.lost else None
+
+    def summarise(
+        self, scenario: BallScenario, hand_eye: HandEyeDiagram, log: Log, simulated: float, interrupted: bool
+    ) -> dict[str, Any]:
+        return summarise_ball(hand_eye, scenario, log, simulated, interrupted)
+
+    def free_motion(self, scenario: BallScenario, log: Log) -> BallFreeMotion:
+        return BallFreeMotion(scenario, log)
+
+    def draw(
+        self, scenario: BallScenario, hand_eye: HandEyeDiagram, log: Log, summary: Mapping[str, Any], folder: Path
+    ) -> None:
+        draw_ball_path(hand_eye, scenario, log, summary, folder / "ball_path.png")
+        draw_board_found(hand_eye, scenario, summary, folder / "board.png")
+
+    def subtitle(self, scenario: BallScenario) -> str:
+        return f"seed {scenario.seed}, board at {scenario.board.incline_deg:g}°"
+
+    def film(self, scenario: BallScenario, hand_eye: HandEyeDiagram) -> Film:
+        return ball_film(scenario, hand_eye)
+
+    def snapshot(self, scenario: BallScenario) -> Snapshot:
+        return ball_snapshot(scenario)
+
+    def view(self, scenario: BallScenario, hand_eye: HandEyeDiagram) -> View:
+        return ball_view(scenario, hand_eye)
+
+    def success_sentence(self, summary: Mapping[str, Any]) -> str | None:
+        details = []
+        if summary.get("roll_s") is not None and summary.get("exit_speed_m_s") is not None:
+            details.append(
+                f"it left the board {summary['roll_s']:.2f} s after its release at {summary['exit_speed_m_s']:.2f} m/s"
+            )
+        if summary.get("hand_error_m") is not None:
+            details.append(f"it passed {1e3 * abs(summary['hand_error_m']):.0f} mm from the middle of the cup")
+        return f"The ball was caught{': ' if details else ''}{', and '.join(details)}."
+
+    def signal_offset(self, name: str, time_step: float) -> float:
+        if name == "point":
+            return vision_slot(PROJECTOR_SLOT, time_step)
+        return super().signal_offset(name, time_step)
+
+    def rebuild(self, scenario: BallScenario, recorded: BallScenario, start: str, folder: Path) -> ReplayParts:
+        vision: System | None = None
+        images: dict[str, tuple[int, int]] = {}
+        poses = load_poses(folder / POSES_FILE)
+        if start == "images":
+            vision = board_vision(scenario, poses)
+            images = {"camera": (scenario.camera.width, scenario.camera.height)}
+        elif start == "centroids":
+            vision = board_projector(scenario, poses)
+            vision.set_name("projector")
+        return ReplayParts(vision, images, ball_host(scenario, poses))
+
+
+TASK = BallTask()

@@ -1,0 +1,93 @@
+"""Parts of pictures that the tasks share: phases, legends, and the images of the motion detector."""
+
+from collections.abc import Sequence
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from drake_tracker.tasks.episode import PhaseSpan
+from drake_tracker.tasks.style import PLOT_STYLE, phase_colour
+
+SHORT, LONG = 0.25, 0.75
+"""Horizons [s] of the predictions shown: the lag of vision, and what a blind grasp needs."""
+_SHORTEST = 0.1
+"""Least length of a time axis [s]."""
+
+
+def draw_motion_images(images, path):
+    """Draws what the motion detector went through at one instant, as figures 4 and 5 of Allen et al. 1991 show it.
+
+    Args:
+      images: {side: MotionImages}, of one or more cameras. path: PNG file to write.
+    """
+    columns = (
+        ("Smoothed", lambda each: each.smoothed, {"cmap": "gray", "vmin": 0}),
+        ("Derivative in time", lambda each: each.difference, {"cmap": "RdBu_r", "vmin": -80, "vmax": 80}),
+        ("Motion energy", lambda each: each.motion_energy, {"cmap": "gray", "vmin": 0, "vmax": 255}),
+    )
+    height, width = next(iter(images.values())).smoothed.shape
+    panel = 5.0
+    size = (panel * len(columns), panel * height / width * len(images) + 0.7)
+    with matplotlib.rc_context(PLOT_STYLE):
+        figure = Figure(figsize=size, facecolor="white", layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots(len(images), len(columns), squeeze=False)
+        for row, (side, each) in zip(axes, images.items()):
+            for ax, (_, pick, look) in zip(row, columns):
+                ax.imshow(pick(each), interpolation="nearest", **look)
+                ax.set(xticks=[], yticks=[])
+                ax.spines[:].set_visible(False)
+            row[0].set_ylabel(f"camera {side}")
+        for ax, (title, _, _) in zip(axes[0], columns):
+            ax.set_title(title)
+        figure.savefig(path, dpi=200)
+
+
+def time_axis_length(spans: Sequence[PhaseSpan]) -> float:
+    """Returns the length [s] of the time axes of a run."""
+    return max(spans[-1].end, _SHORTEST) if spans else _SHORTEST
+
+
+def draw_phases(ax, spans, start=0.0, end=None):
+    """Draws `PhaseSpan`s as a strip, named where there is room, from ``start`` to ``end`` [s] (their own end)."""
+    for span in spans:
+        ax.axvspan(span.start, span.end, color=phase_colour(span.phase), lw=0)
+    end = time_axis_length(spans) if end is None else end
+    for span in spans:
+        name = span.phase.name.lower()
+        low, high = max(span.start, start), min(span.end, end)
+        if high - low > 0.016 * len(name) * (end - start):
+            ax.text(
+                0.5 * (low + high),
+                0.5,
+                name,
+                ha="center",
+                va="center",
+                fontsize=10,
+                color="white",
+                weight="bold",
+                transform=ax.get_xaxis_transform(),
+            )
+    ax.set(xlim=(start, end), yticks=[], xticks=[])
+    ax.spines[:].set_visible(False)
+    ax.set_title("Phases", pad=7)
+
+
+def name_colours(ax, names, y=1.02):
+    """Writes names in a row above an axes, each in its colour."""
+    figure = ax.figure
+    renderer = figure.canvas.get_renderer()
+    x = 0.0
+    for name, colour in names:
+        text = ax.text(x, y, name, transform=ax.transAxes, color=colour, fontsize=10.5, weight="bold", va="bottom")
+        box = text.get_window_extent(renderer).transformed(ax.transAxes.inverted())
+        x = box.x1 + 0.025
+
+
+def broken(times, *rows):
+    """Returns rows to be drawn as lines, broken where ``times`` [s] jump; with only one row the times come first."""
+    rows = rows if len(rows) > 1 else (times, *rows)
+    gaps = np.nonzero(np.diff(times) > 0.1)[0] + 1
+    return tuple(np.insert(np.asarray(row, float), gaps, np.nan) for row in rows)

@@ -1,0 +1,73 @@
+"""What the results of every run record: plain numbers, versions, commit, lag."""
+
+import json
+import math
+import platform
+import subprocess
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+
+from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.tasks.episode import fresh_packets
+
+_PACKAGES = ("drake_tracker", "drake", "numpy", "scipy", "opencv-python-headless", "matplotlib")
+_DECIMALS = 6
+
+
+def save_summary(summary, path):
+    """Writes a summary as JSON; what is not a finite number becomes null."""
+    Path(path).write_text(json.dumps(tidy(summary), indent=2) + "\n", encoding="utf-8")
+
+
+def tidy(value):
+    """Returns a value fit for JSON: plain Python numbers rounded to micrometres and microseconds, NaN and infinity
+    None.
+    """
+    if isinstance(value, dict):
+        return {key: tidy(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [tidy(item) for item in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return round(float(value), _DECIMALS) if math.isfinite(value) else None
+    return value
+
+
+def package_versions():
+    """Returns {name: version} of Python and of the packages that make the result."""
+    versions = {"python": platform.python_version()}
+    for name in _PACKAGES:
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            versions[name] = None
+    return versions
+
+
+def git_commit():
+    """Returns the commit of the checkout that this package lies in, or None when it is not in one."""
+    root = Path(__file__).resolve().parents[3]
+    if not (root / ".git").exists():
+        return None
+    try:
+        run = subprocess.run(["git", "-C", str(root), "rev-parse", "HEAD"], capture_output=True, text=True, timeout=5)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return run.stdout.strip() if run.returncode == 0 else None
+
+
+def lag_of(log, time_step):
+    """Returns the least and the greatest lag [s] of a run.
+
+    A packet shows in the log at the cycle after the one in whose slot the estimator made it.
+    """
+    prediction = log["prediction"]
+    index = fresh_packets(prediction)
+    made = prediction.times[index] - VISION_PERIOD + vision_slot(ESTIMATOR_SLOT, time_step)
+    lag = made - prediction["stamp"][index]
+    return {"min": lag.min(), "max": lag.max()} if len(lag) else None

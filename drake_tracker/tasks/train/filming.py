@@ -1,0 +1,73 @@
+"""What the video, the snapshot and the 3-D recording of a run of the train show."""
+
+from collections.abc import Callable
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from drake_tracker.core.messages import GraspDiagnosis, predicted_points
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.grasp.gate import Gate
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.tasks.filming import STEREO_SIDES, Film, Script, Snapshot, View
+from drake_tracker.tasks.plots import draw_motion_images
+from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.vision_parts import load_cameras, look_windows
+
+PREDICTING = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
+"""In these phases a predicted path is shown; in the others the train is in the hand, or the hand returns."""
+_GATE_WORDS = {
+    Gate.OPEN: "open",
+    Gate.SETTLING: "settling",
+    Gate.FLIPPING: "jaws turn over",
+    Gate.STALE: "no fresh packet",
+    Gate.NO_MEMORY: "first lap here",
+    Gate.PREDICTIONS_FAILED: "failed here a lap ago",
+    Gate.OUT_OF_REACH: "out of reach",
+}
+_VIDEO_TIMES = np.arange(0.0, 1.01, 0.1)
+_RECORDING_TIMES = np.arange(0.0, 1.21, 0.15)
+"""Times from now on [s] at which the predicted path is marked."""
+
+
+def attempt_notes(phase: IntEnum, diagnosis: Any) -> tuple[str, str]:
+    """Returns two notes for a frame of the video: the attempt, and why the machine waits."""
+    attempts, gate = int(diagnosis.attempts), Gate(int(diagnosis.gate))
+    waits = phase == Phase.TRACK and gate in _GATE_WORDS
+    return f"attempt {attempts}" if attempts else "", f"gate: {_GATE_WORDS[gate]}" if waits else ""
+
+
+def _path_at(ahead: np.ndarray) -> Callable[[np.ndarray, float], np.ndarray]:
+    """Returns a `PathFunction` that marks the path at the times ``ahead`` [s] from now."""
+    return lambda packet, now: predicted_points(packet, now + ahead)
+
+
+TRAIN_SCRIPT = Script(
+    phases=Phase,
+    predicting=PREDICTING,
+    diagnosis=GraspDiagnosis,
+    notes=attempt_notes,
+    path=_path_at(_VIDEO_TIMES),
+)
+TRAIN_VIEW = View(phases=PREDICTING, path=_path_at(_RECORDING_TIMES))
+TRAIN_SNAPSHOT = Snapshot(sides=STEREO_SIDES, phases=(Phase.TRACK,), period=1.0, draw=draw_motion_images)
+
+
+def train_film(scenario: TrainScenario, hand_eye: HandEyeDiagram, subtitle: str) -> Film:
+    """Returns the `Film` of a run of the train with cameras."""
+    config = scenario.cameras
+    cameras = load_cameras(scenario)
+    windows = look_windows(scenario, cameras)
+    return Film(
+        title=scenario.name,
+        subtitle=subtitle,
+        polygons={side: windows[side].polygon for side in STEREO_SIDES},
+        image_size=(config.width, config.height),
+        cameras=cameras,
+        offsets={side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in STEREO_SIDES},
+        lag=scenario.vision.lag_cycles * VISION_PERIOD,
+        lag_cycles=scenario.vision.lag_cycles,
+        script=TRAIN_SCRIPT,
+    )

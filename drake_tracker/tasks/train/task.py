@@ -1,0 +1,164 @@
+"""The task of Allen et al. 1991: track a model train with two cameras and grasp it while it moves."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import System
+
+from drake_tracker.core.messages import GraspDiagnosis, JawState, Verdict
+from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.tasks.episode import during
+from drake_tracker.tasks.filming import Film, Snapshot, View
+from drake_tracker.tasks.task import Log, ReplayParts, Task
+from drake_tracker.tasks.train.diagram import make_train_diagram, train_host
+from drake_tracker.tasks.train.episode import phase_spans, sighted
+from drake_tracker.tasks.train.figures import draw_tracking
+from drake_tracker.tasks.train.filming import TRAIN_SNAPSHOT, TRAIN_VIEW, train_film
+from drake_tracker.tasks.train.scenario import Measured, TrainScenario
+from drake_tracker.tasks.train.strips import TRAIN_STRIPS
+from drake_tracker.tasks.train.summary import summarise
+from drake_tracker.tasks.train.vision_parts import SIDES, image_vision, load_cameras, rendered_windows
+from drake_tracker.vision.triangulator_system import TriangulatorSystem
+
+_FREE = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT)
+_ALWAYS_CHANGEABLE = ("estimator", "link", "servo")
+_MM, _SECONDS, _PERCENT = (1e3, "mm", 1), (1.0, "s", 2), (100.0, "%", 1)
+
+
+class TrainFreeMotion:
+    """A train moves freely until a hand closes on it.
+
+    Args:
+        scenario: the run's scenario.
+        log: {name: Signal} of the run.
+    """
+
+    def __init__(self, scenario: TrainScenario, log: Log) -> None:
+        self.spans = phase_spans(log, scenario.time_step)
+
+    def free(self, times: np.ndarray) -> np.ndarray:
+        return during(self.spans, times, *_FREE)
+
+    def tracked(self, times: np.ndarray) -> np.ndarray:
+        return during(self.spans, times, Phase.TRACK)
+
+    def observed(self, times: np.ndarray) -> np.ndarray:
+        return sighted(self.spans, times)
+
+
+class TrainTask(Task):
+    """The train."""
+
+    name = "train"
+    phases = Phase
+    verdict = Verdict
+    diagnosis = GraspDiagnosis
+    centroids = ("centroid_left", "centroid_right")
+    truth_signal = "truth_train_state"
+    servo_period = SERVO_PERIOD
+    time_step = TIME_STEP
+    extra_signals = {"jaws": (VISION_PERIOD, JawState.get_fields())}  # noqa: RUF012
+    pictures = {"tracking.png": "The track from above, errors over time, and phases."}  # noqa: RUF012
+    titles = ("The train was not lifted", "The train was lifted")
+    outcomes = ("not lifted", "lifted")
+    summary_rows = (
+        ("time_to_grasp_s", "time to grasp", _SECONDS),
+        ("attempts", "attempts", (1.0, "", 0)),
+        ("lift_height_m", "lift height", _MM),
+        ("hold_s", "held for", _SECONDS),
+        ("prediction_rms_m", "prediction error, rms", _MM),
+        ("prediction_p95_m", "prediction error, 95th percentile", _MM),
+        ("position_rms_m", "present position error, rms", _MM),
+        ("triangulation_rms_m", "triangulation error, rms", _MM),
+        ("triangulation_jitter_m", "triangulation jitter", _MM),
+        ("vision_valid_fraction", "cycles with a valid point", _PERCENT),
+        ("closing_onset_error_s", "closing, relative to the last possible instant", (1e3, "ms", 0)),
+    )
+    result_rows = (
+        ("success", "success", ""),
+        ("failure_reason", "reason", ""),
+        ("attempts", "attempts", ""),
+        ("time_to_grasp_s", "time to grasp", "s"),
+        ("lift_height_m", "lift height", "m"),
+        ("hold_s", "held", "s"),
+        ("prediction_rms_m", "prediction rms", "m"),
+        ("real_time_factor", "real-time factor", ""),
+    )
+    changeable = {  # noqa: RUF012
+        "points": _ALWAYS_CHANGEABLE,
+        "centroids": (*_ALWAYS_CHANGEABLE, "vision.work_volume", "cameras.calibration"),
+        "images": (
+            *_ALWAYS_CHANGEABLE,
+            "vision.detector",
+            "vision.lag_cycles",
+            "vision.work_volume",
+            "vision.outline",
+            "cameras.calibration",
+        ),
+    }
+    has_autopsy = True
+    strips = TRAIN_STRIPS
+    preparation = ""
+
+    def uses_cameras(self, scenario: TrainScenario) -> bool:
+        return not isinstance(scenario.vision, Measured)
+
+    def build(self, scenario: TrainScenario, initialisation: None = None) -> HandEyeDiagram:
+        return make_train_diagram(scenario)
+
+    def ended(self, verdict: Any) -> str | None:
+        if verdict.taken:
+            return "the train was lifted"
+        return "the train was thrown off its track" if verdict.derailed else None
+
+    def summarise(
+        self, scenario: TrainScenario, hand_eye: HandEyeDiagram, log: Log, simulated: float, interrupted: bool
+    ) -> dict[str, Any]:
+        return summarise(scenario, log, simulated, interrupted)
+
+    def free_motion(self, scenario: TrainScenario, log: Log) -> TrainFreeMotion:
+        return TrainFreeMotion(scenario, log)
+
+    def draw(
+        self, scenario: TrainScenario, hand_eye: HandEyeDiagram, log: Log, summary: Mapping[str, Any], folder: Path
+    ) -> None:
+        draw_tracking(scenario, log, summary, folder / "tracking.png")
+
+    def subtitle(self, scenario: TrainScenario) -> str:
+        return f"seed {scenario.seed}, {scenario.track.speed:g} m/s"
+
+    def film(self, scenario: TrainScenario, hand_eye: HandEyeDiagram) -> Film:
+        return train_film(scenario, hand_eye, self.subtitle(scenario))
+
+    def snapshot(self, scenario: TrainScenario) -> Snapshot:
+        return TRAIN_SNAPSHOT
+
+    def view(self, scenario: TrainScenario, hand_eye: HandEyeDiagram) -> View:
+        return TRAIN_VIEW
+
+    def success_sentence(self, summary: Mapping[str, Any]) -> str | None:
+        if summary.get("time_to_grasp_s") is None:
+            return None
+        attempts = summary.get("attempts")
+        which = "at the first attempt" if attempts == 1 else f"at attempt {attempts}"
+        return f"The train was lifted {which}, {summary['time_to_grasp_s']:.1f} s after the start."
+
+    def rebuild(self, scenario: TrainScenario, recorded: TrainScenario, start: str, folder: Path) -> ReplayParts:
+        vision: System | None = None
+        images: dict[str, tuple[int, int]] = {}
+        if start == "images":
+            windows = rendered_windows(recorded)
+            vision = image_vision(scenario, windows)
+            images = {f"camera_{side}": window[2:] for side, window in windows.items()}
+        elif start == "centroids":
+            models = load_cameras(scenario)
+            vision = TriangulatorSystem(*(models[side] for side in SIDES), work_volume=scenario.vision.work_volume)
+            vision.set_name("triangulator")
+        return ReplayParts(vision, images, train_host(scenario))
+
+
+TASK = TrainTask()

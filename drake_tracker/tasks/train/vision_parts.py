@@ -1,0 +1,141 @@
+"""The vision of a run of the train: cameras, windows, and the Diagram from images or from measured errors to points."""
+
+import numpy as np
+
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.tasks.loader import scenario_file
+from drake_tracker.tasks.train.scenario import Measured
+from drake_tracker.vision.calibration import load_calibration
+from drake_tracker.vision.detectors import make_detector
+from drake_tracker.vision.measured_error_file import load_error
+from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
+from drake_tracker.vision.vision_diagram import VisionDiagram
+from drake_tracker.vision.window import project_window
+from drake_tracker.world.cameras import describe_rig, renderable_window
+from drake_tracker.world.plant import TRAIN_HEIGHT
+
+SIDES = ("left", "right")
+RenderedWindow = tuple[int, int, int, int]
+"""(u0, v0, width, height) [px] of the part of the full frame that is rendered."""
+
+
+def make_vision(scenario):
+    """Returns a scenario's vision, and {camera name: window to render [px]}, which is empty where it is measured."""
+    if isinstance(scenario.vision, Measured):
+        return measured_vision(scenario), {}
+    return rendered_vision(scenario)
+
+
+def rendered_vision(scenario, **settings):
+    """Returns (VisionDiagram, {camera name: window to render [px]}) of a scenario with ``vision: !Rendered``.
+
+    ``settings``: further ones of the `VisionDiagram`.
+    """
+    rendered = rendered_windows(scenario)
+    return image_vision(scenario, rendered, **settings), {f"camera_{side}": rendered[side] for side in SIDES}
+
+
+def rendered_windows(scenario):
+    """Returns {side: (u0, v0, width, height) [px]}, what of the full frame a scenario renders."""
+    config = scenario.cameras
+    if not config.render_window:
+        return dict.fromkeys(SIDES, (0, 0, config.width, config.height))
+    windows = look_windows(scenario, load_cameras(scenario))
+    return {side: renderable_window(windows[side].bounds, config.width, config.height) for side in SIDES}
+
+
+def look_windows(scenario, cameras):
+    """Returns {side: Window} in which a scenario's vision looks for motion."""
+    vision = scenario.vision
+    return {side: project_window(cameras[side], vision.work_volume, vision.outline) for side in SIDES}
+
+
+def image_vision(scenario, rendered, **settings):
+    """Returns the `VisionDiagram` of a scenario for images of the windows ``rendered`` {side: (u0, v0, width, height)}.
+
+    ``settings``: further ones of the `VisionDiagram`. Raises DrakeTrackerError when the train would be too
+    slow for it to be seen.
+    """
+    cameras, flow = load_cameras(scenario), flow_parameters(scenario)
+    check_visible(scenario, cameras, flow)
+    windows = look_windows(scenario, cameras)
+    lag, volume = scenario.vision.lag_cycles, scenario.vision.work_volume
+    if lag <= flow.stride:
+        raise DrakeTrackerError(
+            f"{scenario.where('vision.lag_cycles')} = {lag} must be at least {flow.stride + 1}: the newest image comes "
+            f"{flow.stride} after the one that is described, and one cycle is for computing"
+        )
+    detectors = {
+        side: make_detector(scenario.vision.detector, window=windows[side].mask(rendered[side])) for side in SIDES
+    }
+    return VisionDiagram(
+        cameras, detectors, image_windows=rendered, lag_cycles=lag, work_volume=volume, **settings
+    )
+
+
+def measured_vision(scenario):
+    """Returns the `MeasuredVisionDiagram` of a scenario with ``vision: !Measured``, which stands in for the cameras.
+
+    Raises DrakeTrackerError when its file cannot be used, or when it would never see the train.
+    """
+    config = scenario.vision
+    error = load_error(scenario_file(config.file), rig=describe_rig(scenario.cameras))
+    if 0.0 < scenario.track.speed < error.seen_from:
+        raise DrakeTrackerError(
+            f"{scenario.where('track.speed')} = {scenario.track.speed:g} m/s: the measured vision sees nothing below "
+            f"{error.seen_from:.3f} m/s"
+        )
+    return MeasuredVisionDiagram(error, config.lag_cycles, config.work_volume, scenario.seed)
+
+
+def load_cameras(scenario):
+    """Returns {"left": CameraModel, "right": CameraModel} from the calibration file that the scenario names."""
+    path = scenario_file(scenario.cameras.calibration)
+    models = load_calibration(path, rig=describe_rig(scenario.cameras))
+    cameras = {}
+    for side in SIDES:
+        camera = models.get(f"camera_{side}")
+        if camera is None:
+            raise DrakeTrackerError(f"{path}: there is no camera_{side}; found {', '.join(models) or 'none'}")
+        if (camera.width, camera.height) != (scenario.cameras.width, scenario.cameras.height):
+            raise DrakeTrackerError(
+                f"{path}: camera_{side} was calibrated at {camera.width} x {camera.height} px, but the scenario's "
+                f"images are {scenario.cameras.width} x {scenario.cameras.height} px (cameras.width, cameras.height)"
+            )
+        cameras[side] = camera
+    return cameras
+
+
+def flow_parameters(scenario):
+    """Returns the `NormalFlowParameters` of a scenario's motion detector."""
+    return scenario.vision.detector.resolve()
+
+
+def check_visible(scenario, cameras, parameters):
+    """Raises DrakeTrackerError when the train, at its speed, moves too slowly in an image for the threshold."""
+    if scenario.track.speed == 0.0:
+        return
+    needed = parameters.smallest_visible_speed()
+    for side, camera in cameras.items():
+        fastest = scenario.track.speed * largest_scale(scenario, camera)
+        if fastest < needed:
+            raise DrakeTrackerError(
+                f"{scenario.where('vision.detector')}: at track.speed {scenario.track.speed:g} m/s the train moves at "
+                f"most {fastest:.1f} px/s in the {side} image, and the threshold sees nothing below {needed:.1f} px/s; "
+                "lower the threshold, narrow the cameras' field or speed up the train"
+            )
+
+
+def slowest_seen(scenario, cameras, parameters):
+    """Returns the speed [m/s] below which the threshold sees nothing in one of the images, whatever the heading."""
+    needed = parameters.smallest_visible_speed()
+    return max(needed / largest_scale(scenario, camera) for camera in cameras.values())
+
+
+def largest_scale(scenario, camera):
+    """Returns how many px a step of 1 m at the centre of the track takes in an image in the best direction."""
+    centre = np.array([*scenario.track.centre, scenario.table_height + TRAIN_HEIGHT])
+    headings = np.linspace(0.0, np.pi, 36)
+    step = 0.01
+    ends = centre + step * np.column_stack([np.cos(headings), np.sin(headings), np.zeros_like(headings)])
+    return np.max(np.linalg.norm(camera.project(ends) - camera.project(centre[None]), axis=1)) / step
