@@ -16,7 +16,7 @@ def make_scenario(seed=0, noise=0.0, start_x=None, release=True, **board):
 def true_poses(scenario):
     """The board's poses as they are, in the place of those that `initialise_board` finds."""
     X_WB = draw_board_pose(scenario.board, scenario.seed)
-    X_WC = draw_camera_pose(scenario.camera, scenario.board, X_WB, scenario.seed)
+    X_WC = draw_camera_pose(scenario.camera, board=scenario.board, X_WB=X_WB, seed=scenario.seed)
     size = (scenario.camera.height, scenario.camera.width, 3)
     nothing = np.zeros((3, 3)), np.zeros(size, np.uint8), np.zeros((4, 2))
     return BoardPoses(X_WC.inverse() @ X_WB, X_WB, 0.0, *nothing)

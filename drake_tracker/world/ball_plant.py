@@ -1,82 +1,109 @@
-"""The laboratory of the ball in one MultibodyPlant: arm with cup, inclined board, release gate, ball, table."""
+"""The laboratory of the ball: arm with cup, inclined board, release gate, ball and table in one MultibodyPlant."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.geometry import Box
+from pydrake.geometry import Box, SceneGraph
 from pydrake.math import RigidTransform
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
+from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.arm.description import add_arm, models_parser
-from drake_tracker.arm.joint_servo import set_servo_gains
+from drake_tracker.arm.description import Arm
+from drake_tracker.arm.plant import add_arm, models_parser, set_servo_gains
+from drake_tracker.core.timing import BALL_TIME_STEP
 from drake_tracker.world.ball_board import BALL_RADIUS, draw_board_pose, draw_pegs, draw_start
 from drake_tracker.world.ball_fixtures import GATE_TRAVEL, TABLE_HEIGHT, WOOD, add_board, add_distractor, add_gate
-from drake_tracker.world.plant import TABLE_MODEL_HEIGHT
+from drake_tracker.world.config import BallConfig, BoardConfig
+from drake_tracker.world.plant import add_plant, add_table
 
 TABLE_X = 0.49
-"""How far [m] the table under the board is moved away from the arm: the cup comes down lower than its top."""
+"""Distance by which the table under the board is moved away from the arm [m]: the cup goes below the table's top."""
 ASIDE = (1.05, 0.0, BALL_RADIUS)
 """p_W [m] of a ball that is not on the board yet: on the floor, under the table."""
 
 
 @dataclass(frozen=True)
 class BallLaboratory:
-    """The plant, the model instances in it and what the seed has drawn.
+    """A plant with an arm, a cup, a table, the board, the gate and the ball, and what was drawn from the seed.
 
-    gripper: the hand's instance. board, gate, distractor, ball: instances, ``distractor`` None without one. X_WB: the
-    board's pose before any knock. pegs: (n, 2) [m, B]. p_BoBall: start of the ball [m, B].
+    Attributes:
+        plant: finalized.
+        scene_graph: with which the plant is registered.
+        arm: model instance.
+        gripper: model instance of the hand.
+        table: model instance.
+        board: model instance.
+        board_body: its one body, whose frame is B.
+        gate: model instance.
+        distractor: model instance, or None.
+        ball: model instance.
+        ball_body: its one body, which is free.
+        X_WB: pose of the board before any knock.
+        pegs: axes of the pegs, shape (n, 2) [m, B].
+        p_BoBall: start of the ball (3,) [m, B].
     """
 
-    plant: object
-    scene_graph: object
-    arm: object
-    gripper: object
-    table: object
-    board: object
-    board_body: object
-    gate: object
-    distractor: object
-    ball: object
-    ball_body: object
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    arm: ModelInstanceIndex
+    gripper: ModelInstanceIndex
+    table: ModelInstanceIndex
+    board: ModelInstanceIndex
+    board_body: RigidBody
+    gate: ModelInstanceIndex
+    distractor: ModelInstanceIndex | None
+    ball: ModelInstanceIndex
+    ball_body: RigidBody
     X_WB: RigidTransform
     pegs: np.ndarray
     p_BoBall: np.ndarray
 
 
-def add_ball_laboratory(builder, description, scenario, ball_on_board=True, decorate=None):
-    """Adds the plant and its scene graph to a diagram.
+def add_ball_laboratory(
+    builder: DiagramBuilder,
+    *,
+    description: Arm,
+    board: BoardConfig = BoardConfig(),
+    ball: BallConfig = BallConfig(),
+    seed: int = 0,
+    time_step: float = BALL_TIME_STEP,
+    ball_on_board: bool = True,
+    decorate: Callable[[MultibodyPlant], None] | None = None,
+) -> BallLaboratory:
+    """Adds the plant of the ball's laboratory and its scene graph to a diagram.
 
     Args:
-      description: an `ArmDescription` whose hand is a cup. scenario: fields board, ball, seed, time_step.
-      ball_on_board: False: the ball lies aside and the gate is open, as while the camera and the board are initialised.
-      decorate: called with the plant before it is finalized, to add visuals.
+        builder: of the diagram.
+        description: an arm whose hand is a cup.
+        board: the board and what stands on it.
+        ball: where the ball starts.
+        seed: of the random draws.
+        time_step: of the plant [s].
+        ball_on_board: False puts the ball aside and opens the gate, as while camera and board are initialised.
+        decorate: called with the plant before it is finalized, to add visuals.
 
-    Returns BallLaboratory. Raises DrakeTrackerError for a board on which things do not fit.
+    Raises DrakeTrackerError for a board on which things do not fit.
     """
-    config = MultibodyPlantConfig(
-        time_step=scenario.time_step, contact_model="point", discrete_contact_approximation="lagged"
-    )
-    plant, scene_graph = AddMultibodyPlant(config, builder)
-    parts = add_arm(plant, description)
+    plant, scene_graph = add_plant(builder, time_step=time_step)
+    parts = add_arm(plant, description=description)
     set_servo_gains(plant, parts.arm, description.servo_inertia, description.servo_bandwidth)
-    parser = models_parser(plant)
-    (table,) = parser.AddModelsFromUrl("package://drake_tracker_models/table/table.sdf")
-    X_WTable = RigidTransform([TABLE_X, 0.0, TABLE_HEIGHT - TABLE_MODEL_HEIGHT])
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("table", table), X_WTable)
-    (ball,) = parser.AddModelsFromUrl("package://drake_tracker_models/ball/ball.sdf")
+    table = add_table(plant, height=TABLE_HEIGHT, x=TABLE_X)
+    ball_instance = add_ball(plant)
     X_WFloor = RigidTransform([0.0, 0.0, -0.05])
     plant.RegisterCollisionGeometry(plant.world_body(), X_WFloor, Box(4.0, 4.0, 0.1), "floor", WOOD.properties())
 
-    X_WB = draw_board_pose(scenario.board, scenario.seed)
-    pegs = draw_pegs(scenario.board, scenario.seed)
-    p_BoBall = draw_start(scenario.ball, scenario.seed)
-    board, board_body = add_board(plant, scenario.board, X_WB, pegs, loose=scenario.board.knock_time > 0.0)
-    gate = add_gate(plant, board_body, p_BoBall[0])
-    distractor = add_distractor(plant) if scenario.board.distractor else None
+    X_WB = draw_board_pose(board, seed)
+    pegs = draw_pegs(board, seed)
+    p_BoBall = draw_start(ball, seed)
+    board_instance, board_body = add_board(plant, board=board, X_WB=X_WB, pegs=pegs, loose=board.knock_time > 0.0)
+    gate = add_gate(plant, board_body=board_body, start_x=p_BoBall[0])
+    distractor = add_distractor(plant) if board.distractor else None
     if decorate is not None:
         decorate(plant)
     plant.Finalize()
-    ball_body = plant.GetBodyByName("ball", ball)
+    ball_body = plant.GetBodyByName("ball", ball_instance)
     p_WBall = X_WB @ p_BoBall if ball_on_board else ASIDE
     plant.SetDefaultFloatingBaseBodyPose(ball_body, RigidTransform(p_WBall))
     if not ball_on_board:
@@ -87,11 +114,11 @@ def add_ball_laboratory(builder, description, scenario, ball_on_board=True, deco
         arm=parts.arm,
         gripper=parts.gripper,
         table=table,
-        board=board,
+        board=board_instance,
         board_body=board_body,
         gate=gate,
         distractor=distractor,
-        ball=ball,
+        ball=ball_instance,
         ball_body=ball_body,
         X_WB=X_WB,
         pegs=pegs,
@@ -99,6 +126,12 @@ def add_ball_laboratory(builder, description, scenario, ball_on_board=True, deco
     )
 
 
-def add_floor(plant):
-    """Draws a floor to stand on. For ``decorate``: a studio has one of its own."""
+def add_ball(plant: MultibodyPlant) -> ModelInstanceIndex:
+    """Adds the ball, one free body, to a plant that is not yet finalized."""
+    (ball,) = models_parser(plant).AddModelsFromUrl("package://drake_tracker_models/ball/ball.sdf")
+    return ball
+
+
+def add_floor(plant: MultibodyPlant) -> None:
+    """Adds the appearance of a floor to a plant that is not yet finalized."""
     models_parser(plant).AddModelsFromUrl("package://drake_tracker_models/floor/floor.sdf")

@@ -1,19 +1,27 @@
-"""The laboratory of the ball as a Diagram: everything that is real, and the only place where truth lives."""
+"""The laboratory of the ball as a Diagram: everything that is real, and the only place that holds the ground truth."""
+
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from drake_tracker.arm.description import Arm
+from drake_tracker.core.timing import BALL_TIME_STEP
 from drake_tracker.world.ball_board import face_corners
-from drake_tracker.world.ball_camera import NAME, add_ball_camera, draw_camera_pose
+from drake_tracker.world.ball_camera import NAME, draw_camera_pose
 from drake_tracker.world.ball_fixtures import GATE_TRAVEL, KNOCK, SLIDE_AMPLITUDE
 from drake_tracker.world.ball_plant import add_ball_laboratory, add_floor
-from drake_tracker.world.catch_judge_system import CatchJudgeSystem
-from drake_tracker.world.disturbance_system import DisturbanceSystem
-from drake_tracker.world.release_system import ReleaseSystem, draw_delay
+from drake_tracker.world.camera_system import Camera, add_camera, add_renderer
+from drake_tracker.world.cameras import ImageWindow
+from drake_tracker.world.catch_judge_system import add_catch_judge
+from drake_tracker.world.config import BallConfig, BoardCameraConfig, BoardConfig, LightingConfig
+from drake_tracker.world.disturbance_system import add_disturbance
+from drake_tracker.world.lighting import overhead_render_engine_params
+from drake_tracker.world.release_system import add_release, draw_delay
 
 
 class BallWorldDiagram(Diagram):
-    """Plant, release gate, camera and judge.
+    """Plant, release gate, camera and judge of the ball.
 
     .. pydrake_system::
 
@@ -30,54 +38,105 @@ class BallWorldDiagram(Diagram):
         - truth_verdict
         - truth_query
 
-    Inputs: joint set-points (q, v), feed-forward torques [N m], and ``ready``, 1 once the arm waits for the ball.
-    ``camera`` is an ImageRgba8U at 60 Hz, ``arm_state`` is (q, v), ``arm_effort`` the drives' torques [N m]: these may
-    be read by the controller. The ``truth_*`` ports, the ball's 13 numbers, a `CatchVerdict` and the scene, are for
-    judges, logs and viewers alone; so are the attributes ``laboratory`` and ``camera``, None without a camera.
+    Inputs: ``arm_desired_state``, the joint set-points (q, v) [rad, rad/s]; ``arm_feedforward``, torques [N m];
+    ``ready``, 1 once the arm waits for the ball.
+
+    The controller may read ``camera``, an ImageRgba8U that is rendered when it is read; ``arm_state``, (q, v) [rad,
+    rad/s]; and ``arm_effort``, the torques of the drives [N m]. Only judges, logs and viewers may read
+    ``truth_ball_state``, the 13 numbers of the free body; ``truth_verdict``, a `CatchVerdict`, updated at 60 Hz from
+    time 0 and all zeros before; and ``truth_query``, the scene.
 
     Args:
-      scenario: fields board, ball, camera, lighting, seed, time_step. description: an `ArmDescription` with a cup.
-      q_initial: the arm's start [rad]. window: (u0, v0, width, height) [px] to render, None for the whole image.
-      with_camera: False: without the port ``camera`` and without a renderer.
-      ball_on_board: False: the ball lies aside and the gate stands open, as while camera and board are initialised.
+        description: an arm whose hand is a cup.
+        q_initial: joints at the start [rad].
+        board: the board and what stands on it.
+        ball: where the ball starts, and whether it is released.
+        camera: the camera and the ranges of its random pose; None: no camera, no port ``camera`` and no renderer.
+        lighting: the lamps.
+        window: part of the image to render; None renders all of it.
+        ball_on_board: False puts the ball aside and opens the gate, as while camera and board are initialised.
+        seed: of every random draw.
+        time_step: of the plant [s].
+
+    Attributes:
+        laboratory: the plant and its parts: ground truth.
+        camera: `Camera`, or None without one: ground truth.
+
+    Raises DrakeTrackerError for a board on which things do not fit, or which the camera cannot see as a whole.
     """
 
-    def __init__(self, scenario, description, q_initial, window=None, with_camera=True, ball_on_board=True):
+    def __init__(
+        self,
+        *,
+        description: Arm,
+        q_initial: Sequence[float] | np.ndarray,
+        board: BoardConfig = BoardConfig(),
+        ball: BallConfig = BallConfig(),
+        camera: BoardCameraConfig | None = BoardCameraConfig(),
+        lighting: LightingConfig = LightingConfig(),
+        window: ImageWindow | None = None,
+        ball_on_board: bool = True,
+        seed: int = 0,
+        time_step: float = BALL_TIME_STEP,
+    ) -> None:
         super().__init__()
         self.set_name("world")
         builder = DiagramBuilder()
-        laboratory = add_ball_laboratory(builder, description, scenario, ball_on_board, decorate=add_floor)
+        laboratory = add_ball_laboratory(
+            builder,
+            description=description,
+            board=board,
+            ball=ball,
+            seed=seed,
+            time_step=time_step,
+            ball_on_board=ball_on_board,
+            decorate=add_floor,
+        )
         plant = laboratory.plant
         plant.set_name("plant")
         plant.SetDefaultPositions(laboratory.arm, q_initial)
-        delay = draw_delay(scenario.seed) if scenario.ball.release else np.inf
-        release = builder.AddNamedSystem("release", ReleaseSystem(delay, GATE_TRAVEL, is_open=not ball_on_board))
-        builder.Connect(
-            release.GetOutputPort("gate_desired_state"), plant.get_desired_state_input_port(laboratory.gate)
+        release = add_release(
+            builder,
+            plant=plant,
+            gate=laboratory.gate,
+            delay=draw_delay(seed) if ball.release else np.inf,
+            travel=GATE_TRAVEL,
+            is_open=not ball_on_board,
         )
-        if scenario.board.knock_time > 0.0:
-            knock = builder.AddNamedSystem("knock", DisturbanceSystem(KNOCK, step_time=scenario.board.knock_time))
-            builder.Connect(knock.get_output_port(), plant.get_desired_state_input_port(laboratory.board))
-        if laboratory.distractor is not None:
-            distractor = builder.AddNamedSystem("distractor", DisturbanceSystem(SLIDE_AMPLITUDE))
-            builder.Connect(distractor.get_output_port(), plant.get_desired_state_input_port(laboratory.distractor))
-        self.camera = None
-        if with_camera:
-            X_WC = draw_camera_pose(scenario.camera, scenario.board, laboratory.X_WB, scenario.seed)
-            self.camera = add_ball_camera(
+        if board.knock_time > 0.0:
+            add_disturbance(
                 builder,
-                laboratory.scene_graph,
-                scenario.camera,
-                scenario.lighting,
-                X_WC,
-                laboratory.X_WB @ np.mean(face_corners(scenario.board), axis=0),
-                window=window,
-                seed=scenario.seed,
+                plant=plant,
+                slide=laboratory.board,
+                name="knock",
+                amplitude=KNOCK,
+                step_time=board.knock_time,
             )
-        judge = builder.AddNamedSystem("judge", CatchJudgeSystem(laboratory, description.tool_frame))
-        builder.Connect(plant.get_contact_results_output_port(), judge.GetInputPort("contact_results"))
-        builder.Connect(plant.get_body_poses_output_port(), judge.GetInputPort("body_poses"))
-        builder.Connect(plant.get_state_output_port(laboratory.ball), judge.GetInputPort("ball_state"))
+        if laboratory.distractor is not None:
+            add_disturbance(
+                builder, plant=plant, slide=laboratory.distractor, name="distractor", amplitude=SLIDE_AMPLITUDE
+            )
+        self.laboratory = laboratory
+        self.camera: Camera | None = None
+        if camera is not None:
+            look_at = laboratory.X_WB @ np.mean(face_corners(board), axis=0)
+            add_renderer(laboratory.scene_graph, params=overhead_render_engine_params(lighting, look_at))
+            self.camera = add_camera(
+                builder,
+                scene_graph=laboratory.scene_graph,
+                name=NAME,
+                X_WC=draw_camera_pose(camera, board=board, X_WB=laboratory.X_WB, seed=seed),
+                width=camera.width,
+                height=camera.height,
+                fov_deg=camera.fov_deg,
+                window=window,
+                supersampling=camera.supersampling,
+                noise=camera.noise,
+                flicker=lighting.flicker,
+                flicker_hz=lighting.flicker_hz,
+                seed=seed,
+            )
+        judge = add_catch_judge(builder, laboratory=laboratory, tool_frame=description.tool_frame)
 
         builder.ExportInput(plant.get_desired_state_input_port(laboratory.arm), "arm_desired_state")
         builder.ExportInput(plant.get_actuation_input_port(laboratory.arm), "arm_feedforward")
@@ -89,5 +148,4 @@ class BallWorldDiagram(Diagram):
         builder.ExportOutput(plant.get_state_output_port(laboratory.ball), "truth_ball_state")
         builder.ExportOutput(judge.GetOutputPort("verdict"), "truth_verdict")
         builder.ExportOutput(laboratory.scene_graph.get_query_output_port(), "truth_query")
-        self.laboratory = laboratory
         builder.BuildInto(self)

@@ -1,34 +1,37 @@
-"""A chessboard in front of the cameras: the rendered views from which they are calibrated."""
+"""A chessboard in front of the cameras: the rendered views from which the cameras are calibrated."""
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 from pydrake.geometry import Box, GeometryInstance, PerceptionProperties
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
-from pydrake.multibody.tree import SpatialInertia
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from pydrake.multibody.tree import RigidBody, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.chessboard import draw_board
-from drake_tracker.world.cameras import add_cameras
+from drake_tracker.vision.chessboard import Chessboard, draw_board
+from drake_tracker.world.camera_system import add_cameras
+from drake_tracker.world.config import CamerasConfig, LightingConfig
 
 BOARD_THICKNESS = 0.004
-"""Thickness of the board [m]: its squares lie that far above the table."""
+"""Thickness of the board [m]: its squares lie this far above the table."""
 
 
 class CalibrationScene:
-    """A chessboard and the two cameras, in a diagram of their own. The board floats where it is put.
+    """A chessboard and the two cameras, in their own diagram. The board floats where it is put.
 
-    Parameters:
-        board: the `Chessboard`.
-        cameras, lighting: the scenario's ``cameras`` and ``lighting``.
-        seed: seed of the sensor noise.
+    Args:
+        board: the chessboard.
+        cameras: where the cameras stand, their images and their noise.
+        lighting: the lamps.
+        seed: of the sensor noise.
     """
 
-    def __init__(self, board, cameras, lighting, seed=0):
+    def __init__(self, *, board: Chessboard, cameras: CamerasConfig, lighting: LightingConfig, seed: int = 0) -> None:
         builder = DiagramBuilder()
         plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
         self._body = plant.AddRigidBody("board", SpatialInertia.SolidBoxWithMass(1.0, 1.0, 1.0, 0.01))
@@ -36,13 +39,16 @@ class CalibrationScene:
         with tempfile.TemporaryDirectory() as folder:
             _paint_board(plant, self._body, board, folder)
             plant.Finalize()
-            self._cameras = add_cameras(builder, scene_graph, cameras, lighting, seed=seed)
+            self._cameras = add_cameras(builder, scene_graph=scene_graph, config=cameras, lighting=lighting, seed=seed)
         self._diagram = builder.Build()
 
-    def render(self, name, X_WB, frame=0):
-        """Returns the grey image (h, w) that the camera ``name`` takes of the board at pose ``X_WB``.
+    def render(self, name: str, X_WB: RigidTransform, frame: int = 0) -> np.ndarray:
+        """Returns the grey image (h, w) of the board in one camera.
 
-        ``frame`` counts the images, so that each has sensor noise of its own.
+        Args:
+            name: of the camera.
+            X_WB: pose of the board.
+            frame: number of the image; each has its own sensor noise.
         """
         context = self._diagram.CreateDefaultContext()
         context.SetTime(frame * VISION_PERIOD)
@@ -52,8 +58,47 @@ class CalibrationScene:
         return cv2.cvtColor(image, cv2.COLOR_RGBA2GRAY)
 
 
-def _paint_board(plant, body, board, folder):
-    """Gives ``body``, whose frame is the board's B, a plate with the squares and a white margin of one square."""
+def lying_pose(board: Chessboard, centre: Sequence[float] | np.ndarray, yaw: float) -> RigidTransform:
+    """Returns X_WB of a board that lies face up.
+
+    Args:
+        board: the chessboard.
+        centre: its middle (3,) [m, W].
+        yaw: rotation about z_W [rad].
+    """
+    R_WB = RotationMatrix.MakeZRotation(yaw) @ RotationMatrix.MakeXRotation(np.pi)
+    return _centred(board, R_WB, centre)
+
+
+def held_pose(
+    board: Chessboard,
+    *,
+    X_WC: RigidTransform,
+    centre: Sequence[float] | np.ndarray,
+    tilt: Sequence[float] | np.ndarray,
+    roll: float,
+) -> RigidTransform:
+    """Returns X_WB of a board that is held in front of a camera.
+
+    The board faces along the camera's axis, is rotated about its normal, and is then tilted.
+
+    Args:
+        board: the chessboard.
+        X_WC: pose of the camera.
+        centre: middle of the board (3,) [m, W].
+        tilt: rotations (2,) about the camera's x and y axes [rad].
+        roll: rotation about the board's normal [rad].
+    """
+    R_CB = (
+        RotationMatrix.MakeXRotation(tilt[0])
+        @ RotationMatrix.MakeYRotation(tilt[1])
+        @ RotationMatrix.MakeZRotation(roll)
+    )
+    return _centred(board, X_WC.rotation() @ R_CB, centre)
+
+
+def _paint_board(plant: MultibodyPlant, body: RigidBody, board: Chessboard, folder: str) -> None:
+    """Adds to ``body``, whose frame is the board's B, a plate with the squares and a white margin of one square."""
     picture = Path(folder) / "board.png"
     cv2.imwrite(str(picture), draw_board(board))
     size = np.array([board.columns + 3, board.rows + 3]) * board.square
@@ -65,26 +110,6 @@ def _paint_board(plant, body, board, folder):
     plant.RegisterVisualGeometry(body, instance)
 
 
-def lying_pose(board, centre, yaw):
-    """Returns X_WB of a board lying face up, its middle at ``centre`` (3,) [m, W], turned by ``yaw`` [rad] about z."""
-    R_WB = RotationMatrix.MakeZRotation(yaw) @ RotationMatrix.MakeXRotation(np.pi)
-    return _centred(board, R_WB, centre)
-
-
-def held_pose(board, X_WC, centre, tilt, roll):
-    """Returns X_WB of a board held before a camera, its middle at ``centre`` (3,) [m, W].
-
-    The board faces along the camera's axis, then is turned by ``roll`` [rad] about its normal and tilted by ``tilt``
-    (2,) [rad] about the camera's x and y axes.
-    """
-    R_CB = (
-        RotationMatrix.MakeXRotation(tilt[0])
-        @ RotationMatrix.MakeYRotation(tilt[1])
-        @ RotationMatrix.MakeZRotation(roll)
-    )
-    return _centred(board, X_WC.rotation() @ R_CB, centre)
-
-
-def _centred(board, R_WB, centre):
+def _centred(board: Chessboard, R_WB: RotationMatrix, centre: Sequence[float] | np.ndarray) -> RigidTransform:
     middle = board.corners().mean(axis=0)
     return RigidTransform(R_WB, np.asarray(centre, dtype=float) - R_WB @ middle)

@@ -1,25 +1,26 @@
-"""The judge of the ball: decides from truth whether it was caught. Outside the loop; nothing in the loop reads it.
+"""The judge of the ball: decides from the ground truth whether it was caught. Nothing in the loop reads it.
 
-The ball counts as caught when its centre has been inside the bowl for `HELD`, in touch with the hand and with no board:
-contact and place between the bowl's walls, never closeness.
+The ball counts as caught when for `HELD` its centre has been inside the bowl while it touches the hand and not the
+board. Contact and position between the bowl's walls decide, never proximity.
 """
 
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import ContactResults
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem
 
-from drake_tracker.core.messages import CatchVerdict
+from drake_tracker.core.messages import CatchVerdict, message_size
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.world.judge_system import touching_pairs
+from drake_tracker.world.ball_plant import BallLaboratory
+from drake_tracker.world.contacts import touching_pairs
 
 BOWL_LOWER, BOWL_UPPER = (-0.040, -0.050, 0.0), (0.040, 0.050, 0.070)
 """Inside of the bowl in the frame `tool` [m], from the rim to the bottom (model cup)."""
 HELD = 1.0
 """Time [s] for which it must be held."""
 RELEASED = 0.001
-"""Distance [m] from its start from which the ball counts as released."""
+"""Distance [m] from its start beyond which the ball counts as released."""
 JAMMED = 5.0
 """Time [s] after which a ball at rest on the board counts as jammed."""
 AT_REST = 0.002
@@ -27,7 +28,7 @@ AT_REST = 0.002
 
 
 class CatchJudgeSystem(LeafSystem):
-    """Judges a run from the simulator's truth, 60 times a second.
+    """Judges a run of the ball from the simulator's ground truth.
 
     .. pydrake_system::
 
@@ -39,17 +40,29 @@ class CatchJudgeSystem(LeafSystem):
         output_ports:
         - verdict
 
-    ``body_poses`` is the plant's port of that name, ``ball_state`` the free body's 13 numbers, ``verdict`` a
-    `CatchVerdict`. B moves with a board that is knocked.
+    ``contact_results`` and ``body_poses``: the plant's ports of these names. ``ball_state``: the 13 numbers of the free
+    body. ``verdict``: a `CatchVerdict`, updated every ``period`` at ``offset``; all zeros before the first update. Its
+    frame B moves with a board that is knocked.
 
     Args:
-      laboratory: a `BallLaboratory`. tool_frame: name of the frame in the bowl's opening.
+        laboratory: the plant with the ball, the board and the arm.
+        tool_frame: name of the frame in the bowl's opening.
+        period: of the update [s].
+        offset: of the update [s].
     """
 
-    def __init__(self, laboratory, tool_frame="tool"):
+    def __init__(
+        self,
+        *,
+        laboratory: BallLaboratory,
+        tool_frame: str = "tool",
+        period: float = VISION_PERIOD,
+        offset: float = 0.0,
+    ) -> None:
         super().__init__()
         plant = laboratory.plant
         tool = plant.GetFrameByName(tool_frame, laboratory.gripper)
+        self._period = period
         self._X_HT = tool.GetFixedPoseInBodyFrame()
         self._hand = tool.body().index()
         self._ball = laboratory.ball_body.index()
@@ -62,11 +75,11 @@ class CatchJudgeSystem(LeafSystem):
         self._contacts = self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))
         self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
         self._ball_state = self.DeclareVectorInputPort("ball_state", 13)
-        findings = self.DeclareDiscreteState(len(CatchVerdict.get_fields()))
+        findings = self.DeclareDiscreteState(message_size(CatchVerdict))
         self.DeclareStateOutputPort("verdict", findings)
-        self.DeclarePeriodicDiscreteUpdateEvent(VISION_PERIOD, 0.0, self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
 
-    def _update(self, context, state):
+    def _update(self, context: Context, state: DiscreteValues) -> None:
         time = context.get_time()
         before = CatchVerdict(context.get_discrete_state_vector().value())
         verdict = CatchVerdict(np.array(before[:]))
@@ -94,7 +107,7 @@ class CatchJudgeSystem(LeafSystem):
         if not verdict.crossing_time and before.y > 0.0 >= verdict.y:
             part = before.y / (before.y - verdict.y)
             verdict.crossing_x = before.x + part * (verdict.x - before.x)
-            verdict.crossing_time = time - (1.0 - part) * VISION_PERIOD
+            verdict.crossing_time = time - (1.0 - part) * self._period
         if not verdict.left_board and verdict.crossing_time and self._board not in touched:
             verdict.left_board = time
 
@@ -105,3 +118,22 @@ class CatchJudgeSystem(LeafSystem):
         if any(pair & self._arm_bodies and pair & self._fixtures for pair in touching):
             verdict.board_touched = 1.0
         state.set_value(verdict[:])
+
+
+def add_catch_judge(
+    builder: DiagramBuilder, *, laboratory: BallLaboratory, tool_frame: str = "tool", name: str = "judge"
+) -> CatchJudgeSystem:
+    """Adds a `CatchJudgeSystem` and connects it to the plant of a laboratory.
+
+    Args:
+        builder: of the diagram that has the plant.
+        laboratory: as for `CatchJudgeSystem`.
+        tool_frame: as for `CatchJudgeSystem`.
+        name: of the System.
+    """
+    plant = laboratory.plant
+    judge = builder.AddNamedSystem(name, CatchJudgeSystem(laboratory=laboratory, tool_frame=tool_frame))
+    builder.Connect(plant.get_contact_results_output_port(), judge.GetInputPort("contact_results"))
+    builder.Connect(plant.get_body_poses_output_port(), judge.GetInputPort("body_poses"))
+    builder.Connect(plant.get_state_output_port(laboratory.ball), judge.GetInputPort("ball_state"))
+    return judge

@@ -1,16 +1,16 @@
-"""Pixels that collect light over their whole area, which the renderer's do not."""
+"""Pixels that collect light over their whole area, unlike those of the renderer."""
 
 import cv2
-from pydrake.common.value import Value
-from pydrake.systems.framework import LeafSystem
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import Context, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
 
 class PixelBinningSystem(LeafSystem):
-    """Averages squares of pixels into one.
+    """Averages squares of rendered pixels into one image pixel.
 
-    A renderer looks at one point of each pixel, so that the edge of a disc of ten pixels jumps by whole pixels, and its
-    centroid by a tenth. A camera's pixel is as bright as its area is on average: that is the mean of many such points.
+    A renderer samples one point of each pixel, so that the edge of a disc ten pixels wide jumps by whole pixels, and
+    its centroid by a tenth. A pixel of a camera is as bright as its area is on average: the mean of many such points.
 
     .. pydrake_system::
 
@@ -20,10 +20,16 @@ class PixelBinningSystem(LeafSystem):
         output_ports:
         - color_image
 
-    color_image (ImageRgba8U): ``factor`` times as wide and as high in, (width, height) out. There is no state.
+    Input ``color_image``: ImageRgba8U, ``factor`` times as wide and as high as the output. Output ``color_image``:
+    ImageRgba8U of width x height px. The output is a function of the input; there is no state.
+
+    Args:
+        width: of the output [px].
+        height: of the output [px].
+        factor: rendered pixels per image pixel, along u and along v.
     """
 
-    def __init__(self, width, height, factor):
+    def __init__(self, width: int, height: int, factor: int) -> None:
         super().__init__()
         self._size = (width, height)
         self._image = self.DeclareAbstractInputPort("color_image", Value(ImageRgba8U(factor * width, factor * height)))
@@ -31,6 +37,6 @@ class PixelBinningSystem(LeafSystem):
             "color_image", lambda: Value(ImageRgba8U(width, height)), self._calc_image, {self._image.ticket()}
         )
 
-    def _calc_image(self, context, output):
+    def _calc_image(self, context: Context, output: AbstractValue) -> None:
         image = self._image.Eval(context).data
         cv2.resize(image, self._size, dst=output.get_mutable_value().mutable_data, interpolation=cv2.INTER_AREA)

@@ -1,12 +1,18 @@
-"""The simulated laboratory: arm, gripper, table and train in one MultibodyPlant. Truth lives here and nowhere else."""
+"""The laboratory of the train: arm, gripper, table and train in one MultibodyPlant."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
+from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.arm.description import add_arm, couple_fingers, models_parser
-from drake_tracker.arm.joint_servo import set_servo_gains
+from drake_tracker.arm.description import Arm
+from drake_tracker.arm.plant import add_arm, couple_fingers, models_parser, set_servo_gains
+from drake_tracker.core.timing import TIME_STEP
+from drake_tracker.world.tracks import Track
 
 TRAIN_HEIGHT = 0.035
 """Height of the train's reference point, the centre of its body, above the table [m]."""
@@ -16,58 +22,117 @@ TABLE_MODEL_HEIGHT = 0.45
 
 @dataclass(frozen=True)
 class Laboratory:
-    """The plant, the model instances in it, and of the gripper the bodies of the ``fingers``."""
+    """A plant with an arm, a gripper, a table and a train.
 
-    plant: object
-    scene_graph: object
-    arm: object
-    gripper: object
-    fingers: tuple
-    table: object
-    train: object
-    train_body: object
+    Attributes:
+        plant: finalized.
+        scene_graph: with which the plant is registered.
+        arm: model instance.
+        gripper: model instance.
+        fingers: bodies of the gripper's fingers, left and right.
+        table: model instance.
+        train: model instance.
+        train_body: its one body, which is free.
+    """
+
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    arm: ModelInstanceIndex
+    gripper: ModelInstanceIndex
+    fingers: tuple[RigidBody, ...]
+    table: ModelInstanceIndex
+    train: ModelInstanceIndex
+    train_body: RigidBody
 
 
-def add_laboratory(builder, description, train_body, table_height, time_step, decorate=None, grip_force=25.0):
-    """Adds the plant and its scene graph to a diagram.
+def add_laboratory(
+    builder: DiagramBuilder,
+    *,
+    description: Arm,
+    body: str = "plain",
+    table_height: float = 0.45,
+    time_step: float = TIME_STEP,
+    grip_force: float = 25.0,
+    decorate: Callable[[MultibodyPlant], None] | None = None,
+) -> Laboratory:
+    """Adds the plant of the train's laboratory and its scene graph to a diagram.
 
     Args:
-      description: an `ArmDescription`. train_body: which train ("plain", "striped", ...). table_height [m].
-      time_step: the plant's step [s]. decorate: called with the plant before it is finalized, to add visuals.
-      grip_force: on each pad [N].
-
-    Returns Laboratory.
+        builder: of the diagram.
+        description: the arm and its gripper.
+        body: which of the train models.
+        table_height: height of the table's top in W [m].
+        time_step: of the plant [s].
+        grip_force: largest force on each pad [N].
+        decorate: called with the plant before it is finalized, to add visuals.
     """
-    config = MultibodyPlantConfig(time_step=time_step, contact_model="point", discrete_contact_approximation="lagged")
-    plant, scene_graph = AddMultibodyPlant(config, builder)
-    parts = add_arm(plant, description)
+    plant, scene_graph = add_plant(builder, time_step=time_step)
+    parts = add_arm(plant, description=description)
     couple_fingers(plant, parts.gripper, description, grip_force)
     set_servo_gains(plant, parts.arm, description.servo_inertia, description.servo_bandwidth)
-    parser = models_parser(plant)
-    (table,) = parser.AddModelsFromUrl("package://drake_tracker_models/table/table.sdf")
-    plant.WeldFrames(
-        plant.world_frame(),
-        plant.GetFrameByName("table", table),
-        RigidTransform([0.0, 0.0, table_height - TABLE_MODEL_HEIGHT]),
-    )
-    (train,) = parser.AddModelsFromUrl(f"package://drake_tracker_models/train/train_{train_body}.sdf")
+    table = add_table(plant, height=table_height)
+    train = add_train(plant, body=body)
     if decorate is not None:
         decorate(plant)
     plant.Finalize()
     return Laboratory(
-        plant,
-        scene_graph,
-        parts.arm,
-        parts.gripper,
-        tuple(plant.GetJointByName(name, parts.gripper).child_body() for name in description.fingers),
-        table,
-        train,
-        plant.GetBodyByName("train", train),
+        plant=plant,
+        scene_graph=scene_graph,
+        arm=parts.arm,
+        gripper=parts.gripper,
+        fingers=tuple(plant.GetJointByName(name, parts.gripper).child_body() for name in description.fingers),
+        table=table,
+        train=train,
+        train_body=plant.GetBodyByName("train", train),
     )
 
 
-def place_train(laboratory, track, s, table_height):
-    """Puts the train at rest on the track at arc length ``s`` [m], in every default Context of the plant."""
+def add_plant(builder: DiagramBuilder, *, time_step: float) -> tuple[MultibodyPlant, SceneGraph]:
+    """Adds an empty plant with the contact model of all laboratories, and its scene graph.
+
+    Args:
+        builder: of the diagram.
+        time_step: of the plant [s].
+    """
+    config = MultibodyPlantConfig(time_step=time_step, contact_model="point", discrete_contact_approximation="lagged")
+    plant, scene_graph = AddMultibodyPlant(config, builder)
+    return plant, scene_graph
+
+
+def add_table(plant: MultibodyPlant, *, height: float, x: float = 0.0) -> ModelInstanceIndex:
+    """Adds the table, welded to the world.
+
+    Args:
+        plant: not yet finalized.
+        height: of the table's top in W [m].
+        x: distance by which the table is moved along x_W, away from the arm [m].
+    """
+    (table,) = models_parser(plant).AddModelsFromUrl("package://drake_tracker_models/table/table.sdf")
+    X_WTable = RigidTransform([x, 0.0, height - TABLE_MODEL_HEIGHT])
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("table", table), X_WTable)
+    return table
+
+
+def add_train(plant: MultibodyPlant, *, body: str = "plain") -> ModelInstanceIndex:
+    """Adds a train, one free body.
+
+    Args:
+        plant: not yet finalized.
+        body: which of the train models, one of `TRAIN_BODIES`.
+    """
+    (train,) = models_parser(plant).AddModelsFromUrl(f"package://drake_tracker_models/train/train_{body}.sdf")
+    return train
+
+
+def place_train(laboratory: Laboratory, *, track: Track, s: float, table_height: float) -> None:
+    """Puts the train at rest on the track, in every default Context of the plant.
+
+    Args:
+        laboratory: of the train.
+        track: the track.
+        s: arc length at which the train stands [m].
+        table_height: height of the table's top in W [m].
+    """
     x, y, heading = track.pose(s)
     X_WO = RigidTransform(RotationMatrix.MakeZRotation(heading), [x, y, table_height + TRAIN_HEIGHT])
     laboratory.plant.SetDefaultFloatingBaseBodyPose(laboratory.train_body, X_WO)

@@ -1,6 +1,9 @@
-"""The rail: the forces that guide and drive a train which is otherwise a free body."""
+"""The rail: the forces that guide and drive a train, which is otherwise a free body."""
 
 import math
+from collections.abc import Sequence
+
+from drake_tracker.world.tracks import Track
 
 LATERAL_STIFFNESS = 2000.0  # [N/m]
 LATERAL_DAMPING = 45.0  # [N s/m] critical for .25 kg
@@ -8,7 +11,7 @@ LATERAL_LIMIT = 8.0  # [N] what the wheels' flanges hold
 YAW_STIFFNESS = 6.0  # [N m/rad]
 YAW_DAMPING = 0.06  # [N m s/rad] 0.7 of critical for 3.3e-4 kg m^2, and stable at a step of 1/300 s
 YAW_LIMIT = 0.8  # [N m] the flanges' force, front and rear, at a wheelbase of .1 m
-DRIVE_GAIN = 60.0  # [N s/m] loses 0.8 mm/s to a drag of .05 N; .25 kg / (1/300 s) = 75 is the most that is not jerky
+DRIVE_GAIN = 60.0  # [N s/m] loses 0.8 mm/s to a drag of .05 N; above .25 kg / (1/300 s) = 75 the motion is jerky
 DRIVE_LIMIT = 0.6  # [N]
 BRAKING = 0.5  # [m/s^2] at the end of an open track
 END_MARGIN = 0.06  # [m] half a train: its nose stays on the rails
@@ -19,16 +22,19 @@ TILT_RANGE = (0.985, 0.966)  # cosine: 10 and 15 deg
 REACH_RANGE = (0.02, 0.03)  # [m] beside the rail: a train set down elsewhere is not drawn back onto it
 
 
-def rail_force(track, state, target_speed, height):
+def rail_force(track: Track, state: Sequence[float], target_speed: float, height: float) -> tuple[float, float, float]:
     """Returns the force (x, y) [N] at the train's reference point O and the torque about z [N m], in W.
 
-    ``track`` is travelled in the direction of growing arc length. ``state`` are the 13 numbers of a free body in W
-    (a sequence of plain floats): quaternion w, x, y, z, position of O [m], angular velocity [rad/s], velocity of O
-    [m/s]. ``target_speed`` [m/s] along the track, ``height`` [m] of O in W while the train stands on the rail.
+    Springs and dampers draw O onto the track and the train's x axis along it; the drive force is proportional to the
+    speed error. Each is limited, and all fade out together as the train is lifted, tilted or carried aside. The
+    spring supplies the centripetal force: 0.04 mm of offset at 0.2 m/s on a radius of 0.12 m.
 
-    Springs and dampers draw O onto the track and the train's x axis along it; the drive is proportional to the error
-    of the speed. Each is limited, and all fade out together as the train is lifted, tilted or carried aside. The
-    centripetal force comes from the spring: 0.04 mm of offset at 0.2 m/s on a radius of 0.12 m.
+    Args:
+        track: travelled in the direction of growing arc length.
+        state: the 13 numbers of a free body in W, as plain floats: quaternion w, x, y, z, position of O [m], angular
+            velocity [rad/s], velocity of O [m/s].
+        target_speed: speed along the track [m/s].
+        height: z_W of O while the train stands on the rail [m].
     """
     qw, qx, qy, qz, x, y, z, _, _, wz, vx, vy, _ = state
     # The plant does not keep the quaternion at unit length (it grows by 1e-3 a lap), so nothing here may rely on it.
@@ -45,8 +51,8 @@ def rail_force(track, state, target_speed, height):
     if grip == 0.0:
         return 0.0, 0.0, 0.0
     if not track.closed:
-        room = max(track.length - END_MARGIN - s, 0.0)
-        target_speed = min(target_speed, math.sqrt(2.0 * BRAKING * room))
+        remaining = max(track.length - END_MARGIN - s, 0.0)
+        target_speed = min(target_speed, math.sqrt(2.0 * BRAKING * remaining))
 
     speed = vx * tangent_x + vy * tangent_y
     drift = vy * tangent_x - vx * tangent_y
@@ -61,10 +67,10 @@ def rail_force(track, state, target_speed, height):
     )
 
 
-def _fade(value, value_range):
+def _fade(value: float, value_range: tuple[float, float]) -> float:
     full, none = value_range
     return min(max((none - value) / (none - full), 0.0), 1.0)
 
 
-def _clip(value, limit):
+def _clip(value: float, limit: float) -> float:
     return min(max(value, -limit), limit)

@@ -2,15 +2,17 @@
 
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce
-from pydrake.systems.framework import LeafSystem
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
 from drake_tracker.world.rail import rail_force
 from drake_tracker.world.speed_law import check_speed_law, speed_at
+from drake_tracker.world.tracks import Track
 
 
 class RailSystem(LeafSystem):
-    """Guides and drives the train along a track, for as long as it stands on it (see `rail.rail_force`).
+    """Guides and drives the train along a track while it stands on the track (see `rail.rail_force`).
 
     .. pydrake_system::
 
@@ -22,15 +24,30 @@ class RailSystem(LeafSystem):
 
     ``train_state``: the state port of the train's model instance, 13 numbers in W: quaternion w, x, y, z, position [m],
     angular velocity [rad/s], velocity [m/s]. ``spatial_forces``: one force [N] and torque [N m] at the body's origin,
-    for the plant's port ``applied_spatial_force``. Without state of its own: the target speed is a function of time.
+    for the plant's port ``applied_spatial_force``. There is no state: the target speed is a function of time.
+
+    Args:
+        track: travelled in the direction of growing arc length.
+        body_index: of the train's body.
+        height: z_W of the body's origin while the train stands on the rail [m].
+        speed: mean speed [m/s].
+        speed_law: one of `SPEED_LAWS`.
+        variation: amplitude of a varying speed as a fraction of ``speed``.
+
+    Raises DrakeTrackerError when the speed law or its numbers are not allowed.
     """
 
-    def __init__(self, track, body_index, height, *, speed, speed_law="constant", variation=0.15):
-        """``track`` is travelled along growing arc length; ``height`` [m] of the body's origin on the rail, in W.
-
-        Raises DrakeTrackerError when the speed law or its numbers are not allowed.
-        """
-        LeafSystem.__init__(self)
+    def __init__(
+        self,
+        track: Track,
+        body_index: BodyIndex,
+        height: float,
+        *,
+        speed: float,
+        speed_law: str = "constant",
+        variation: float = 0.15,
+    ) -> None:
+        super().__init__()
         check_speed_law(speed_law, speed, variation)
         self._track = track
         self._body_index = body_index
@@ -41,7 +58,7 @@ class RailSystem(LeafSystem):
             "spatial_forces", lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]), self._calc_forces
         )
 
-    def _calc_forces(self, context, output):
+    def _calc_forces(self, context: Context, output: AbstractValue) -> None:
         state = self._train_state.Eval(context).tolist()
         target_speed = speed_at(*self._law, context.get_time())
         force_x, force_y, torque_z = rail_force(self._track, state, target_speed, self._height)
@@ -51,11 +68,34 @@ class RailSystem(LeafSystem):
         output.set_value([applied])
 
 
-def add_rail(builder, plant, train, track, height, *, speed, speed_law="constant", variation=0.15):
-    """Adds a `RailSystem` named "rail" for the model instance ``train`` of the finalized plant, and connects it."""
+def add_rail(
+    builder: DiagramBuilder,
+    *,
+    plant: MultibodyPlant,
+    train: ModelInstanceIndex,
+    track: Track,
+    height: float,
+    speed: float,
+    speed_law: str = "constant",
+    variation: float = 0.15,
+    name: str = "rail",
+) -> RailSystem:
+    """Adds a `RailSystem` and connects it to a train.
+
+    Args:
+        builder: of the diagram that has the plant.
+        plant: finalized.
+        train: model instance with one free body.
+        track: as for `RailSystem`.
+        height: as for `RailSystem`.
+        speed: as for `RailSystem`.
+        speed_law: as for `RailSystem`.
+        variation: as for `RailSystem`.
+        name: of the System.
+    """
     (body_index,) = plant.GetBodyIndices(train)
     rail = builder.AddNamedSystem(
-        "rail", RailSystem(track, body_index, height, speed=speed, speed_law=speed_law, variation=variation)
+        name, RailSystem(track, body_index, height, speed=speed, speed_law=speed_law, variation=variation)
     )
     builder.Connect(plant.get_state_output_port(train), rail.GetInputPort("train_state"))
     builder.Connect(rail.GetOutputPort("spatial_forces"), plant.get_applied_spatial_force_input_port())

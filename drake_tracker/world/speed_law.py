@@ -3,31 +3,36 @@
 import math
 
 from drake_tracker.core.errors import DrakeTrackerError
-
-SPEED_LAWS = ("constant", "varying", "stop_and_go")
+from drake_tracker.world.config import SPEED_LAWS
 
 VARYING_PERIOD = 4.0
 """Period of the sinusoid of ``varying`` [s]."""
 GO_TIME, RAMP_TIME, REST_TIME = 4.0, 0.5, 1.5
-"""``stop_and_go``: at full speed, slowing down (and speeding up again), at rest [s]."""
+"""``stop_and_go``: durations [s] at full speed, of slowing down or speeding up, and at rest."""
 STOP_AND_GO_PERIOD = GO_TIME + RAMP_TIME + REST_TIME + RAMP_TIME
 
 
-def check_speed_law(law, speed, variation):
+def check_speed_law(law: str, speed: float, variation: float) -> None:
     """Raises DrakeTrackerError unless the law is known, 0 <= speed <= 1 m/s and 0 <= variation < 1."""
     if law not in SPEED_LAWS:
         raise DrakeTrackerError(f"track speed_law '{law}' is unknown; choose one of {', '.join(SPEED_LAWS)}")
     if not 0.0 <= speed <= 1.0:
-        raise DrakeTrackerError(f"track speed is {speed} m/s; it must be from 0 (at rest) to 1")
+        raise DrakeTrackerError(f"track speed is {speed} m/s; it must lie between 0 (at rest) and 1 m/s")
     if not 0.0 <= variation < 1.0:
-        raise DrakeTrackerError(f"track variation is {variation}; it is a fraction of the speed, from 0 to below 1")
+        raise DrakeTrackerError(
+            f"track variation is {variation}; it is a fraction of the speed and must be at least 0 and below 1"
+        )
 
 
-def speed_at(law, speed, variation, time):
-    """Returns the target speed [m/s] at ``time`` [s].
+def speed_at(law: str, speed: float, variation: float, time: float) -> float:
+    """Returns the target speed [m/s].
 
-    ``constant``: ``speed``. ``varying``: a sinusoid of +-``variation`` (a fraction) about ``speed``. ``stop_and_go``:
-    at ``speed``, a smooth stop, a rest, a smooth start, and again.
+    Args:
+        law: ``constant``; ``varying``, a sinusoid about ``speed``; or ``stop_and_go``, which repeats travel at
+            ``speed``, a smooth stop, a rest and a smooth start.
+        speed: mean speed of ``constant`` and ``varying``, full speed of ``stop_and_go`` [m/s].
+        variation: amplitude of the sinusoid, a fraction of ``speed``.
+        time: [s].
     """
     if law == "constant":
         return speed
@@ -44,8 +49,11 @@ def speed_at(law, speed, variation, time):
     return speed * 0.5 * (1.0 - math.cos(math.pi * phase / RAMP_TIME))
 
 
-def distance_at(law, speed, variation, time):
-    """Returns the distance [m] covered from time 0 to ``time`` >= 0 [s]: the integral of `speed_at`."""
+def distance_at(law: str, speed: float, variation: float, time: float) -> float:
+    """Returns the distance [m] travelled from time 0 to ``time`` >= 0 [s], the integral of `speed_at`.
+
+    The other arguments are those of `speed_at`.
+    """
     if law == "constant":
         return speed * time
     if law == "varying":

@@ -1,44 +1,50 @@
-"""The looks of a track: two rails on sleepers, without collision, lying on the table."""
+"""The appearance of a track: two rails on sleepers on the table, without collision geometry."""
 
 import numpy as np
 from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
 
-from drake_tracker.world.visual_mesh import add_visual_mesh
+from drake_tracker.world.tracks import Track
+from drake_tracker.world.visual_mesh import Face, FlatMesh, add_visual_mesh
 
 GAUGE = 0.032  # [m] between the rails' centre lines: the distance of the train's wheels
 RAIL_SIZE = (0.0024, 0.0018)  # [m] width, height of a rail's top above the table
 SLEEPER_SIZE = (0.008, 0.048, 0.0009)  # [m] along, across, height of its top above the table
 SLEEPER_SPACING = 0.020  # [m]
 RAIL_STEP = 0.004  # [m] length of a piece of rail
-SUNK = 0.0005  # [m] the undersides lie in the table, so that no two faces coincide
+SUNK = 0.0005  # [m] depth of the undersides in the table, so that no two faces coincide
 
 # Dark, so that the track stays in the background and the train stands out.
 RAIL_COLOUR = (0.20, 0.20, 0.22, 1.0)
 SLEEPER_COLOUR = (0.13, 0.09, 0.06, 1.0)
 
 
-def add_track_visual(plant, track, table_height):
-    """Draws ``track`` on the table top at ``table_height`` [m], as two meshes fixed to the world of ``plant``.
+def add_track_visual(plant: MultibodyPlant, *, track: Track, table_height: float) -> None:
+    """Adds the appearance of a track to a plant, as two meshes fixed to its world.
 
-    The plant must be registered with a SceneGraph and not yet be finalized. The meshes have the illustration and the
-    perception role, and neither proximity nor mass.
+    The meshes have the illustration and the perception role, and neither proximity nor mass.
+
+    Args:
+        plant: registered with a SceneGraph, and not yet finalized.
+        track: the track.
+        table_height: height of the table's top in W [m].
     """
     X_WG = RigidTransform([0.0, 0.0, table_height])
     for name, mesh, colour in (
         ("track_rails", rail_mesh(track), RAIL_COLOUR),
         ("track_sleepers", sleeper_mesh(track), SLEEPER_COLOUR),
     ):
-        add_visual_mesh(plant, plant.world_body(), X_WG, *mesh, name, colour)
+        add_visual_mesh(plant, body=plant.world_body(), X_BG=X_WG, mesh=mesh, name=name, colour=colour)
 
 
-def rail_mesh(track):
-    """Returns (vertices (n, 3) [m], faces) of both rails; z is the height above the table, and every face is a tuple
-    of vertex numbers, counter-clockwise seen from outside."""
+def rail_mesh(track: Track) -> FlatMesh:
+    """Returns the mesh of both rails; z is the height above the table."""
     pieces = max(round(track.length / RAIL_STEP), 8)
     s = np.linspace(0.0, track.length, pieces + 1)[: pieces if track.closed else pieces + 1]
     half_width, top = 0.5 * RAIL_SIZE[0], RAIL_SIZE[1]
     section = [(-half_width, -SUNK), (half_width, -SUNK), (half_width, top), (-half_width, top)]
-    vertices, faces = [], []
+    vertices: list[np.ndarray] = []
+    faces: list[Face] = []
     for side in (-0.5 * GAUGE, 0.5 * GAUGE):
         first = 4 * len(s) * len(vertices)
         edges = [_beside(track, s, side + across, height) for across, height in section]
@@ -51,8 +57,8 @@ def rail_mesh(track):
     return np.concatenate(vertices), faces
 
 
-def sleeper_mesh(track):
-    """As `rail_mesh`, of the sleepers: boxes across the track, without an underside."""
+def sleeper_mesh(track: Track) -> FlatMesh:
+    """Returns the mesh of the sleepers, boxes across the track without an underside; z as in `rail_mesh`."""
     count = max(round(track.length / SLEEPER_SPACING), 2)
     s = np.linspace(0.0, track.length, count, endpoint=not track.closed)
     along, across, top = SLEEPER_SIZE
@@ -68,6 +74,7 @@ def sleeper_mesh(track):
     return np.concatenate(layers, axis=1).reshape(-1, 3), faces
 
 
-def _beside(track, s, across, height):
+def _beside(track: Track, s: np.ndarray, across: float, height: float) -> np.ndarray:
+    """Returns the points (n, 3) [m] at a distance ``across`` to the left of the track."""
     x, y, heading = track.pose(s)
     return np.column_stack([x - across * np.sin(heading), y + across * np.cos(heading), np.full_like(x, height)])

@@ -1,32 +1,40 @@
 """Tracks for the train: smooth planar curves stored as dense polylines by arc length."""
 
-import csv
 import math
-from pathlib import Path
+from collections.abc import Iterable, Sequence
+from typing import Self
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from drake_tracker.core.errors import DrakeTrackerError
-
-TRACK_KINDS = ("oval", "stadium", "circle", "figure_eight", "line", "csv")
+from drake_tracker.world.config import TRACK_KINDS
+from drake_tracker.world.track_file import read_track_file
 
 NODE_SPACING = 2e-3  # [m] a chord this long leaves a bend of 0.1 m radius by 5 um
 MAX_NODES = 1000  # bounds the cost of `Track.locate`, which visits every node
 SAMPLES = 20001  # of the exact curve, from which the nodes are taken
 HEADING_WEIGHT = 0.05  # [m] a piece of track at right angles counts as this much farther away
 MIN_RADIUS = 0.03  # [m] a train .12 m long cannot take a tighter bend
-MIN_LENGTH, MAX_LENGTH = 0.3, 10.0  # [m] outside of these the file's unit is not the metre
+MIN_LENGTH, MAX_LENGTH = 0.3, 10.0  # [m] outside this range the unit of the file is not the metre
 
 
 class Track:
-    """A planar curve in W, by arc length s [m], travelled in the direction of growing s.
+    """A planar curve in W, parametrised by arc length s [m] and travelled in the direction of growing s.
 
-    ``points`` has shape (n, 2) [m], equally spaced along the curve; a closed track does not repeat its first point.
     Headings are angles of the tangent about W's z axis [rad], continuous along the track (they are not wrapped).
+
+    Args:
+        points: nodes (x, y), shape (n, 2) [m], equally spaced along the curve. A closed track does not repeat its first
+            point.
+        closed: whether the last point is joined to the first.
+
+    Attributes:
+        points: as given.
+        closed: as given.
+        length: length of the track [m].
     """
 
-    def __init__(self, points, closed):
+    def __init__(self, points: np.ndarray, closed: bool) -> None:
         points = np.array(points, dtype=float)
         self.closed = bool(closed)
         self.points = points
@@ -65,33 +73,38 @@ class Track:
         self._s_grid = self._spacing * np.arange(len(rows))
         self._x_grid, self._y_grid, self._heading_grid, self._curvature_grid = np.ascontiguousarray(rows.T)
 
-    def pose(self, s):
-        """Returns (x, y, heading) [m, m, rad] at arc length ``s`` [m], a number or an array of them.
+    def pose(self, s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Returns (x, y, heading) [m, m, rad] at an arc length.
 
-        On a closed track s may run over any number of laps, and the heading goes on turning with it. On an open one
-        s is held within the track.
+        Args:
+            s: arc length [m], a number or an array. On a closed track s may cover any number of laps, and the heading
+                keeps growing with it. On an open track s is clipped to the track.
         """
         s, laps = self._within(s)
         x, y, heading = (np.interp(s, self._s_grid, row) for row in (self._x_grid, self._y_grid, self._heading_grid))
         return x, y, heading + laps * self._turn
 
-    def curvature(self, s):
+    def curvature(self, s: float | np.ndarray) -> np.ndarray:
         """Returns the curvature [1/m] at arc length ``s`` [m], positive where the track bends to the left."""
         return np.interp(self._within(s)[0], self._s_grid, self._curvature_grid)
 
-    def nearest(self, x, y, heading):
-        """Returns (s, lateral) [m] of the place on the track nearest to (x, y) [m] that runs along ``heading`` [rad].
+    def nearest(self, x: float, y: float, heading: float) -> tuple[float, float]:
+        """Returns (s, lateral) [m] of the place on the track nearest to a point.
 
-        ``lateral`` is the distance of the point to the left of the track. The heading tells the two branches of a
-        crossing, or of two neighbouring straights, from each other.
+        ``lateral`` is the distance of the point to the left of the track.
+
+        Args:
+            x: of the point [m].
+            y: of the point [m].
+            heading: direction of travel [rad]. It distinguishes the two branches of a crossing, and neighbouring
+                straights.
         """
         return self.locate(x, y, math.cos(heading), math.sin(heading))[:2]
 
-    def locate(self, x, y, heading_x, heading_y):
-        """As `nearest`, from a unit vector of the heading, with all that a rail needs to know of the place.
-
-        Returns (s, lateral, tangent_x, tangent_y, curvature).
-        """
+    def locate(
+        self, x: float, y: float, heading_x: float, heading_y: float
+    ) -> tuple[float, float, float, float, float]:
+        """As `nearest`, with the heading as a unit vector. Returns (s, lateral, tangent_x, tangent_y, curvature)."""
         cost = self._cost_rows.dot((x, y, heading_x, heading_y))
         cost += self._cost_constant
         index = int(cost.argmin())
@@ -113,26 +126,27 @@ class Track:
             curvature,
         )
 
-    def reversed(self):
-        """Returns the same curve travelled the other way; a closed one keeps its starting point."""
+    def reversed(self) -> Self:
+        """Returns the same curve travelled in the other direction; a closed one keeps its starting point."""
         points = self.points[::-1]
-        return Track(np.roll(points, 1, axis=0) if self.closed else points, self.closed)
+        return type(self)(np.roll(points, 1, axis=0) if self.closed else points, self.closed)
 
-    def translated(self, offset):
+    def translated(self, offset: Sequence[float] | np.ndarray) -> Self:
         """Returns the track moved by ``offset`` (x, y) [m]."""
-        return Track(self.points + np.asarray(offset), self.closed)
+        return type(self)(self.points + np.asarray(offset), self.closed)
 
-    def rotated(self, angle, about=(0.0, 0.0)):
+    def rotated(self, angle: float, about: Sequence[float] = (0.0, 0.0)) -> Self:
         """Returns the track turned by ``angle`` [rad] about the point ``about`` (x, y) [m]."""
         cos, sin = math.cos(angle), math.sin(angle)
-        return Track((self.points - about) @ np.array([[cos, sin], [-sin, cos]]) + about, self.closed)
+        return type(self)((self.points - about) @ np.array([[cos, sin], [-sin, cos]]) + about, self.closed)
 
-    def min_radius(self):
-        """Returns the radius of the tightest bend [m], infinity for a straight line."""
+    def min_radius(self) -> float:
+        """Returns the radius of the tightest bend [m], infinite for a straight line."""
         tightest = np.abs(self._curvature_grid).max()
         return 1.0 / tightest if tightest > 1e-9 else math.inf
 
-    def _within(self, s):
+    def _within(self, s: float | np.ndarray) -> tuple[np.ndarray, float | np.ndarray]:
+        """Returns the arc length within the track, and the number of whole laps before it."""
         if not self.closed:
             return np.clip(s, 0.0, self.length), 0.0
         laps = np.floor_divide(s, self.length)
@@ -140,22 +154,27 @@ class Track:
 
 
 def make_track(
-    kind,
+    kind: str,
     *,
-    semi_axes=(0.16, 0.22),
-    radius=0.12,
-    straight=0.20,
-    length=0.9,
-    csv="",
-    centre=(0.56, 0.0),
-    rotation=0.0,
-):
+    semi_axes: Sequence[float] = (0.16, 0.22),
+    radius: float = 0.12,
+    straight: float = 0.20,
+    length: float = 0.9,
+    csv: str = "",
+    centre: Sequence[float] | np.ndarray = (0.56, 0.0),
+    rotation: float = 0.0,
+) -> Track:
     """Returns the `Track` of one of `TRACK_KINDS`.
 
-    ``semi_axes`` (x, y) [m]: of the ellipse ``oval``, and half the extent of ``figure_eight``. ``radius`` [m]: of
-    ``circle`` and of the ends of ``stadium``, whose two straights of ``straight`` [m] run along y. ``length`` [m]: of
-    ``line``, which is open and runs along +y. All are then turned by ``rotation`` [rad] and set down at ``centre``
-    (x, y) [m] in W. ``csv``: a file with the user's own closed polyline in W, which is neither turned nor moved.
+    Args:
+        kind: one of `TRACK_KINDS`.
+        semi_axes: (x, y) [m] of the ellipse ``oval``, and half the extent of ``figure_eight``.
+        radius: of ``circle`` and of the ends of ``stadium`` [m].
+        straight: length of the two straights of ``stadium``, which run along y [m].
+        length: of ``line``, which is open and runs along +y [m].
+        csv: file with the points of a closed track in W, which is neither rotated nor moved.
+        centre: (x, y) in W to which the centre of every other track is moved [m].
+        rotation: angle by which every other track is first turned about its centre [rad].
 
     Raises DrakeTrackerError when the kind is unknown, a size is not a positive number, the track bends more tightly
     than a train can follow, or the file cannot be used.
@@ -163,7 +182,7 @@ def make_track(
     if kind not in TRACK_KINDS:
         raise DrakeTrackerError(f"track kind '{kind}' is unknown; choose one of {', '.join(TRACK_KINDS)}")
     if kind == "csv":
-        return _resample(_read_csv(csv), closed=True, name=f"track file {csv}")
+        return _resample(read_track_file(csv, SAMPLES), closed=True, name=f"track file {csv}")
 
     u = np.linspace(0.0, 2 * math.pi, SAMPLES)
     if kind == "oval":
@@ -178,7 +197,7 @@ def make_track(
         curve[:, 1] += np.where(u < math.pi, h, -h)
         curve = np.vstack([curve, curve[:1]])
     elif kind == "figure_eight":
-        # Bernoulli's lemniscate, whose larger extent is 2 sqrt(2) times the smaller, stretched to the two asked for.
+        # Bernoulli's lemniscate, whose larger extent is 2 sqrt(2) times the smaller, stretched to the two given.
         a, b = _sizes("semi_axes", semi_axes, 2)
         scale = 1.0 / (1.0 + np.cos(u) ** 2)
         curve = np.column_stack([a * math.sqrt(8) * np.sin(u) * np.cos(u) * scale, b * np.sin(u) * scale])
@@ -190,7 +209,7 @@ def make_track(
     return _resample(curve, closed=kind != "line", name=name).rotated(rotation).translated(centre)
 
 
-def _sizes(name, values, count):
+def _sizes(name: str, values: Iterable[float], count: int) -> tuple[float, ...]:
     values = tuple(values)
     if len(values) != count or not all(math.isfinite(value) and value > 0.0 for value in values):
         shown = values[0] if count == 1 else list(values)
@@ -198,7 +217,7 @@ def _sizes(name, values, count):
     return values
 
 
-def _resample(curve, closed, name):
+def _resample(curve: np.ndarray, closed: bool, name: str) -> Track:
     """Returns the `Track` with equally spaced nodes on a finely sampled curve of shape (n, 2)."""
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(curve, axis=0).T))])
     if not MIN_LENGTH <= s[-1] <= MAX_LENGTH:
@@ -214,51 +233,3 @@ def _resample(curve, closed, name):
             f" at least {1e3 * MIN_RADIUS:.0f} mm are needed"
         )
     return track
-
-
-def _read_csv(path):
-    """Returns a fine closed curve, shape (SAMPLES, 2) [m], through the points of a file with the header x,y.
-
-    A periodic cubic spline makes position, heading and curvature continuous; its centripetal parameter (the root of
-    the chord) keeps it from overshooting between points at unequal distances.
-    """
-    if not path:
-        raise DrakeTrackerError("track kind 'csv' needs the name of a file with the header x,y in track.csv")
-    points, lines = [], []
-    try:
-        with Path(path).open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file)
-            header = [name.strip().lower() for name in next(reader, [])]
-            if header != ["x", "y"]:
-                raise DrakeTrackerError(f"track file {path}, line 1: the header must be x,y, not '{','.join(header)}'")
-            for row in reader:
-                if any(cell.strip() for cell in row):
-                    points.append(_read_row(row, f"track file {path}, line {reader.line_num}"))
-                    lines.append(reader.line_num)
-    except OSError as error:
-        raise DrakeTrackerError(f"track file '{path}' cannot be read: {error.strerror}") from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise DrakeTrackerError(f"track file {path} is not a text file of comma-separated values") from error
-    if len(points) > 1 and points[0] == points[-1]:
-        points.pop()
-    if len(points) < 3:
-        raise DrakeTrackerError(f"track file {path} has {len(points)} points; a closed track needs at least 3")
-
-    closed = np.array(points + points[:1])
-    chord = np.hypot(*np.diff(closed, axis=0).T)
-    if chord.min() == 0.0:
-        line = lines[int(chord.argmin()) + 1]
-        raise DrakeTrackerError(f"track file {path}, line {line}: the point is the same as the one before it")
-    parameter = np.concatenate([[0.0], np.cumsum(np.sqrt(chord))])
-    spline = CubicSpline(parameter, closed, bc_type="periodic")
-    return spline(np.linspace(0.0, parameter[-1], SAMPLES))
-
-
-def _read_row(row, place):
-    try:
-        x, y = (float(cell) for cell in row)
-    except ValueError:
-        raise DrakeTrackerError(f"{place}: '{','.join(row)}' is not two numbers x,y in metres") from None
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise DrakeTrackerError(f"{place}: '{','.join(row)}' is not finite")
-    return x, y

@@ -1,57 +1,91 @@
-"""Meshes made by code: looks without collision, one mesh for a colour.
+"""Meshes made by code: appearance without collision geometry, one mesh for each colour.
 
-The time to render a small image grows with the number of visuals, hardly with the number of triangles. A mesh is
-(vertices (n, 3) [m], faces), each face a flat convex polygon: a tuple of vertex numbers, counter-clockwise seen from
+The time to render a small image grows with the number of visuals, and hardly with the number of triangles. A mesh is
+(vertices (n, 3) [m], faces), each face a flat convex polygon: a tuple of vertex indices, counter-clockwise as seen from
 outside.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh, Mesh
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import RigidBody
+
+from drake_tracker.world.wavefront_obj import obj_text
+
+Face = tuple[int, ...]
+FlatMesh = tuple[np.ndarray, list[Face]]
+Colour = tuple[float, float, float, float]
 
 
-def add_visual_mesh(plant, body, X_BG, vertices, faces, name, colour):
-    """Gives ``body`` the look of a mesh at X_BG, with the illustration and the perception role.
+def add_visual_mesh(
+    plant: MultibodyPlant, *, body: RigidBody, X_BG: RigidTransform, mesh: FlatMesh, name: str, colour: Colour
+) -> None:
+    """Adds a mesh to the appearance of a body, with the illustration and the perception role.
 
-    The plant must be registered with a SceneGraph and not yet be finalized. ``colour`` is (r, g, b, a).
+    Args:
+        plant: registered with a SceneGraph, and not yet finalized.
+        body: of the plant.
+        X_BG: pose of the mesh in the body's frame.
+        mesh: (vertices, faces).
+        name: name of the geometry.
+        colour: (r, g, b, a), each from 0 to 1.
     """
-    text = MemoryFile(contents=obj_text(vertices, faces), extension=".obj", filename_hint=name)
-    plant.RegisterVisualGeometry(body, X_BG, Mesh(InMemoryMesh(mesh_file=text)), name, np.array(colour))
+    add_visual_obj(plant, body=body, X_BG=X_BG, text=flat_obj_text(mesh), name=name, colour=colour)
 
 
-def prism(outline, bottom, top):
-    """Returns the mesh of an upright prism on ``outline`` (n, 2) [m], convex, counter-clockwise, bottom to top [m]."""
+def add_visual_obj(
+    plant: MultibodyPlant, *, body: RigidBody, X_BG: RigidTransform, text: str, name: str, colour: Colour
+) -> None:
+    """As `add_visual_mesh`, from the ``text`` of an OBJ file."""
+    file = MemoryFile(contents=text, extension=".obj", filename_hint=name)
+    plant.RegisterVisualGeometry(body, X_BG, Mesh(InMemoryMesh(mesh_file=file)), name, np.array(colour))
+
+
+def prism(outline: np.ndarray, bottom: float, top: float) -> FlatMesh:
+    """Returns the mesh of an upright prism.
+
+    Args:
+        outline: shape (n, 2) [m], convex, counter-clockwise.
+        bottom: height of the lower face [m].
+        top: height of the upper face [m].
+    """
     n = len(outline)
     vertices = np.vstack([np.column_stack([outline, np.full(n, height)]) for height in (bottom, top)])
-    sides = [(k, (k + 1) % n, n + (k + 1) % n, n + k) for k in range(n)]
+    sides: list[Face] = [(k, (k + 1) % n, n + (k + 1) % n, n + k) for k in range(n)]
     return vertices, [*sides, tuple(range(n))[::-1], tuple(range(n, 2 * n))]
 
 
-def disc(centre, radius, sides=32):
-    """Returns the outline (sides, 2) [m] of a disc."""
+def disc(centre: Sequence[float] | np.ndarray, radius: float, sides: int = 32) -> np.ndarray:
+    """Returns the outline of a disc, shape (sides, 2) [m]."""
     angle = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
     return np.asarray(centre) + radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
-def rectangle(centre, width, height):
-    """Returns the outline (4, 2) [m] of a rectangle, ``width`` along x."""
+def rectangle(centre: Sequence[float] | np.ndarray, width: float, height: float) -> np.ndarray:
+    """Returns the outline of a rectangle, shape (4, 2) [m], with ``width`` along x and ``height`` along y."""
     return np.asarray(centre) + 0.5 * np.array([[-width, -height], [width, -height], [width, height], [-width, height]])
 
 
-def merge(meshes):
-    """Returns one mesh of several."""
+def merge(meshes: Sequence[FlatMesh]) -> FlatMesh:
+    """Returns several meshes as one."""
     offsets = np.cumsum([0] + [len(vertices) for vertices, _ in meshes])
-    faces = [tuple(int(k + n) for k in face) for n, (_, part) in zip(offsets, meshes, strict=False) for face in part]
+    faces: list[Face] = [
+        tuple(int(k + n) for k in face) for n, (_, part) in zip(offsets, meshes, strict=False) for face in part
+    ]
     return np.concatenate([vertices for vertices, _ in meshes]), faces
 
 
-def obj_text(vertices, faces):
-    """Returns the text of a Wavefront OBJ file whose triangles have their own flat normals."""
-    lines = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices]
-    for number, face in enumerate(faces, start=1):
+def flat_obj_text(mesh: FlatMesh) -> str:
+    """Returns the OBJ text of a mesh whose faces are split into triangles, each face with its own normal."""
+    vertices, faces = mesh
+    normals, triangles = [], []
+    for number, face in enumerate(faces):
         a, b, c = vertices[list(face[:3])]
         normal = np.cross(b - a, c - a)
-        lines.append("vn {:.4f} {:.4f} {:.4f}".format(*normal / np.linalg.norm(normal)))
-        for k in range(1, len(face) - 1):
-            lines.append("f " + " ".join(f"{face[i] + 1}//{number}" for i in (0, k, k + 1)))
-    return "\n".join(lines) + "\n"
+        normals.append(normal / np.linalg.norm(normal))
+        triangles += [[(face[i], number) for i in (0, k, k + 1)] for k in range(1, len(face) - 1)]
+    return obj_text(vertices, np.array(normals), triangles)

@@ -1,17 +1,25 @@
-"""The laboratory as a Diagram: everything that is real, and the only place where truth lives."""
+"""The laboratory of the train as a Diagram: everything that is real, and the only place that holds the ground truth."""
 
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_tracker.world.cameras import add_cameras
-from drake_tracker.world.jaw_sensor_system import JawSensorSystem
-from drake_tracker.world.judge_system import JudgeSystem
+from drake_tracker.arm.description import Arm
+from drake_tracker.core.timing import TIME_STEP
+from drake_tracker.world.camera_system import Camera, add_cameras
+from drake_tracker.world.cameras import ImageWindow
+from drake_tracker.world.config import CamerasConfig, LightingConfig
+from drake_tracker.world.grasp_judge_system import add_grasp_judge
+from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
 from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory, place_train
 from drake_tracker.world.rail_system import add_rail
 from drake_tracker.world.track_visual import add_track_visual
+from drake_tracker.world.tracks import Track
 
 
 class WorldDiagram(Diagram):
-    """Plant, rail and cameras.
+    """Plant, rail, cameras, jaw sensor and judge of the train.
 
     .. pydrake_system::
 
@@ -30,62 +38,99 @@ class WorldDiagram(Diagram):
         - truth_verdict
         - truth_query
 
-    Inputs: joint set-points (q, v), feed-forward torques [N m], and (q, v) of the driven finger. ``camera_*`` are
-    ImageRgba8U at 60 Hz, ``arm_state`` is (q, v), ``jaws`` a `JawState`: these may be read by the controller.
-    ``arm_effort``, the drives' torques [N m], is logged. The ``truth_*`` ports are for judges, logs and viewers alone.
+    Inputs: ``arm_desired_state``, the joint set-points (q, v) [rad, rad/s]; ``arm_feedforward``, torques [N m];
+    ``gripper_desired_state``, (q, v) [m, m/s] of the driven finger.
+
+    The controller may read ``camera_left`` and ``camera_right``, each an ImageRgba8U that is rendered when it is read;
+    ``arm_state``, (q, v) [rad, rad/s]; ``jaws``, a `JawState`. ``arm_effort``, the torques of the drives [N m], is
+    logged. Only judges, logs and viewers may read ``truth_train_state``, the 13 numbers of the free body;
+    ``truth_verdict``, a `Verdict`, updated at 60 Hz from time 0 and all zeros before; and ``truth_query``, the scene.
 
     Args:
-      scenario: a TrainScenario. description: an `ArmDescription`. q_initial: the arm's start [rad].
-      track: a `Track`. start: arc length [m] at which the train starts.
-      windows: {camera name: (u0, v0, width, height)} to render, None for whole images; empty for no cameras at all, and
-      then without the ports ``camera_*`` and without a renderer.
+        description: the arm and its gripper.
+        q_initial: joints at the start [rad].
+        track: in the direction of travel.
+        start: arc length at which the train starts [m].
+        body: which of the train models, one of `TRAIN_BODIES`.
+        table_height: height of the table's top in W [m].
+        speed: mean speed of the train [m/s].
+        speed_law: how the speed varies, one of `SPEED_LAWS`.
+        variation: amplitude of a varying speed as a fraction of ``speed``.
+        grip_force: largest force on each pad [N].
+        jaw_opening: opening of the jaws at the start [m].
+        cameras: where the cameras stand, their images and their noise.
+        lighting: the lamps.
+        windows: {camera name: window} to render; None renders the full images. When it is empty there are no cameras,
+            no ``camera_*`` ports and no renderer.
+        seed: of the sensor noise.
+        time_step: of the plant [s].
+
+    Attributes:
+        laboratory: the plant and its parts: ground truth.
+        cameras: {name: Camera}.
     """
 
-    def __init__(self, scenario, description, q_initial, track, start, windows=None):
+    def __init__(
+        self,
+        *,
+        description: Arm,
+        q_initial: Sequence[float] | np.ndarray,
+        track: Track,
+        start: float = 0.0,
+        body: str = "plain",
+        table_height: float = 0.45,
+        speed: float = 0.15,
+        speed_law: str = "constant",
+        variation: float = 0.15,
+        grip_force: float = 25.0,
+        jaw_opening: float = 0.088,
+        cameras: CamerasConfig = CamerasConfig(),
+        lighting: LightingConfig = LightingConfig(),
+        windows: Mapping[str, ImageWindow] | None = None,
+        seed: int = 0,
+        time_step: float = TIME_STEP,
+    ) -> None:
         super().__init__()
         self.set_name("world")
         builder = DiagramBuilder()
         laboratory = add_laboratory(
             builder,
-            description,
-            scenario.train.body,
-            scenario.table_height,
-            scenario.time_step,
-            decorate=lambda plant: add_track_visual(plant, track, scenario.table_height),
-            grip_force=scenario.grasp.grip_force,
+            description=description,
+            body=body,
+            table_height=table_height,
+            time_step=time_step,
+            grip_force=grip_force,
+            decorate=lambda plant: add_track_visual(plant, track=track, table_height=table_height),
         )
         plant = laboratory.plant
         plant.set_name("plant")
         plant.SetDefaultPositions(laboratory.arm, q_initial)
-        opening = 0.5 * scenario.grasp.jaw_opening
-        plant.SetDefaultPositions(laboratory.gripper, [opening, opening])
-        place_train(laboratory, track, start, scenario.table_height)
+        plant.SetDefaultPositions(laboratory.gripper, [0.5 * jaw_opening, 0.5 * jaw_opening])
+        place_train(laboratory, track=track, s=start, table_height=table_height)
+        rest_height = table_height + TRAIN_HEIGHT
         add_rail(
             builder,
-            plant,
-            laboratory.train,
-            track,
-            scenario.table_height + TRAIN_HEIGHT,
-            speed=scenario.track.speed,
-            speed_law=scenario.track.speed_law,
-            variation=scenario.track.variation,
+            plant=plant,
+            train=laboratory.train,
+            track=track,
+            height=rest_height,
+            speed=speed,
+            speed_law=speed_law,
+            variation=variation,
         )
-        self.cameras = {}
+        self.laboratory = laboratory
+        self.cameras: dict[str, Camera] = {}
         if windows is None or windows:
             self.cameras = add_cameras(
                 builder,
-                laboratory.scene_graph,
-                scenario.cameras,
-                scenario.lighting,
+                scene_graph=laboratory.scene_graph,
+                config=cameras,
+                lighting=lighting,
                 windows=windows,
-                seed=scenario.seed,
+                seed=seed,
             )
-        jaws = builder.AddNamedSystem("jaw_sensor", JawSensorSystem())
-        builder.Connect(plant.get_state_output_port(laboratory.gripper), jaws.GetInputPort("gripper_state"))
-        builder.Connect(plant.get_net_actuation_output_port(laboratory.gripper), jaws.GetInputPort("drive_effort"))
-        judge = builder.AddNamedSystem("judge", JudgeSystem(laboratory, track, scenario.table_height, TRAIN_HEIGHT))
-        builder.Connect(plant.get_contact_results_output_port(), judge.GetInputPort("contact_results"))
-        builder.Connect(plant.get_state_output_port(laboratory.train), judge.GetInputPort("train_state"))
+        jaws = add_jaw_sensor(builder, plant=plant, gripper=laboratory.gripper)
+        judge = add_grasp_judge(builder, laboratory=laboratory, track=track, rest_height=rest_height)
 
         builder.ExportInput(plant.get_desired_state_input_port(laboratory.arm), "arm_desired_state")
         builder.ExportInput(plant.get_actuation_input_port(laboratory.arm), "arm_feedforward")
@@ -98,5 +143,4 @@ class WorldDiagram(Diagram):
         builder.ExportOutput(plant.get_state_output_port(laboratory.train), "truth_train_state")
         builder.ExportOutput(judge.GetOutputPort("verdict"), "truth_verdict")
         builder.ExportOutput(laboratory.scene_graph.get_query_output_port(), "truth_query")
-        self.laboratory = laboratory
         builder.BuildInto(self)

@@ -46,9 +46,9 @@ class Slope:
         (ball,) = models_parser(self.plant).AddModelsFromUrl("package://drake_tracker_models/ball/ball.sdf")
         self.X_WB = draw_board_pose(scenario.board, seed)
         self.pegs = draw_pegs(scenario.board, seed) if pegs is None else pegs
-        add_board(self.plant, scenario.board, self.X_WB, self.pegs)
+        add_board(self.plant, board=scenario.board, X_WB=self.X_WB, pegs=self.pegs)
         self.start = draw_start(scenario.ball, seed)
-        gate = add_gate(self.plant, self.plant.GetBodyByName("board"), self.start[0])
+        gate = add_gate(self.plant, board_body=self.plant.GetBodyByName("board"), start_x=self.start[0])
         self.plant.Finalize()
         self.ball = self.plant.GetBodyByName("ball")
         log = builder.AddSystem(VectorLogSink(13, 1.0 / 60.0))

@@ -14,7 +14,7 @@ SCENARIO = make_scenario()
 
 def draw(seed, scenario=SCENARIO):
     X_WB = draw_board_pose(scenario.board, seed)
-    return X_WB, draw_camera_pose(scenario.camera, scenario.board, X_WB, seed)
+    return X_WB, draw_camera_pose(scenario.camera, board=scenario.board, X_WB=X_WB, seed=seed)
 
 
 @pytest.mark.parametrize("seed", range(0, 100, 5))
@@ -58,4 +58,4 @@ def test_circles_do_not_hide_behind_walls():
 def test_a_lens_too_long_is_refused():
     scenario = make_scenario().with_settings({"camera.fov_deg": 20.0})
     with pytest.raises(DrakeTrackerError, match="camera.fov_deg"):
-        draw_camera_pose(scenario.camera, scenario.board, RigidTransform(), 0)
+        draw_camera_pose(scenario.camera, board=scenario.board, X_WB=RigidTransform(), seed=0)

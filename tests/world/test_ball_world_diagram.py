@@ -27,10 +27,19 @@ def model():
 class Run:
     """A world whose arm stands still with its tool at ``p_WT`` [m]; ``ready`` from the start or never."""
 
-    def __init__(self, model, scenario, p_WT=(0.47, 0.0, 0.55), ready=False, **options):
+    def __init__(self, model, scenario, p_WT=(0.47, 0.0, 0.55), ready=False, with_camera=True, ball_on_board=True):
         q = joints_for(model, PUMA560_CUP.q_start, tool_down(p_WT, np.pi))
         self.scenario = scenario
-        self.world = BallWorldDiagram(scenario, PUMA560_CUP, q, **options)
+        self.world = BallWorldDiagram(
+            description=PUMA560_CUP,
+            q_initial=q,
+            board=scenario.board,
+            ball=scenario.ball,
+            camera=scenario.camera if with_camera else None,
+            ball_on_board=ball_on_board,
+            seed=scenario.seed,
+            time_step=scenario.time_step,
+        )
         self.simulator = Simulator(self.world)
         self.root = self.simulator.get_mutable_context()
         scratch = model.plant.CreateDefaultContext()

@@ -6,9 +6,9 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.world.camera_system import add_cameras
 from drake_tracker.world.cameras import (
     CAMERA_NAMES,
-    add_cameras,
     camera_info,
     camera_pose,
     renderable_window,
@@ -30,7 +30,9 @@ class Scene:
             plant.WeldFrames(plant.world_frame(), body.body_frame(), RigidTransform(p_WQ))
             plant.RegisterVisualGeometry(body, RigidTransform(), Sphere(SPHERE_RADIUS), "ball", [0.9, 0.8, 0.2, 1.0])
         plant.Finalize()
-        self.cameras = add_cameras(builder, scene_graph, config, LightingConfig(), windows=windows, seed=3)
+        self.cameras = add_cameras(
+            builder, scene_graph=scene_graph, config=config, lighting=LightingConfig(), windows=windows, seed=3
+        )
         self.diagram = builder.Build()
         self.context = self.diagram.CreateDefaultContext()
 

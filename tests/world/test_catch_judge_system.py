@@ -28,7 +28,9 @@ class Touch:
 
     def __init__(self):
         builder = DiagramBuilder()
-        self.laboratory = add_ball_laboratory(builder, PUMA560_CUP, make_scenario())
+        self.laboratory = add_ball_laboratory(
+            builder, description=PUMA560_CUP, board=make_scenario().board, ball=make_scenario().ball
+        )
         self._diagram = builder.Build()
         self._model = make_arm_model(PUMA560_CUP)
         self.X_WB = self.laboratory.X_WB
@@ -104,7 +106,7 @@ class Trial:
     def __init__(self, touch, script):
         builder = DiagramBuilder()
         puppets = builder.AddSystem(Puppets(script))
-        self._judge = builder.AddSystem(CatchJudgeSystem(touch.laboratory))
+        self._judge = builder.AddSystem(CatchJudgeSystem(laboratory=touch.laboratory))
         builder.Connect(puppets.GetOutputPort("contacts"), self._judge.GetInputPort("contact_results"))
         builder.Connect(puppets.GetOutputPort("poses"), self._judge.GetInputPort("body_poses"))
         builder.Connect(puppets.GetOutputPort("ball"), self._judge.GetInputPort("ball_state"))

@@ -6,12 +6,14 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.world.cameras import CAMERA_NAMES, add_cameras, true_camera_models
+from drake_tracker.world.camera_system import add_cameras
+from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
 from drake_tracker.world.config import CamerasConfig, LightingConfig
 from drake_tracker.world.lighting import make_lights, render_engine_params
 
 HEIGHT = 0.05
 CONFIG = CamerasConfig(width=96, height=96, fov_deg=15.0, noise=0.0)
+AIM = {"azimuths_deg": CONFIG.azimuth_deg, "look_at": CONFIG.look_at}
 
 
 def images(lighting):
@@ -23,7 +25,7 @@ def images(lighting):
     plant.RegisterVisualGeometry(world, block, Box(0.1, 0.1, HEIGHT), "block", np.array([0.8, 0.8, 0.8, 1.0]))
     plant.RegisterVisualGeometry(world, table, Box(0.6, 0.6, 0.02), "table", np.array([0.3, 0.3, 0.3, 1.0]))
     plant.Finalize()
-    cameras = add_cameras(builder, scene_graph, CONFIG, lighting)
+    cameras = add_cameras(builder, scene_graph=scene_graph, config=CONFIG, lighting=lighting)
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     return {
@@ -79,11 +81,11 @@ def test_shadows_leave_what_is_lit_as_bright_as_it_was():
 
 
 def test_parameters_carry_the_choice():
-    params = render_engine_params(LightingConfig(side="one_side", shadows=True), CONFIG)
-    assert params.cast_shadows and len(params.lights) == len(make_lights(LightingConfig(side="one_side"), CONFIG))
-    assert not render_engine_params(LightingConfig(), CONFIG).cast_shadows
+    params = render_engine_params(LightingConfig(side="one_side", shadows=True), **AIM)
+    assert params.cast_shadows and len(params.lights) == len(make_lights(LightingConfig(side="one_side"), **AIM))
+    assert not render_engine_params(LightingConfig(), **AIM).cast_shadows
 
 
 def test_an_unknown_side_is_refused():
     with pytest.raises(DrakeTrackerError, match="lighting.side is 'north'; it must be one of cameras, one_side"):
-        make_lights(LightingConfig(side="north"), CONFIG)
+        make_lights(LightingConfig(side="north"), **AIM)

@@ -17,10 +17,12 @@ class Laboratory:
 
     def __init__(self, train="plain", table_height=TABLE_HEIGHT, track=None, s=0.0, decorate=None):
         builder = DiagramBuilder()
-        self.parts = add_laboratory(builder, PUMA560, train, table_height, TIME_STEP, decorate)
+        self.parts = add_laboratory(
+            builder, description=PUMA560, body=train, table_height=table_height, decorate=decorate
+        )
         self.plant = self.parts.plant
         if track is not None:
-            place_train(self.parts, track, s, table_height)
+            place_train(self.parts, track=track, s=s, table_height=table_height)
         self.simulator = Simulator(builder.Build())
         self.context = self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
 

@@ -55,7 +55,7 @@ class Ride:
         self.plant.Finalize()
         self.train = self.plant.GetModelInstanceByName("train")
         self.track = track
-        self.rail = add_rail(builder, self.plant, self.train, track, HEIGHT, **law)
+        self.rail = add_rail(builder, plant=self.plant, train=self.train, track=track, height=HEIGHT, **law)
         diagram = builder.Build()
         self.simulator = Simulator(diagram)
         self.context = self.plant.GetMyContextFromRoot(self.simulator.get_context())

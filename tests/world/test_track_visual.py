@@ -55,7 +55,7 @@ def test_sleepers_are_boxes_across_the_track():
 def test_it_is_seen_and_never_touched():
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
-    add_track_visual(plant, make_track("oval"), 0.45)
+    add_track_visual(plant, track=make_track("oval"), table_height=0.45)
     plant.Finalize()
     inspector = scene_graph.model_inspector()
     assert inspector.NumGeometriesWithRole(Role.kProximity) == 0

@@ -6,14 +6,15 @@ from pydrake.systems.analysis import Simulator
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
 from drake_tracker.core.messages import JawState, Verdict
-from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
+from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.plant import TRAIN_HEIGHT
 from drake_tracker.world.tracks import make_track
 from drake_tracker.world.world_diagram import WorldDiagram
 
 START = 0.2
 """Arc length at which the train starts [m]."""
+SPEED, JAW_OPENING = 0.15, 0.088
 WINDOWS = {"camera_left": (40, 70, 170, 100), "camera_right": (46, 74, 170, 100)}
 
 
@@ -29,9 +30,16 @@ def track():
 
 @pytest.fixture(scope="module")
 def world(q_initial, track):
-    """A world with the arm's set-points held."""
-    scenario = TrainScenario().with_settings({"cameras.noise": 0.0})
-    return WorldDiagram(scenario, PUMA560, q_initial, track, START, WINDOWS)
+    return WorldDiagram(
+        description=PUMA560,
+        q_initial=q_initial,
+        track=track,
+        start=START,
+        speed=SPEED,
+        jaw_opening=JAW_OPENING,
+        cameras=CamerasConfig(noise=0.0),
+        windows=WINDOWS,
+    )
 
 
 def held(world, q_initial, opening=0.044):
@@ -59,7 +67,7 @@ def test_it_starts_at_rest_where_it_is_told(world, q_initial, track):
     _, context = held(world, q_initial)
     state = world.GetOutputPort("arm_state").Eval(context)
     assert state == pytest.approx(np.concatenate([q_initial, np.zeros(6)]))
-    assert JawState(world.GetOutputPort("jaws").Eval(context)).width == pytest.approx(TrainScenario().grasp.jaw_opening)
+    assert JawState(world.GetOutputPort("jaws").Eval(context)).width == pytest.approx(JAW_OPENING)
     train = world.GetOutputPort("truth_train_state").Eval(context)
     x, y, heading = track.pose(START)
     assert train[4:7] == pytest.approx([x, y, 0.45 + TRAIN_HEIGHT])
@@ -74,7 +82,7 @@ def test_the_train_sets_off_along_its_track(world, q_initial, track):
     s, lateral = track.nearest(train[4], train[5], track.pose(START + 0.12)[2])
     assert abs(lateral) < 1e-3
     assert START + 0.10 < s < START + 0.15
-    assert np.hypot(train[10], train[11]) == pytest.approx(TrainScenario().track.speed, rel=0.02)
+    assert np.hypot(train[10], train[11]) == pytest.approx(SPEED, rel=0.02)
     verdict = Verdict(world.GetOutputPort("truth_verdict").Eval(context))
     assert verdict.lift == pytest.approx(0.0, abs=1e-3)
     assert not (verdict.taken or verdict.derailed or verdict.table_touched)
@@ -101,7 +109,7 @@ def test_the_cameras_show_the_windows_asked_for_and_the_train_in_them(world, q_i
     with_train = images()
     plant.SetFreeBodyPose(plant_context, train, RigidTransform([3.0, 0.0, 1.0]))
     without = images()
-    models = true_camera_models(TrainScenario().cameras)
+    models = true_camera_models(CamerasConfig())
     for name, a, b in zip(CAMERA_NAMES, with_train, without):
         u0, v0, width, height = WINDOWS[name]
         assert a.shape == (height, width, 3)
@@ -112,21 +120,23 @@ def test_the_cameras_show_the_windows_asked_for_and_the_train_in_them(world, q_i
         assert seen == pytest.approx(models[name].project(here)[0], abs=3.0)
 
 
-def test_the_scenario_is_heeded(q_initial, track):
-    scenario = TrainScenario().with_settings(
-        {
-            "train.body": "dark",
-            "track.speed": 0.0,
-            "cameras.width": 64,
-            "cameras.height": 48,
-            "table_height": 0.44,
-        }
+def test_the_settings_reach_the_parts(q_initial, track):
+    world = WorldDiagram(
+        description=PUMA560,
+        q_initial=q_initial,
+        track=track,
+        start=START,
+        body="dark",
+        table_height=0.44,
+        speed=0.0,
+        cameras=CamerasConfig(width=64, height=48),
+        time_step=1.0 / 600.0,
     )
-    world = WorldDiagram(scenario, PUMA560, q_initial, track, START)
     simulator, context = held(world, q_initial)
     assert world.GetOutputPort("camera_left").Eval(context).data.shape == (48, 64, 4)
     simulator.AdvanceTo(0.2)
     train = world.GetOutputPort("truth_train_state").Eval(context)
     assert train[6] == pytest.approx(0.44 + TRAIN_HEIGHT, abs=1e-3)
     assert np.hypot(train[10], train[11]) < 1e-3
+    assert world.laboratory.plant.time_step() == 1.0 / 600.0
     assert {"camera_left_noise", "camera_right_noise"} <= {part.get_name() for part in world.GetSystems()}

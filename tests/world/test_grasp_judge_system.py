@@ -17,8 +17,8 @@ from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
 from drake_tracker.core.messages import JawState, Verdict
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
-from drake_tracker.world.jaw_sensor_system import JawSensorSystem
-from drake_tracker.world.judge_system import HELD, LIFTED, OFF_TRACK, JudgeSystem
+from drake_tracker.world.grasp_judge_system import HELD, LIFTED, OFF_TRACK, GraspJudgeSystem, add_grasp_judge
+from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
 from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory
 from drake_tracker.world.rail_system import add_rail
 from drake_tracker.world.tracks import make_track
@@ -38,7 +38,7 @@ class Touch:
 
     def __init__(self, model):
         builder = DiagramBuilder()
-        self.laboratory = add_laboratory(builder, PUMA560, "plain", TABLE_HEIGHT, TIME_STEP)
+        self.laboratory = add_laboratory(builder, description=PUMA560, table_height=TABLE_HEIGHT)
         self._diagram = builder.Build()
         self._model = model
 
@@ -96,10 +96,10 @@ class Puppets(LeafSystem):
 class Trial:
     """A judge that watches puppets; `at` returns its Verdict at a time [s]."""
 
-    def __init__(self, touch, script, table_height=TABLE_HEIGHT):
+    def __init__(self, touch, script):
         builder = DiagramBuilder()
         puppets = builder.AddSystem(Puppets(script))
-        self._judge = builder.AddSystem(JudgeSystem(touch.laboratory, TRACK, table_height, TRAIN_HEIGHT))
+        self._judge = builder.AddSystem(GraspJudgeSystem(laboratory=touch.laboratory, track=TRACK, rest_height=REST))
         builder.Connect(puppets.GetOutputPort("contacts"), self._judge.GetInputPort("contact_results"))
         builder.Connect(puppets.GetOutputPort("train"), self._judge.GetInputPort("train_state"))
         self._simulator = Simulator(builder.Build())
@@ -222,9 +222,9 @@ class Grasp:
         s = 0.4
         x, y, heading = TRACK.pose(s)
         builder = DiagramBuilder()
-        self.laboratory = laboratory = add_laboratory(builder, PUMA560, "plain", TABLE_HEIGHT, TIME_STEP)
+        self.laboratory = laboratory = add_laboratory(builder, description=PUMA560, table_height=TABLE_HEIGHT)
         plant = laboratory.plant
-        add_rail(builder, plant, laboratory.train, TRACK, REST, speed=0.0)
+        add_rail(builder, plant=plant, train=laboratory.train, track=TRACK, height=REST, speed=0.0)
         p_x, p_y = x - aside * np.sin(heading), y + aside * np.cos(heading)
         high, low = (
             joints_for(model, PUMA560.q_start, tool_down([p_x, p_y, z], heading)) for z in (REST + self.above, REST)
@@ -242,14 +242,8 @@ class Grasp:
         builder.Connect(gravity.get_output_port_generalized_force(), plant.get_actuation_input_port(laboratory.arm))
         builder.Connect(arm_set_points.get_output_port(), plant.get_desired_state_input_port(laboratory.arm))
         builder.Connect(jaw_set_points.get_output_port(), plant.get_desired_state_input_port(laboratory.gripper))
-        self.judge = builder.AddSystem(JudgeSystem(laboratory, TRACK, TABLE_HEIGHT, TRAIN_HEIGHT))
-        builder.Connect(plant.get_contact_results_output_port(), self.judge.GetInputPort("contact_results"))
-        builder.Connect(plant.get_state_output_port(laboratory.train), self.judge.GetInputPort("train_state"))
-        self.sensor = builder.AddSystem(JawSensorSystem())
-        builder.Connect(plant.get_state_output_port(laboratory.gripper), self.sensor.GetInputPort("gripper_state"))
-        builder.Connect(
-            plant.get_net_actuation_output_port(laboratory.gripper), self.sensor.GetInputPort("drive_effort")
-        )
+        self.judge = add_grasp_judge(builder, laboratory=laboratory, track=TRACK, rest_height=REST)
+        self.sensor = add_jaw_sensor(builder, plant=plant, gripper=laboratory.gripper)
         self.simulator = Simulator(builder.Build())
         context = plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
         plant.SetPositions(context, laboratory.arm, high)

@@ -1,0 +1,181 @@
+"""Adds simulated cameras to a diagram: Drake's `RgbdSensor`, pixels that average light, sensor noise and flicker."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pydrake.geometry import (
+    ClippingRange,
+    ColorRenderCamera,
+    DepthRange,
+    DepthRenderCamera,
+    MakeRenderEngineVtk,
+    RenderCameraCore,
+    RenderEngineVtkParams,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.sensors import RgbdSensor
+
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.world.cameras import ImageWindow, camera_info, camera_poses, renderable_window
+from drake_tracker.world.config import CamerasConfig, LightingConfig
+from drake_tracker.world.lighting import render_engine_params
+from drake_tracker.world.pixel_binning_system import PixelBinningSystem
+from drake_tracker.world.sensor_noise_system import SensorNoiseSystem
+
+RENDERER_NAME = "cameras"
+_CLIPPING = ClippingRange(0.1, 10.0)
+_DEPTH_RANGE = DepthRange(0.1, 9.9)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """One camera of a diagram.
+
+    Attributes:
+        sensor: the `RgbdSensor` System.
+        image_port: the colour image with noise and flicker, an `ImageRgba8U` of the window.
+        window: part of the full frame that is rendered: pixel (0, 0) of the image is pixel (u0, v0) of the full frame.
+        X_WC: pose of the OpenCV camera frame: ground truth, for judges and pictures only.
+    """
+
+    sensor: RgbdSensor
+    image_port: OutputPort
+    window: ImageWindow
+    X_WC: RigidTransform
+
+
+def add_renderer(scene_graph: SceneGraph, *, params: RenderEngineVtkParams, name: str = RENDERER_NAME) -> None:
+    """Adds a VTK renderer to a scene graph, unless it has one of that name.
+
+    Args:
+        scene_graph: the scene graph.
+        params: of the renderer, for example from `render_engine_params`.
+        name: of the renderer.
+    """
+    if not scene_graph.HasRenderer(name):
+        scene_graph.AddRenderer(name, MakeRenderEngineVtk(params))
+
+
+def add_camera(
+    builder: DiagramBuilder,
+    *,
+    scene_graph: SceneGraph,
+    name: str,
+    X_WC: RigidTransform,
+    width: int,
+    height: int,
+    fov_deg: float,
+    window: ImageWindow | None = None,
+    supersampling: int = 1,
+    noise: float = 0.0,
+    flicker: float = 0.0,
+    flicker_hz: float = 100.0,
+    period: float = VISION_PERIOD,
+    seed: int = 0,
+    camera_index: int = 0,
+    renderer: str = RENDERER_NAME,
+) -> Camera:
+    """Adds a camera that is fixed to the world, and connects it to the scene graph.
+
+    Adds an `RgbdSensor` with the name of the camera, a `PixelBinningSystem` when there is supersampling, and a
+    `SensorNoiseSystem` when there is noise or flicker.
+
+    Args:
+        builder: of the diagram that has the scene graph.
+        scene_graph: has the renderer (see `add_renderer`).
+        name: of the camera.
+        X_WC: pose of the OpenCV camera frame: x right, y down, z forward.
+        width: of the full image [px].
+        height: of the full image [px].
+        fov_deg: vertical field of view of the full image.
+        window: part of the image to render; None renders all of it.
+        supersampling: side of the square of rendered pixels that is averaged into one image pixel.
+        noise: standard deviation of the sensor noise [grey levels].
+        flicker: amplitude of the flicker as a fraction of the mean brightness.
+        flicker_hz: frequency of the flicker [Hz].
+        period: time between frames [s]; each frame has its own noise.
+        seed: of the sensor noise.
+        camera_index: of the sensor noise; two cameras of one seed need two numbers.
+        renderer: name of the renderer.
+    """
+    window = (0, 0, width, height) if window is None else renderable_window(window, width, height)
+    info = camera_info(width, height, fov_deg, window, supersampling)
+    core = RenderCameraCore(renderer, info, _CLIPPING, RigidTransform())
+    sensor = builder.AddNamedSystem(
+        name,
+        RgbdSensor(
+            scene_graph.world_frame_id(),
+            X_WC,
+            ColorRenderCamera(core),
+            DepthRenderCamera(core, _DEPTH_RANGE),
+        ),
+    )
+    builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
+    image_port = sensor.color_image_output_port()
+    if supersampling > 1:
+        binning = builder.AddNamedSystem(f"{name}_pixels", PixelBinningSystem(*window[2:], supersampling))
+        builder.Connect(image_port, binning.GetInputPort("color_image"))
+        image_port = binning.GetOutputPort("color_image")
+    if noise > 0.0 or flicker > 0.0:
+        noise_system = builder.AddNamedSystem(
+            f"{name}_noise",
+            SensorNoiseSystem(
+                width=width,
+                height=height,
+                window=window,
+                noise=noise,
+                flicker=flicker,
+                flicker_hz=flicker_hz,
+                period=period,
+                seed=seed,
+                camera_index=camera_index,
+            ),
+        )
+        builder.Connect(image_port, noise_system.GetInputPort("color_image"))
+        image_port = noise_system.GetOutputPort("color_image")
+    return Camera(sensor, image_port, window, X_WC)
+
+
+def add_cameras(
+    builder: DiagramBuilder,
+    *,
+    scene_graph: SceneGraph,
+    config: CamerasConfig,
+    lighting: LightingConfig,
+    windows: Mapping[str, ImageWindow] | None = None,
+    seed: int = 0,
+) -> dict[str, Camera]:
+    """Adds the two cameras of the train, camera_left and camera_right, and the renderer unless there is one.
+
+    Args:
+        builder: of the diagram that has the scene graph.
+        scene_graph: the scene graph.
+        config: where the cameras stand, their images and their noise.
+        lighting: the lamps and their flicker.
+        windows: {name: window} to render only those parts of the images; None renders all of them.
+        seed: of the sensor noise.
+
+    Returns {name: Camera}.
+    """
+    params = render_engine_params(lighting, azimuths_deg=config.azimuth_deg, look_at=config.look_at)
+    add_renderer(scene_graph, params=params)
+    return {
+        name: add_camera(
+            builder,
+            scene_graph=scene_graph,
+            name=name,
+            X_WC=X_WC,
+            width=config.width,
+            height=config.height,
+            fov_deg=config.fov_deg,
+            window=None if windows is None else windows[name],
+            noise=config.noise,
+            flicker=lighting.flicker,
+            flicker_hz=lighting.flicker_hz,
+            seed=seed,
+            camera_index=index,
+        )
+        for index, (name, X_WC) in enumerate(camera_poses(config).items())
+    }

@@ -1,0 +1,118 @@
+"""The judge of the train: decides from the ground truth whether it was grasped. Nothing in the loop reads it.
+
+The train counts as grasped when it hangs at least `LIFTED` above its place on the rail, touched by both fingers, for
+`HELD`. The judge also reports whether the arm touches the table.
+"""
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.plant import ContactResults
+from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem
+
+from drake_tracker.core.messages import Verdict, message_size
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.world.contacts import touching_pairs
+from drake_tracker.world.plant import Laboratory
+from drake_tracker.world.tracks import Track
+
+LIFTED = 0.10
+"""Height [m] above its place on the rail at which the train counts as lifted."""
+HELD = 1.0
+"""Time [s] for which it must be held."""
+TIPPED = np.deg2rad(60.0)
+"""Tilt [rad] beyond which the train does not fall back on its wheels."""
+OFF_TRACK = 0.035
+"""Distance [m] from its track beyond which the train does not return."""
+
+
+class GraspJudgeSystem(LeafSystem):
+    """Judges a run of the train from the simulator's ground truth.
+
+    .. pydrake_system::
+
+        name: GraspJudgeSystem
+        input_ports:
+        - contact_results
+        - train_state
+        output_ports:
+        - verdict
+
+    ``contact_results``: the plant's port of that name. ``train_state``: the 13 numbers of the free body. ``verdict``: a
+    `Verdict`, updated every ``period`` at ``offset``; all zeros before the first update.
+
+    Args:
+        laboratory: the plant with the train, the arm and the table.
+        track: on which the train runs.
+        rest_height: z_W of the train's reference point while it stands on the rail [m].
+        period: of the update [s].
+        offset: of the update [s].
+    """
+
+    def __init__(
+        self,
+        *,
+        laboratory: Laboratory,
+        track: Track,
+        rest_height: float,
+        period: float = VISION_PERIOD,
+        offset: float = 0.0,
+    ) -> None:
+        super().__init__()
+        self._track = track
+        plant = laboratory.plant
+        self._rest_height = rest_height
+        self._train = laboratory.train_body.index()
+        self._fingers = [finger.index() for finger in laboratory.fingers]
+        self._table = set(plant.GetBodyIndices(laboratory.table)) | {plant.world_body().index()}
+        self._arm_bodies = set(plant.GetBodyIndices(laboratory.arm)) | set(plant.GetBodyIndices(laboratory.gripper))
+        self._contacts = self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))
+        self._train_state = self.DeclareVectorInputPort("train_state", 13)
+        findings = self.DeclareDiscreteState(message_size(Verdict))
+        self.DeclareStateOutputPort("verdict", findings)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        verdict = Verdict(np.array(context.get_discrete_state_vector().value()))
+        touching = touching_pairs(self._contacts.Eval(context))
+        verdict.lift = self._train_state.Eval(context)[6] - self._rest_height
+        verdict.left_contact, verdict.right_contact = (
+            float(frozenset((self._train, finger)) in touching) for finger in self._fingers
+        )
+        if verdict.lift >= LIFTED and verdict.left_contact and verdict.right_contact:
+            verdict.held_since = verdict.held_since or context.get_time()
+            verdict.held = context.get_time() - verdict.held_since
+        else:
+            verdict.held_since = verdict.held = 0.0
+        verdict.taken = max(verdict.taken, float(verdict.held >= HELD - 1e-9))
+        verdict.derailed = float(not (verdict.left_contact or verdict.right_contact) and self._lies_off_track(context))
+        if any(pair & self._arm_bodies and pair & self._table for pair in touching):
+            verdict.table_touched = 1.0
+        state.set_value(verdict[:])
+
+    def _lies_off_track(self, context: Context) -> bool:
+        """Returns whether the train is tipped over, or is farther from its track than the rail can reach."""
+        qw, qx, qy, qz, x, y, *_ = self._train_state.Eval(context)  # the plant lets the quaternion's norm drift
+        spin, tilt = qw * qw + qz * qz, qx * qx + qy * qy
+        upright = (spin - tilt) / (spin + tilt)
+        heading = np.arctan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)
+        _, lateral = self._track.nearest(x, y, heading)
+        return upright < np.cos(TIPPED) or abs(lateral) > OFF_TRACK
+
+
+def add_grasp_judge(
+    builder: DiagramBuilder, *, laboratory: Laboratory, track: Track, rest_height: float, name: str = "judge"
+) -> GraspJudgeSystem:
+    """Adds a `GraspJudgeSystem` and connects it to the plant of a laboratory.
+
+    Args:
+        builder: of the diagram that has the plant.
+        laboratory: as for `GraspJudgeSystem`.
+        track: as for `GraspJudgeSystem`.
+        rest_height: as for `GraspJudgeSystem`.
+        name: of the System.
+    """
+    plant = laboratory.plant
+    judge = builder.AddNamedSystem(name, GraspJudgeSystem(laboratory=laboratory, track=track, rest_height=rest_height))
+    builder.Connect(plant.get_contact_results_output_port(), judge.GetInputPort("contact_results"))
+    builder.Connect(plant.get_state_output_port(laboratory.train), judge.GetInputPort("train_state"))
+    return judge
