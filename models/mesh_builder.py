@@ -1,27 +1,36 @@
-"""Builds the visual meshes of the models: simple solids and lofts, each of one colour, merged into one OBJ for a link.
+"""Builds the visual meshes of the models: simple solids and lofts, each of one colour, merged into one OBJ per link.
 
-One mesh for a link, not one visual for a part: the time to render a small image grows with the number of visuals,
-hardly with the number of triangles. The colours come from a palette, a tiny texture of one cell for a colour; all
-corners of a part point at the middle of their colour's cell.
+There is one mesh per link, not one visual per part: the time to render a small image grows with the number of visuals,
+and hardly with the number of triangles. The colours come from a palette, a small texture with one cell per colour; all
+corners of a part refer to the middle of their colour's cell.
 
-A solid is a tuple (vertices (n, 3) [m], normals (n, 3), triangles (m, 3) of indices); a part is (solid, colour's name).
+A solid is a tuple (vertices (n, 3) [m], normals (n, 3), triangles (m, 3) of indices); a part is a tuple (solid, name of
+its colour).
 """
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 
+from drake_tracker.world.wavefront_obj import obj_text
+
+Solid = tuple[np.ndarray, np.ndarray, np.ndarray]
+Part = tuple[Solid, str]
+Palette = Mapping[str, tuple[float, float, float]]
+
 SIDES, FINE_SIDES, LARGE = 24, 64, 0.03
-"""Sides of a round part, and of one whose radius [m] is large: a turning polygon must not show in the images."""
+"""Sides of a round part, and of one with a large radius [m]: the corners of a turning part must not show in the images."""
 CELL = 8
 """Side of a colour's cell in the palette [px]."""
+NORMAL_DECIMALS = 3
 ALONG_X = (0.0, np.pi / 2.0, 0.0)
 ALONG_Y = (np.pi / 2.0, 0.0, 0.0)
 
 
-def box(size):
-    """A box of size (x, y, z) centred on the origin."""
+def box(size: Sequence[float]) -> Solid:
+    """Returns a box of size (x, y, z) centred on the origin."""
     vertices, normals, triangles = [], [], []
     for axis in range(3):
         for sign in (-1.0, 1.0):
@@ -36,14 +45,14 @@ def box(size):
     return 0.5 * np.array(vertices) * size, np.array(normals), np.array(triangles)
 
 
-def cylinder(radius, length):
-    """A cylinder about z, centred on the origin."""
+def cylinder(radius: float, length: float) -> Solid:
+    """Returns a cylinder about z, centred on the origin."""
     sides = SIDES if radius < LARGE else FINE_SIDES
     return loft([disc_ring(radius, height, sides) for height in (-0.5 * length, 0.5 * length)])
 
 
-def ellipsoid(radii):
-    """An ellipsoid of semi-axes (x, y, z) centred on the origin."""
+def ellipsoid(radii: Sequence[float]) -> Solid:
+    """Returns an ellipsoid of semi-axes (x, y, z) centred on the origin."""
     angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 11)[1:-1]
     unit = np.array([disc_ring(np.cos(a), np.sin(a)) for a in angle])
     vertices, _, triangles = loft(unit)
@@ -51,10 +60,10 @@ def ellipsoid(radii):
     return vertices * radii, normals / np.linalg.norm(normals, axis=1, keepdims=True), triangles
 
 
-def hull_ring(circles, height, sides=SIDES):
-    """Points (sides, 3) at z = height around the convex hull of circles [(x, y, radius), ...], counter-clockwise.
+def hull_ring(circles: Sequence[Sequence[float]], height: float, sides: int = SIDES) -> np.ndarray:
+    """Returns points (sides, 3) around the convex hull of circles (x, y, radius) at z = height, counter-clockwise.
 
-    They are sampled by the direction of the outline's normal, so that rings of different size correspond.
+    They are sampled by the direction of the outline's normal, so that the points of rings of different size correspond.
     """
     angle = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False) + np.pi / sides
     normal = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -65,22 +74,22 @@ def hull_ring(circles, height, sides=SIDES):
     return np.column_stack([xy, np.full(sides, height)])
 
 
-def disc_ring(radius, height, sides=SIDES):
-    """A circle about z."""
+def disc_ring(radius: float, height: float, sides: int = SIDES) -> np.ndarray:
+    """Returns points (sides, 3) of a circle about z."""
     return hull_ring([(0.0, 0.0, radius)], height, sides)
 
 
-def box_ring(x, half_x, half_y, corner, height, sides=48):
-    """A rectangle with rounded corners, centred on (x, 0)."""
+def box_ring(x: float, half_x: float, half_y: float, corner: float, height: float, sides: int = 48) -> np.ndarray:
+    """Returns points (sides, 3) of a rectangle with rounded corners of radius ``corner``, centred on (x, 0)."""
     dx, dy = half_x - corner, half_y - corner
     return hull_ring([(x + i * dx, j * dy, corner) for i in (-1, 1) for j in (-1, 1)], height, sides)
 
 
-def rounded_slab(circles, bottom, top, bevel, sides=64):
-    """A slab with the hull of circles as its outline and quarter-round edges."""
+def rounded_slab(circles: Sequence[Sequence[float]], bottom: float, top: float, bevel: float, sides: int = 64) -> Solid:
+    """Returns a slab with the hull of circles as its outline and quarter-round edges of radius ``bevel``."""
     quarter = np.linspace(0.0, 0.5 * np.pi, 5)
 
-    def ring(inset, height):
+    def ring(inset: float, height: float) -> np.ndarray:
         return hull_ring([(x, y, radius - inset) for x, y, radius in circles], height, sides)
 
     lower = [ring(bevel * (1.0 - np.sin(a)), bottom + bevel * (1.0 - np.cos(a))) for a in quarter]
@@ -88,8 +97,8 @@ def rounded_slab(circles, bottom, top, bevel, sides=64):
     return loft(lower + upper)
 
 
-def loft(rings):
-    """The surface through rings (n, sides, 3), from lower to upper, closed by a flat cap at both ends."""
+def loft(rings: Sequence[np.ndarray] | np.ndarray) -> Solid:
+    """Returns the surface through rings (n, sides, 3), from lower to upper, closed by a flat cap at both ends."""
     grid = np.array(rings)
     rows, sides = grid.shape[:2]
     normal = np.cross(np.roll(grid, -1, axis=1) - np.roll(grid, 1, axis=1), np.gradient(grid, axis=0))
@@ -110,8 +119,13 @@ def loft(rings):
     return np.vstack(vertices), np.vstack(normals), np.vstack([t.reshape(-1, 3) for t in triangles])
 
 
-def part(solid, colour, xyz=(0.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.0)):
-    """A solid in its place, roll-pitch-yaw about fixed axes [rad], in a colour of the palette."""
+def part(
+    solid: Solid,
+    colour: str,
+    xyz: Sequence[float] = (0.0, 0.0, 0.0),
+    rpy: Sequence[float] = (0.0, 0.0, 0.0),
+) -> Part:
+    """Returns a solid at a position [m] and roll-pitch-yaw about fixed axes [rad], in a colour of the palette."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     R = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]) @ [[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]]
     R = R @ [[1, 0, 0], [0, cr, -sr], [0, sr, cr]]
@@ -119,7 +133,7 @@ def part(solid, colour, xyz=(0.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.0)):
     return (vertices @ R.T + xyz, normals @ R.T, triangles), colour
 
 
-def write_palette(folder, palette):
+def write_palette(folder: Path, palette: Palette) -> None:
     """Writes palette.png and palette.mtl for colours {name: (r, g, b) in 0..1}."""
     row = np.round(255.0 * np.array([rgb[::-1] for rgb in palette.values()])).astype(np.uint8)
     image = np.repeat(np.repeat(row[None], CELL, axis=0), CELL, axis=1)
@@ -127,27 +141,31 @@ def write_palette(folder, palette):
     (folder / "palette.mtl").write_text("newmtl palette\nKa 0 0 0\nKd 1 1 1\nKs 0 0 0\nmap_Kd palette.png\n")
 
 
-def write_obj(path, parts, palette):
-    """Writes a link's mesh of ``parts``; its material is the palette of the same folder."""
+def link_text(parts: Sequence[Part], palette: Palette) -> str:
+    """Returns the OBJ text of a link; its material is the palette in the same folder. Equal normals are shared."""
     names = list(palette)
-    lines = ["# written by make_meshes.py", "mtllib palette.mtl", "usemtl palette"]
-    lines += [f"vt {(i + 0.5) / len(names):.5f} 0.5" for i in range(len(names))]
-    directions, faces = {}, []
+    texture = np.array([[(i + 0.5) / len(names), 0.5] for i in range(len(names))])
+    directions: dict[tuple[float, ...], int] = {}
+    faces = []
     count = 0
     for (vertices, normals, triangles), colour in parts:
-        lines += ["v {:.5f} {:.5f} {:.5f}".format(*(v + 0.0)) for v in vertices]
-        keys = ["vn {:.3f} {:.3f} {:.3f}".format(*(np.round(n, 3) + 0.0)) for n in normals]
-        normal_index = [directions.setdefault(key, len(directions) + 1) for key in keys]
-        texture = names.index(colour) + 1
-        for triangle in triangles:
-            faces.append("f " + " ".join(f"{count + i + 1}/{texture}/{normal_index[i]}" for i in triangle))
+        keys = [tuple(row) for row in (np.round(normals, NORMAL_DECIMALS) + 0.0).tolist()]
+        normal_index = [directions.setdefault(key, len(directions)) for key in keys]
+        cell = names.index(colour)
+        faces += [[(count + i, cell, normal_index[i]) for i in triangle] for triangle in triangles.tolist()]
         count += len(vertices)
-    path.write_text("\n".join(lines + list(directions) + faces) + "\n")
+    return obj_text(
+        np.vstack([vertices for (vertices, _, _), _ in parts]),
+        np.array(list(directions)),
+        faces,
+        texture=texture,
+        header=["# written by make_meshes.py", "mtllib palette.mtl", "usemtl palette"],
+        normal_decimals=NORMAL_DECIMALS,
+    )
 
 
-def write_model(script, links, palette):
-    """Writes the palette and, for each of ``links`` {name: parts}, ``<name>.obj`` beside the file ``script``."""
-    folder = Path(script).resolve().parent
+def write_model(folder: Path, links: Mapping[str, Sequence[Part]], palette: Palette) -> None:
+    """Writes the palette and, for each of ``links`` {name: parts}, ``<name>.obj`` into a folder."""
     write_palette(folder, palette)
     for link, parts in links.items():
-        write_obj(folder / f"{link}.obj", parts, palette)
+        (folder / f"{link}.obj").write_text(link_text(parts, palette))

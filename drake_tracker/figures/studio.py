@@ -10,7 +10,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-from pydrake.common import MemoryFile
 from pydrake.geometry import (
     Box,
     ClippingRange,
@@ -18,10 +17,8 @@ from pydrake.geometry import (
     Cylinder,
     EnvironmentMap,
     EquirectangularMap,
-    InMemoryMesh,
     LightParameter,
     MakeRenderEngineVtk,
-    Mesh,
     RenderCameraCore,
     RenderEngineVtkParams,
     Rgba,
@@ -42,6 +39,8 @@ from drake_tracker.world.ball_plant import add_ball_laboratory
 from drake_tracker.world.cameras import camera_poses
 from drake_tracker.world.plant import add_laboratory
 from drake_tracker.world.track_visual import add_track_visual
+from drake_tracker.world.visual_mesh import add_visual_obj
+from drake_tracker.world.wavefront_obj import obj_text
 
 OVERSAMPLING = 2
 """Rendered pixels per pixel of the image, in each direction."""
@@ -200,22 +199,21 @@ def add_cove(plant: MultibodyPlant) -> None:
     # Outward along the profile, the normal turns from up to inward.
     slope = np.concatenate([[0.0], bend, [bend[-1]]])
     turn = np.linspace(0.0, 2.0 * np.pi, 97)[:-1]
-    lines = []
-    for r, z, a in zip(radius, height, slope):
-        lines += [f"v {r * np.cos(t):.4f} {r * np.sin(t):.4f} {z:.4f}" for t in turn]
-        lines += [f"vn {-np.sin(a) * np.cos(t):.4f} {-np.sin(a) * np.sin(t):.4f} {np.cos(a):.4f}" for t in turn]
+    vertices = [(r * np.cos(t), r * np.sin(t), z) for r, z in zip(radius, height) for t in turn]
+    normals = [(-np.sin(a) * np.cos(t), -np.sin(a) * np.sin(t), np.cos(a)) for a in slope for t in turn]
     n = len(turn)
+    faces = []
     for i in range(len(radius) - 1):
         for j in range(n):
             corners = (i * n + j, (i + 1) * n + j, (i + 1) * n + (j + 1) % n, i * n + (j + 1) % n)
-            lines.append("f " + " ".join(f"{k + 1}//{k + 1}" for k in corners))
-    mesh = MemoryFile(contents="\n".join(lines) + "\n", extension=".obj", filename_hint="cove")
-    plant.RegisterVisualGeometry(
-        plant.world_body(),
-        RigidTransform([0.3, 0.0, 0.0]),
-        Mesh(InMemoryMesh(mesh_file=mesh)),
-        "cove",
-        np.array([0.36, 0.38, 0.41, 1.0]),
+            faces.append([(k, k) for k in corners])
+    add_visual_obj(
+        plant,
+        body=plant.world_body(),
+        X_BG=RigidTransform([0.3, 0.0, 0.0]),
+        text=obj_text(np.array(vertices), np.array(normals), faces, vertex_decimals=4),
+        name="cove",
+        colour=(0.36, 0.38, 0.41, 1.0),
     )
 
 

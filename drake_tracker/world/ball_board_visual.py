@@ -1,4 +1,4 @@
-"""The appearance of the inclined board, without collision: white face, wooden pegs, black circles and crosses, a stand."""
+"""The appearance of the inclined board: white face, wooden pegs, black circles and crosses, a stand; no collision."""
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix

@@ -3,6 +3,8 @@
 Run ``python -m models.cup.make_meshes`` at the project's root.
 """
 
+from pathlib import Path
+
 import numpy as np
 
 from models.mesh_builder import box, box_ring, cylinder, ellipsoid, loft, part, write_model
@@ -78,4 +80,4 @@ PARTS = {
 
 
 if __name__ == "__main__":
-    write_model(__file__, PARTS, PALETTE)
+    write_model(Path(__file__).resolve().parent, PARTS, PALETTE)

@@ -3,6 +3,8 @@
 Run ``python -m models.gripper.make_meshes`` at the project's root.
 """
 
+from pathlib import Path
+
 from models.mesh_builder import ALONG_X, ALONG_Y, box, cylinder, part, write_model
 
 PALETTE = {
@@ -42,4 +44,4 @@ PARTS = {
 
 
 if __name__ == "__main__":
-    write_model(__file__, PARTS, PALETTE)
+    write_model(Path(__file__).resolve().parent, PARTS, PALETTE)

@@ -5,6 +5,8 @@ Run ``python -m models.puma560.make_meshes`` at the project's root.
 Drawn by eye from photographs of the arm; nothing here is physics. Each part is in the frame of its link.
 """
 
+from pathlib import Path
+
 from models.mesh_builder import (
     ALONG_Y,
     box,
@@ -114,4 +116,4 @@ PARTS = {
 
 
 if __name__ == "__main__":
-    write_model(__file__, PARTS, PALETTE)
+    write_model(Path(__file__).resolve().parent, PARTS, PALETTE)

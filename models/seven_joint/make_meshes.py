@@ -6,6 +6,8 @@ A design of this project about the axes of the K-1607: a chain of modules, each 
 drum that carries a roll joint. Each part is in the frame of its link.
 """
 
+from pathlib import Path
+
 import numpy as np
 
 from models.mesh_builder import ALONG_Y, box, cylinder, disc_ring, loft, part, rounded_slab, write_model
@@ -134,4 +136,4 @@ PARTS = {
 
 
 if __name__ == "__main__":
-    write_model(__file__, PARTS, PALETTE)
+    write_model(Path(__file__).resolve().parent, PARTS, PALETTE)

@@ -3,6 +3,8 @@
 Run ``python -m models.table.make_meshes`` at the project's root.
 """
 
+from pathlib import Path
+
 from models.mesh_builder import box, part, write_model
 
 PALETTE = {"edge": (0.13, 0.09, 0.065), "graphite": (0.20, 0.21, 0.23), "foot": (0.08, 0.08, 0.09)}
@@ -30,4 +32,4 @@ PARTS = {
 
 
 if __name__ == "__main__":
-    write_model(__file__, PARTS, PALETTE)
+    write_model(Path(__file__).resolve().parent, PARTS, PALETTE)

@@ -5,6 +5,8 @@ Run ``python -m models.train.make_meshes`` at the project's root.
 All parts are in the frame of the train: the centre of its body, x forward, z up, the table at z = -.035.
 """
 
+from pathlib import Path
+
 from models.mesh_builder import ALONG_X, ALONG_Y, box, cylinder, ellipsoid, part, write_model
 
 PALETTE = {
@@ -102,15 +104,13 @@ def railcar():
     return parts + running_gear((-0.030, 0.030), "red", "red", rods=False)
 
 
-def main():
-    trains = {
-        "plain": locomotive(body="yellow", cab="cream", beam="red", hub="red"),
-        "striped": locomotive(body="white", cab="white", beam="navy", hub="white", fittings="white") + stripes(),
-        "round": railcar(),
-        "dark": locomotive(*["coal"] * 4, *["coal"] * 5) + mark(),
-    }
-    write_model(__file__, trains, PALETTE)
+PARTS = {
+    "plain": locomotive(body="yellow", cab="cream", beam="red", hub="red"),
+    "striped": locomotive(body="white", cab="white", beam="navy", hub="white", fittings="white") + stripes(),
+    "round": railcar(),
+    "dark": locomotive(*["coal"] * 4, *["coal"] * 5) + mark(),
+}
 
 
 if __name__ == "__main__":
-    main()
+    write_model(Path(__file__).resolve().parent, PARTS, PALETTE)
