@@ -1,18 +1,27 @@
 """The command ``drake-tracker``.
 
-Exit codes: 0 the job succeeded (a campaign: it ran, whatever its rates); 1 it ran and the object was not taken; 2 bad
-input or a broken machine, with one clear line and no traceback; 3 a fault of the program, with its traceback; 130
-interrupted, with what was recorded so far kept.
+Exit codes:
+
+- 0: success (for a campaign: it ran, whatever its rates).
+- 1: the run ended and the object was not grasped.
+- 2: bad input or a broken machine, reported in clear lines without a traceback.
+- 3: a fault of the program, with its traceback.
+- 130: interrupted; everything recorded so far is kept.
 """
 
 import argparse
+import shutil
 import sys
+import textwrap
 import traceback
+from collections.abc import Sequence
+from typing import Any, NoReturn
 
 from drake_tracker.commands import (
     arm,
     calibrate,
     campaign,
+    completion,
     doctor,
     figures,
     host,
@@ -23,16 +32,23 @@ from drake_tracker.commands import (
     track,
     view,
 )
-from drake_tracker.commands.common import FAULT, INTERRUPTED, TROUBLE
+from drake_tracker.commands.common import FAULT, INTERRUPTED, TROUBLE, quiet_graphics
 from drake_tracker.core.errors import DrakeTrackerError
 
 COMMANDS = (run, view, replay, list_scenarios, doctor, calibrate, track, measure, campaign, figures, host, arm)
-"""In the order of ``--help``."""
+"""Modules of the commands, in the order of ``--help``; `completion` follows."""
+_WIDEST = 110
+"""Greatest width of a help text, however wide the terminal is."""
 
 
-def main(arguments=None):
-    """Runs the command with the given arguments (the process's own by default). Returns the exit code."""
-    options = _parser().parse_args(arguments)
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs a command and returns its exit code.
+
+    Args:
+        arguments: arguments of the command line; None takes those of the process.
+    """
+    options = make_parser().parse_args(arguments)
+    quiet_graphics()
     try:
         return options.action(options)
     except DrakeTrackerError as error:
@@ -43,22 +59,51 @@ def main(arguments=None):
         print("drake-tracker: interrupted", file=sys.stderr)
         return INTERRUPTED
     except ImportError as error:
-        remedy = "`make setup` installs what is missing, and `drake-tracker doctor` says more"
-        print(f"drake-tracker: a package does not load ({error}); {remedy}", file=sys.stderr)
+        remedy = "`make setup` installs what is missing, `drake-tracker doctor` says more"
+        print(f"drake-tracker: a package cannot be imported ({error}); {remedy}", file=sys.stderr)
         return TROUBLE
-    except (Exception, SystemExit):  # Python's own code, or that of a user's part, would tell that the run went well
+    except (Exception, SystemExit):  # a custom part that calls sys.exit(0) must not look like a success
         traceback.print_exc()
         return FAULT
 
 
+class _HelpFormatter(argparse.HelpFormatter):
+    """Keeps the line breaks of descriptions, breaks no line at a hyphen, and aligns the list of commands."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, max_help_position=26, width=min(shutil.get_terminal_size().columns, _WIDEST) - 2)
+
+    def add_argument(self, action: argparse.Action) -> None:
+        super().add_argument(action)
+        if isinstance(action, argparse._SubParsersAction):  # argparse forgets that their names are indented once more
+            longest = max(len(name) for name in action.choices)
+            self._action_max_length = max(self._action_max_length, longest + 2 * self._indent_increment)
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return "\n".join(indent + line for part in text.splitlines() for line in self._split_lines(part, width))
+
+    def _split_lines(self, text: str, width: int) -> list[str]:
+        return textwrap.wrap(text, width, break_on_hyphens=False)
+
+
 class _Parser(argparse.ArgumentParser):
-    def error(self, message):
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**{"formatter_class": _HelpFormatter, **options})
+
+    def error(self, message: str) -> NoReturn:
         self.exit(TROUBLE, f"{self.prog}: {message}; see {self.prog} --help\n")
 
 
-def _parser():
-    parser = _Parser(prog="drake-tracker", description="A robot that grasps what moves, by sight.")
+def make_parser() -> argparse.ArgumentParser:
+    """Returns the parser of ``drake-tracker`` with all its commands."""
+    parser = _Parser(
+        prog="drake-tracker",
+        description="Simulates hand-eye systems that track and grasp a moving object.",
+        epilog="Next: drake-tracker run train --live shows a run in a browser; drake-tracker COMMAND --help explains a "
+        "command.",
+    )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:
         command.register(commands)
+    completion.register(commands, parser)
     return parser

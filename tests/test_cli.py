@@ -2,6 +2,7 @@
 
 import io
 import signal
+import subprocess
 import sys
 import types
 from pathlib import Path
@@ -12,16 +13,19 @@ from drake_tracker import cli
 from drake_tracker.commands import common
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.progress import Progress, TrialsProgress, time_left
+from drake_tracker.run.options import RunOptions
+from drake_tracker.scenarios.reader import describe_settings
+from drake_tracker.tasks import load_scenario
 
 
 @pytest.fixture
 def simulated(monkeypatch, tmp_path):
-    """Puts a simulate in place that records its call; ``effect`` is what it returns or raises."""
+    """Replaces `simulate` by a function that records its calls; ``effect`` is what it returns or raises."""
     monkeypatch.chdir(tmp_path)
     seen = types.SimpleNamespace(effect={"success": True}, calls=[])
 
-    def simulate(scenario, **options):
-        seen.calls.append((scenario, options))
+    def simulate(scenario, out, options, **more):
+        seen.calls.append((scenario, {"out": out, "options": options, **more}))
         if isinstance(seen.effect, BaseException):
             raise seen.effect
         return seen.effect
@@ -37,19 +41,20 @@ def test_run_passes_everything_on(simulated, tmp_path):
     arguments = ["run", "train:interlaced", "--seed", "7", "--duration", "3", "--set", "track.speed=0.1"]
     arguments += ["--set", "link=!Lossy {drop: 0.5}", "--out", str(out), "--no-record", "--meshcat"]
     assert cli.main(arguments + ["--graphviz", str(tmp_path / "diagram.dot")]) == 0
-    scenario, options = simulated.calls[0]
+    scenario, passed = simulated.calls[0]
     assert (scenario.name, scenario.seed, scenario.duration, scenario.track.speed) == ("train:interlaced", 7, 3.0, 0.1)
     assert scenario.link.drop == 0.5
-    assert options.pop("progress") is not None
-    assert options.pop("graphviz") == tmp_path / "diagram.dot"
-    assert options == {"out": out, "record": False, "meshcat": True, "images": False, "live": None}
+    assert passed.pop("progress") is not None
+    options = RunOptions(record=False, meshcat=True, graphviz=tmp_path / "diagram.dot")
+    assert passed == {"out": out, "options": options, "live": None}
 
 
 def test_a_live_run_prints_its_link_and_tells_the_page_how_it_ended(simulated, capsys):
     simulated.effect = {"success": False, "failure_reason": "missed", "attempts": 2}
     assert cli.main(["run", "train", "--live"]) == 1
     live = simulated.calls[0][1]["live"]
-    assert capsys.readouterr().out.startswith(f"Live view: {live.url}\n") and live.url.startswith("http://127.0.0.1:")
+    printed = capsys.readouterr().out
+    assert printed.startswith(f"Live view: {live.url}  ") and live.url.startswith("http://127.0.0.1:")
     outcome = live.state.news(None, 0.0)[0]["facts"]["outcome"]
     assert (outcome["title"], outcome["reason"]) == ("The train was not lifted", "missed")
     assert outcome["rows"] == [("attempts", "2")] and outcome["out"].startswith("runs/train-")
@@ -59,7 +64,7 @@ def test_a_live_run_prints_its_link_and_tells_the_page_how_it_ended(simulated, c
     "which, overrides, silence",
     [("train", [], "hold"), ("train", ["--set", "grasp.when_stale=coast"], "coast"), ("mine.yaml", [], "coast")],
 )
-def test_arm_runs_its_side_at_real_time_rate_and_holds_unless_told_otherwise(
+def test_arm_runs_at_real_time_rate_and_holds_unless_the_scenario_says_otherwise(
     simulated, monkeypatch, tmp_path, which, overrides, silence
 ):
     from pydrake.lcm import DrakeLcm
@@ -69,13 +74,14 @@ def test_arm_runs_its_side_at_real_time_rate_and_holds_unless_told_otherwise(
     Path("mine.yaml").write_text("mine: {grasp: {when_stale: coast}}\n")
     arguments = ["arm", which, "--set", "vision=!Measured {}", "--out", str(tmp_path / "run"), "--no-record"]
     assert cli.main(arguments + overrides) == 0
-    scenario, options = simulated.calls[0]
+    scenario, passed = simulated.calls[0]
     assert scenario.grasp.when_stale == silence
-    assert options["diagram"].get_name() == "arm_side" and options["rate"] == 1.0 and not options["record"]
+    assert passed["diagram"].get_name() == "arm_side"
+    assert passed["options"] == RunOptions(record=False, realtime_rate=1.0)
 
 
 @pytest.mark.parametrize("summary, code", [({"success": True}, 0), ({"success": False, "failure_reason": "missed"}, 1)])
-def test_the_exit_code_says_whether_it_was_taken(simulated, capsys, summary, code):
+def test_the_exit_code_says_whether_the_object_was_grasped(simulated, capsys, summary, code):
     simulated.effect = summary
     assert cli.main(["run", "train"]) == code
     assert "run directory" in capsys.readouterr().out
@@ -89,7 +95,7 @@ def test_the_result_is_printed_with_units(simulated, capsys):
     assert not any("lift" in row for row in rows)
 
 
-def test_a_ball_has_rows_of_its_own(simulated, capsys):
+def test_a_ball_has_its_own_rows(simulated, capsys):
     found = {"success": True, "hand_error_m": -0.01234, "board_in_world_error": [0.001, 0.00256]}
     simulated.effect = {**found, "attempts": 1}
     cli.main(["run", "ball"])
@@ -130,7 +136,7 @@ def test_a_run_directory_is_never_overwritten(simulated, tmp_path, capsys):
         (["run", "trian"], ["did you mean train?"]),
         (["run", "train", "--set", "track.sped=1", "--seed", "-1"], ["did you mean track.speed?", "--seed -1: seed"]),
         (["run", "train", "--duration", "nan"], ["--duration nan: duration must be a number from"]),
-        (["arm", "train", "--rate", "-1"], ["--rate -1: it must be 0 or more"]),
+        (["arm", "train", "--rate", "-1"], ["--rate -1: must be 0 or more"]),
         (["arm", "train", "--lcm", "here"], ["--lcm here: an address is udpm://GROUP:PORT"]),
         (["host", "train", "--set", "vision=!Measured {}", "--lcm", "here"], ["--lcm here: an address is udpm://"]),
         (["arm", "ball"], ["ball: host and arm know the train alone"]),
@@ -139,7 +145,7 @@ def test_a_run_directory_is_never_overwritten(simulated, tmp_path, capsys):
         (["calibrate", "ball", "-o", "x.yaml"], ["ball: only the train's two cameras are calibrated"]),
         (["measure", "ball", "-o", "x.yaml"], ["ball: only the error of the train's cameras is measured"]),
         (["run", "train", "--graphviz", "no/such/file.dot"], ["--graphviz no/such/file.dot: there is no folder"]),
-        (["run", "train", "--graphviz", "/"], ["--graphviz /: it is a folder; name a file"]),
+        (["run", "train", "--graphviz", "/"], ["--graphviz /: this is a folder; name a file"]),
         (["list", "nothing"], ["there is no scenario 'nothing'"]),
     ],
 )
@@ -176,7 +182,7 @@ def test_a_package_that_does_not_load_is_one_line(simulated, monkeypatch, capsys
     assert "drake-tracker doctor" in line
 
 
-def test_a_fault_of_the_program_is_not_taken_for_a_miss(simulated, capsys):
+def test_a_fault_of_the_program_has_its_own_exit_code(simulated, capsys):
     simulated.effect = ZeroDivisionError("in the program")
     assert cli.main(["run", "train"]) == 3
     assert "Traceback" in capsys.readouterr().err
@@ -190,13 +196,25 @@ def test_interrupted_runs_say_so(simulated, capsys):
     assert cli.main(["run", "train"]) == 128 + signal.SIGINT
 
 
-def test_list_shows_the_scenarios_and_the_settings_of_one(capsys):
+def test_list_shows_the_scenarios_and_the_settings_of_one(monkeypatch, capsys):
     assert cli.main(["list"]) == 0
     assert "train:interlaced" in capsys.readouterr().out
+    monkeypatch.setenv("COLUMNS", "110")
     assert cli.main(["list", "train:interlaced"]) == 0
     rows = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
-    assert "track.speed 0.2 a number from 0 to 1 m/s mean speed of the train" in rows
+    assert "track.speed 0.2 a number from 0 to 1 m/s; mean speed of the train" in rows
     assert any(row.startswith("estimator !ArcLength one of !ClosedPath, !CoordinatedTurn, !ArcLength") for row in rows)
+
+
+@pytest.mark.parametrize("columns", [60, 90])
+def test_list_fits_the_terminal_and_has_a_section_for_each_part(monkeypatch, capsys, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    assert cli.main(["list", "train"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= columns
+    headings = [line.partition(":")[0] for before, line in zip(["", *lines], lines) if not before and line]
+    assert headings[:3] == ["train", "track", "train"] and {"vision", "estimator", "grasp", "arm"} < set(headings)
+    assert {key for key, *_ in describe_settings(load_scenario("train"))} <= {line.split()[0] for line in lines if line}
 
 
 def test_calibrate_hands_over_to_the_calibration(monkeypatch, tmp_path):
@@ -234,7 +252,7 @@ def test_progress_rewrites_one_line_on_a_terminal_and_clears_it():
     assert lines[-1] == "\x1b[K"
 
 
-def test_progress_prints_a_line_now_and_then_elsewhere():
+def test_progress_prints_a_line_now_and_then_without_a_terminal():
     assert run_for(io.StringIO(), 5.0, 0.1) == ""
     lines = run_for(io.StringIO(), 35.0, 0.1).splitlines()
     assert len(lines) == 3 and "\x1b" not in lines[0]
@@ -246,7 +264,7 @@ def campaign_command(*more):
 
 @pytest.fixture
 def campaign(monkeypatch, tmp_path):
-    """Puts a runner in this very process in place of the workers; ``effect`` is what ends it early."""
+    """Replaces the workers by a runner in this process; ``effect`` is what ends it early."""
     monkeypatch.chdir(tmp_path)
     seen = types.SimpleNamespace(effect=None, after=2, workers=None)
 
@@ -273,10 +291,10 @@ def test_a_campaign_that_ran_is_a_success_whatever_its_rates(campaign, capsys, t
     assert "trials.csv" in lines[-1] and (tmp_path / "c" / "success.png").exists()
 
 
-def test_an_interrupted_campaign_says_so_and_goes_on(campaign, capsys, tmp_path):
+def test_an_interrupted_campaign_says_so_and_can_be_continued(campaign, capsys, tmp_path):
     campaign.effect = KeyboardInterrupt()
     assert cli.main(campaign_command("--out", "c")) == 128 + signal.SIGINT
-    assert "interrupted; what has ended is kept, go on with --out c" in capsys.readouterr().err
+    assert "interrupted; finished trials are kept, continue with --out c" in capsys.readouterr().err
     campaign.effect = None
     assert cli.main(campaign_command("--out", "c")) == 0
     captured = capsys.readouterr()
@@ -318,7 +336,7 @@ class Clock:
         return self.now
 
 
-def test_the_progress_of_trials_tells_the_time_left_of_those_that_are_missing():
+def test_the_progress_of_trials_shows_the_time_left():
     clock, stream = Clock(), Terminal()
     progress = TrialsProgress(stream, clock)
     for now, ended in ((0.0, 10), (60.0, 20), (60.1, 21), (120.0, 30)):
@@ -332,7 +350,7 @@ def test_the_progress_of_trials_tells_the_time_left_of_those_that_are_missing():
     assert shown[2].startswith("[############............]")
 
 
-def test_the_progress_of_trials_is_plain_lines_elsewhere_with_the_first_and_the_last():
+def test_the_progress_of_trials_is_plain_lines_without_a_terminal():
     clock, stream = Clock(), io.StringIO()
     progress = TrialsProgress(stream, clock)
     for now in range(13):
@@ -346,3 +364,30 @@ def test_the_progress_of_trials_is_plain_lines_elsewhere_with_the_first_and_the_
 @pytest.mark.parametrize("missing, words", [(5, "50 s"), (10, "1 min 40 s"), (1000, "2 h 46 min")])
 def test_time_left_in_words(missing, words):
     assert time_left(10.0, 1, missing) == words
+
+
+@pytest.mark.parametrize("command", ["", *[module.__name__.rpartition(".")[2] for module in cli.COMMANDS]])
+def test_every_help_text_names_the_next_useful_command(capsys, command):
+    command = {"list_scenarios": "list"}.get(command, command)
+    with pytest.raises(SystemExit) as caught:
+        cli.main([*command.split(), "--help"])
+    assert caught.value.code == 0
+    printed = capsys.readouterr().out
+    assert command == "figures" or "\nNext: drake-tracker " in printed
+    assert max(map(len, printed.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_a_completion_script_knows_commands_and_options(capsys, shell):
+    assert cli.main(["completion", shell]) == 0
+    script = capsys.readouterr().out
+    assert "calibrate" in script and "record-images" in script
+
+
+def test_drakes_messages_do_not_interrupt_the_output(tmp_path):
+    code = (
+        "from drake_tracker.commands.common import quiet_drake\n"
+        "quiet_drake()\nfrom pydrake.geometry import Meshcat\nMeshcat()"
+    )
+    child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, check=True)
+    assert child.stdout + child.stderr == ""

@@ -1,5 +1,5 @@
-"""The commands of ``drake-tracker``, a module each.
+"""The commands of ``drake-tracker``, one module each.
 
-A module has ``register(commands)``, which adds its parser, and ``execute(options)``, which does the job and returns the
-exit code. Modules load quickly: what a job needs is imported when it is done.
+A module has ``register(commands)``, which adds its parser, and ``execute(options)``, which does the work and returns
+the exit code. The modules load quickly: what the work needs is imported in ``execute``.
 """

@@ -1,20 +1,35 @@
-"""``drake-tracker arm``: the arm's computer and its laboratory, with the host in another process."""
+"""``drake-tracker arm``: runs the arm's computer and its laboratory, with the host in another process."""
 
-from drake_tracker.commands.common import add_lcm, add_run, add_scenario, forget_if_empty, run_directory
+from argparse import Namespace
+
+from drake_tracker.commands.common import (
+    Commands,
+    add_command,
+    add_lcm,
+    add_run,
+    add_scenario,
+    quiet_drake,
+    remove_if_empty,
+    run_directory,
+)
 from drake_tracker.commands.report import report
 from drake_tracker.core.errors import DrakeTrackerError
 
 _STALE = "grasp.when_stale"
-"""Where the host can die, the arm holds, unless its scenario says otherwise."""
+"""Setting that this command changes: because the host can die, the arm holds, unless the scenario sets it."""
 
 
-def register(commands):
+def register(commands: Commands) -> None:
     """Adds the command to the parsers ``commands``."""
-    command = commands.add_parser(
+    command = add_command(
+        commands,
         "arm",
+        execute,
         help="run the arm's computer and the laboratory, with `host` in another process",
-        description="Runs laboratory and arm, sends what the sensors give over LCM, and goes by the packets of "
-        "`drake-tracker host`. Without them the hand holds, high above the object. Leaves a run directory.",
+        description="Simulates laboratory and arm, sends the sensor data over LCM, and follows the packets of "
+        "`drake-tracker host`. Without packets the hand holds still, high above the object. Leaves a run directory.",
+        next_step="drake-tracker host SCENARIO in another terminal, with the same scenario and settings; then "
+        "drake-tracker view RUN.",
     )
     add_scenario(command)
     add_run(command)
@@ -24,43 +39,38 @@ def register(commands):
         type=float,
         default=1.0,
         metavar="R",
-        help="simulated time to real time, at most (default 1; 0: as fast as it can)",
+        help="greatest real-time rate, simulated seconds per second (default: 1; 0: as fast as possible)",
     )
-    command.set_defaults(action=execute)
 
 
-def execute(options):
+def execute(options: Namespace) -> int:
+    """Runs the arm's side; returns the exit code."""
     from drake_tracker.core.progress import Progress
     from drake_tracker.tasks import load_scenario
 
     if not 0.0 <= options.rate < float("inf"):
-        raise DrakeTrackerError(f"--rate {options.rate:g}: it must be 0 or more")
-    asked = (options.scenario, options.seed, options.duration)
-    scenario = load_scenario(*asked, options.overrides)
+        raise DrakeTrackerError(f"--rate {options.rate:g}: must be 0 or more")
+    request = (options.scenario, options.seed, options.duration)
+    scenario = load_scenario(*request, options.overrides)
 
     from drake_tracker.network.bus import open_bus
+    from drake_tracker.run.options import RunOptions
     from drake_tracker.run.simulation import simulate
     from drake_tracker.tasks.train.two_processes import check_task, make_arm_side
 
+    quiet_drake()
     check_task(scenario)
     if _STALE not in scenario.origins:
-        scenario = load_scenario(*asked, [f"{_STALE}=hold", *options.overrides])
+        scenario = load_scenario(*request, [f"{_STALE}=hold", *options.overrides])
     lcm = open_bus(options.lcm)
     diagram = make_arm_side(scenario, lcm)
     out = run_directory(options.out, scenario.name)
     progress = Progress(scenario.duration)
+    run_options = RunOptions(record=not options.no_record, meshcat=options.meshcat, realtime_rate=options.rate)
     try:
-        summary = simulate(
-            scenario,
-            out=out,
-            record=not options.no_record,
-            meshcat=options.meshcat,
-            progress=progress,
-            diagram=diagram,
-            rate=options.rate,
-        )
+        summary = simulate(scenario, out, run_options, diagram=diagram, progress=progress)
     except DrakeTrackerError:
-        forget_if_empty(out)
+        remove_if_empty(out)
         raise
     finally:
         progress.close()

@@ -1,18 +1,23 @@
-"""``drake-tracker campaign``: many trials, over seeds and a grid of settings."""
+"""``drake-tracker campaign``: runs many trials, over seeds and a grid of settings."""
 
 import sys
+from argparse import Namespace
 from pathlib import Path
 
-from drake_tracker.commands.common import INTERRUPTED, SUCCESS, add_scenario, free_name
+from drake_tracker.commands.common import INTERRUPTED, SUCCESS, Commands, add_command, add_scenario, free_name
 
 
-def register(commands):
+def register(commands: Commands) -> None:
     """Adds the command to the parsers ``commands``."""
-    command = commands.add_parser(
+    command = add_command(
+        commands,
         "campaign",
+        execute,
         help="run many trials, over seeds and a grid of settings",
-        description="Runs every trial of a campaign that its directory does not hold yet, and leaves a table of all, "
-        "success rates with their Wilson intervals, and a picture. With --out it goes on where it was stopped.",
+        description="Runs every trial that the campaign directory does not hold yet. Leaves a table of all trials, "
+        "success rates with Wilson intervals, and pictures. Run it again with the same --out to continue an "
+        "interrupted campaign.",
+        next_step="drake-tracker run SCENARIO --seed N --set KEY.PATH=VALUE repeats one trial with all recordings.",
     )
     add_scenario(command)
     command.add_argument("--trials", type=int, required=True, metavar="N", help="seeds for each combination")
@@ -21,25 +26,25 @@ def register(commands):
         action="append",
         default=[],
         metavar="KEY.PATH=A,B,C",
-        help="values of a setting to go through; given again, every combination is run",
+        help="values of a setting to try; may be repeated, then every combination is run",
     )
-    command.add_argument("--vision", choices=["measured"], help="measured: render no images")
-    command.add_argument("--first-seed", type=int, default=0, metavar="N", help="seeds count up from it (default 0)")
-    command.add_argument("--workers", type=int, metavar="W", help="processes of this machine (default: all cores)")
+    command.add_argument("--vision", choices=["measured"], help="measured: render no images, which is much faster")
+    command.add_argument("--first-seed", type=int, default=0, metavar="N", help="first of the seeds (default: 0)")
+    command.add_argument("--workers", type=int, metavar="W", help="processes on this machine (default: all cores)")
     command.add_argument(
-        "--scheduler", metavar="ADDRESS", help="run on the workers of a dask scheduler, tcp://HOST:PORT"
+        "--scheduler", metavar="ADDRESS", help="use the workers of a dask scheduler at tcp://HOST:PORT"
     )
     command.add_argument(
         "--out",
         type=Path,
         metavar="DIR",
-        help="campaign directory, new or to go on with (default: runs/campaign-NAME-TIME)",
+        help="campaign directory, new or to be continued (default: runs/campaign-NAME-TIME)",
     )
-    command.add_argument("--parquet", action="store_true", help="write the table as Parquet, too")
-    command.set_defaults(action=execute)
+    command.add_argument("--parquet", action="store_true", help="also write the table as Parquet")
 
 
-def execute(options):
+def execute(options: Namespace) -> int:
+    """Runs the campaign; returns the exit code."""
     from drake_tracker.campaign.grid import parse_vary
     from drake_tracker.campaign.run import RATES, TABLE, run_campaign
     from drake_tracker.core.progress import TrialsProgress
@@ -65,8 +70,8 @@ def execute(options):
         progress.close()
     for line in campaign.lines():
         print(line)
-    print(f"campaign directory  {out}: {TABLE} has a line for each trial, {RATES} one for each rate")
+    print(f"campaign directory  {out}: {TABLE} has one line for each trial, {RATES} one for each rate")
     if campaign.interrupted:
-        print(f"drake-tracker: interrupted; what has ended is kept, go on with --out {out}", file=sys.stderr)
+        print(f"drake-tracker: interrupted; finished trials are kept, continue with --out {out}", file=sys.stderr)
         return INTERRUPTED
     return SUCCESS

@@ -1,23 +1,53 @@
-"""What several commands share: exit codes, arguments, the directory that a job leaves."""
+"""What several commands share: exit codes, arguments, run directories."""
 
+import logging
+import os
 import re
 import time
+from argparse import ArgumentParser, _SubParsersAction
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
 
+Commands = _SubParsersAction
+"""The parsers of the commands, as ``ArgumentParser.add_subparsers`` returns them."""
+
 LONGEST_NAME = 100
-"""Letters of a scenario's name that the name of a directory has, at most."""
+"""Greatest number of characters that a scenario's name contributes to the name of a directory."""
 SUCCESS, NOT_TAKEN, TROUBLE, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
+"""Exit codes: success; the object was not grasped; bad input or a broken machine; a fault of the program; Ctrl-C."""
 
 
-def add_scenario(command):
+def add_command(
+    commands: Commands, name: str, action: Callable[[Any], int], *, help: str, description: str, next_step: str = ""
+) -> ArgumentParser:
+    """Adds the parser of a command.
+
+    Args:
+        commands: parsers of the commands.
+        name: name of the command.
+        action: called with the options; returns the exit code.
+        help: one line for the list of commands.
+        description: what the command does and what it leaves, for its own help.
+        next_step: the next useful command, with a few words; shown at the end of its help.
+    """
+    epilog = f"Next: {next_step}" if next_step else None
+    command = commands.add_parser(name, help=help, description=description, epilog=epilog)
+    command.set_defaults(action=action)
+    return command
+
+
+def add_scenario(command: ArgumentParser) -> None:
     """Adds the argument SCENARIO and ``--set`` to a parser."""
-    command.add_argument("scenario", metavar="SCENARIO[:NAME]", help="a scenario of the list, or FILE.yaml[:NAME]")
+    command.add_argument(
+        "scenario", metavar="SCENARIO[:NAME]", help="scenario from `drake-tracker list`, or FILE.yaml[:NAME]"
+    )
     add_overrides(command)
 
 
-def add_overrides(command):
+def add_overrides(command: ArgumentParser) -> None:
     """Adds ``--set`` to a parser."""
     command.add_argument(
         "--set",
@@ -25,54 +55,80 @@ def add_overrides(command):
         default=[],
         metavar="KEY.PATH=VALUE",
         dest="overrides",
-        help="change one setting, for example --set track.speed=0.2; may be given again",
+        help="change one setting, for example --set track.speed=0.2; may be repeated",
     )
 
 
-def add_run(command):
+def add_run(command: ArgumentParser) -> None:
     """Adds the arguments of a run to a parser: seed, duration, directory, recordings."""
-    command.add_argument("--seed", type=int, metavar="N", help="seed of every random draw")
+    command.add_argument("--seed", type=int, metavar="N", help="seed of the random numbers")
     command.add_argument("--duration", type=float, metavar="S", help="longest simulated time [s]")
     command.add_argument(
         "--out", type=Path, metavar="DIR", help="run directory, new or empty (default: runs/NAME-TIME)"
     )
-    command.add_argument("--no-record", action="store_true", help="leave no recording and no video")
-    command.add_argument("--meshcat", action="store_true", help="show the scene alone in a browser")
+    command.add_argument("--no-record", action="store_true", help="write no 3-D recording and no video")
+    command.add_argument("--meshcat", action="store_true", help="show only the 3-D scene in a browser")
 
 
-def add_lcm(command):
+def add_lcm(command: ArgumentParser) -> None:
     """Adds ``--lcm`` to a parser."""
     command.add_argument(
-        "--lcm", metavar="URL", help="LCM address, the same for both processes (default: this machine alone)"
+        "--lcm", metavar="URL", help="LCM address, the same for both processes (default: this machine only)"
     )
 
 
-def run_directory(out, name, what="run"):
-    """Returns the new directory of a run; raises DrakeTrackerError rather than touch one that has something in it.
+def quiet_graphics() -> None:
+    """Lets OpenCV and Mesa print errors only, so that their messages do not interrupt the output.
 
-    ``what`` it is for stands in the message.
+    To be called before they are imported.
+    """
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")
+    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # Mesa warns about devices that it does not use
+
+
+def quiet_drake() -> None:
+    """Lets Drake log warnings and errors only, so that its messages do not interrupt the output.
+
+    Drake's logger accepts the level only after Drake was imported, which this does.
+    """
+    import pydrake.common  # noqa: F401
+
+    logging.getLogger("drake").setLevel(logging.WARNING)
+
+
+def run_directory(out: Path | None, name: str, what: str = "run") -> Path:
+    """Creates the directory of a run.
+
+    Args:
+        out: the directory that the user chose, or None for a new one in runs/.
+        name: name of the run, for the name of a new directory.
+        what: what the directory is for, in messages.
+
+    Raises:
+        DrakeTrackerError: the directory cannot be made, or has something in it.
     """
     chosen = out is not None
-    if not chosen:
-        out = free_name(name)
+    folder = out if out is not None else free_name(name)
     try:
-        out.mkdir(parents=True, exist_ok=chosen)
-        occupied = any(out.iterdir())
+        folder.mkdir(parents=True, exist_ok=chosen)
+        occupied = any(folder.iterdir())
     except OSError as error:
-        raise DrakeTrackerError(f"the {what} directory {out} cannot be made: {error.strerror}") from None
+        raise DrakeTrackerError(f"the {what} directory {folder} cannot be made: {error.strerror}") from None
     if occupied:
-        raise DrakeTrackerError(f"the {what} directory {out} is not empty; name a new one, nothing is ever overwritten")
-    return out
+        raise DrakeTrackerError(
+            f"the {what} directory {folder} is not empty; name a new one, because nothing is ever overwritten"
+        )
+    return folder
 
 
-def forget_if_empty(out):
-    """Removes the directory of a job that came to nothing."""
+def remove_if_empty(out: Path) -> None:
+    """Removes the directory of a command that failed before it wrote anything."""
     if not any(out.iterdir()):
         out.rmdir()
 
 
-def free_name(name):
-    """Returns the path of a directory in runs/ that is not there yet, named by a name and the time."""
+def free_name(name: str) -> Path:
+    """Returns the path of a directory in runs/ that does not exist yet, made of a name and the time."""
     name = re.sub(r"[^\w.+-]", "-", name).lstrip(".")[:LONGEST_NAME]
     stem = Path("runs") / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}"
     out, count = stem, 1

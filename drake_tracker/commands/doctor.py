@@ -1,13 +1,24 @@
-"""``drake-tracker doctor``: what this machine lacks."""
+"""``drake-tracker doctor``: checks whether this machine can run the simulations."""
+
+from argparse import Namespace
+
+from drake_tracker.commands.common import Commands, add_command
 
 
-def register(commands):
+def register(commands: Commands) -> None:
     """Adds the command to the parsers ``commands``."""
-    command = commands.add_parser("doctor", help="look whether this machine can run it")
-    command.set_defaults(action=execute)
+    add_command(
+        commands,
+        "doctor",
+        execute,
+        help="check whether this machine can run the simulations",
+        description="Checks Python, packages, system libraries, models and the renderer, and says what is missing.",
+        next_step="drake-tracker run train",
+    )
 
 
-def execute(options):
+def execute(options: Namespace) -> int:
+    """Prints what was found; returns the exit code."""
     from drake_tracker.core import machine
 
     return machine.main()

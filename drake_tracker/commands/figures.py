@@ -1,39 +1,48 @@
-"""``drake-tracker figures``: the paper's figures from runs of this system."""
+"""``drake-tracker figures``: draws the figures of the 1991 paper from runs of this system."""
 
+from argparse import Namespace
 from pathlib import Path
 
-from drake_tracker.commands.common import SUCCESS, forget_if_empty, run_directory
+from drake_tracker.commands.common import SUCCESS, Commands, add_command, quiet_drake, remove_if_empty, run_directory
 from drake_tracker.core.errors import DrakeTrackerError
 
 
-def register(commands):
+def register(commands: Commands) -> None:
     """Adds the command to the parsers ``commands``."""
-    command = commands.add_parser("figures", help="draw the paper's figures from runs of this system")
+    command = add_command(
+        commands,
+        "figures",
+        execute,
+        help="draw the figures of the 1991 paper from runs of this system",
+        description="Runs the scenarios behind the figures of Allen et al. 1991 and leaves the figures and their "
+        "numbers (figures.json).",
+    )
     command.add_argument("--out", type=Path, required=True, metavar="DIR", help="directory for them, new or empty")
-    command.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random draw (default: 0)")
-    command.add_argument("--quick", action="store_true", help="a preview from a few seconds of the camera loop")
+    command.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random numbers (default: 0)")
+    command.add_argument("--quick", action="store_true", help="make a preview from a few simulated seconds")
     command.add_argument(
         "--bounds",
         type=Path,
         metavar="FILE",
-        help="bounds to draw in, a JSON file of curves (default: those of this world)",
+        help="bounds to draw, a JSON file of curves (default: those computed for this laboratory)",
     )
-    command.set_defaults(action=execute)
 
 
-def execute(options):
+def execute(options: Namespace) -> int:
+    """Draws the figures; returns the exit code."""
     from drake_tracker.figures.bound_curves import OWN, read_bounds
     from drake_tracker.tasks import load_scenario
 
-    load_scenario("train", seed=options.seed)  # a bad seed is answered before anything is made
+    load_scenario("train", seed=options.seed)  # reports a bad seed before anything is made
     bounds = read_bounds(options.bounds or OWN)
     out = run_directory(options.out, "figures", "figures")
 
     from drake_tracker.figures.command import make_figures
 
+    quiet_drake()
     try:
         make_figures(out, options.seed, options.quick, bounds)
     except DrakeTrackerError:
-        forget_if_empty(out)
+        remove_if_empty(out)
         raise
     return SUCCESS

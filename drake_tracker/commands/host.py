@@ -1,24 +1,36 @@
-"""``drake-tracker host``: the image processor and the host computer, with the arm in another process."""
+"""``drake-tracker host``: runs the image processor and the host computer, with the arm in another process."""
 
 import signal
+from argparse import Namespace
 
-from drake_tracker.commands.common import NOT_TAKEN, SUCCESS, add_lcm, add_scenario
+from drake_tracker.commands.common import (
+    NOT_TAKEN,
+    SUCCESS,
+    Commands,
+    add_command,
+    add_lcm,
+    add_scenario,
+    quiet_drake,
+)
 
 
-def register(commands):
+def register(commands: Commands) -> None:
     """Adds the command to the parsers ``commands``."""
-    command = commands.add_parser(
+    command = add_command(
+        commands,
         "host",
+        execute,
         help="run the image processor and the host computer, with `arm` in another process",
-        description="Takes the images that `drake-tracker arm` sends over LCM, or its points with measured vision, and "
-        "answers with packets of predicted path, until Ctrl-C. Start it with the scenario and the settings of the arm.",
+        description="Receives the images of `drake-tracker arm` over LCM, or its points with measured vision, and "
+        "answers with packets of predicted path until Ctrl-C. Use the scenario and the settings of the arm.",
+        next_step="drake-tracker arm SCENARIO in another terminal, with the same scenario and settings.",
     )
     add_scenario(command)
     add_lcm(command)
-    command.set_defaults(action=execute)
 
 
-def execute(options):
+def execute(options: Namespace) -> int:
+    """Runs the host until Ctrl-C; returns the exit code."""
     from drake_tracker.tasks import load_scenario
 
     scenario = load_scenario(options.scenario, overrides=options.overrides)
@@ -27,19 +39,20 @@ def execute(options):
     from drake_tracker.network.bus import open_bus
     from drake_tracker.run.host_process import HostProcess
 
-    stopped = []
+    quiet_drake()
+    stopped: list[bool] = []
     previous = signal.signal(signal.SIGINT, lambda *_: stopped.append(True))
     progress = Progress(scenario.duration)
 
-    def tell(line):
+    def tell(line: str) -> None:
         nonlocal progress
         progress.close()
-        progress = Progress(scenario.duration)  # its rate counts from the news on
+        progress = Progress(scenario.duration)  # its real-time factor is measured from this message on
         print(f"host: {line}", flush=True)
 
     try:
         host = HostProcess(scenario, open_bus(options.lcm), open_bus(options.lcm), tell)
-        tell("waits for an arm; Ctrl-C ends")
+        tell("waiting for an arm; Ctrl-C ends")
         with host.mailbox.listening():
             while not stopped:
                 if host.step():

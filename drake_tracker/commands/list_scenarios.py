@@ -1,24 +1,103 @@
-"""``drake-tracker list``: the scenarios, or every setting of one."""
+"""``drake-tracker list``: lists the scenarios, or every setting of one."""
 
-from drake_tracker.commands.common import SUCCESS
+import dataclasses
+import shutil
+import textwrap
+from argparse import Namespace
+from typing import Any
+
+from drake_tracker.commands.common import SUCCESS, Commands, add_command
+
+_WIDEST = 110
+"""Greatest width of the text, however wide the terminal is."""
+_LONGEST_VALUE = 16
+"""Longest value that is printed in its column; a longer one has lines of its own."""
 
 
-def register(commands):
+def register(commands: Commands) -> None:
     """Adds the command to the parsers ``commands``."""
-    command = commands.add_parser("list", help="list the scenarios, or the settings of one")
+    command = add_command(
+        commands,
+        "list",
+        execute,
+        help="list the scenarios, or the settings of one",
+        description="Lists the scenarios of the package. With a scenario: every setting with its value, what is "
+        "allowed, and its meaning.",
+        next_step="drake-tracker run SCENARIO --set KEY.PATH=VALUE",
+    )
     command.add_argument("scenario", nargs="?", metavar="SCENARIO[:NAME]", help="show every setting of this scenario")
-    command.set_defaults(action=execute)
 
 
-def execute(options):
-    from drake_tracker.scenarios.reader import describe_settings
+def execute(options: Namespace) -> int:
+    """Prints the list; returns the exit code."""
     from drake_tracker.tasks import list_scenarios, load_scenario
 
+    width = min(shutil.get_terminal_size().columns, _WIDEST)
     if options.scenario:
-        rows = describe_settings(load_scenario(options.scenario))
+        lines = settings_lines(load_scenario(options.scenario), width)
     else:
-        rows = list_scenarios()
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    for row in rows:
-        print("  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip())
+        lines = scenario_lines(list_scenarios(), width)
+    print("\n".join(lines))
     return SUCCESS
+
+
+def scenario_lines(scenarios: list[tuple[str, str]], width: int) -> list[str]:
+    """Returns the lines of the list of scenarios.
+
+    Args:
+        scenarios: (name, description) of each.
+        width: greatest length of a line [characters].
+    """
+    indent = max(len(name) for name, _ in scenarios) + 2
+    lines = []
+    for name, description in scenarios:
+        lines += _row(f"{name:<{indent}}", description, indent, width)
+    return lines
+
+
+def settings_lines(scenario: Any, width: int) -> list[str]:
+    """Returns the lines of all settings of a scenario: a section with a heading for each part.
+
+    Args:
+        scenario: the scenario.
+        width: greatest length of a line [characters].
+    """
+    from drake_tracker.core.setting import settings_of
+    from drake_tracker.scenarios.reader import describe_settings
+
+    rows = describe_settings(scenario)
+    parts = {
+        field.name: field.metadata["help"]
+        for field in settings_of(scenario)
+        if dataclasses.is_dataclass(getattr(scenario, field.name))
+    }
+    general = [row for row in rows if row[0].partition(".")[0] not in parts]
+    sections = [(f"{scenario.name}: general settings", general)]
+    for part, meaning in parts.items():
+        own = [row for row in rows if row[0].partition(".")[0] == part]
+        if own:
+            sections.append((f"{part}: {meaning}", own))
+    lines: list[str] = []
+    for heading, section in sections:
+        lines += ["", heading] if lines else [heading]
+        key_width = max(len(key) for key, *_ in section)
+        shown = [len(value) for _, value, *_ in section if len(value) <= _LONGEST_VALUE]
+        value_width = max(shown, default=0)
+        for key, value, allowed, meaning in section:
+            lines += _setting(key, value, f"{allowed}; {meaning}", key_width, value_width, width)
+    return lines
+
+
+def _setting(key: str, value: str, text: str, key_width: int, value_width: int, width: int) -> list[str]:
+    """Returns the lines of one setting; a long value stands above the text."""
+    indent = 2 + key_width + 2
+    if len(value) <= value_width:
+        return _row(f"  {key:<{key_width}}  {value:<{value_width}}  ", text, indent + value_width + 2, width)
+    lines = _row(f"  {key:<{key_width}}  ", value, indent, width)
+    return lines + _row(" " * (indent + value_width + 2), text, indent + value_width + 2, width)
+
+
+def _row(start: str, text: str, indent: int, width: int) -> list[str]:
+    """Returns the lines of a text after a start of ``indent`` characters, wrapped with a hanging indent."""
+    wrapped = textwrap.wrap(text, max(width - indent, 20), break_on_hyphens=False) or [""]
+    return [f"{start}{wrapped[0]}".rstrip(), *(" " * indent + line for line in wrapped[1:])]

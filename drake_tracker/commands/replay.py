@@ -1,10 +1,19 @@
-"""``drake-tracker replay``: a recorded run again, with other settings of its filters, in seconds."""
+"""``drake-tracker replay``: repeats a recorded run with other settings of its filters, in seconds."""
 
 import os
 import sys
+from argparse import Namespace
 from pathlib import Path
 
-from drake_tracker.commands.common import SUCCESS, add_overrides, forget_if_empty, run_directory
+from drake_tracker.commands.common import (
+    SUCCESS,
+    Commands,
+    add_command,
+    add_overrides,
+    quiet_drake,
+    remove_if_empty,
+    run_directory,
+)
 from drake_tracker.core.errors import DrakeTrackerError
 
 _ROWS = (
@@ -12,46 +21,51 @@ _ROWS = (
     ("prediction_0.25_s_rms_m", "0.25 s ahead"),
     ("prediction_0.75_s_rms_m", "0.75 s ahead"),
 )
+"""Rows of the table: key of the result, label."""
 
 
-def register(commands):
+def register(commands: Commands) -> None:
     """Adds the command to the parsers ``commands``."""
-    command = commands.add_parser(
+    command = add_command(
+        commands,
         "replay",
-        help="run a recorded run's filters again, with other settings",
-        description="Runs vision or triangulation, estimation, link and servo of a run again on what was recorded of "
-        "it, without world, hand and rendering, and says how near to the truth they come. With nothing changed, the "
-        "same signals to the last bit.",
+        execute,
+        help="repeat the filters of a recorded run with other settings",
+        description="Repeats vision or triangulation, estimation, link and servo of a run from its recording, without "
+        "simulation and rendering, and compares the result with the ground truth. With unchanged settings the signals "
+        "are identical to the last bit.",
+        next_step="drake-tracker run SCENARIO --set KEY.PATH=VALUE runs the whole loop with the settings you chose.",
     )
-    command.add_argument("run", type=Path, metavar="RUN", help="directory that drake-tracker run left")
+    command.add_argument("run", type=Path, metavar="RUN", help="run directory of drake-tracker run")
     add_overrides(command)
     command.add_argument(
         "--from",
         choices=["images", "centroids", "points"],
         dest="start",
-        help="where to begin (default: centroids, and points of a run with measured vision)",
+        help="where to begin (default: centroids, or points for a run with measured vision)",
     )
     command.add_argument("--out", type=Path, metavar="DIR", help="directory, new or empty (default: runs/replay-TIME)")
-    command.set_defaults(action=execute)
 
 
-def execute(options):
+def execute(options: Namespace) -> int:
+    """Replays the run; returns the exit code."""
     for variable in ("OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
-        os.environ.setdefault(variable, "1")  # matrices and images are small: more threads only get in the way
+        os.environ.setdefault(variable, "1")  # matrices and images are small: more threads only cost time
 
     from drake_tracker.core.progress import Progress
     from drake_tracker.replay.recording import open_recording
-    from drake_tracker.replay.replay import replay
+    from drake_tracker.replay.replay import replay_run
 
+    quiet_drake()
     recording = open_recording(options.run, options.overrides, options.start)
     for line in recording.warnings:
         print(f"drake-tracker: {line}", file=sys.stderr)
     out = run_directory(options.out, "replay", "replay")
     progress = Progress(recording.end)
     try:
-        result = replay(recording, out, progress)
+        result = replay_run(recording, out, progress)
     except DrakeTrackerError:
-        forget_if_empty(out)
+        remove_if_empty(out)
         raise
     finally:
         progress.close()
@@ -59,12 +73,13 @@ def execute(options):
     for key, label in _ROWS:
         print(f"{label:<18}{_millimetres(result['recorded'][key])}{_millimetres(result['replayed'][key])}")
     same = [name for name, found in result["signals"].items() if found["identical"]]
-    for label, names in (("bit for bit", same), ("other", [name for name in result["signals"] if name not in same])):
+    changed = [name for name in result["signals"] if name not in same]
+    for label, names in (("identical", same), ("changed", changed)):
         print(f"{label:<18}{', '.join(names) or '-'}")
     print(f"{'real-time factor':<18}{result['real_time_factor']:.1f}")
     print(f"{'directory':<18}{out}")
     return SUCCESS
 
 
-def _millimetres(length):
+def _millimetres(length: float | None) -> str:
     return f"{'-' if length is None else format(1e3 * length, '.2f'):>10}"

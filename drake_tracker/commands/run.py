@@ -1,17 +1,34 @@
-"""``drake-tracker run``: a scenario, from its start to its verdict."""
+"""``drake-tracker run``: runs a scenario from its start to its verdict."""
 
-from contextlib import nullcontext
+from argparse import Namespace
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import Any
 
-from drake_tracker.commands.common import add_run, add_scenario, forget_if_empty, run_directory
+from drake_tracker.commands.common import (
+    Commands,
+    add_command,
+    add_run,
+    add_scenario,
+    quiet_drake,
+    remove_if_empty,
+    run_directory,
+)
 from drake_tracker.commands.report import outcome, report
 from drake_tracker.core.errors import DrakeTrackerError
 
 
-def register(commands):
+def register(commands: Commands) -> None:
     """Adds the command to the parsers ``commands``."""
-    command = commands.add_parser(
-        "run", help="run a scenario", description="Runs a scenario and leaves a run directory."
+    command = add_command(
+        commands,
+        "run",
+        execute,
+        help="run a scenario",
+        description="Simulates a scenario and leaves a run directory with summary, signals, 3-D recording, video and "
+        "pictures. The exit code is 0 when the object was grasped and 1 when it was not.",
+        next_step="drake-tracker view RUN shows the run directory in a browser; drake-tracker replay RUN --set "
+        "KEY.PATH=VALUE repeats its vision and filters with other settings.",
     )
     add_scenario(command)
     add_run(command)
@@ -20,46 +37,29 @@ def register(commands):
         action="store_true",
         help="keep the images that the vision reads, for drake-tracker replay --from images",
     )
-    command.add_argument("--live", action="store_true", help="show cameras, errors and scene on a page; pause and step")
+    command.add_argument(
+        "--live", action="store_true", help="show cameras, errors and scene on a page, with pause and single step"
+    )
     command.add_argument("--port", type=int, default=0, metavar="N", help="port of that page (default: a free one)")
-    command.add_argument("--graphviz", type=Path, metavar="FILE", help="write the picture of the diagram to FILE")
-    command.set_defaults(action=execute)
+    command.add_argument("--graphviz", type=Path, metavar="FILE", help="write the block diagram to FILE, in Graphviz")
 
 
-def execute(options):
+def execute(options: Namespace) -> int:
+    """Runs the scenario; returns the exit code."""
     from drake_tracker.core.progress import Progress
     from drake_tracker.tasks import load_scenario
 
     scenario = load_scenario(options.scenario, options.seed, options.duration, options.overrides)
-    if options.graphviz and not options.graphviz.absolute().parent.is_dir():
-        raise DrakeTrackerError(f"--graphviz {options.graphviz}: there is no folder {options.graphviz.parent}")
-    if options.graphviz and options.graphviz.is_dir():
-        raise DrakeTrackerError(f"--graphviz {options.graphviz}: it is a folder; name a file")
-    if options.port and not options.live:
-        raise DrakeTrackerError(f"--port {options.port} is that of the live view: add --live")
-
-    from drake_tracker.run.simulation import simulate  # Only now: bad input is answered without waiting for Drake.
-
+    _check_options(options)
     progress = Progress(scenario.duration)
     with _live_view(options, progress) as live:
         out = run_directory(options.out, scenario.name)
         if live is not None:
-            print(f"Live view: {live.url}", flush=True)
-        if scenario.task == "ball":
-            progress.say("The camera reads the board's circles, then the arm touches its marks: a quarter of a minute")
+            print(f"Live view: {live.url}  (open it in a browser; Ctrl-C ends the run)", flush=True)
         try:
-            summary = simulate(
-                scenario,
-                out=out,
-                record=not options.no_record,
-                meshcat=options.meshcat,
-                progress=progress,
-                graphviz=options.graphviz,
-                images=options.record_images,
-                live=live,
-            )
+            summary = _simulate(options, scenario, out, progress, live)
         except (DrakeTrackerError, KeyboardInterrupt):
-            forget_if_empty(out)
+            remove_if_empty(out)
             raise
         finally:
             progress.close()
@@ -68,8 +68,38 @@ def execute(options):
     return report(scenario, summary, out)
 
 
-def _live_view(options, progress):
-    """Returns the `LiveView` that is asked for, or what stands in for none."""
+def _simulate(options: Namespace, scenario: Any, out: Path, progress: Any, live: Any) -> dict[str, Any]:
+    """Simulates a scenario; bad input and the link of the live view do not wait for these imports."""
+    from drake_tracker.run.options import RunOptions
+    from drake_tracker.run.simulation import simulate
+    from drake_tracker.tasks.registry import task_of
+
+    quiet_drake()
+    progress.say(f"Building {scenario.name} (seed {scenario.seed}), then up to {scenario.duration:g} s are simulated")
+    preparation = task_of(scenario).preparation
+    if preparation:
+        progress.say(preparation)
+    run_options = RunOptions(
+        record=not options.no_record,
+        images=options.record_images,
+        meshcat=options.meshcat,
+        graphviz=options.graphviz,
+    )
+    return simulate(scenario, out, run_options, progress=progress, live=live)
+
+
+def _check_options(options: Namespace) -> None:
+    """Raises DrakeTrackerError when options contradict each other or name no file."""
+    if options.graphviz and not options.graphviz.absolute().parent.is_dir():
+        raise DrakeTrackerError(f"--graphviz {options.graphviz}: there is no folder {options.graphviz.parent}")
+    if options.graphviz and options.graphviz.is_dir():
+        raise DrakeTrackerError(f"--graphviz {options.graphviz}: this is a folder; name a file")
+    if options.port and not options.live:
+        raise DrakeTrackerError(f"--port {options.port} is the port of the live view: add --live")
+
+
+def _live_view(options: Namespace, progress: Any) -> AbstractContextManager[Any]:
+    """Returns the `LiveView` when it is requested, else a context manager that gives None."""
     if not options.live:
         return nullcontext()
     from drake_tracker.live.view import LiveView

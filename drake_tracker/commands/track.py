@@ -1,30 +1,47 @@
-"""``drake-tracker track``: what moves before one's own cameras."""
+"""``drake-tracker track``: tracks what moves in front of your own cameras."""
 
+from argparse import Namespace
 from pathlib import Path
 
-from drake_tracker.commands.common import INTERRUPTED, NOT_TAKEN, SUCCESS, run_directory
+from drake_tracker.commands.common import (
+    INTERRUPTED,
+    NOT_TAKEN,
+    SUCCESS,
+    Commands,
+    add_command,
+    quiet_drake,
+    run_directory,
+)
 from drake_tracker.core.errors import DrakeTrackerError
 
 LEAST_SEEN = 5
-"""Images in which both cameras saw motion, of which something should have come."""
+"""Number of images with motion in both cameras above which missing points indicate a mistake."""
 
 
-def register(commands):
+def register(commands: Commands) -> None:
     """Adds the command to the parsers ``commands``."""
-    command = commands.add_parser(
+    command = add_command(
+        commands,
         "track",
-        help="track what moves before your own cameras",
-        description="Tracks what moves in one video or two: a file, a folder or quoted pattern of images, a camera's "
-        "number, or a ROS 2 bag as BAG.mcap:/topic. Leaves the track as a table, a picture and a video.",
+        execute,
+        help="track what moves in front of your own cameras",
+        description="Tracks the motion in one or two videos: a file, a folder or quoted pattern of images, the number "
+        "of a camera, or a ROS 2 bag as BAG.mcap:/topic. Leaves the track as a table, a picture and a video.",
+        next_step="drake-tracker calibrate LEFT RIGHT --board CxR --square M -o FILE calibrates your cameras, so that "
+        "the track is in metres.",
     )
-    command.add_argument("source", nargs="+", metavar="SOURCE", help="the left camera's or a single one's; the right's")
-    command.add_argument("--calibration", metavar="FILE", help="of these cameras, made by drake-tracker calibrate")
+    command.add_argument(
+        "source", nargs="+", metavar="SOURCE", help="footage of the left or only camera; then of the right one"
+    )
+    command.add_argument("--calibration", metavar="FILE", help="file of drake-tracker calibrate for these cameras")
     command.add_argument("--plane", metavar="FILE", help="for a single camera: a file with X_WP, or the word board")
-    command.add_argument("--height", type=float, default=0.0, metavar="M", help="of what moves over that plane [m]")
-    command.add_argument("--camera", default="camera_left", metavar="NAME", help="a single camera's in the calibration")
-    command.add_argument("--fps", type=float, metavar="N", help="images per second, where the source does not tell")
+    command.add_argument("--height", type=float, default=0.0, metavar="M", help="height of the object above it [m]")
+    command.add_argument(
+        "--camera", default="camera_left", metavar="NAME", help="name of a single camera in the calibration"
+    )
+    command.add_argument("--fps", type=float, metavar="N", help="images per second, where the source does not say")
     command.add_argument("--offset", type=float, default=0.0, metavar="S", help="the right video began S later [s]")
-    command.add_argument("--duration", type=float, metavar="S", help="use no more than this [s]")
+    command.add_argument("--duration", type=float, metavar="S", help="longest time to use [s]")
     command.add_argument("--detector", default="NormalFlow {}", metavar="TAG", help="NormalFlow or FrameDifference")
     command.add_argument(
         "--estimator",
@@ -38,26 +55,28 @@ def register(commands):
         type=float,
         default=0.03,
         metavar="M",
-        help="two rays that pass each other by more are not of one point [m]",
+        help="largest gap between the two rays of one point [m]",
     )
-    command.add_argument("--no-overlay", action="store_true", help="leave no video")
+    command.add_argument("--no-overlay", action="store_true", help="write no video")
     command.add_argument("--out", type=Path, metavar="DIR", help="directory, new or empty (default: runs/track-TIME)")
-    command.set_defaults(action=execute)
 
 
-def execute(options):
+def execute(options: Namespace) -> int:
+    """Makes the track; returns the exit code."""
     if len(options.source) > 2:
         raise DrakeTrackerError(f"track: {len(options.source)} sources; give one or two, and put patterns in quotes")
 
     from drake_tracker.core.progress import Progress
-    from drake_tracker.tracking.track import prepare, run
+    from drake_tracker.tracking.preparation import prepare_track
+    from drake_tracker.tracking.track import make_track
 
+    quiet_drake()
     names = "calibration plane height camera fps offset duration detector estimator max_gap"
-    tracking = prepare(options.source, **{name: getattr(options, name) for name in names.split()})
+    track = prepare_track(options.source, **{name: getattr(options, name) for name in names.split()})
     out = run_directory(options.out, "track")
-    progress = Progress(tracking.timeline.duration)
+    progress = Progress(track.timeline.duration)
     try:
-        summary = run(tracking, out, overlay=not options.no_overlay, progress=progress)
+        summary = make_track(track, out, overlay=not options.no_overlay, progress=progress)
     finally:
         progress.close()
     print(f"{'images described':<18}{summary['described']}, {summary['results']} of them with a result")
@@ -71,10 +90,10 @@ def execute(options):
     both = summary.get("seen_by_both") or 0
     if both > LEAST_SEEN and summary["results"] < 0.5 * both:
         print(
-            f"both cameras saw motion in {both} images, but in most of them the rays pass each other by more than "
-            f"{options.max_gap:g} m (--max-gap): are the cameras swapped, the calibration another one's, or the videos "
-            "not of one moment?"
+            f"Both cameras saw motion in {both} images, but in most of them the gap between the two rays is larger "
+            f"than {options.max_gap:g} m (--max-gap). Are the cameras swapped, does the calibration belong to other "
+            "cameras, or were the videos not taken at the same time?"
         )
     elif not summary["results"]:
-        print("nothing was seen to move")
+        print("No motion was found")
     return SUCCESS if summary["results"] else NOT_TAKEN

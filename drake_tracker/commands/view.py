@@ -1,33 +1,39 @@
-"""``drake-tracker view``: the page of a finished run."""
+"""``drake-tracker view``: shows the page of a finished run."""
 
+from argparse import Namespace
 from pathlib import Path
 
-from drake_tracker.commands.common import SUCCESS
+from drake_tracker.commands.common import SUCCESS, Commands, add_command
 
 PORT = 8317
+"""Default port of the page."""
 PAGE = "report.html"
+"""File of the page in the run directory."""
 
 
-def register(commands):
+def register(commands: Commands) -> None:
     """Adds the command to the parsers ``commands``."""
-    command = commands.add_parser(
+    command = add_command(
+        commands,
         "view",
-        help="look at a finished run: recording, video, attempts, and what a miss came from",
-        description="Makes the page of a run, report.html in its directory, and shows it on this machine until Ctrl-C.",
+        execute,
+        help="show a finished run: recording, video, attempts, and the causes of a miss",
+        description="Writes the page of a run, report.html in its directory, and shows it until Ctrl-C.",
+        next_step="drake-tracker replay RUN --set KEY.PATH=VALUE tries other settings on the same recording.",
     )
-    command.add_argument("run", type=Path, metavar="RUN", help="a run directory")
+    command.add_argument("run", type=Path, metavar="RUN", help="run directory of drake-tracker run")
     command.add_argument(
         "--port",
         type=int,
         default=PORT,
         metavar="N",
-        help=f"port on this machine, 0 for any that is free (default: {PORT})",
+        help=f"port on this machine, 0 for any free one (default: {PORT})",
     )
     command.add_argument("--no-browser", action="store_true", help="open no browser, print the link only")
-    command.set_defaults(action=execute)
 
 
-def execute(options):
+def execute(options: Namespace) -> int:
+    """Shows the page until Ctrl-C; returns the exit code."""
     from drake_tracker.report.page import page_of
     from drake_tracker.report.run_files import read_run
     from drake_tracker.report.server import make_server
@@ -35,7 +41,7 @@ def execute(options):
     run = read_run(options.run)
     page = page_of(run)
     with make_server(page, run.folder, run.names, options.port) as server:
-        keep(page, run.folder / PAGE)
+        save_page(page, run.folder / PAGE)
         for note in run.notes:
             print(note)
         print(f"{server.url}  (Ctrl-C ends it)", flush=True)
@@ -50,8 +56,8 @@ def execute(options):
     return SUCCESS
 
 
-def keep(page, path):
-    """Writes the page into the run directory; one that cannot be written to has the page on the screen alone."""
+def save_page(page: str, path: Path) -> None:
+    """Writes the page into the run directory; where that is not possible, the page is only shown."""
     try:
         path.write_text(page, encoding="utf-8")
     except OSError as error:

@@ -124,7 +124,7 @@ class LiveView:
             phases: enumeration of the task's phases.
             scene_url: address of the 3-D scene.
         """
-        from drake_tracker.arm.description import make_arm_model
+        from drake_tracker.arm.arm_model import make_arm_model
         from drake_tracker.diagrams.arms import arm_of
         from drake_tracker.diagrams.hand_eye import has_images
         from drake_tracker.live.strips_system import add_strips

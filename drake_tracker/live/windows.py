@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.circle_finder import best_reading, read_window
+from drake_tracker.vision.circle_finder import best_measurement, measure_circle
 
 LOOK_PERIOD = 0.1
 """Time [s] between two checks whether there is an answer."""
@@ -47,14 +47,14 @@ class WindowQuestion:
         Args:
             window: (u0, v0, width, height) [px], unchecked.
 
-        Returns (`CircleReading`, the window in whole pixels). Raises ValueError when it is not a window, or does not
+        Returns (`CircleMeasurement`, the window in whole pixels). Raises ValueError when it is not a window, or does not
         hold exactly one circle.
         """
         if not isinstance(window, list) or len(window) != 4 or not all(_is_pixel(value) for value in window):
             raise ValueError(f"a window is four numbers from 0 to {_LARGEST}")
         window = [int(value) for value in window]
         try:
-            return best_reading([read_window(image, window, self._threshold) for image in self._grey]), window
+            return best_measurement([measure_circle(image, window, self._threshold) for image in self._grey]), window
         except DrakeTrackerError as error:
             raise ValueError(str(error)) from None
 

@@ -1,35 +1,43 @@
-"""Vision and estimation behind cameras of one's own: no world, no arm."""
+"""Vision and estimation for your own cameras: no world, no arm."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.core.timing import ESTIMATOR_SLOT, vision_slot
 from drake_tracker.estimation.estimator_system import EstimatorSystem
-from drake_tracker.footage.timeline import MOST_STAMP_DIFFERENCE
+from drake_tracker.footage.timeline import MOST_STAMP_DIFFERENCE, Timeline
 from drake_tracker.footage.video_source_system import VideoSource
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
+from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
-from drake_tracker.vision.plane_projection import EveryReading, camera_on_board
+from drake_tracker.vision.plane_projection import EveryPoint, camera_on_board
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
 MAX_GAP = 0.03
-"""Two rays that pass each other by more [m] are not of one point."""
+"""Largest gap [m] between the two rays of one point."""
 EXTRA_CYCLES = 1
-"""Cycles that a centroid spends in the delay line, its shortest: nothing here imitates the lag of 1991."""
+"""Cycles that a centroid spends in the delay line, its minimum: the lag of 1991 is not reproduced here."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """Where something moves: X_WP (4, 4) of a plane whose z is its normal, and the height [m] above it."""
+    """The plane over which an object moves.
+
+    Attributes:
+        X_WP: pose of the plane, shape (4, 4); its z axis is the normal.
+        height: height of the object above the plane [m].
+    """
 
     X_WP: np.ndarray
     height: float = 0.0
 
 
 class OwnCamerasDiagram(Diagram):
-    """From footage to points and a predicted path.
+    """From footage to points and a predicted path, at the frame rate of the footage.
 
     .. pydrake_system::
 
@@ -47,20 +55,38 @@ class OwnCamerasDiagram(Diagram):
         - filtered
         - prediction
 
-    A single camera is the left one. ``camera_*`` and ``frame_*`` are those of `VideoSource`, the others those of
-    `VisionDiagram` and `EstimatorSystem`. ``point``, ``filtered`` and ``prediction`` are there when the cameras are
-    calibrated: two of them, or one and a plane.
+    There are no input ports. A single camera is the left one. ``camera_*`` is an `ImageRgba8U` and ``frame_*`` a
+    `FrameInfo` (stamp [s]), both of a `VideoSource` and functions of time. ``centroid_*`` is a `Centroid` (stamp [s],
+    pixels) and ``motion_*`` a `MotionEnergy`, both updated every period of the footage. ``point`` is a `TrackPoint` in
+    W [m], ``filtered`` a `Filtered` and ``prediction`` a `Prediction`, updated every period in the slots of vision and
+    estimator (`core.timing`). These three exist when the cameras are calibrated: two cameras, or one and a plane. A
+    vector of zeros means that there is no result yet.
 
-    Args:
-        timeline: `Timeline` of one or two cameras.
-        detectors: a motion detector for each.
-        cameras: a `CameraModel` for each, or empty.
-        estimator: one of `drake_tracker.estimation`, or None.
-        plane: `Plane` on which a single camera sees things move, or None.
-        max_gap: of the `TriangulatorSystem` [m].
+    Attributes:
+        sides: ("left", "right"), or ("left",) for a single camera.
+        has_points: whether there are points and predictions.
     """
 
-    def __init__(self, timeline, detectors, cameras=(), estimator=None, *, plane=None, max_gap=MAX_GAP):
+    def __init__(
+        self,
+        timeline: Timeline,
+        detectors: Sequence[Any],
+        cameras: Sequence[CameraModel] = (),
+        estimator: Any = None,
+        *,
+        plane: Plane | None = None,
+        max_gap: float = MAX_GAP,
+    ) -> None:
+        """Wires the diagram.
+
+        Args:
+            timeline: common clock of one or two cameras.
+            detectors: motion detector of each camera.
+            cameras: calibration of each camera, or empty.
+            estimator: an `Estimator`; needed with calibrated cameras only.
+            plane: plane of the motion; needed with a single calibrated camera only.
+            max_gap: largest gap between the two rays of one point [m].
+        """
         super().__init__()
         self.set_name("own_cameras")
         self.sides = ("left", "right")[: len(timeline.sequences)]
@@ -68,7 +94,7 @@ class OwnCamerasDiagram(Diagram):
         builder = DiagramBuilder()
         if len(self.sides) == 2:
             vision = self._add_stereo(builder, cameras, detectors, period, max_gap)
-        elif cameras:
+        elif cameras and plane is not None:
             vision = self._add_on_plane(builder, cameras[0], detectors[0], period, plane)
         else:
             vision = self._add_centroid(builder, detectors[0], period)
@@ -90,17 +116,20 @@ class OwnCamerasDiagram(Diagram):
         builder.BuildInto(self)
 
     @staticmethod
-    def _add_stereo(builder, cameras, detectors, period, max_gap):
-        cameras, detectors = (dict(zip(("left", "right"), pair)) for pair in (cameras, detectors))
+    def _add_stereo(
+        builder: DiagramBuilder,
+        camera_pair: Sequence[CameraModel],
+        detector_pair: Sequence[Any],
+        period: float,
+        max_gap: float,
+    ) -> dict[str, Any]:
+        """Adds the vision of two cameras; returns its ports by name."""
+        cameras, detectors = (dict(zip(("left", "right"), pair)) for pair in (camera_pair, detector_pair))
         vision = builder.AddSystem(
             VisionDiagram(
                 cameras,
-                None,
-                {side: (0, 0, camera.width, camera.height) for side, camera in cameras.items()},
-                None,
-                detectors["left"].stamp_age_cycles + EXTRA_CYCLES,
-                None,
-                detectors=detectors,
+                detectors,
+                lag_cycles=detectors["left"].stamp_age_cycles + EXTRA_CYCLES,
                 period=period,
                 own_stamps=True,
                 max_gap=max_gap,
@@ -114,7 +143,10 @@ class OwnCamerasDiagram(Diagram):
         }
 
     @staticmethod
-    def _add_on_plane(builder, camera, detector, period, plane):
+    def _add_on_plane(
+        builder: DiagramBuilder, camera: CameraModel, detector: Any, period: float, plane: Plane
+    ) -> dict[str, Any]:
+        """Adds the vision of a single camera that sees a plane; returns its ports by name."""
         X_CP = camera.X_CW @ plane.X_WP
         vision = builder.AddSystem(
             BoardVisionDiagram(
@@ -122,7 +154,7 @@ class OwnCamerasDiagram(Diagram):
                 camera_on_board(camera.K, X_CP, camera.width, camera.height, camera.distortion),
                 plane.X_WP,
                 plane.height,
-                EveryReading(),
+                EveryPoint(),
                 update_cycles=1,
                 throughput_cycles=detector.buffer_length - 1 + EXTRA_CYCLES,
                 own_stamps=True,
@@ -139,9 +171,12 @@ class OwnCamerasDiagram(Diagram):
         }
 
     @staticmethod
-    def _add_centroid(builder, detector, period):
+    def _add_centroid(builder: DiagramBuilder, detector: Any, period: float) -> dict[str, Any]:
+        """Adds the centroid of a single uncalibrated camera; returns its ports by name."""
         lag = detector.stamp_age_cycles + EXTRA_CYCLES
-        motion = add_motion_centroid(builder, "motion", detector, lag_cycles=lag, period=period, own_stamps=True)
+        motion = add_motion_centroid(
+            builder, detector=detector, lag_cycles=lag, period=period, own_stamps=True, name="motion"
+        )
         return {
             "camera_left": motion.image_input_port,
             "frame_left": motion.frame_input_port,

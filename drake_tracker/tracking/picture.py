@@ -1,7 +1,11 @@
-"""The picture of a track of one's own cameras: its path, and its coordinates over time."""
+"""The picture of a track of your own cameras: its path, and its coordinates over time."""
+
+from collections.abc import Mapping
+from pathlib import Path
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -9,15 +13,25 @@ from drake_tracker.tasks.style import FILTERED, PLOT_STYLE, PREDICTED, SEEN, SOF
 from drake_tracker.tracking.table import HORIZON
 
 FROM_ABOVE = {"camera_left": ("x", "z"), "board": ("x", "y")}
-"""Axes of the picture from above, by what W is: in a camera's frame y points down."""
+"""Axes of the view from above, by what the world frame W is: y points down in a camera frame."""
 
 
-def draw_track(data, path, *, world="board", title="", period=1.0 / 60.0):
-    """Draws a track as one picture, 2400 x 1350 px.
+def draw_track_picture(
+    data: Mapping[str, np.ndarray],
+    path: str | Path,
+    *,
+    world: str = "board",
+    title: str = "",
+    period: float = 1.0 / 60.0,
+) -> None:
+    """Draws a track as a picture of 2400 x 1350 px.
 
     Args:
-        data: what `TrackTable.data` returns. path: PNG file to write. world: a key of `FROM_ABOVE`.
-        title: a line of text. period: of the images [s]; lines are broken where images are missing.
+        data: columns of the track, see `TrackTable.data`.
+        path: PNG file to write.
+        world: key of `FROM_ABOVE`.
+        title: line of text.
+        period: period of the images [s]; lines are interrupted where images are missing.
     """
     spatial = "x" in data
     axes = ("x", "y", "z") if spatial else ("u", "v")
@@ -25,7 +39,7 @@ def draw_track(data, path, *, world="board", title="", period=1.0 / 60.0):
     across, up = FROM_ABOVE[world] if spatial else ("u", "v")
     with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(16, 9), facecolor="white")
-        FigureCanvasAgg(figure)
+        canvas = FigureCanvasAgg(figure)
         ax = figure.add_axes((0.06, 0.09, 0.40, 0.74))
         _draw_lines(ax, data, across, up, period)
         ax.set_aspect("equal", adjustable="datalim")
@@ -45,18 +59,20 @@ def draw_track(data, path, *, world="board", title="", period=1.0 / 60.0):
         figure.text(0.06, 0.945, title, fontsize=17, weight="bold", va="center")
         names = [("measured", SEEN)]
         if spatial:
-            names += [("filtered", FILTERED), (f"as foreseen {HORIZON:g} s before", PREDICTED)]
+            names += [("filtered", FILTERED), (f"predicted {HORIZON:g} s earlier", PREDICTED)]
         x = 0.06
         for name, colour in names:
             text = figure.text(x, 0.9, name, color=colour, fontsize=12, weight="bold", va="center")
-            x = text.get_window_extent(figure.canvas.get_renderer()).x1 / figure.bbox.width + 0.02
+            x = text.get_window_extent(canvas.get_renderer()).x1 / figure.bbox.width + 0.02
         count, valid = len(data["valid"]), int(data["valid"].sum())
         figure.text(x, 0.9, f"{valid} of {count} images with a result", color=SOFT_INK, fontsize=12, va="center")
         figure.savefig(path, dpi=150)
 
 
-def _draw_lines(ax, data, across, up, period):
-    def column(prefix, name):
+def _draw_lines(ax: Axes, data: Mapping[str, np.ndarray], across: str, up: str, period: float) -> None:
+    """Draws measured points, and filtered and predicted lines, of two columns."""
+
+    def column(prefix: str, name: str) -> np.ndarray:
         if name == "stamp":
             return data["stamp"] + (HORIZON if prefix == "predicted_" else 0.0)
         return data[prefix + name]

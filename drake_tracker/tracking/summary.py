@@ -1,25 +1,33 @@
-"""What came of tracking with one's own cameras, in numbers."""
+"""The summary of a track of your own cameras."""
+
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from drake_tracker.tasks.train.summary import git_commit, package_versions, tidy
+from drake_tracker.tasks.results import git_commit, package_versions, tidy
 from drake_tracker.tracking.table import HORIZON
 
 
-def summarize_track(data, period):
-    """Returns a dict of numbers about a track; lengths in m, times in s, pixels in px.
+def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, Any]:
+    """Returns the numbers of a track; lengths in m, times in s, pixels in px.
 
-    ``results``: images with a valid point (or centroid, of a single camera without calibration), ``described``: of so
-    many. ``gap_rms_m``: by how much the two rays pass each other. ``prediction_rms_m``: predictions `HORIZON` ahead
-    against the point measured then, interpolated between neighbours. ``extent_m`` or ``extent_px``: size of the box
-    that holds the track. ``seen_by_both``: images in which both cameras saw something move.
+    - ``described``: number of images that the track describes.
+    - ``results``: number of those with a valid point (or centroid, for a single camera without calibration).
+    - ``gap_rms_m``: root mean square of the gap between the two rays.
+    - ``prediction_rms_m``: root mean square error of the predictions `HORIZON` ahead, against the points measured at
+      that time (interpolated between neighbours).
+    - ``extent_m`` or ``extent_px``: size of the bounding box of the track.
+    - ``seen_by_both``: number of images in which both cameras saw motion.
+    - ``median_speed_m_s``: median speed of the filtered point.
 
     Args:
-        data: what `TrackTable.data` returns. period: of the images [s].
+        data: columns of the track, see `TrackTable.data`.
+        period: period of the images [s].
     """
     valid = data["valid"] > 0
     names = ("x", "y", "z") if "x" in data else ("u", "v")
-    summary = {"described": len(valid), "results": int(valid.sum())}
+    summary: dict[str, Any] = {"described": len(valid), "results": int(valid.sum())}
     path = np.column_stack([data[name][valid] for name in names])
     extent = np.ptp(path, axis=0).tolist() if len(path) else None
     if "x" not in data:
@@ -41,19 +49,20 @@ def summarize_track(data, period):
     }
 
 
-def _prediction_rms(data, path, valid, period):
-    foreseen = np.column_stack([data[f"predicted_{name}"] for name in ("x", "y", "z")])
+def _prediction_rms(data: Mapping[str, np.ndarray], path: np.ndarray, valid: np.ndarray, period: float) -> float | None:
+    """Returns the root mean square error [m] of the predictions, None when no prediction can be judged."""
+    predicted = np.column_stack([data[f"predicted_{name}"] for name in ("x", "y", "z")])
     times, stamps = data["stamp"] + HORIZON, data["stamp"][valid]
     if len(stamps) < 2:
         return None
     after = np.clip(np.searchsorted(stamps, times), 1, len(stamps) - 1)
     near = (stamps[after] - stamps[after - 1] < 2.5 * period) & (times <= stamps[-1]) & (times >= stamps[0])
     measured = np.column_stack([np.interp(times, stamps, column) for column in path.T])
-    miss = np.linalg.norm(foreseen - measured, axis=1)[near]
-    miss = miss[~np.isnan(miss)]
-    return float(np.sqrt(np.mean(miss**2))) if len(miss) else None
+    error = np.linalg.norm(predicted - measured, axis=1)[near]
+    error = error[~np.isnan(error)]
+    return float(np.sqrt(np.mean(error**2))) if len(error) else None
 
 
-def describe_run(**facts):
-    """Returns facts fit for JSON, with the versions that made them."""
+def describe_run(**facts: Any) -> dict[str, Any]:
+    """Returns facts as values for JSON, with the versions of the software that produced them."""
     return tidy(facts | {"package_versions": package_versions(), "git_commit": git_commit()})

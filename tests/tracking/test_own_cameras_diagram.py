@@ -1,4 +1,4 @@
-"""The diagram behind cameras of one's own: which ports it has, and that estimates do not flow back into the vision."""
+"""The diagram for your own cameras: its ports, and that estimates do not flow back into the vision."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def make(count, cameras, plane=None):
         (1, [], None, LEFT, {"motion", "motion_lag", "source_left"}),
     ],
 )
-def test_two_cameras_one_with_a_plane_and_one_alone(count, cameras, plane, ports, systems):
+def test_ports_of_two_cameras_of_one_with_a_plane_and_of_one_alone(count, cameras, plane, ports, systems):
     diagram = make(count, cameras, plane)
     assert diagram.num_input_ports() == 0
     names = {diagram.get_output_port(k).get_name() for k in range(diagram.num_output_ports())}
@@ -42,7 +42,7 @@ def test_two_cameras_one_with_a_plane_and_one_alone(count, cameras, plane, ports
             assert source.get_name().startswith("source_")
 
 
-def test_the_vision_runs_at_the_footages_own_period():
+def test_the_vision_runs_at_the_frame_rate_of_the_footage():
     diagram = make(1, [])
     assert diagram.GetSubsystemByName("motion_lag").get_input_port().size() == 5
     context = diagram.CreateDefaultContext()

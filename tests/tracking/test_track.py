@@ -1,4 +1,4 @@
-"""Tracks before one's own cameras, from files to files: synthetic cameras see a ball on a known circle in space."""
+"""Tracks of your own cameras, from files to files: synthetic cameras see a ball on a known circle in space."""
 
 import errno
 import itertools
@@ -60,7 +60,7 @@ def one_line(capfd, *words):
     assert all(word in said[0] for word in words), said[0]
 
 
-def test_an_estimator_of_ones_own_foresees_the_path(folder, monkeypatch):
+def test_a_custom_estimator_predicts_the_path(folder, monkeypatch):
     monkeypatch.setattr("sys.path", list(sys.path))
     shutil.copy(Path(__file__).parents[1] / "own_estimator.py", "my_track_estimator.py")
     assert track(*videos(folder), "--calibration", "stereo.yaml", "--no-overlay",
@@ -94,7 +94,7 @@ def test_two_videos_give_the_path_in_space(folder, capsys):
 
 
 @pytest.mark.parametrize("detector, lost", [("NormalFlow", 3), ("!FrameDifference {stride: 2}", 2)])
-def test_a_dropped_image_costs_the_points_that_rest_on_it_and_no_other_is_worse(folder, detector, lost):
+def test_a_dropped_image_costs_only_the_points_that_use_it(folder, detector, lost):
     dropped = np.setdiff1d(np.arange(len(TIMES)), [30, 50])
     sources = videos(folder, left=dropped)
     arguments = ("--calibration", "stereo.yaml", "--detector", detector, "--no-overlay")
@@ -108,7 +108,7 @@ def test_a_dropped_image_costs_the_points_that_rest_on_it_and_no_other_is_worse(
     assert json.loads((folder / "out" / "summary.json").read_text())["dropped"] == [2, 0]
 
 
-def test_folders_of_images_whose_missing_numbers_were_dropped(folder):
+def test_missing_numbers_in_a_folder_are_dropped_images(folder):
     kept = np.setdiff1d(np.arange(45), [20])
     left = write_images(folder / "left", [images("left")[k] for k in kept], kept)
     right = write_images(folder / "right", images("right")[:45])
@@ -118,8 +118,8 @@ def test_folders_of_images_whose_missing_numbers_were_dropped(folder):
     assert (data["valid"] == 0).sum() == 3 and np.nanmax(errors(data)) < 0.002
 
 
-def test_folders_that_count_through_the_same_numbers_share_a_clock(folder):
-    """The right camera's first images are missing: its others stay where their numbers put them."""
+def test_folders_with_the_same_numbering_share_a_clock(folder):
+    """The first images of the right camera are missing: the others keep the times that their numbers imply."""
     left = write_images(folder / "left", images("left")[:45], range(45))
     right = write_images(folder / "right", images("right")[5:45], range(5, 45))
     arguments = ("--calibration", "stereo.yaml", "--fps", "30", "--no-overlay")
@@ -128,16 +128,16 @@ def test_folders_that_count_through_the_same_numbers_share_a_clock(folder):
     assert (data["valid"] == 1).sum() > 30 and np.nanmax(errors(data)) < 0.002
 
 
-def test_cameras_that_are_swapped_are_guessed(folder, capsys):
+def test_swapped_cameras_are_suspected(folder, capsys):
     for name, other in (("left", "right"), ("right", "left")):
         write_video(folder / f"{name}.mkv", images(other)[:45], TIMES[:45])
     track("left.mkv", "right.mkv", "--calibration", "stereo.yaml", "--no-overlay")
     said = capsys.readouterr().out
-    assert "both cameras saw motion in" in said and "are the cameras swapped" in said
-    assert "nothing was seen to move" not in said
+    assert "Both cameras saw motion in" in said and "Are the cameras swapped" in said
+    assert "No motion was found" not in said
 
 
-def test_what_an_estimator_raises_on_the_way_leaves_the_track_up_to_there(folder, monkeypatch, capfd):
+def test_an_estimator_that_raises_midway_leaves_the_track_so_far(folder, monkeypatch, capfd):
     (folder / "late.py").write_text(
         "from drake_tracker.estimation.coordinated_turn import CoordinatedTurn\n"
         "class Late(CoordinatedTurn):\n"
@@ -146,7 +146,7 @@ def test_what_an_estimator_raises_on_the_way_leaves_the_track_up_to_there(folder
         "            raise ValueError('too late')\n"
         "        return super().update(state, stamp, p_WQ)\n"
     )
-    monkeypatch.setattr("drake_tracker.diagrams.estimators.check_estimator", lambda *_: None)
+    monkeypatch.setattr("drake_tracker.diagrams.parts.check_estimator", lambda *_: None)
     arguments = ("--calibration", "stereo.yaml", "--no-overlay", "--estimator", "!Custom {call: late.Late}")
     assert track(*videos(folder), *arguments) == 3
     assert "ValueError: too late" in capfd.readouterr().err
@@ -180,10 +180,10 @@ def test_one_camera_and_a_plane(folder, plane):
     assert data["valid"].all() and errors(data, level).max() < 0.002
 
 
-def test_nothing_that_moves_is_no_success(folder, capsys):
+def test_no_motion_is_not_a_success(folder, capsys):
     write_video(folder / "left.mkv", [images("left")[0]] * 30, TIMES[:30])
     assert track("left.mkv", "--no-overlay") == 1
-    assert "nothing was seen to move" in capsys.readouterr().out
+    assert "No motion was found" in capsys.readouterr().out
     assert (folder / "out" / "track.png").is_file()
 
 
@@ -223,7 +223,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(folder, capfd, arguments, word
 
 
 class Device:
-    """Two plugged-in cameras, 0 and 1: images of the films, one after the other, until they are pulled out."""
+    """Two connected cameras, 0 and 1: the images of the films in order, until they are unplugged."""
 
     def __init__(self, number):
         self._images = iter(images(("left", "right")[number])[:40])
@@ -253,7 +253,7 @@ class Device:
 
 @pytest.fixture
 def plugged_in(monkeypatch):
-    """Each camera has a clock of its own making, so that both take an image every 1/30 s."""
+    """Each camera has its own simulated clock, so that both take an image every 1/30 s."""
 
     def opened(number, fps=None):
         clock = itertools.count()
@@ -262,19 +262,19 @@ def plugged_in(monkeypatch):
     monkeypatch.setattr(open_footage, "open_camera", opened)
 
 
-def test_two_live_cameras_until_the_time_is_over(folder, plugged_in):
+def test_two_live_cameras_for_a_duration(folder, plugged_in):
     assert track("0", "1", "--calibration", "stereo.yaml", "--duration", "1", "--no-overlay") == 0
     data = read_track(folder / "out")
     assert data["valid"].all() and len(data["valid"]) == 28 and errors(data).max() < 0.002
 
 
-def test_a_camera_that_is_pulled_out_leaves_the_track_up_to_there(folder, plugged_in, capfd):
+def test_an_unplugged_camera_leaves_the_track_so_far(folder, plugged_in, capfd):
     assert track("0", "--no-overlay") == 2
     one_line(capfd, "camera 0: it gives no more images")
     assert len(read_track(folder / "out")["stamp"]) > 30
 
 
-def test_a_damaged_video_leaves_the_track_up_to_there(folder, capfd):
+def test_a_damaged_video_leaves_the_track_so_far(folder, capfd):
     numbered = write_images(folder / "left", images("left")[:30])
     (folder / "left" / "image00020.png").write_text("this is no image")
     assert track(numbered, "--fps", "30") == 2
@@ -298,7 +298,7 @@ def test_a_full_disk_is_one_line_and_keeps_what_was_written(folder, capfd, monke
     assert len(read_track(folder / "out")["stamp"]) == 10
 
 
-def test_interrupting_keeps_what_there_is(folder, monkeypatch):
+def test_an_interrupted_track_is_kept(folder, monkeypatch):
     add = track_table.TrackTable.add
 
     def interrupted(table, *ports):
@@ -312,8 +312,8 @@ def test_interrupting_keeps_what_there_is(folder, monkeypatch):
     assert json.loads((folder / "out" / "summary.json").read_text())["interrupted"] is True
 
 
-def test_the_ball_is_seen_large_enough():
-    """The rig of these tests is no better than a real one: the ball covers some 30 px."""
+def test_the_ball_covers_enough_pixels():
+    """The rig of these tests is realistic: the ball covers some 30 px."""
     camera = CAMERAS["camera_left"]
     depth = (camera.X_CW @ [*on_circle(0.0), 1.0])[2]
     assert 12 < camera.K[0, 0] * 2 * BALL / depth < 35

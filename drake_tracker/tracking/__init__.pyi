@@ -1,0 +1,9 @@
+from .overlay import TrackOverlay as TrackOverlay
+from .own_cameras_diagram import OwnCamerasDiagram as OwnCamerasDiagram
+from .own_cameras_diagram import Plane as Plane
+from .picture import draw_track_picture as draw_track_picture
+from .preparation import PreparedTrack as PreparedTrack
+from .preparation import prepare_track as prepare_track
+from .summary import summarise_track as summarise_track
+from .table import TrackTable as TrackTable
+from .track import make_track as make_track

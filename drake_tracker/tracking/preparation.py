@@ -1,0 +1,176 @@
+"""Prepares a track of your own cameras: checks the options, opens the footage, builds the diagram."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.diagrams.parts import estimator_of
+from drake_tracker.estimation.config import CoordinatedTurn, PathEstimator
+from drake_tracker.footage.footage import Footage
+from drake_tracker.footage.open_footage import open_footage
+from drake_tracker.footage.timeline import Timeline, align
+from drake_tracker.scenarios.base import Custom
+from drake_tracker.scenarios.option import read_option
+from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
+from drake_tracker.vision.calibration_file import load_calibration, load_pose
+from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.config import NormalFlow, SequenceDetector
+from drake_tracker.vision.detectors import make_detector
+
+ESTIMATORS = CoordinatedTurn | PathEstimator | Custom
+"""Settings of the estimators that ``--estimator`` may name."""
+_NORMAL_FLOW_SPAN = 2 * VISION_PERIOD
+"""Time [s] between the two images that normal flow compares, as with the simulated cameras."""
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedTrack:
+    """Everything that `make_track` needs. Whoever does not call it must close the footage.
+
+    Attributes:
+        footage: footage of each camera.
+        timeline: common clock of the cameras.
+        diagram: vision and estimation.
+        cameras: calibration of each camera, or empty.
+        age_cycles: cycles from the described image to the newest one.
+        world: what the world frame W is: "board" or "camera_left"; None without calibration.
+        facts: sources and settings, for the summary.
+    """
+
+    footage: list[Footage]
+    timeline: Timeline
+    diagram: OwnCamerasDiagram
+    cameras: list[CameraModel]
+    age_cycles: float
+    world: str | None
+    facts: dict[str, Any]
+
+
+def prepare_track(
+    sources: Sequence[str],
+    *,
+    calibration: str | Path | None = None,
+    plane: str | None = None,
+    height: float = 0.0,
+    camera: str = "camera_left",
+    fps: float | None = None,
+    offset: float = 0.0,
+    duration: float | None = None,
+    detector: str = "NormalFlow {}",
+    estimator: str = "CoordinatedTurn {}",
+    max_gap: float = MAX_GAP,
+) -> PreparedTrack:
+    """Checks the options, opens the footage and builds the diagram of a track. Nothing is written.
+
+    Args:
+        sources: one source or two, as `open_footage` takes them.
+        calibration: file made by `drake-tracker calibrate`; None gives the 2-D centroid of a single camera.
+        plane: for a single camera, "board" (the board in the calibration's first photograph) or a YAML file with X_WP.
+        height: height of the moving object above that plane [m].
+        camera: name of a single camera in the calibration.
+        fps: images per second, see `open_footage`.
+        offset: time by which the second recording began later [s], see `align`.
+        duration: longest time to use [s].
+        detector: tag of a `SequenceDetector` with settings, see `read_option`.
+        estimator: tag of `ESTIMATORS` with settings, see `read_option`.
+        max_gap: largest gap between the two rays of one point [m].
+
+    Raises:
+        DrakeTrackerError: an option or a source is wrong; one line for each error.
+    """
+    _check_numbers({"fps": fps, "duration": duration, "max-gap": max_gap}, {"height": height, "offset": offset})
+    detector_settings = read_option(detector, SequenceDetector, "detector")
+    estimator_settings = read_option(estimator, ESTIMATORS, "estimator")
+    _check_cameras(len(sources), calibration, plane)
+    names = ["camera_left", "camera_right"] if len(sources) == 2 else [camera]
+    cameras = [] if calibration is None else _load_cameras(calibration, names)
+    footage: list[Footage] = []
+    try:
+        for source in sources:
+            footage.append(open_footage(source, fps))
+        for model, name, each in zip(cameras, names, footage):
+            _check_size(model, each, f"{calibration}: {name}")
+        timeline = align(footage, offset=offset, duration=duration)
+        detector_settings = _with_stride(detector_settings, timeline.period)
+        detectors = [make_detector(detector_settings, period=timeline.period) for _ in footage]
+        diagram = OwnCamerasDiagram(
+            timeline,
+            detectors,
+            cameras,
+            estimator_of(estimator_settings, "--estimator", period=timeline.period) if cameras else None,
+            plane=_load_plane(plane, calibration, height) if plane and calibration else None,
+            max_gap=max_gap,
+        )
+    except BaseException:
+        for each in footage:
+            each.close()
+        raise
+    facts = {
+        "cameras": [{"source": each.name, "width": each.size[0], "height": each.size[1]} for each in footage],
+        "frame_rate": 1.0 / timeline.period,
+        "calibration": calibration and str(calibration),
+        "plane": plane,
+        "detector": {"kind": type(detector_settings).__name__} | asdict(detector_settings),
+        "estimator": {"kind": type(estimator_settings).__name__} | asdict(estimator_settings) if cameras else None,
+    }
+    world = None
+    if cameras:
+        world = "camera_left" if np.array_equal(cameras[0].X_CW, np.eye(4)) else "board"
+    return PreparedTrack(footage, timeline, diagram, cameras, detectors[0].stamp_age_cycles, world, facts)
+
+
+def _check_numbers(positive: dict[str, float | None], finite: dict[str, float]) -> None:
+    """Raises DrakeTrackerError when an option is out of range."""
+    for name, value in positive.items():
+        if value is not None and not 0.0 < value < np.inf:
+            raise DrakeTrackerError(f"--{name} {value:g}: must be above 0 and finite")
+    for name, number in finite.items():
+        if not np.isfinite(number):
+            raise DrakeTrackerError(f"--{name} {number:g}: must be a finite number")
+
+
+def _check_cameras(count: int, calibration: str | Path | None, plane: str | None) -> None:
+    """Raises DrakeTrackerError when calibration and plane do not suit the number of cameras."""
+    if count == 2 and calibration is None:
+        raise DrakeTrackerError("two cameras need --calibration FILE; drake-tracker calibrate makes one")
+    if count == 1 and calibration is not None and plane is None:
+        raise DrakeTrackerError(
+            "a single camera measures only a direction: add --plane board or --plane FILE, the plane of the motion"
+        )
+    if plane is not None and (calibration is None or count == 2):
+        raise DrakeTrackerError(f"--plane {plane}: only for a single camera with --calibration FILE")
+
+
+def _check_size(model: CameraModel, footage: Footage, where: str) -> None:
+    """Raises DrakeTrackerError when a camera was calibrated at another image size."""
+    if (model.width, model.height) != footage.size:
+        raise DrakeTrackerError(
+            f"{where} was calibrated at {model.width} x {model.height} px, but {footage.name} has "
+            f"{footage.size[0]} x {footage.size[1]} px; calibrate with images of that size"
+        )
+
+
+def _with_stride(settings: Any, period: float) -> Any:
+    """Returns detector settings whose normal flow spans the same time as with the simulated cameras."""
+    if isinstance(settings, NormalFlow) and settings.preset == "scaled":
+        return replace(settings, stride=settings.stride or int(np.clip(round(_NORMAL_FLOW_SPAN / period), 1, 4)))
+    return settings
+
+
+def _load_cameras(path: str | Path, names: list[str]) -> list[CameraModel]:
+    models = load_calibration(path)
+    for name in names:
+        if name not in models:
+            raise DrakeTrackerError(f"{path}: there is no {name}; found {', '.join(models) or 'none'}")
+    return [models[name] for name in names]
+
+
+def _load_plane(plane: str, calibration: str | Path, height: float) -> Plane:
+    if plane == "board":
+        return Plane(load_pose(calibration, "notes", "X_WP"), height)
+    return Plane(load_pose(plane, "X_WP"), height)
