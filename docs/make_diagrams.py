@@ -1,11 +1,13 @@
-"""Makes the diagrams of the documents: those of the tour as built, the slots of time, and what diagrams/ has.
+"""Draws the diagrams of the documentation: the subsystems as built, the time slots, and the drawings in diagrams/.
 
     python docs/make_diagrams.py     needs the program dot (Debian: apt-get install graphviz)
 
-Drawn is what the built Diagrams say of themselves. Drake's own graph (`drake-tracker run --graphviz`) shows the same,
-and the ports that nothing is connected to as well.
+The diagrams of the subsystems are generated from the built Drake Diagrams and omit unconnected ports. Drake's own graph
+(`drake-tracker run --graphviz`) shows those, too.
 """
 
+import html
+import json
 import re
 import subprocess
 from itertools import zip_longest
@@ -34,12 +36,16 @@ from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PRED
 
 DRAWN = Path(__file__).parent / "diagrams"
 IMAGES = Path(__file__).parent / "images"
-ROOMS = ("world", "vision", "arm")
-"""Rooms with more than one System in them."""
+FONT = "Liberation Sans"
+"""Font for which dot computes the layout (Debian: apt-get install fonts-liberation)."""
+SHOWN_FONTS = "Helvetica,Arial,Liberation Sans,sans-serif"
+"""Fonts in the SVG; the first three have the same metrics. In any other font a label is scaled to its width."""
+SUBSYSTEMS = ("world", "vision", "arm")
+"""Subsystems that consist of several Systems."""
 SHOWN = 0.060
-"""Time [s] that the picture of the slots covers."""
+"""Time span of the figure of the slots [s]."""
 SLOTS = 16
-"""Parts of a plant step in which slots are given."""
+"""Slots are multiples of this fraction of a plant step."""
 RHYTHM = (
     ("plant", 0.0, TIME_STEP, INK),
     ("images, centroids", 0.0, VISION_PERIOD, PREDICTED),
@@ -50,18 +56,18 @@ RHYTHM = (
     ("transform equation", servo_slot(TRANSFORM_SLOT), SERVO_PERIOD, HAND),
     ("inverse kinematics", servo_slot(IK_SLOT), SERVO_PERIOD, HAND),
 )
-"""What updates when: name, offset [s], period [s], colour."""
+"""When each part updates: name, offset [s], period [s], colour."""
 
 
 def graphs(scenario="train"):
-    """Returns {name of the picture: Graphviz text} of a scenario's diagram and its rooms."""
+    """Returns {name of the picture: Graphviz text} of a scenario's diagram and its subsystems."""
     hand_eye = make_diagram(load_scenario(scenario))
-    systems = {"hand_eye": hand_eye} | {room: hand_eye.GetSubsystemByName(room) for room in ROOMS}
+    systems = {"hand_eye": hand_eye} | {name: hand_eye.GetSubsystemByName(name) for name in SUBSYSTEMS}
     return {name: graph_of(system) for name, system in systems.items()}
 
 
 def graph_of(diagram):
-    """Returns the Graphviz text of a Diagram: its Systems with those ports that something is connected to."""
+    """Returns the Graphviz text of a Diagram: its Systems with their connected ports."""
     edges, ports = [], {system: (set(), set()) for system in diagram.GetSystems()}
 
     def end(system, index, way):
@@ -95,20 +101,44 @@ def box(system, inputs, outputs):
         [f'<TD PORT="o{k}" ALIGN="RIGHT">{system.get_output_port(k).get_name()}</TD>' for k in sorted(outputs)],
     ]
     rows = [f"<TR>{left}{right}</TR>" for left, right in zip_longest(*sides, fillvalue="<TD></TD>")]
-    frame = f'BORDER="1" COLOR="{SOFT_INK}" CELLBORDER="0" CELLSPACING="0" CELLPADDING="3" STYLE="ROUNDED"'
-    return f'<TABLE {frame}><TR><TD COLSPAN="2">{title}</TD></TR><HR/>{"".join(rows)}</TABLE>'
+    frame = f'BORDER="1" COLOR="{SOFT_INK}" CELLBORDER="0" CELLSPACING="0" CELLPADDING="4" STYLE="ROUNDED"'
+    return f'<TABLE {frame}><TR><TD COLSPAN="2" CELLPADDING="6">{title}</TD></TR><HR/>{"".join(rows)}</TABLE>'
 
 
 def draw_graph(graph):
-    """Returns the SVG text of a Graphviz text."""
-    fonts = [f"-{part}fontname=Helvetica,Arial,sans-serif" for part in "GNE"]
-    command = ["dot", "-Tsvg", "-Gbgcolor=white", *fonts]
-    svg = subprocess.run(command, input=graph, capture_output=True, text=True, check=True).stdout
-    return re.sub(r"<!--.*?-->\n?|<title>.*?</title>\n?", "", svg, flags=re.DOTALL)
+    """Returns the SVG text of a Graphviz text. Every label has a fixed width, so that it fits its box in any font."""
+    widths = label_widths(json.loads(run_dot(graph, "json")))
+
+    def fixed(match):
+        x, text = float(match[1]), match[2]
+        width = min(widths[html.unescape(text)], key=lambda place: abs(place[0] - x))[1]
+        return f'{match[0][: -1 - len(text)]} textLength="{width:g}" lengthAdjust="spacingAndGlyphs">{text}'
+
+    svg = re.sub(r"<!--.*?-->\n?|<title>.*?</title>\n?", "", run_dot(graph, "svg"), flags=re.DOTALL)
+    svg = re.sub(r'font-family="[^"]*"', f'font-family="{SHOWN_FONTS}"', svg)
+    return re.sub(r'<text [^>]*?\bx="([-\d.]+)"[^>]*>([^<]+)', fixed, svg)
+
+
+def run_dot(graph, form):
+    fonts = [f"-{part}fontname={FONT}" for part in "GNE"]
+    command = ["dot", f"-T{form}", "-Gbgcolor=white", *fonts]
+    return subprocess.run(command, input=graph, capture_output=True, text=True, check=True).stdout
+
+
+def label_widths(layout):
+    """Returns {text: [(x, width)]} of every piece of text in a layout, as dot's JSON describes it."""
+    widths = {}
+    parts = [layout, *layout.get("objects", ()), *layout.get("edges", ())]
+    for part in parts:
+        for operation in part.get("_ldraw_", ()):
+            if operation["op"] == "T":
+                widths.setdefault(operation["text"].strip(), []).append((operation["pt"][0], operation["width"]))
+                widths.setdefault(operation["text"], []).append((operation["pt"][0], operation["width"]))
+    return widths
 
 
 def draw_slots():
-    """Returns a figure of when each part updates, over two servo periods, and in which slot of a plant step."""
+    """Returns the figure of the update times over two servo periods, and of the slots in a plant step."""
     with matplotlib.rc_context(PLOT_STYLE | {"svg.fonttype": "none", "svg.hashsalt": "slots"}):
         figure, (whole, step) = plt.subplots(
             1, 2, figsize=(10.5, 3.4), sharey=True, width_ratios=(3, 2), layout="constrained"
