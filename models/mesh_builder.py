@@ -21,7 +21,7 @@ Part = tuple[Solid, str]
 Palette = Mapping[str, tuple[float, float, float]]
 
 SIDES, FINE_SIDES, LARGE = 24, 64, 0.03
-"""Sides of a round part, and of one with a large radius [m]: the corners of a turning part must not show in the images."""
+"""Sides of a round part, and of one with a large radius [m], whose corners must not show in the images as it turns."""
 CELL = 8
 """Side of a colour's cell in the palette [px]."""
 NORMAL_DECIMALS = 3

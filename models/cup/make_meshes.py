@@ -1,4 +1,4 @@
-"""Writes the look of the cup: one OBJ for the hand.
+"""Writes the visual mesh of the cup: one OBJ for the hand.
 
 Run ``python -m models.cup.make_meshes`` at the project's root.
 """
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from models.mesh_builder import box, box_ring, cylinder, ellipsoid, loft, part, write_model
+from models.mesh_builder import Part, Solid, box, box_ring, cylinder, ellipsoid, loft, part, write_model
 
 PALETTE = {
     "anodised": (0.19, 0.20, 0.23),
@@ -17,18 +17,18 @@ PALETTE = {
     "brass": (0.70, 0.55, 0.25),
 }
 TOOL = np.array([-0.062, 0.0, 0.160])
-"""Origin of the frame `tool` in the hand's [m]."""
+"""Origin of the frame `tool` in the frame of the hand [m]."""
 HALF_DEPTH, HALF_WIDTH, WALL, DEPTH, BACK = 0.040, 0.050, 0.005, 0.070, 0.030
-"""The bowl [m]: inside along x and y, thickness, depth under the rim, what the back wall stands above it."""
+"""The bowl [m]: half the inside along x and y, thickness, depth below the rim, height of the back wall above it."""
 
 
-def at(x, y, z):
-    """A place given in the tool's frame, in the hand's."""
+def at(x: float, y: float, z: float) -> tuple[float, ...]:
+    """Returns a position in the frame of the hand, given in the frame of the tool."""
     return tuple(TOOL + (x, y, z))
 
 
-def bowl():
-    """The bowl: a rounded shell around a lining, open on top (towards -z)."""
+def bowl() -> list[Part]:
+    """Returns the bowl: a rounded shell around a lining, open at the top (towards -z)."""
     outer = [
         box_ring(0.0, HALF_DEPTH + WALL - inset, HALF_WIDTH + WALL - inset, 0.012, height)
         for height, inset in ((0.0, 0.0), (DEPTH - 0.006, 0.0), (DEPTH, 0.0015), (DEPTH + WALL, 0.006))
@@ -51,7 +51,7 @@ def bowl():
     ]
 
 
-def open_loft(rings):
+def open_loft(rings: list[np.ndarray]) -> Solid:
     """As `loft`, without the caps."""
     vertices, normals, triangles = loft(rings)
     count = len(rings) * len(rings[0])

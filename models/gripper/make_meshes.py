@@ -1,4 +1,4 @@
-"""Writes the look of the gripper, an OBJ for the hand and one for both jaws.
+"""Writes the visual meshes of the gripper: one OBJ for the hand and one for both jaws.
 
 Run ``python -m models.gripper.make_meshes`` at the project's root.
 """

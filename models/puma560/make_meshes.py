@@ -1,14 +1,15 @@
-"""Writes the look of the PUMA 560, an OBJ for each link.
+"""Writes the visual meshes of the PUMA 560, one OBJ per link.
 
 Run ``python -m models.puma560.make_meshes`` at the project's root.
 
-Drawn by eye from photographs of the arm; nothing here is physics. Each part is in the frame of its link.
+Modelled by eye from photographs of the arm; nothing here affects the physics. Each part is in the frame of its link.
 """
 
 from pathlib import Path
 
 from models.mesh_builder import (
     ALONG_Y,
+    Solid,
     box,
     box_ring,
     cylinder,
@@ -29,21 +30,21 @@ PALETTE = {
 }
 
 
-def base_flare():
-    """The cast foot, concave between the bolted plate and the column."""
+def base_flare() -> Solid:
+    """Returns the cast foot, concave between the bolted plate and the column."""
     heights = [i / 9.0 for i in range(10)]
     return loft([disc_ring(0.150 - 0.062 * h**0.5, 0.022 + 0.105 * h**1.6, 48) for h in heights])
 
 
-def upper_arm():
-    """The slab from behind the shoulder, at x = -.4318, to the elbow, at x = 0."""
+def upper_arm() -> Solid:
+    """Returns the slab from behind the shoulder, at x = -.4318, to the elbow, at x = 0."""
     return rounded_slab(
         [(-0.565, 0.012, 0.088), (-0.565, -0.012, 0.088), (-0.4318, 0.0, 0.108), (0.0, 0.0, 0.070)], 0.198, 0.305, 0.022
     )
 
 
-def forearm():
-    """The tapered casting about z, the elbow at x = -.0203, z = 0."""
+def forearm() -> Solid:
+    """Returns the tapered casting about z, the elbow at x = -.0203, z = 0."""
     stations = [  # x centre, half width in x, half width in y, corner radius, z
         (-0.014, 0.028, 0.022, 0.020, -0.145),
         (-0.015, 0.042, 0.033, 0.028, -0.139),

@@ -1,16 +1,17 @@
-"""Writes the look of the seven-joint arm, an OBJ for each link.
+"""Writes the visual meshes of the seven-joint arm, one OBJ per link.
 
 Run ``python -m models.seven_joint.make_meshes`` at the project's root.
 
-A design of this project about the axes of the K-1607: a chain of modules, each a fork that carries a pitch joint and a
-drum that carries a roll joint. Each part is in the frame of its link.
+A design of this project around the axes of the K-1607: a chain of modules, each with a fork that carries a pitch joint
+and a drum that carries a roll joint. Each part is in the frame of its link.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from models.mesh_builder import ALONG_Y, box, cylinder, disc_ring, loft, part, rounded_slab, write_model
+from models.mesh_builder import ALONG_Y, Part, Solid, box, cylinder, disc_ring, loft, part, rounded_slab, write_model
 
 PALETTE = {
     "pearl": (0.90, 0.90, 0.88),
@@ -24,23 +25,25 @@ UP_Y = (-0.5 * np.pi, 0.0, 0.0)
 """Turns z to y."""
 COLUMN_X, SHOULDER_Z = -0.35, 0.60
 SHOULDER, ELBOW, WRIST = 0.142875, 0.10795, 0.079375
-"""Offsets of the pitch joints from the arm's line [m]: 5.625, 4.25 and 3.125 in."""
+"""Offsets of the pitch joints from the centre line of the arm [m]: 5.625, 4.25 and 3.125 in."""
 LENGTH = 0.6858
-"""Upper arm and forearm [m]: 27 in."""
+"""Length of upper arm and forearm [m]: 27 in."""
 
 
-def turned(profile):
-    """A solid of revolution about z through (radius, height) pairs, from lower to upper."""
+def turned(profile: Sequence[tuple[float, float]]) -> Solid:
+    """Returns a solid of revolution about z through (radius, height) pairs, from lower to upper."""
     return loft([disc_ring(radius, height, 64) for radius, height in profile])
 
 
-def drum(radius, low, high, bevel=0.008):
-    """A cylinder about z with chamfered edges."""
+def drum(radius: float, low: float, high: float, bevel: float = 0.008) -> Solid:
+    """Returns a cylinder about z with chamfered edges."""
     return turned([(radius - bevel, low), (radius, low + bevel), (radius, high - bevel), (radius - bevel, high)])
 
 
-def fork(pivot_x, pivot_radius, root_low, root_radius, inner, outer):
-    """The two cheeks of a fork about y through (pivot_x, 0), rooted on a tube about z that ends below."""
+def fork(
+    pivot_x: float, pivot_radius: float, root_low: float, root_radius: float, inner: float, outer: float
+) -> list[Part]:
+    """Returns the two cheeks of a fork about y through (pivot_x, 0), rooted on a tube about z that ends below."""
     outline = [(pivot_x, 0.0, pivot_radius), (0.0, root_low, root_radius)]
     bevel = 0.35 * (outer - inner)
     sides = ((inner, outer), (-outer, -inner))
@@ -56,8 +59,8 @@ def fork(pivot_x, pivot_radius, root_low, root_radius, inner, outer):
     return cheeks + caps + hubs
 
 
-def knuckle(axis_x, pivot_radius, body_radius, half, height):
-    """What turns in a fork about z: its barrel, and the body that leads over to the next roll axis at x = axis_x."""
+def knuckle(axis_x: float, pivot_radius: float, body_radius: float, half: float, height: float) -> list[Part]:
+    """Returns what turns in a fork about z: its barrel, and the body up to the next roll axis at x = axis_x."""
     outline = [(0.0, 0.0, 0.92 * pivot_radius), (axis_x, 0.35 * height, body_radius), (axis_x, height, body_radius)]
     return [
         part(drum(pivot_radius, -half, half, 0.006), "slate"),
@@ -65,18 +68,20 @@ def knuckle(axis_x, pivot_radius, body_radius, half, height):
     ]
 
 
-def tube(low, high, radius, waist):
-    """A tube about z that is a little slimmer in its middle, with a flange at each end."""
+def tube(low: float, high: float, radius: float, waist: float) -> Solid:
+    """Returns a tube about z that is a little slimmer in the middle, with a flange at each end."""
     share = np.linspace(0.0, 1.0, 13)
     waisted = [(waist + (radius - waist) * (2.0 * s - 1.0) ** 4, low + s * (high - low)) for s in share]
     return turned(waisted)
 
 
-def ring(radius, middle, width, colour):
+def ring(radius: float, middle: float, width: float, colour: str) -> Part:
+    """Returns a band about z."""
     return part(drum(radius, middle - 0.5 * width, middle + 0.5 * width, 0.003), colour)
 
 
-def bolts(radius, height):
+def bolts(radius: float, height: float) -> list[Part]:
+    """Returns four bolts on a circle about the column."""
     angle = np.pi / 4.0 + 0.5 * np.pi * np.arange(4)
     return [
         part(cylinder(0.014, 0.014), "steel", (COLUMN_X + radius * np.cos(a), radius * np.sin(a), height))

@@ -1,4 +1,4 @@
-"""Writes the look of the table below its textured face.
+"""Writes the visual mesh of the table below its textured face.
 
 Run ``python -m models.table.make_meshes`` at the project's root.
 """

@@ -1,4 +1,7 @@
-"""Writes wood.png, the table's top: dark planks with grain, its length (y of the table) along the image's width."""
+"""Writes wood.png, the texture of the table's top: dark planks with grain, the table's y axis along the image's width.
+
+Run ``python -m models.table.make_texture`` at the project's root.
+"""
 
 from pathlib import Path
 
@@ -11,16 +14,16 @@ DARK, LIGHT = np.array([40.0, 27.0, 19.0]), np.array([104.0, 74.0, 54.0])
 """Colours between which the wood varies, RGB grey levels of 255."""
 
 
-def grain(rng):
-    """Returns an image in 0..1: fine fibres along the plank over slow figure."""
+def grain(rng: np.random.Generator) -> np.ndarray:
+    """Returns an image in 0..1: fine fibres along the planks over a coarse pattern."""
     fibre = cv2.GaussianBlur(rng.normal(size=(HEIGHT, WIDTH)), (0, 0), sigmaX=28.0, sigmaY=0.9)
     figure = cv2.GaussianBlur(rng.normal(size=(HEIGHT, WIDTH)), (0, 0), sigmaX=90.0, sigmaY=7.0)
     rings = np.sin(14.0 * figure / figure.std() + 0.02 * np.arange(WIDTH))
     return 0.5 + 0.13 * fibre / fibre.std() + 0.10 * rings
 
 
-def wood(rng):
-    """Returns the texture, (HEIGHT, WIDTH, 3) uint8 BGR: planks of their own tone with dark joints between them."""
+def wood(rng: np.random.Generator) -> np.ndarray:
+    """Returns the texture, (HEIGHT, WIDTH, 3) uint8 BGR: planks of different tones with dark joints between them."""
     plank_height = HEIGHT // PLANKS
     tone = np.empty((HEIGHT, WIDTH))
     for plank in range(PLANKS):
@@ -32,7 +35,8 @@ def wood(rng):
     return np.round(rgb[..., ::-1]).astype(np.uint8)
 
 
-def main():
+def main() -> None:
+    """Writes the texture beside this script."""
     path = Path(__file__).resolve().parent / "wood.png"
     cv2.imwrite(str(path), wood(np.random.default_rng(1991)), [cv2.IMWRITE_PNG_COMPRESSION, 9])
 

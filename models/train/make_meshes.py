@@ -1,13 +1,14 @@
-"""Writes the look of the trains, an OBJ each.
+"""Writes the visual meshes of the trains, one OBJ each.
 
 Run ``python -m models.train.make_meshes`` at the project's root.
 
 All parts are in the frame of the train: the centre of its body, x forward, z up, the table at z = -.035.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
-from models.mesh_builder import ALONG_X, ALONG_Y, box, cylinder, ellipsoid, part, write_model
+from models.mesh_builder import ALONG_X, ALONG_Y, Part, box, cylinder, ellipsoid, part, write_model
 
 PALETTE = {
     "yellow": (0.98, 0.83, 0.30),
@@ -25,8 +26,11 @@ PALETTE = {
 SIDES = (1.0, -1.0)
 
 
-def running_gear(wheel_x, hub, beam, rods):
-    """Wheels at ``wheel_x`` [m], buffer beams with buffers, and coupling rods if wanted; hub and beam are colours."""
+def running_gear(wheel_x: Sequence[float], hub: str, beam: str, rods: bool) -> list[Part]:
+    """Returns wheels at ``wheel_x`` [m], buffer beams with buffers, and coupling rods if ``rods``.
+
+    The arguments hub and beam are colours.
+    """
     parts = []
     for side in SIDES:
         for x in wheel_x:
@@ -40,8 +44,21 @@ def running_gear(wheel_x, hub, beam, rods):
     return parts
 
 
-def locomotive(body, cab, beam, hub, smokebox="iron", fittings="brass", bright="steel", glass="glass", lamp="white"):
-    """A side-tank locomotive, its tanks and cab flat at y = +-.020 where the pads grip; the arguments are colours."""
+def locomotive(
+    body: str,
+    cab: str,
+    beam: str,
+    hub: str,
+    smokebox: str = "iron",
+    fittings: str = "brass",
+    bright: str = "steel",
+    glass: str = "glass",
+    lamp: str = "white",
+) -> list[Part]:
+    """Returns a side-tank locomotive, its tanks and cab flat at y = +-.020 where the pads grip.
+
+    The arguments are colours.
+    """
     parts = [
         part(box((0.114, 0.038, 0.005)), beam, (0.0, 0.0, -0.0185)),  # footplate
         part(box((0.062, 0.040, 0.022)), body, (0.009, 0.0, -0.005)),  # side tanks
@@ -67,8 +84,8 @@ def locomotive(body, cab, beam, hub, smokebox="iron", fittings="brass", bright="
     return parts + running_gear((-0.036, 0.0, 0.036), hub, beam, rods=True)
 
 
-def stripes():
-    """Navy bands 10 mm wide across the locomotive, 10 to 15 mm apart."""
+def stripes() -> list[Part]:
+    """Returns navy bands 10 mm wide across the locomotive, 10 to 15 mm apart."""
     parts = [part(box((0.010, 0.0404, 0.0404)), "navy", (x, 0.0, 0.004)) for x in (-0.052, -0.028)]
     for x in (-0.010, 0.010, 0.030):
         parts.append(part(box((0.010, 0.0404, 0.0224)), "navy", (x, 0.0, -0.005)))
@@ -76,16 +93,16 @@ def stripes():
     return parts
 
 
-def mark():
-    """A white band round the cab, 16 mm wide."""
+def mark() -> list[Part]:
+    """Returns a white band round the cab, 16 mm wide."""
     return [
         part(box((0.016, 0.0406, 0.034)), "white", (-0.040, 0.0, 0.002)),
         part(box((0.016, 0.0406, 0.0046)), "white", (-0.040, 0.0, 0.0221)),
     ]
 
 
-def railcar():
-    """A streamlined railcar: a half-cylinder roof and round ends over a flat-sided skirt."""
+def railcar() -> list[Part]:
+    """Returns a streamlined railcar: a half-cylinder roof and round ends over a flat-sided skirt."""
     parts = [
         part(box((0.114, 0.026, 0.005)), "iron", (0.0, 0.0, -0.0185)),
         part(box((0.090, 0.040, 0.026)), "red", (0.0, 0.0, -0.008)),

@@ -303,7 +303,7 @@ def test_gripped_train_hangs_without_slipping_or_tilting():
 
 def test_arm_and_gripper_never_meet_each_other():
     scene = Scene()
-    arm, gripper = scene.add_arm()
+    scene.add_arm()
     context = scene.build()
     plant = scene.plant
     lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
@@ -323,7 +323,7 @@ def test_arm_and_gripper_never_meet_each_other():
 )
 def test_arm_in_the_table_is_seen(q_deg, touching):
     scene = Scene()
-    arm, gripper = scene.add_arm()
+    arm, _ = scene.add_arm()
     scene.add("table/table.sdf", weld="table")
     context = scene.build()
     scene.plant.SetPositions(context, arm, np.deg2rad(q_deg))
