@@ -184,7 +184,7 @@ def commands():
 
 
 def subparsers():
-    (action,) = (a for a in cli._parser()._actions if isinstance(a, argparse._SubParsersAction))
+    (action,) = (a for a in cli.make_parser()._actions if isinstance(a, argparse._SubParsersAction))
     return action.choices
 
 
@@ -209,7 +209,7 @@ def test_command_is_understood(line, guide_files, monkeypatch):
     _, *arguments = shlex.split(line)
     if not arguments or (len(arguments) == 1 and arguments[0] in subparsers()):
         return  # the name of a command
-    options = cli._parser().parse_args(arguments)
+    options = cli.make_parser().parse_args(arguments)
     scenario = getattr(options, "scenario", None)
     if scenario and not scenario.endswith(".yaml"):  # the user's own files are tested where they are shown
         load_scenario(scenario, getattr(options, "seed", None), None, getattr(options, "overrides", ()))

@@ -112,7 +112,7 @@ class Options(SphinxDirective):
     required_arguments = 1
 
     def run(self):
-        (commands,) = (action for action in cli._parser()._actions if isinstance(action, argparse._SubParsersAction))
+        (commands,) = (each for each in cli.make_parser()._actions if isinstance(each, argparse._SubParsersAction))
         command = commands.choices[self.arguments[0]]
         self.env.note_dependency(str(PACKAGE / "commands"))
         lines = [".. list-table::", "   :widths: 35 65", ""]
