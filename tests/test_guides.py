@@ -61,3 +61,10 @@ def test_guide_does_what_it_shows(guide, tmp_path, monkeypatch):
     for name in set(sys.modules) - before:
         if str(tmp_path) in str(getattr(sys.modules[name], "__file__", "")):
             monkeypatch.delitem(sys.modules, name)
+
+
+def test_a_diagram_of_your_own_is_short():
+    (guide,) = (path for path in RUNNABLE if path.stem == "build_your_own_diagram")
+    code = next(body for language, body in blocks(guide) if language == "python" and "add_triangulator" in body)
+    assert len([line for line in code.splitlines() if line.strip()]) <= 35
+    assert len(set(re.findall(r"^from (drake_tracker\S*) import", code, re.MULTILINE))) <= 3
