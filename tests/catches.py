@@ -5,12 +5,12 @@ from bisect import bisect
 import numpy as np
 from slopes import LAG, RADIUS, board_pose, to_world
 
-from drake_tracker.arm.crossing import BoardEdge
 from drake_tracker.arm.tool_motion import ToolMotion
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     ArmCommand,
+    OperatorCommand,
     Prediction,
     ServoTarget,
     ToolStatus,
@@ -18,9 +18,12 @@ from drake_tracker.core.messages import (
     pack_prediction,
 )
 from drake_tracker.grasp.catch_machine import CatchObservation
+from drake_tracker.grasp.crossing import BoardEdge
 
 TIME_STEP, PERIOD = 1.0 / 600.0, 0.005
 X_WB = board_pose()
+NOBODY = OperatorCommand(np.zeros(message_size(OperatorCommand)))
+"""An operator who only supervises."""
 ACCELERATION = 0.6 * 9.81 * np.sin(np.deg2rad(10.0))
 
 
@@ -55,14 +58,15 @@ def play(machine, packets, duration):
     """
     motion = ToolMotion(machine.edge.home, PERIOD, moving=False, symmetric=False)
     home = machine.edge.home
-    hand = motion.initial_state(home[:3] + [0.0, 0.0, machine.parameters.rim_height], home[3])
+    hand = motion.initial_state(home[:3] + [0.0, 0.0, machine.config.rim_height], home[3])
     state, rows = machine.initial_state(), []
     for k in range(round(duration / PERIOD)):
         time, packet = k * PERIOD, packets(k * PERIOD)
         target = ServoTarget(np.append(np.zeros(13), Prediction(packet).valid))
         status = ToolStatus(np.array([hand.motion, hand.fraction, 0.0, *hand.tool, hand.branch]))
-        state = machine.update(state, CatchObservation(time, target, packet, status, np.zeros(5)))
-        hand = motion.update(hand, time, ArmCommand(machine.command(state)), ServoTarget(machine.object(state)), 0.0)
+        state = machine.update(state, CatchObservation(time, target, packet, status, NOBODY))
+        goal = ServoTarget(machine.goal_target(state))
+        hand = motion.update(hand, time, ArmCommand(machine.command(state)), goal, 0.0)
         rows.append((time, state.phase, *hand.tool[:3]))
     return np.array(rows), state
 

@@ -1,1 +1,10 @@
-"""From packets to joint commands."""
+"""The arm: from packets of predicted path to joint set-points.
+
+In go packets of predicted path (`Prediction`), the measured joints and what the hand should do next (`ArmCommand`,
+from a System of `drake_tracker.grasp`); out come the desired joint state, feedforward torques and jaw set-points.
+`ArmDescription` says which models an arm and its hand consist of, and `ARMS` registers the arms that exist.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,19 +1,22 @@
 """The arm's computer as a Diagram: servo, decision, transform equation, inverse kinematics, joint servos."""
 
+from collections.abc import Sequence
+
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import MatrixGain
 
-from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
-from drake_tracker.arm.joint_servo import add_joint_feedforward, add_set_point_spline
-from drake_tracker.arm.servo_system import make_servo_system
+from drake_tracker.arm.arm_model import ArmModel
+from drake_tracker.arm.config import ServoConfig
+from drake_tracker.arm.joint_servo import add_set_point_spline
+from drake_tracker.arm.servo_system import add_servo
+from drake_tracker.arm.tool_controller import add_tool_controller
 from drake_tracker.arm.tool_motion import ToolMotion
-from drake_tracker.arm.transform_equation_system import TransformEquationSystem
 from drake_tracker.core.messages import ArmCommand, message_size
 from drake_tracker.core.timing import SERVO_PERIOD
 
 _ANSWERED = {"target": "servo", "status": "transform_equation", "q_commanded": "inverse_kinematics"}
-"""Inputs of the decision that this room answers: {port: the System that has an output of that name}."""
+"""Inputs of the decision that are answered within the arm: {port: the System with an output port of that name}."""
 
 
 class ArmDiagram(Diagram):
@@ -36,42 +39,72 @@ class ArmDiagram(Diagram):
         - diagnosis
         - q_commanded
 
-    ``packet`` is a `Prediction`, ``arm_state`` (q, v), ``jaws`` a `JawState`. The first three outputs drive the
-    robot, the others (`ServoTarget`, `ArmCommand`, `ToolStatus`, the decision's diagnosis, [rad]) are for logs. Without
-    a hand that has jaws there are neither ``jaws`` nor ``gripper_desired_state``; what else the decision asks or says
-    is an input or an output of its name.
+    - ``packet``: the newest `Prediction` on the link. All zeros: none has arrived.
+    - ``arm_state``: measured joint positions and velocities, 2 n values [rad, rad/s].
+    - ``jaws``: a `JawState`.
+    - ``arm_desired_state``: desired joint positions and velocities, 2 n values [rad, rad/s].
+    - ``arm_feedforward``: torques for gravity, friction and acceleration, n values [N m].
+    - ``gripper_desired_state``: desired position and velocity of the driven finger, 2 values [m, m/s].
+    - ``target``: the object as the servo estimates it, a `ServoTarget`, for logs. All zeros: nothing estimated yet.
+    - ``command``: the decision's `ArmCommand`, for logs.
+    - ``status``: a `ToolStatus`, for logs.
+    - ``diagnosis``: why the decision does what it does, for logs; its message type depends on the decision.
+    - ``q_commanded``: joint set-points, n values [rad], for logs.
+
+    The first three outputs drive the robot; the desired states are continuous in time. The others are updated every
+    period in the slots of the servo. Without a hand that has jaws, there are no ports ``jaws`` and
+    ``gripper_desired_state``. Every other input or output port of the decision is a port of the diagram.
 
     Args:
-      decision: the System that decides what the hand does next: `GraspSystem`, or another with its ports target,
-        packet, status -> command, diagnosis. One with an input ``jaws`` has jaws to move; one with an output ``object``
-        (a `ServoTarget`) sends the hand there, and not to where the servo has the object.
-      servo: the scenario's part of that name. model: the controller's `ArmModel`. q_initial: the arm's start [rad].
-      home: reference pose (x, y, z, yaw) in W over which the hand waits. time_step: the plant's step [s].
-      period: of the set-points [s]. jaw_opening: of the jaws at the start [m].
+        decision: the System that decides what the hand does next, such as `drake_tracker.grasp.GraspSystem`. It needs
+            inputs ``target``, ``packet`` and ``status`` and outputs ``command`` and ``diagnosis``. With an input
+            ``jaws`` it has jaws to move. With an output ``object`` (a `ServoTarget`) it sends the hand there, and not
+            to where the servo estimates the object.
+        servo: parameters of the trajectory generator.
+        model: the controller's model of the arm.
+        q_initial: joint positions at the start, shape (n,) [rad].
+        home: reference pose (x, y, z, yaw) in W, shape (4,) [m, rad], over which the hand waits.
+        time_step: the plant's step [s].
+        period: period of the set-points [s].
+        jaw_opening: opening of the jaws at the start [m].
+
+    Attributes:
+        model: as given.
     """
 
-    def __init__(self, decision, servo, model, q_initial, home, time_step, period=SERVO_PERIOD, *, jaw_opening=0.0):
+    def __init__(
+        self,
+        decision: System,
+        servo: ServoConfig,
+        model: ArmModel,
+        q_initial: Sequence[float] | np.ndarray,
+        home: np.ndarray,
+        time_step: float,
+        period: float = SERVO_PERIOD,
+        *,
+        jaw_opening: float = 0.0,
+    ) -> None:
         super().__init__()
         self.set_name("arm")
         self.model = model
         builder = DiagramBuilder()
-        servo_system = builder.AddNamedSystem("servo", make_servo_system(servo, time_step, period))
+        servo_system = add_servo(builder, settings=servo, time_step=time_step, period=period)
         builder.AddSystem(decision)
-        goal = decision if decision.HasOutputPort("object") else servo_system
-        motion = ToolMotion(home, period, model.symmetric_hand, moving=goal is servo_system)
-        transform = builder.AddNamedSystem(
-            "transform_equation", TransformEquationSystem(motion, model, q_initial, time_step, period)
-        )
-        ik = builder.AddNamedSystem("inverse_kinematics", DifferentialIkSystem(model, q_initial, time_step, period))
-
         command = decision.GetOutputPort("command")
-        builder.Connect(
-            goal.GetOutputPort("object" if goal is decision else "target"), transform.GetInputPort("target")
+        own_goal = decision.HasOutputPort("object")
+        controller = add_tool_controller(
+            builder,
+            motion=ToolMotion(home, period, model.symmetric_hand, moving=not own_goal),
+            model=model,
+            q_initial=q_initial,
+            target=decision.GetOutputPort("object") if own_goal else servo_system.GetOutputPort("target"),
+            command=command,
+            time_step=time_step,
+            period=period,
         )
+        q_commanded = controller.inverse_kinematics.GetOutputPort("q_commanded")
+
         builder.Connect(command, servo_system.GetInputPort("command"))
-        builder.Connect(command, transform.GetInputPort("command"))
-        builder.Connect(transform.GetOutputPort("X_WT_desired"), ik.GetInputPort("X_WT_desired"))
-        builder.Connect(ik.GetOutputPort("q_commanded"), transform.GetInputPort("q_commanded"))
         builder.Connect(servo_system.GetOutputPort("held_packet"), decision.GetInputPort("packet"))
         builder.ExportInput(servo_system.GetInputPort("packet"), "packet")
         for index in range(decision.num_input_ports()):
@@ -82,24 +115,26 @@ class ArmDiagram(Diagram):
             elif port.get_name() != "packet":
                 builder.ExportInput(port, port.get_name())
 
-        joints = add_set_point_spline(builder, "joint_spline", ik.GetOutputPort("q_commanded"), q_initial, period)
-        dynamics = add_joint_feedforward(builder, model, joints)
         if decision.HasInputPort("jaws"):
             half_width = np.zeros((1, message_size(ArmCommand)))
             half_width[0, ArmCommand.get_fields().index("jaw_width")] = 0.5
             finger = builder.AddNamedSystem("finger_set_point", MatrixGain(half_width))
             builder.Connect(command, finger.get_input_port())
             fingers = add_set_point_spline(
-                builder, "finger_spline", finger.get_output_port(), [0.5 * jaw_opening], period
+                builder,
+                name="finger_spline",
+                set_points=finger.get_output_port(),
+                initial=[0.5 * jaw_opening],
+                period=period,
             )
             builder.ExportOutput(fingers.GetOutputPort("desired_state"), "gripper_desired_state")
 
-        builder.ExportInput(dynamics.get_input_port_estimated_state(), "arm_state")
-        builder.ExportOutput(joints.GetOutputPort("desired_state"), "arm_desired_state")
-        builder.ExportOutput(dynamics.get_output_port_generalized_force(), "arm_feedforward")
+        builder.ExportInput(controller.inverse_dynamics.get_input_port_estimated_state(), "arm_state")
+        builder.ExportOutput(controller.spline.GetOutputPort("desired_state"), "arm_desired_state")
+        builder.ExportOutput(controller.inverse_dynamics.get_output_port_generalized_force(), "arm_feedforward")
         builder.ExportOutput(servo_system.GetOutputPort("target"), "target")
-        builder.ExportOutput(transform.GetOutputPort("status"), "status")
-        builder.ExportOutput(ik.GetOutputPort("q_commanded"), "q_commanded")
+        builder.ExportOutput(controller.transform_equation.GetOutputPort("status"), "status")
+        builder.ExportOutput(q_commanded, "q_commanded")
         for index in range(decision.num_output_ports()):
             builder.ExportOutput(decision.get_output_port(index), decision.get_output_port(index).get_name())
         builder.BuildInto(self)

@@ -1,27 +1,53 @@
-"""The controller's own model of the arm: kinematics and limits, nothing of the scene."""
+"""The controller's own model of the arm: kinematics, dynamics and limits, without the scene."""
+
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, JacobianWrtVariable, ModelInstanceIndex, MultibodyForces, WeldJoint
+from pydrake.systems.framework import Context
 
+from drake_tracker.arm.description import Arm
+from drake_tracker.arm.plant import actuators_of, add_arm
 from drake_tracker.arm.transform_equation import tool_down_rotation
 
 
 class ArmModel:
-    """Kinematics of an arm with a tool, computed on a plant that holds the arm and its hand alone.
+    """Kinematics and dynamics of an arm with a tool, on a plant that holds only the arm and its hand.
 
-    Every method sets all that it reads in one scratch Context, which keeps nothing from call to call (to make a new one
-    each time takes longer than what it is made for): an ArmModel can be shared by Systems without being their state.
+    One scratch Context serves all methods, since creating a Context takes longer than computing with it. Each method
+    first sets everything that it reads, so that nothing is kept from call to call: Systems can share an ArmModel
+    without its being part of their state.
 
     Args:
-      plant: a finalized MultibodyPlant whose only positions, after ``arm_joints``, may be the hand's fingers.
-      arm_instance: the model instance of the arm.
-      tool_frame: the frame T, z_T along the approach, y_T along the jaws' opening.
-      q_nominal: joints [rad] about which a redundant arm stays.
-      symmetric_hand: whether half a turn about z_T leaves the hand as it is.
+        plant: a finalized plant whose only positions, besides the arm's joints, may be those of the hand's fingers.
+        arm_instance: model instance of the arm.
+        tool_frame: the frame T, z_T along the approach, y_T along the jaws' opening.
+        q_nominal: joint positions [rad] near which a redundant arm stays.
+        symmetric_hand: whether half a turn about z_T leaves the hand as it is.
+
+    Attributes:
+        plant: as given.
+        arm_instance: as given.
+        tool_frame: as given.
+        q_nominal: as given, shape (n,) [rad].
+        symmetric_hand: as given.
+        num_joints: number n of the arm's joints.
+        position_lower: lower joint limits, shape (n,) [rad].
+        position_upper: upper joint limits, shape (n,) [rad].
+        velocity_limit: rated joint speeds, shape (n,) [rad/s].
+        effort_limit: largest joint torques, shape (n,) [N m].
     """
 
-    def __init__(self, plant, arm_instance, tool_frame, q_nominal, symmetric_hand=True):
+    def __init__(
+        self,
+        plant: MultibodyPlant,
+        arm_instance: ModelInstanceIndex,
+        tool_frame: Frame,
+        q_nominal: Sequence[float],
+        symmetric_hand: bool = True,
+    ) -> None:
         self.plant = plant
         self.arm_instance = arm_instance
         self.tool_frame = tool_frame
@@ -37,13 +63,13 @@ class ArmModel:
         self._scratch = plant.CreateDefaultContext()
         self.effort_limit = np.array([plant.GetJointActuatorByName(joint.name()).effort_limit() for joint in joints])
 
-    def tool_pose(self, q):
-        """Returns X_WT (RigidTransform) at arm positions q [rad]."""
+    def tool_pose(self, q: Sequence[float] | np.ndarray) -> RigidTransform:
+        """Returns X_WT at joint positions q, shape (n,) [rad]."""
         context = self._context_at(q)
         return self.plant.CalcRelativeTransform(context, self.plant.world_frame(), self.tool_frame)
 
-    def tool_pose_and_jacobian(self, q):
-        """Returns X_WT and the (6, n) Jacobian of V_WT (angular velocity first), expressed in W."""
+    def tool_pose_and_jacobian(self, q: np.ndarray) -> tuple[RigidTransform, np.ndarray]:
+        """Returns X_WT and the (6, n) Jacobian of V_WT (angular velocity first) expressed in W, at q [rad]."""
         context = self._context_at(q)
         world = self.plant.world_frame()
         X_WT = self.plant.CalcRelativeTransform(context, world, self.tool_frame)
@@ -52,14 +78,22 @@ class ArmModel:
         )
         return X_WT, J_WT[:, self._columns]
 
-    def inertia(self, q):
-        """Returns what each joint feels of the arm's inertia at q, its rotor's included, shape (n,) [kg m^2]."""
+    def inertia(self, q: np.ndarray) -> np.ndarray:
+        """Returns the diagonal of the arm's mass matrix at q [rad], rotors included, shape (n,) [kg m^2]."""
         M = self.plant.CalcMassMatrix(self._context_at(q))
         return np.diag(M)[self._columns]
 
-    def drive_torques(self, q, v, acceleration):
-        """Returns the torques [N m], shape (n,), that this motion takes when nothing touches the arm: gravity, friction
-        and inertia."""
+    def drive_torques(self, q: np.ndarray, v: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+        """Returns the joint torques of a motion while nothing touches the arm: gravity, friction and inertia.
+
+        Args:
+            q: joint positions, shape (n,) [rad].
+            v: joint velocities, shape (n,) [rad/s].
+            acceleration: joint accelerations, shape (n,) [rad/s^2].
+
+        Returns:
+            Torques, shape (n,) [N m].
+        """
         context = self._context_at(q)
         self.plant.SetVelocities(context, self.arm_instance, v)
         vdot = np.zeros(self.plant.num_velocities())
@@ -68,17 +102,35 @@ class ArmModel:
         self.plant.CalcForceElementsContribution(context, forces)
         return self.plant.CalcInverseDynamics(context, vdot, forces)[self._columns]
 
-    def _context_at(self, q):
+    def _context_at(self, q: Sequence[float] | np.ndarray) -> Context:
         self.plant.SetPositions(self._scratch, self.arm_instance, q)
         return self._scratch
 
 
-def tool_down(p_WT, yaw):
-    """Returns X_WT with the tool pointing down and x_T turned by ``yaw`` [rad] from x_W about z_W."""
+def make_arm_model(description: Arm) -> ArmModel:
+    """Returns the controller's model of an arm, with the fingers of its hand welded in the middle of their travel."""
+    plant = MultibodyPlant(0.0)
+    parts = add_arm(plant, description=description)
+    for actuator in actuators_of(plant, parts.gripper):
+        plant.RemoveJointActuator(actuator)
+    for name in description.fingers:
+        joint = plant.GetJointByName(name, parts.gripper)
+        middle = 0.5 * (joint.position_lower_limits()[0] + joint.position_upper_limits()[0])
+        X_FM = RigidTransform(joint.translation_axis() * middle)
+        parent, child = joint.frame_on_parent(), joint.frame_on_child()
+        plant.RemoveJoint(joint)
+        plant.AddJoint(WeldJoint(f"{name}_held", parent, child, X_FM))
+    plant.Finalize()
+    tool_frame = plant.GetFrameByName(description.tool_frame, parts.gripper)
+    return ArmModel(plant, parts.arm, tool_frame, description.q_start, symmetric_hand=bool(description.fingers))
+
+
+def tool_down(p_WT: Sequence[float] | np.ndarray, yaw: float) -> RigidTransform:
+    """Returns X_WT of a tool at p_WT [m] that points down, with x_T turned by ``yaw`` [rad] from x_W about z_W."""
     return RigidTransform(RotationMatrix(tool_down_rotation(yaw)), p_WT)
 
 
-def tool_yaw(X_WT):
+def tool_yaw(X_WT: RigidTransform) -> float:
     """Returns the angle [rad] of x_T about z_W, in (-pi, pi]: the inverse of `tool_down`."""
     R = X_WT.rotation().matrix()
     return float(np.arctan2(R[1, 0], R[0, 0]))

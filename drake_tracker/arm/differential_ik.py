@@ -1,29 +1,39 @@
-"""One step of differential inverse kinematics within the arm's joint and speed limits."""
+"""Differential inverse kinematics within the arm's joint and speed limits."""
+
+from collections.abc import Iterable, Sequence
 
 import numpy as np
-from pydrake.math import RotationMatrix
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.inverse_kinematics import (
     DifferentialInverseKinematicsParameters,
     DifferentialInverseKinematicsStatus,
     DoDifferentialInverseKinematics,
 )
 
+from drake_tracker.arm.arm_model import ArmModel
+from drake_tracker.core.errors import DrakeTrackerError
+
 SPEED_SHARE = 0.95
-"""Share of each joint's rated speed that a set-point may use: the rest is the joint servo's, to correct with."""
+"""Fraction of each joint's rated speed that set-points may use; the joint servo needs the rest for corrections."""
 EFFORT_SHARE = 0.85
-"""Share of each drive's torque that a change of speed may use, gravity and friction apart."""
+"""Fraction of each joint's torque limit that changes of speed may use, besides gravity and friction."""
 LIMIT_MARGIN = np.deg2rad(2.0)
 """Distance that set-points keep from each joint limit [rad]."""
 
 CENTERING_RATE = 2.0
-"""Rate [1/s] at which an arm with more joints than the tool needs returns to its nominal joints."""
+"""Rate [1/s] at which an arm with more joints than the tool needs returns to its nominal joint positions."""
 
 
-def make_parameters(model, time_step, centering_rate=CENTERING_RATE):
-    """Returns Drake's parameters of the step for an `ArmModel` and a set-point period [s].
+def make_parameters(
+    model: ArmModel, time_step: float, centering_rate: float = CENTERING_RATE
+) -> DifferentialInverseKinematicsParameters:
+    """Returns Drake's parameters of one step.
 
-    With more than six joints, ``centering_rate`` [1/s] times the distance to the model's nominal joints is the speed
-    that the step seeks in the null space of the Jacobian: the tool does not feel it. With 0 the joints wander.
+    Args:
+        model: the arm.
+        time_step: period of the set-points [s].
+        centering_rate: for more than six joints, the null-space velocity that the step seeks is this rate [1/s] times
+            the distance to the model's nominal joint positions; it does not move the tool. With 0 the joints drift.
     """
     n = model.num_joints
     parameters = DifferentialInverseKinematicsParameters(n, n)
@@ -37,13 +47,21 @@ def make_parameters(model, time_step, centering_rate=CENTERING_RATE):
     return parameters
 
 
-def step_joints(model, parameters, q, X_WT_desired):
-    """Moves the set-point q [rad] towards the pose X_WT_desired by one period.
+def step_joints(
+    model: ArmModel, parameters: DifferentialInverseKinematicsParameters, q: np.ndarray, X_WT_desired: RigidTransform
+) -> tuple[np.ndarray, bool]:
+    """Moves a set-point towards a pose of the tool by one period.
 
-    The motion keeps the direction of the remaining displacement and is slowed where a limit demands it.
+    The motion keeps the direction of the remaining displacement, and is slowed down where a limit requires it.
+
+    Args:
+        model: the arm.
+        parameters: of `make_parameters`.
+        q: the set-point, shape (n,) [rad].
+        X_WT_desired: the desired pose of the tool.
 
     Returns:
-      (q_next, ok): the next set-point, and whether it follows without being slowed or stuck.
+        The next set-point, shape (n,) [rad], and whether it reaches the pose without being slowed down or stuck.
     """
     time_step = parameters.get_time_step()
     X_WT, J_WT = model.tool_pose_and_jacobian(q)
@@ -54,15 +72,30 @@ def step_joints(model, parameters, q, X_WT_desired):
     if result.status == DifferentialInverseKinematicsStatus.kNoSolutionFound or result.joint_velocities is None:
         return np.array(q), False
     v = np.asarray(result.joint_velocities)
-    reached = np.linalg.norm(J_WT @ v - V_WT) <= 1e-3 * max(1.0, np.linalg.norm(V_WT))
+    reached = np.linalg.norm(J_WT @ v - V_WT) <= 1e-3 * max(1.0, float(np.linalg.norm(V_WT)))
     return q + time_step * v, bool(reached)
 
 
-def limit_acceleration(model, parameters, q, v_last, q_next):
-    """Returns (q_next, v): the next set-point [rad], held back where the drives cannot change speed so fast.
+def limit_acceleration(
+    model: ArmModel,
+    parameters: DifferentialInverseKinematicsParameters,
+    q: np.ndarray,
+    v_last: np.ndarray,
+    q_next: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Limits a step to the change of speed that the joint torques allow.
 
-    ``v_last`` [rad/s] is the speed of the last step. What cannot be slowed at once overshoots by a little, and the next
-    steps bring it back.
+    A joint that cannot slow down in time overshoots slightly, and the following steps correct it.
+
+    Args:
+        model: the arm.
+        parameters: of `make_parameters`.
+        q: the set-point, shape (n,) [rad].
+        v_last: velocity of the last step, shape (n,) [rad/s].
+        q_next: the next set-point that is wanted, shape (n,) [rad].
+
+    Returns:
+        The next set-point [rad] and the velocity [rad/s] of the step, each of shape (n,).
     """
     time_step = parameters.get_time_step()
     change = EFFORT_SHARE * model.effort_limit / model.inertia(q) * time_step
@@ -72,16 +105,21 @@ def limit_acceleration(model, parameters, q, v_last, q_next):
     return q_next, (q_next - q) / time_step
 
 
-def rehearse(model, parameters, q, tool_poses, tolerance):
-    """Runs the set-points ahead along ``tool_poses`` and says whether the arm can follow.
+def rehearse(
+    model: ArmModel,
+    parameters: DifferentialInverseKinematicsParameters,
+    q: np.ndarray,
+    tool_poses: Iterable[RigidTransform],
+    tolerance: float,
+) -> bool:
+    """Computes the set-points along a path of the tool in advance. Returns whether the arm can follow it.
 
     Args:
-      q: set-point to start from [rad].
-      tool_poses: the X_WT desired at each period to come.
-      tolerance: greatest distance [m] from a desired position at which the arm still counts as following.
-
-    Returns:
-      bool.
+        model: the arm.
+        parameters: of `make_parameters`.
+        q: set-point from which the path starts, shape (n,) [rad].
+        tool_poses: the desired X_WT of each period to come.
+        tolerance: largest distance [m] from a desired position at which the arm still counts as following.
     """
     for X_WT_desired in tool_poses:
         q, _ = step_joints(model, parameters, q, X_WT_desired)
@@ -91,7 +129,30 @@ def rehearse(model, parameters, q, tool_poses, tolerance):
     return True
 
 
-def rotation_vector(R):
-    """Returns the rotation vector [rad] (axis times angle) of a RotationMatrix."""
+def joints_for(model: ArmModel, q_start: Sequence[float] | np.ndarray, X_WT: RigidTransform) -> np.ndarray:
+    """Returns joint positions, shape (n,) [rad], that bring the tool to a pose, found by differential steps.
+
+    Args:
+        model: the arm.
+        q_start: joint positions from which the search starts, shape (n,) [rad].
+        X_WT: the pose of the tool.
+
+    Raises DrakeTrackerError when the pose is out of reach.
+    """
+    parameters = make_parameters(model, 0.05)
+    q = np.array(q_start, dtype=float)
+    for _ in range(400):
+        q, _ = step_joints(model, parameters, q, X_WT)
+        reached = model.tool_pose(q)
+        if reached.IsNearlyEqualTo(X_WT, 1e-6):
+            return q
+    error = np.linalg.norm(reached.translation() - X_WT.translation())
+    raise DrakeTrackerError(
+        f"the arm cannot bring its tool to {np.round(X_WT.translation(), 3).tolist()} m: {error:.3f} m short"
+    )
+
+
+def rotation_vector(R: RotationMatrix) -> np.ndarray:
+    """Returns the rotation vector (axis times angle), shape (3,) [rad], of a rotation."""
     angle_axis = RotationMatrix(R).ToAngleAxis()
     return angle_axis.angle() * angle_axis.axis()

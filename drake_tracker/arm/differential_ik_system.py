@@ -1,9 +1,13 @@
 """Differential inverse kinematics as a System."""
 
+from collections.abc import Sequence
+
+import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
+from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.differential_ik import limit_acceleration, make_parameters, step_joints
 from drake_tracker.core.timing import IK_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
 
@@ -19,23 +23,37 @@ class DifferentialIkSystem(LeafSystem):
         output_ports:
         - q_commanded
 
-    ``X_WT_desired`` is a RigidTransform; ``q_commanded`` [rad] is the set-point of the same instant, `SPLINE_DELAY`
-    periods after it is sampled. Updates every 30 ms in the last slot of the servo room. The set-point integrates from
-    ``q_initial`` and never reads the measured joints: the joint servo closes that loop.
+    - ``X_WT_desired``: the desired pose of the tool, a RigidTransform; it is always valid.
+    - ``q_commanded``: joint set-points, n values [rad], for the same instant as the pose: `SPLINE_DELAY` periods after
+      the set-point is sampled. It is state, updated every period in the last slot of the servo.
+
+    The set-point integrates from ``q_initial`` and never reads the measured joints: the joint servo closes that loop.
+
+    Args:
+        model: the arm.
+        q_initial: joint set-points at the start, shape (n,) [rad].
+        time_step: the plant's step [s], of which the slot is a fraction.
+        period: period of the set-points [s].
     """
 
-    def __init__(self, model, q_initial, time_step=TIME_STEP, period=SERVO_PERIOD):
+    def __init__(
+        self,
+        model: ArmModel,
+        q_initial: Sequence[float] | np.ndarray,
+        time_step: float = TIME_STEP,
+        period: float = SERVO_PERIOD,
+    ) -> None:
         super().__init__()
         self._model = model
         self._parameters = make_parameters(model, period)
         self._pose = self.DeclareAbstractInputPort("X_WT_desired", AbstractValue.Make(RigidTransform()))
         set_point = self.DeclareDiscreteState(q_initial)
-        self.DeclareDiscreteState(len(q_initial))  # its speed in the last step [rad/s]
+        self.DeclareDiscreteState(len(q_initial))  # velocity of the last step [rad/s]
         self.DeclareStateOutputPort("q_commanded", set_point)
         offset = servo_slot(IK_SLOT, time_step, period)
         self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
 
-    def _update(self, context, next_state):
+    def _update(self, context: Context, next_state: DiscreteValues) -> None:
         q, v_last = (context.get_discrete_state(group).value() for group in (0, 1))
         q_next, _ = step_joints(self._model, self._parameters, q, self._pose.Eval(context))
         q_next, v = limit_acceleration(self._model, self._parameters, q, v_last, q_next)

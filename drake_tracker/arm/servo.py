@@ -1,16 +1,17 @@
 """The trajectory generator's fixed-gain filter (Allen et al. 1991, section 4.4).
 
-Every 30 ms the newest packet of predicted path is read at the instant for which the set-point is being computed, and an
-alpha-beta-gamma filter smooths what is read. While no packet comes the path of the last one is followed to its end, and
-beyond it the filter coasts.
+Every period the newest packet of predicted path is evaluated at the instant for which the set-point is computed, and an
+alpha-beta-gamma filter smooths the result. While no packet arrives, the path of the last one is followed to its end;
+beyond its end the filter coasts.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from drake_tracker.core.frozen_state import read_only
-from drake_tracker.core.messages import KNOT_COUNT, Prediction, evaluate_prediction, message_size
+from drake_tracker.arm.config import ServoConfig
+from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.messages import Prediction, evaluate_prediction, message_size, prediction_end
 from drake_tracker.estimation.alpha_beta_gamma import (
     AlphaBetaGammaGains,
     abg_predict,
@@ -19,13 +20,24 @@ from drake_tracker.estimation.alpha_beta_gamma import (
 )
 
 RESTART_DISTANCE = 0.10
-"""A reading farther than this [m] from the filter is another object or a new track: the filter starts again."""
+"""A prediction farther than this [m] from the filter is of another object or of a new track: the filter restarts."""
 
 
 @dataclass(frozen=True)
-class ServoState:
-    """Everything the servo remembers: the filter over (x, y, z, yaw), the packet held, when the newest one was first on
-    the line and its stamp, how it stands."""
+class ServoState(FrozenState):
+    """Everything the servo remembers.
+
+    Attributes:
+        due: time [s] for which the filter holds: the instant of the set-point.
+        x: filtered (x, y, z, yaw) in W, shape (4,) [m, rad], yaw continuous.
+        v: its rates, shape (4,) [m/s, rad/s].
+        a: its accelerations, shape (4,) [m/s^2, rad/s^2].
+        packet: the `Prediction` vector that is followed.
+        arrived: time [s] at which the newest packet was first seen on the link.
+        newest: stamp [s] of the newest packet on the link.
+        stale: whether the newest packet is too old.
+        valid: whether the pose can be followed.
+    """
 
     due: float
     x: np.ndarray
@@ -37,76 +49,79 @@ class ServoState:
     stale: bool
     valid: bool
 
-    def __deepcopy__(self, memo):
-        return self
-
 
 class Servo:
     """Arithmetic of the trajectory generator.
 
     Args:
-      tracking_index: of the alpha-beta-gamma filter of the position; .01 lags by 1 mm on a bend at 0.2 m/s.
-      yaw_tracking_index: the same for the direction, which is noisier and changes more steadily.
-      stale_after: time [s] without a new packet after which the target is called stale.
-      coast: time [s] past the end of the last packet's path for which the target stays valid.
-      lead: from the tick to the instant for which its set-point is due [s].
+        settings: the filter's tracking indices, and the age from which the target is stale.
+        coast: time [s] past the end of the last packet's path for which the target stays valid.
+        lead: time from the tick to the instant for which its set-point is due [s].
     """
 
-    def __init__(self, tracking_index=0.01, yaw_tracking_index=0.003, stale_after=0.2, coast=0.3, lead=0.0):
-        position, yaw = alpha_beta_gamma_gains(tracking_index), alpha_beta_gamma_gains(yaw_tracking_index)
+    def __init__(self, settings: ServoConfig = ServoConfig(), *, coast: float = 0.3, lead: float = 0.0) -> None:
+        position = alpha_beta_gamma_gains(settings.tracking_index)
+        yaw = alpha_beta_gamma_gains(settings.yaw_tracking_index)
         self.gains = AlphaBetaGammaGains(*(np.array([p, p, p, y]) for p, y in zip(position, yaw)))
-        self.stale_after = stale_after
+        self.stale_after = settings.stale_after
         self.coast = coast
         self.lead = lead
 
-    def initial_state(self):
+    def initial_state(self) -> ServoState:
+        """Returns the state before the first packet."""
         zero = read_only(np.zeros(4))
         packet = read_only(np.zeros(message_size(Prediction)))
         return ServoState(0.0, zero, zero, zero, packet, 0.0, 0.0, True, False)
 
-    def update(self, state, time, packet, frozen):
-        """Returns the state after the tick at ``time`` [s].
+    def update(self, state: ServoState, time: float, packet: np.ndarray, blind: bool) -> ServoState:
+        """Returns the state after a tick.
 
-        ``packet`` is the newest `Prediction` vector on the line; with ``frozen`` it is left there, and the path held
-        already is followed.
+        Args:
+            state: the state before.
+            time: time of the tick [s].
+            packet: the newest `Prediction` vector on the link.
+            blind: whether the arm is blind: the packet held already is followed, and newer ones are not used.
         """
         packet = np.asarray(packet)
         due = time + self.lead
         held, arrived, newest = state.packet, state.arrived, state.newest
         if _is_newer(packet, newest):
-            arrived, newest = time, float(packet[0])
-        if not frozen and _is_newer(packet, held[0]):
+            arrived, newest = time, float(Prediction(packet).stamp)
+        if not blind and _is_newer(packet, Prediction(held).stamp):
             held = read_only(packet.copy())
         if not Prediction(held).valid:
             return ServoState(due, state.x, state.v, state.a, held, arrived, newest, True, False)
-        stale = not frozen and time - arrived > self.stale_after
-        end = held[2] + held[3] * (KNOT_COUNT - 1)
+        stale = not blind and time - arrived > self.stale_after
+        end = prediction_end(held)
         if due <= end:
             measurement = evaluate_prediction(held, due)[:4]
             x, v, a = self._correct(state, measurement, due, held)
-        else:  # nothing to measure against: constant velocity, since an old acceleration would run away
+        else:  # nothing to correct with: constant velocity, since an old acceleration would diverge
             x, v, a = abg_predict(state.x, state.v, np.zeros(4), due - state.due)
-        valid = due <= end + self.coast
+        valid = bool(due <= end + self.coast)
         return ServoState(due, read_only(x), read_only(v), read_only(a), held, arrived, newest, stale, valid)
 
-    def _correct(self, state, measurement, due, held):
+    def target(self, state: ServoState) -> np.ndarray:
+        """Returns the `ServoTarget` vector of a state."""
+        held = Prediction(state.packet)
+        std = evaluate_prediction(state.packet, state.due)[4] if state.valid else 0.0
+        return np.concatenate(
+            [[state.due], state.x, state.v, [held.stamp, held.seq, std, float(state.stale), float(state.valid)]]
+        )
+
+    def _correct(
+        self, state: ServoState, measurement: np.ndarray, due: float, held: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Returns x, v and a of the filter at ``due`` [s], corrected by the predicted pose, shape (4,)."""
         measurement = measurement.copy()
         measurement[3] += 2 * np.pi * np.round((state.x[3] - measurement[3]) / (2 * np.pi))
         if not state.valid or np.linalg.norm(measurement[:3] - state.x[:3]) > RESTART_DISTANCE:
-            dt = held[3]
+            dt = Prediction(held).spacing
             knots = [evaluate_prediction(held, due + k * dt)[:4] for k in (-1, 0, 1)]
             return measurement, (knots[2] - knots[0]) / (2 * dt), (knots[2] - 2 * knots[1] + knots[0]) / dt**2
         return abg_step(state.x, state.v, state.a, measurement, due - state.due, self.gains)
 
-    def target(self, state):
-        """Returns the `ServoTarget` vector of a state."""
-        held = state.packet
-        std = evaluate_prediction(held, state.due)[4] if state.valid else 0.0
-        return np.concatenate(
-            [[state.due], state.x, state.v, [held[0], held[1], std, float(state.stale), float(state.valid)]]
-        )
 
-
-def _is_newer(packet, stamp):
+def _is_newer(packet: np.ndarray, stamp: float) -> bool:
     fields = Prediction(packet)
     return bool(fields.valid) and fields.stamp > stamp and bool(np.all(np.isfinite(packet)))

@@ -1,7 +1,10 @@
-"""From set-points every 30 ms to a smooth reference at every plant step."""
+"""From periodic set-points to a smooth reference at every plant step."""
+
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_tracker.core.timing import SERVO_PERIOD
 
@@ -10,10 +13,10 @@ SPLINE_DELAY = 1.5
 
 
 class SetPointSplineSystem(LeafSystem):
-    """A quadratic B-spline through the last three set-points: position and velocity without steps.
+    """A quadratic B-spline of the last three set-points: position and velocity without steps.
 
-    Drake's `StateInterpolatorWithDiscreteDerivative` passes positions on as a staircase, on which a stiff joint servo
-    spends all its torque.
+    Drake's `StateInterpolatorWithDiscreteDerivative` holds positions between samples; a stiff joint servo spends all
+    its torque on such steps.
 
     .. pydrake_system::
 
@@ -24,14 +27,17 @@ class SetPointSplineSystem(LeafSystem):
         - desired_state
         - desired_acceleration
 
-    ``set_point`` (n) is sampled on the grid of the period. ``desired_state`` (q, v) and ``desired_acceleration`` are
-    the spline: a motion of constant speed comes out `SPLINE_DELAY` periods late and otherwise unchanged.
+    - ``set_point``: n values [rad or m], sampled at the multiples of the period. It is always valid.
+    - ``desired_state``: position and velocity of the spline, 2 n values [rad, rad/s or m, m/s], continuous in time. A
+      motion with constant speed comes out `SPLINE_DELAY` periods late and otherwise unchanged.
+    - ``desired_acceleration``: acceleration of the spline, n values [rad/s^2 or m/s^2], constant during a period.
 
     Args:
-      initial: the set-point (n,) held before the first sample.
+        initial: the set-point held before the first sample, shape (n,).
+        period: period of the set-points [s].
     """
 
-    def __init__(self, initial, period=SERVO_PERIOD):
+    def __init__(self, initial: Sequence[float] | np.ndarray, period: float = SERVO_PERIOD) -> None:
         super().__init__()
         initial = np.asarray(initial, dtype=float)
         n = self._n = len(initial)
@@ -42,16 +48,16 @@ class SetPointSplineSystem(LeafSystem):
         from_state = {self.discrete_state_ticket(state)}
         self.DeclareVectorOutputPort("desired_state", 2 * n, self._calc_state, from_state | {self.time_ticket()})
         self.DeclareVectorOutputPort("desired_acceleration", n, self._calc_acceleration, from_state)
-        # Unrestricted, since the plant's step at the same instant is a discrete one: it comes after, and reads the new
-        # spline, whichever of the two times is the less by a rounding.
+        # An unrestricted update, since the plant's step at the same instant is a discrete update: that comes later and
+        # reads the new spline, whichever of the two times is smaller by a rounding error.
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
-    def _update(self, context, state):
+    def _update(self, context: Context, state: State) -> None:
         old = context.get_discrete_state_vector().value()
         new = np.concatenate([old[self._n : 3 * self._n], self._set_point.Eval(context), [context.get_time()]])
         state.get_mutable_discrete_state().get_mutable_vector(0).SetFromVector(new)
 
-    def _calc_state(self, context, output):
+    def _calc_state(self, context: Context, output: Any) -> None:
         a, b, c, sampled = self._points(context)
         t = min((context.get_time() - sampled) / self._period, 1.0)
         step, bow = b - a, a - 2.0 * b + c
@@ -59,10 +65,11 @@ class SetPointSplineSystem(LeafSystem):
         v = (step + t * bow) / self._period
         output.SetFromVector(np.concatenate([q, v]))
 
-    def _calc_acceleration(self, context, output):
+    def _calc_acceleration(self, context: Context, output: Any) -> None:
         a, b, c, _ = self._points(context)
         output.SetFromVector((a - 2.0 * b + c) / self._period**2)
 
-    def _points(self, context):
+    def _points(self, context: Context) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """Returns the three newest set-points, oldest first, and the time [s] at which the newest was sampled."""
         state, n = context.get_discrete_state_vector().value(), self._n
         return state[:n], state[n : 2 * n], state[2 * n : 3 * n], state[3 * n]

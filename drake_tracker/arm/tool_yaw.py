@@ -1,7 +1,7 @@
-"""Which way round the jaws go: joint 6 follows the path's tangent and is unwound before its range ends.
+"""Direction of the jaws: joint 6 follows the path's tangent, and unwinds before its range ends.
 
-One lap turns the tangent by 360 deg, and joint 6 has 532 deg. The jaws are symmetric, so that half a turn of the hand
-changes nothing about the grasp: the *branch* is the number of half turns added to the tangent's direction.
+One lap turns the tangent by 360 deg, and joint 6 has a range of 532 deg. The jaws are symmetric, so that half a turn of
+the hand does not change the grasp: the *branch* is the number of half turns added to the tangent's direction.
 """
 
 import math
@@ -9,37 +9,47 @@ import math
 from drake_tracker.arm.transform_equation import PEAK_OVER_MEAN
 
 FLIP_ANGLE = math.radians(109.0)
-"""Joint 6 angle [rad] at which the jaws turn over. Past it half a turn back lands nearer the middle of the range."""
+"""Joint 6 angle [rad] at which the jaws flip. Beyond it, half a turn back ends nearer to the middle of the range."""
 FLIP_SPEED = 5.0
-"""Speed [rad/s] that turning over may ask of joint 6, whose rating is 5.74."""
+"""Speed [rad/s] of joint 6 that a flip may use; its rated speed is 5.74 rad/s."""
 
 
-def best_branch(q6, tool_yaw, object_yaw):
+def best_branch(q6: float, tool_yaw: float, object_yaw: float) -> int:
     """Returns the branch that brings joint 6 nearest to zero: pointing down, it turns the tool against z_W.
 
     Args:
-      q6: joint 6 [rad] now, with the tool pointing down and its x axis at ``tool_yaw``.
-      tool_yaw, object_yaw: directions in W [rad], both continuous (not wrapped).
+        q6: joint 6 [rad], with the tool pointing down and its x axis at ``tool_yaw``.
+        tool_yaw: direction of x_T in W, continuous [rad].
+        object_yaw: direction of the object in W, continuous [rad].
     """
     return round((q6 + tool_yaw - object_yaw) / math.pi)
 
 
-def nearest_whole_turn(tool_yaw, object_yaw):
-    """Returns the branch, an even number of half turns, that turns a hand without symmetry the least."""
+def nearest_whole_turn(tool_yaw: float, object_yaw: float) -> int:
+    """Returns the branch, an even number of half turns, that turns a hand without symmetry the least.
+
+    Args:
+        tool_yaw: direction of x_T in W, continuous [rad].
+        object_yaw: direction of the object in W, continuous [rad].
+    """
     return 2 * round((tool_yaw - object_yaw) / (2.0 * math.pi))
 
 
-def must_flip(q6):
-    """Whether joint 6 [rad] has gone so far that the jaws should turn over."""
+def must_flip(q6: float) -> bool:
+    """Returns whether joint 6 [rad] has turned so far that the jaws should flip."""
     return abs(q6) > FLIP_ANGLE
 
 
-def flip_duration(half_turns, yaw_rate):
-    """Returns the time [s] in which the jaws turn over by ``half_turns`` while the path turns at ``yaw_rate`` [rad/s].
+def flip_duration(half_turns: float, yaw_rate: float) -> float:
+    """Returns the time [s] in which the jaws flip.
 
-    Turning over mostly unwinds what the path has wound up, and joint 6 feels the difference of the two: that is not
-    counted on, for the path may straighten meanwhile. Where the path has begun to bend the other way it feels their
-    sum.
+    A flip mostly unwinds what the path has wound up, so that joint 6 turns with the difference of the two speeds. The
+    path may straighten meanwhile, hence this does not shorten the flip. Where the path has begun to bend the other way,
+    joint 6 turns with their sum, and the flip takes longer.
+
+    Args:
+        half_turns: half turns of the flip, positive about z_W.
+        yaw_rate: turning rate of the path [rad/s].
     """
     allowed = FLIP_SPEED - max(math.copysign(1.0, half_turns) * yaw_rate, 0.0)
     return PEAK_OVER_MEAN * math.pi * abs(half_turns) / max(allowed, 0.5 * FLIP_SPEED)

@@ -5,10 +5,10 @@ Two chains of transforms lead from the world W to the grasping position G::
     Base . T6 . Tool . Drive  =  Obj . Grasp
     X_WS   X_SM  X_MT   X_TG      X_WO   X_OG
 
-Base (W to the shoulder S), Tool (joint 6's frame M to the tool T) and Grasp (the object O to G) are known, Obj comes
-from vision by way of the servo, T6 from the joints. The equation is solved for Drive when a motion begins. Drive is
-then shrunk to the identity while Obj keeps moving, and the equation is solved for Base . T6 . Tool, the tool's pose,
-from which inverse kinematics finds the joints: the hand goes straight to G *as seen from the object*.
+Base (W to the shoulder S), Tool (joint 6's frame M to the tool T) and Grasp (the object O to G) are known; Obj comes
+from vision through the servo, and T6 from the joints. The equation is solved for Drive when a motion begins. Drive then
+shrinks to the identity while Obj keeps moving, and the equation is solved for Base . T6 . Tool, the pose of the tool,
+from which inverse kinematics computes the joints: the hand moves straight to G *as seen from the object*.
 """
 
 from dataclasses import dataclass
@@ -16,46 +16,66 @@ from dataclasses import dataclass
 import numpy as np
 
 RAMP = 0.25
-"""Share of a motion's time spent on speeding up, and the same on slowing down."""
+"""Fraction of a motion's time spent on speeding up, and the same fraction on slowing down."""
 PEAK_OVER_MEAN = 1.0 / (1.0 - RAMP)
-"""Greatest over mean speed of a motion."""
+"""Ratio of the largest to the mean speed of a motion."""
 START_BEND = 3.95
-"""Greatest deceleration of the part of a motion that kills a speed, over that speed and the motion's time."""
+"""Largest deceleration of the part of a motion that removes an initial speed, in units of that speed over its time."""
 
 
 @dataclass(frozen=True)
 class Drive:
-    """X_TG as a straight line: p_TG_W [m], and the turn from T to G about z_W [rad].
+    """X_TG as a straight line.
 
-    The translation is expressed in W, so that a hand still far away does not swing about an object that turns. The turn
-    keeps its full turns, so that the hand unwinds the way it should instead of the shortest way.
+    The translation is expressed in W, so that a hand that is far away does not swing about an object that turns. The
+    turn is not wrapped, so that the hand unwinds in the right direction instead of the shortest one.
+
+    Attributes:
+        translation: p_TG_W, shape (3,) [m].
+        turn: angle from x_T to x_G about z_W [rad].
     """
 
     translation: np.ndarray
     turn: float
 
 
-def solve_drive(p_WT, yaw_T, p_WG, yaw_G):
-    """Solves the transform equation for Drive, for tool and grasping frame both pointing down.
+def solve_drive(p_WT: np.ndarray, yaw_T: float, p_WG: np.ndarray, yaw_G: float) -> Drive:
+    """Solves the transform equation for Drive, with tool and grasping frame both pointing down.
 
     Args:
-      p_WT, p_WG: positions of T and G in W [m], shape (3,).
-      yaw_T, yaw_G: continuous directions of x_T and x_G in W [rad].
+        p_WT: position of T in W, shape (3,) [m].
+        yaw_T: direction of x_T in W, continuous [rad].
+        p_WG: position of G in W, shape (3,) [m].
+        yaw_G: direction of x_G in W, continuous [rad].
     """
     return Drive(np.asarray(p_WG) - np.asarray(p_WT), yaw_G - yaw_T)
 
 
-def apply_drive(drive, p_WG, yaw_G):
-    """Solves the transform equation for the tool: returns (p_WT, yaw_T) at which Drive has the given value."""
+def apply_drive(drive: Drive, p_WG: np.ndarray, yaw_G: float) -> tuple[np.ndarray, float]:
+    """Solves the transform equation for the tool.
+
+    Args:
+        drive: the value that Drive must have.
+        p_WG: position of G in W, shape (3,) [m].
+        yaw_G: direction of x_G in W, continuous [rad].
+
+    Returns:
+        p_WT, shape (3,) [m], and the direction of x_T in W [rad].
+    """
     return np.asarray(p_WG) - drive.translation, yaw_G - drive.turn
 
 
-def shrink_drive(start, rate, fraction, duration):
-    """Returns Drive after a ``fraction`` (0 to 1) of a straight-line motion.
+def shrink_drive(start: Drive, rate: Drive, fraction: float, duration: float) -> Drive:
+    """Returns Drive during a straight-line motion.
 
-    ``start`` and ``rate`` (per second) are its value and its rate when the motion began. The value follows
-    `share_done`; the rate at the start dies away by a quintic, so that one motion leads into the next without a jump of
-    speed, and both are zero at the end.
+    Its value follows `share_done`. Its rate at the start decays by a quintic, so that one motion leads into the next
+    without a jump of speed. Value and rate are both zero at the end.
+
+    Args:
+        start: value of Drive when the motion began.
+        rate: rate of Drive when the motion began, per second.
+        fraction: completed fraction of the motion's time, 0 to 1.
+        duration: duration of the motion [s].
     """
     t = min(max(fraction, 0.0), 1.0)
     value = 1.0 - share_done(t)
@@ -63,11 +83,11 @@ def shrink_drive(start, rate, fraction, duration):
     return Drive(value * start.translation + slope * rate.translation, value * start.turn + slope * rate.turn)
 
 
-def share_done(fraction):
-    """Returns how much of a straight line is done after a ``fraction`` (0 to 1) of its time.
+def share_done(fraction: float) -> float:
+    """Returns the completed share of a straight line after a fraction (0 to 1) of its time.
 
-    The speed is a trapezoid with ramps of `RAMP` each: its peak is 1.33 times the mean, which a quintic's 1.88 is not,
-    and the arm's slowest joint decides how fast the hand comes down.
+    The speed is a trapezoid with ramps of `RAMP` each. Its peak is 1.33 times the mean, against 1.88 for a quintic: the
+    arm's slowest joint limits how fast the hand comes down.
     """
     t = min(max(fraction, 0.0), 1.0)
     peak = PEAK_OVER_MEAN
@@ -78,17 +98,21 @@ def share_done(fraction):
     return peak * (t - 0.5 * RAMP)
 
 
-def motion_time(way, against, speed, acceleration):
-    """Returns the shortest time [s] of a straight-line motion within a greatest speed [m/s] and acceleration [m/s^2].
+def motion_time(length: float, against: float, speed: float, acceleration: float) -> float:
+    """Returns the shortest duration [s] of a straight-line motion within limits of speed and acceleration.
 
-    ``way``: its length [m]. ``against``: the speed [m/s] at its start that does not point to its end.
+    Args:
+        length: length of the line [m].
+        against: speed at its start that does not point towards its end [m/s].
+        speed: largest speed [m/s].
+        acceleration: largest acceleration [m/s^2].
     """
-    kill, ramp = START_BEND * against, PEAK_OVER_MEAN / RAMP * way
+    kill, ramp = START_BEND * against, PEAK_OVER_MEAN / RAMP * length
     change = (kill + np.sqrt(kill**2 + 4.0 * acceleration * ramp)) / (2.0 * acceleration)
-    return max(PEAK_OVER_MEAN * way / speed, change)
+    return max(PEAK_OVER_MEAN * length / speed, change)
 
 
-def tool_down_rotation(yaw):
+def tool_down_rotation(yaw: float) -> np.ndarray:
     """Returns the 3x3 rotation R_WT of a tool that points down with x_T at ``yaw`` [rad] from x_W."""
     c, s = np.cos(yaw), np.sin(yaw)
     return np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])

@@ -1,17 +1,21 @@
 """The transform equation as a System."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import Context, LeafSystem, State
 
-from drake_tracker.arm.arm_model import tool_down, tool_yaw
+from drake_tracker.arm.arm_model import ArmModel, tool_down, tool_yaw
+from drake_tracker.arm.tool_motion import ToolMotion, ToolMotionState
 from drake_tracker.core.messages import ArmCommand, ServoTarget, ToolStatus, message_size
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, TRANSFORM_SLOT, servo_slot
 
 
 class TransformEquationSystem(LeafSystem):
-    """Solves the transform equation for the tool's pose every servo period.
+    """Solves the transform equation for the pose of the tool every servo period.
 
     .. pydrake_system::
 
@@ -24,15 +28,31 @@ class TransformEquationSystem(LeafSystem):
         - X_WT_desired
         - status
 
-    ``target`` is a `ServoTarget` (Obj), ``command`` an `ArmCommand` (Grasp, and the motion to make), ``q_commanded``
-    [rad] the last joint set-points, of which joint 6 (the last) decides the jaws' branch. ``X_WT_desired`` is a
-    RigidTransform due at the ``time`` of the target, ``status`` a `ToolStatus`. Both are state.
+    - ``target``: a `ServoTarget` (Obj). All zeros, hence not valid: the hand stays where it is or goes home.
+    - ``command``: an `ArmCommand` (Grasp, and the motion to make).
+    - ``q_commanded``: the last joint set-points, n values [rad], of which the last, joint 6, decides the jaws' branch.
+    - ``X_WT_desired``: the desired pose of the tool at the ``time`` of the target, a RigidTransform.
+    - ``status``: a `ToolStatus`, which is never all zeros.
+
+    Both outputs are state, updated every period in the slot of the transform equation; only ``flipping`` also depends
+    on the time.
 
     Args:
-      motion: a `ToolMotion`. model: an `ArmModel`. q_initial: joint positions at the start [rad].
+        motion: the arithmetic.
+        model: the arm.
+        q_initial: joint positions at the start, shape (n,) [rad].
+        time_step: the plant's step [s], of which the slot is a fraction.
+        period: period of the set-points [s].
     """
 
-    def __init__(self, motion, model, q_initial, time_step=TIME_STEP, period=SERVO_PERIOD):
+    def __init__(
+        self,
+        motion: ToolMotion,
+        model: ArmModel,
+        q_initial: Sequence[float] | np.ndarray,
+        time_step: float = TIME_STEP,
+        period: float = SERVO_PERIOD,
+    ) -> None:
         super().__init__()
         self._motion = motion
         X_WT = model.tool_pose(q_initial)
@@ -50,23 +70,23 @@ class TransformEquationSystem(LeafSystem):
         )
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, servo_slot(TRANSFORM_SLOT, time_step, period), self._update)
 
-    def _update(self, context, state):
+    def _update(self, context: Context, state: State) -> None:
         command = ArmCommand(self._command.Eval(context))
         target = ServoTarget(self._target.Eval(context))
         q6 = self._q_commanded.Eval(context)[-1]
         new = self._motion.update(self._value(context), context.get_time(), command, target, q6)
         state.get_mutable_abstract_state(int(self._state)).set_value(new)
 
-    def _calc_pose(self, context, output):
+    def _calc_pose(self, context: Context, output: Any) -> None:
         tool = self._value(context).tool
         output.set_value(tool_down(tool[:3], tool[3]))
 
-    def _calc_status(self, context, output):
+    def _calc_status(self, context: Context, output: Any) -> None:
         state = self._value(context)
         flipping = self._motion.flipping(state, context.get_time())
         output.SetFromVector(
             np.concatenate([[state.motion, state.fraction, float(flipping)], state.tool, [state.branch]])
         )
 
-    def _value(self, context):
+    def _value(self, context: Context) -> ToolMotionState:
         return context.get_abstract_state(int(self._state)).get_value()

@@ -1,14 +1,14 @@
-"""The motor schema of catching as a table (Nashman and Chaconas 1990, sections 2 and 5), in the manner of `schema.py`.
+"""The motor schema of catching as a table (Nashman and Chaconas 1990, sections 2 and 5), like `schema.py`.
 
-The hand waits with its cup beyond the middle of the board's bottom edge, follows the place where the ball will come
-out, stands still when it comes, and raises the cup. The operator may stop it, or take it over, in every phase
-(section 3: the operator interface is there to "observe, supervise, and directly control the system").
+The hand waits with its cup beyond the middle of the board's bottom edge, follows the place where the ball will leave
+the board, stands still when it arrives, and raises the cup. The operator can stop the hand, or take control of it, in
+every phase (section 3: the operator interface is there to "observe, supervise, and directly control the system").
 """
 
 from enum import IntEnum
 
 from drake_tracker.arm.tool_motion import MotionFrame
-from drake_tracker.grasp.motor_schema import Program
+from drake_tracker.grasp.motor_schema import Program, Transitions
 
 
 class CatchPhase(IntEnum):
@@ -25,28 +25,30 @@ class CatchPhase(IntEnum):
 
 
 class OperatorMode(IntEnum):
-    """First element of what the operator says."""
+    """What the operator wants: values of `OperatorCommand`'s ``mode`` field."""
 
     SUPERVISE = 0
     STOP = 1
     TAKE_OVER = 2
 
 
-def _program(frame, height, duration, frozen):
-    return Program(frame, height, duration, jaws_closed=False, frozen=frozen)
+def _program(frame: MotionFrame, height: str, duration: str, blind: bool) -> Program:
+    """Returns a program of a hand without jaws."""
+    return Program(frame, height, duration, jaws_closed=False, blind=blind)
 
 
 CATCH_PROGRAMS = {
-    CatchPhase.WAIT: _program(MotionFrame.HOME, "rim_height", "home_duration", frozen=False),
-    CatchPhase.FOLLOW: _program(MotionFrame.OBJECT, "rim_height", "", frozen=False),
-    CatchPhase.SETTLE: _program(MotionFrame.OBJECT, "rim_height", "", frozen=False),
-    CatchPhase.CUP: _program(MotionFrame.OBJECT, "rim_height", "", frozen=False),
-    CatchPhase.RAISE: _program(MotionFrame.HELD, "raised_height", "raise_duration", frozen=True),
-    CatchPhase.HOLD: _program(MotionFrame.HELD, "raised_height", "raise_duration", frozen=True),
-    CatchPhase.STOPPED: _program(MotionFrame.OBJECT, "", "stop_duration", frozen=True),
-    CatchPhase.MANUAL: _program(MotionFrame.OBJECT, "", "", frozen=True),
+    CatchPhase.WAIT: _program(MotionFrame.HOME, "rim_height", "home_duration", blind=False),
+    CatchPhase.FOLLOW: _program(MotionFrame.OBJECT, "rim_height", "", blind=False),
+    CatchPhase.SETTLE: _program(MotionFrame.OBJECT, "rim_height", "", blind=False),
+    CatchPhase.CUP: _program(MotionFrame.OBJECT, "rim_height", "", blind=False),
+    CatchPhase.RAISE: _program(MotionFrame.HELD, "raised_height", "raise_duration", blind=True),
+    CatchPhase.HOLD: _program(MotionFrame.HELD, "raised_height", "raise_duration", blind=True),
+    CatchPhase.STOPPED: _program(MotionFrame.OBJECT, "", "stop_duration", blind=True),
+    CatchPhase.MANUAL: _program(MotionFrame.OBJECT, "", "", blind=True),
 }
-"""An empty duration is that which the way to the goal takes; an empty height is none: the goal is the tool's own."""
+"""What the arm does in each phase; heights and durations are fields of `CatchConfig`. An empty duration is the time
+that the distance to the goal takes; an empty height is zero, since the goal is that of the tool itself."""
 
 CATCH_SAME_MOTION = {
     (CatchPhase.FOLLOW, CatchPhase.SETTLE),
@@ -55,11 +57,11 @@ CATCH_SAME_MOTION = {
     (CatchPhase.CUP, CatchPhase.FOLLOW),
     (CatchPhase.RAISE, CatchPhase.HOLD),
 }
-"""Changes of phase that leave the motion under way as it is."""
+"""Changes of phase during which the motion under way goes on."""
 
 _BY_THE_OPERATOR = (("operator_stops", CatchPhase.STOPPED), ("operator_takes_over", CatchPhase.MANUAL))
 
-CATCH_TRANSITIONS = {
+CATCH_TRANSITIONS: Transitions = {
     CatchPhase.WAIT: (*_BY_THE_OPERATOR, ("ball_comes", CatchPhase.FOLLOW)),
     CatchPhase.FOLLOW: (
         *_BY_THE_OPERATOR,
@@ -78,4 +80,4 @@ CATCH_TRANSITIONS = {
     CatchPhase.STOPPED: (("operator_takes_over", CatchPhase.MANUAL), ("operator_lets_go", CatchPhase.WAIT)),
     CatchPhase.MANUAL: (("operator_stops", CatchPhase.STOPPED), ("operator_lets_go", CatchPhase.WAIT)),
 }
-"""From each phase, the conditions that are asked in this order and the phase that each leads to."""
+"""From each phase, the conditions in the order in which they are asked, and the phase that each leads to."""

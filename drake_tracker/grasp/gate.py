@@ -1,17 +1,20 @@
-"""When to go for it: every reason to wait a little longer, asked in order.
+"""The gate before a grasp: every reason to wait a little longer, asked in order.
 
-The hand is committed from the start of the descent until the pads touch, without sight, so that the prediction made at
-launch must hold for the whole *horizon*: the age of what was seen, the descent and the closing.
+The hand is committed and blind from the start of the descent until the pads touch. The prediction made at launch must
+hold for the whole *horizon*: the age of the measurement, the descent and the closing.
 """
 
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
+from pydrake.multibody.inverse_kinematics import DifferentialInverseKinematicsParameters
 
-from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.arm.arm_model import ArmModel, tool_down
 from drake_tracker.arm.differential_ik import rehearse
 from drake_tracker.arm.transform_equation import share_done
 from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
+from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
     LATERAL,
@@ -20,26 +23,28 @@ from drake_tracker.grasp.prediction_memory import (
     THERE_Y,
     THERE_YAW,
     TURN,
+    PredictionMemory,
     X,
     Y,
+    places_seen,
     recall,
     recent,
 )
 
 RECENT = 2.5
-"""An open track is judged by the packets stamped within so much time [s] before the present."""
+"""An open track is judged by the packets stamped within this time [s] before the present."""
 ONE_PASS = 1.0
-"""Records of the newest earlier pass of a place are no more than this [s] apart."""
+"""Records of the same pass of a place are at most this [s] apart."""
 TRUSTED_FOR = 1.0
-"""A filter that is sure of itself must have been right in all that it said so long [s]."""
+"""A filter whose own standard deviation is trusted must have been right for this time [s]."""
 FEWEST_RECORDS = 3
-"""Fewer judged predictions than this from one place prove nothing."""
+"""Fewest judged predictions from one place that count as evidence."""
 FOLLOWING_ERROR = 0.004
-"""An arm that falls behind its set-points by more than this [m] in rehearsal cannot make the motion."""
+"""Largest distance [m] from a set-point in rehearsal at which the arm still follows the motion."""
 STARTING = 1.0
-"""Places of the first so many seconds do not say whether a path is straight: the filter had hardly begun."""
+"""Places of the first seconds [s] do not tell whether a path is straight: the filter had hardly begun."""
 _ALONG_PACKET = np.linspace(0.0, KNOT_COUNT - 1, 5 * (KNOT_COUNT - 1) + 1)
-"""Places on the predicted path, as numbers of knots, that are held against where the object went before."""
+"""Places on the predicted path, as numbers of knots, that are compared with where the object went before."""
 
 
 class Gate(IntEnum):
@@ -55,61 +60,84 @@ class Gate(IntEnum):
     OUT_OF_REACH = 7
 
 
-def touch_delay(parameters):
+def touch_delay(config: GraspConfig) -> float:
     """Returns the time [s] from the start of closing until the pads touch an object in the middle of the jaws."""
-    return (parameters.jaw_opening - parameters.object_width) / parameters.jaw_speed
+    return (config.jaw_opening - config.object_width) / config.jaw_speed
 
 
-def horizon(parameters, target):
-    """Returns the time [s] from the newest measurement to the instant at which the pads would touch."""
-    blind = parameters.descent_duration - parameters.closing_lead + touch_delay(parameters)
-    return target.time - target.stamp + blind
+def horizon(config: GraspConfig, target: Any) -> float:
+    """Returns the time [s] from the newest measurement to the instant at which the pads would touch.
 
-
-def judge_prediction(parameters, memory, packet, target):
-    """Returns the gate's verdict on a prediction, and the worst lateral error [m] of those that vouch for it.
-
-    Two things can: predictions made from the same place earlier that came true, and the filter's own idea of its error
-    at the instant of the grasp, if what it said lately came true. Only a filter that knows the path ahead can be as
-    sure as ``std_tolerance``; one that extrapolates knows that it cannot see the next bend.
+    Args:
+        config: durations of the descent and the closing.
+        target: a `ServoTarget`.
     """
-    verdict, worst = judge_memory(parameters, memory, packet, target)
-    if verdict == Gate.OPEN or parameters.gate == "memory":
+    blind_time = config.descent_duration - config.closing_lead + touch_delay(config)
+    return target.time - target.stamp + blind_time
+
+
+def judge_prediction(
+    config: GraspConfig, memory: PredictionMemory, packet: np.ndarray, target: Any
+) -> tuple[Gate, float]:
+    """Returns the gate's verdict on a prediction, and the largest lateral error [m] of the predictions that support it.
+
+    There are two kinds of evidence: predictions made earlier from the same place that came true; and the filter's own
+    standard deviation at the instant of the grasp, if its recent predictions came true. Only a filter that knows the
+    path ahead can be within ``std_tolerance``; one that extrapolates cannot know the next bend, and its standard
+    deviation shows that.
+
+    Args:
+        config: tolerances, and the evidence that is asked for.
+        memory: predictions made so far.
+        packet: the `Prediction` vector that is judged.
+        target: the `ServoTarget` that rests on it.
+    """
+    verdict, worst = judge_memory(config, memory, packet, target)
+    if verdict == Gate.OPEN or config.gate == "memory":
         return verdict, worst
-    std = evaluate_prediction(packet, target.stamp + horizon(parameters, target))[4]
-    if std <= parameters.std_tolerance:
-        own = came_true(parameters, recent(memory, target.stamp, TRUSTED_FOR + horizon(parameters, target)))
+    std = evaluate_prediction(packet, target.stamp + horizon(config, target))[4]
+    if std <= config.std_tolerance:
+        own = came_true(config, recent(memory, target.stamp, TRUSTED_FOR + horizon(config, target)))
         if own[0] == Gate.OPEN:
             return own
     return verdict, worst
 
 
-def judge_memory(parameters, memory, packet, target):
-    """Returns the gate's verdict on the predictions made earlier, and the worst lateral error [m] among those asked.
+def judge_memory(config: GraspConfig, memory: PredictionMemory, packet: np.ndarray, target: Any) -> tuple[Gate, float]:
+    """Returns the gate's verdict on the predictions made earlier, and the largest lateral error [m] among them.
 
-    On a place passed before, those of the newest earlier pass are asked, and whether the packet leads where the object
-    went then: a filter that was right may be wrong this time. On a path that has been straight all along (an open
-    track), or when told so, the recent predictions are asked.
+    At a place passed before, the predictions of the newest earlier pass must have come true, and the packet must lead
+    to where the object went then: a filter that was right before may be wrong this time. On a path that has been
+    straight from its beginning (an open track), or with ``gate: recent``, the recent predictions must have come true.
+
+    Args:
+        config: tolerances, and the evidence that is asked for.
+        memory: predictions made so far.
+        packet: the `Prediction` vector that is judged.
+        target: the `ServoTarget` that rests on it.
     """
-    rows = recall(memory, packet, parameters.memory_radius)
-    if parameters.gate == "recent" or (
-        parameters.gate == "auto" and len(rows) == 0 and is_straight(parameters, memory, packet)
-    ):
-        return came_true(parameters, recent(memory, target.stamp, RECENT))
+    rows = recall(memory, packet, config.memory_radius)
+    if config.gate == "recent" or (config.gate == "auto" and len(rows) == 0 and is_straight(config, memory, packet)):
+        return came_true(config, recent(memory, target.stamp, RECENT))
     if len(rows):
         rows = rows[rows[:, STAMP] >= rows[:, STAMP].max() - ONE_PASS]
-    verdict, worst = came_true(parameters, rows)
+    verdict, worst = came_true(config, rows)
     if verdict == Gate.OPEN:
         lateral, turn = strays(packet, rows)
         worst = max(worst, lateral)
-        if lateral > parameters.lateral_tolerance or turn > np.deg2rad(parameters.turn_tolerance_deg):
+        if lateral > config.lateral_tolerance or turn > np.deg2rad(config.turn_tolerance_deg):
             verdict = Gate.PREDICTIONS_FAILED
     return verdict, worst
 
 
-def strays(packet, rows):
-    """Returns how far at most [m, rad] the predicted path passes by the places to which the object went in the records
-    of ``rows`` made nearest to where the packet starts."""
+def strays(packet: np.ndarray, rows: np.ndarray) -> tuple[float, float]:
+    """Returns how far the predicted path passes from where the object went earlier: at most, across [m] and in
+    direction [rad].
+
+    Args:
+        packet: a `Prediction` vector.
+        rows: records of the earlier pass, shape (n, 10), of which those made nearest to the packet's start are used.
+    """
     knots = prediction_knots(packet)
     x, y, yaw = (np.interp(_ALONG_PACKET, range(KNOT_COUNT), knots[:, k]) for k in (0, 1, 3))
     starts = np.hypot(rows[:, X] - x[0], rows[:, Y] - y[0])
@@ -122,47 +150,66 @@ def strays(packet, rows):
     return float(np.max(np.abs(across))), float(np.max(np.abs(np.arctan2(np.sin(turn), np.cos(turn)))))
 
 
-def came_true(parameters, rows):
-    """Returns the gate's verdict on records of predictions, and the worst lateral error [m] among them."""
+def came_true(config: GraspConfig, rows: np.ndarray) -> tuple[Gate, float]:
+    """Returns the gate's verdict on records of predictions, shape (n, 10), and their largest lateral error [m]."""
     if len(rows) < FEWEST_RECORDS:
         return Gate.NO_MEMORY, 0.0
     worst = np.max(np.abs(rows), axis=0)
     good = (
-        worst[LATERAL] <= parameters.lateral_tolerance
-        and worst[ALONG] <= parameters.along_tolerance
-        and worst[TURN] <= np.deg2rad(parameters.turn_tolerance_deg)
+        worst[LATERAL] <= config.lateral_tolerance
+        and worst[ALONG] <= config.along_tolerance
+        and worst[TURN] <= np.deg2rad(config.turn_tolerance_deg)
     )
     return (Gate.OPEN if good else Gate.PREDICTIONS_FAILED), float(worst[LATERAL])
 
 
-def is_straight(parameters, memory, packet):
-    """Whether all of the path seen so far was one straight line, of ``straight_length`` [m] at least.
+def is_straight(config: GraspConfig, memory: PredictionMemory, packet: np.ndarray) -> bool:
+    """Returns whether the whole path seen so far was one straight line, of ``straight_length`` [m] or more.
 
-    A straight after a bend does not count: on a closed track the next bend comes soon.
-    """
-    waiting = [(old[0], *prediction_knots(old)[0][:2]) for old in memory.waiting]
-    seen = np.vstack([memory.records[:, [STAMP, X, Y]], *waiting])
-    away = seen[seen[:, 0] >= seen[:, 0].min(initial=np.inf) + STARTING, 1:] - prediction_knots(packet)[0][:2]
-    distances = np.hypot(*away.T)
-    if distances.max(initial=0.0) < parameters.straight_length:
-        return False
-    dx, dy = away[np.argmax(distances)] / distances.max()
-    return bool(np.max(np.abs(away @ np.array([-dy, dx]))) <= parameters.straight_tolerance)
-
-
-def can_follow(parameters, model, ik_parameters, q, packet, start, from_height, half_turns):
-    """Rehearses the descent and the closing on the predicted path, and says whether the arm can follow.
+    A straight section after a bend does not count: on a closed track the next bend comes soon.
 
     Args:
-      q: joint set-points [rad] now. start: the instant [s] they are due. from_height: of the hand above the object [m].
-      half_turns: the jaws' branch.
+        config: length and tolerance of a straight path.
+        memory: predictions made so far.
+        packet: the newest `Prediction` vector.
+    """
+    seen = places_seen(memory)
+    away = seen[seen[:, 0] >= seen[:, 0].min(initial=np.inf) + STARTING, 1:] - prediction_knots(packet)[0][:2]
+    distances = np.hypot(*away.T)
+    if distances.max(initial=0.0) < config.straight_length:
+        return False
+    dx, dy = away[np.argmax(distances)] / distances.max()
+    return bool(np.max(np.abs(away @ np.array([-dy, dx]))) <= config.straight_tolerance)
+
+
+def can_follow(
+    config: GraspConfig,
+    model: ArmModel,
+    ik_parameters: DifferentialInverseKinematicsParameters,
+    q: np.ndarray,
+    packet: np.ndarray,
+    start: float,
+    from_height: float,
+    half_turns: float,
+) -> bool:
+    """Rehearses the descent and the closing on the predicted path. Returns whether the arm can follow.
+
+    Args:
+        config: heights and durations.
+        model: the controller's model of the arm.
+        ik_parameters: Drake's parameters, with the period of the set-points.
+        q: joint set-points now, shape (n,) [rad].
+        packet: the `Prediction` vector of the path.
+        start: instant for which ``q`` is due [s].
+        from_height: height of the hand above the object now [m].
+        half_turns: the jaws' branch.
     """
     period = ik_parameters.get_time_step()
-    blind = parameters.descent_duration + touch_delay(parameters)
+    blind_time = config.descent_duration + touch_delay(config)
     poses = []
-    for k in range(1, int(np.ceil(blind / period)) + 1):
+    for k in range(1, int(np.ceil(blind_time / period)) + 1):
         x, y, z, yaw, _ = evaluate_prediction(packet, start + k * period)
-        drop = share_done(k * period / parameters.descent_duration)
-        height = from_height + (parameters.grasp_height - from_height) * drop
+        drop = share_done(k * period / config.descent_duration)
+        height = from_height + (config.grasp_height - from_height) * drop
         poses.append(tool_down((x, y, z + height), yaw + np.pi * half_turns))
     return rehearse(model, ik_parameters, q, poses, FOLLOWING_ERROR)

@@ -1,13 +1,16 @@
 """The grasp machine: runs the motor schema of `schema.py` on what the arm's computer knows."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.differential_ik import make_parameters
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING
+from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import Gate, can_follow, horizon, judge_prediction
-from drake_tracker.grasp.motor_schema import SchemaMachine, since
+from drake_tracker.grasp.motor_schema import SchemaMachine, SchemaState, since
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
 from drake_tracker.grasp.schema import PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
 
@@ -16,21 +19,28 @@ SEEN_FOR = 0.2
 GRIP_CONFIRMED = 0.06
 """The jaws hold something once they have stood still under force for this long [s]."""
 WIDTH_TOLERANCE = 0.010
-"""A stop of the jaws this near [m] to the object's width is the object."""
+"""Jaws that stop within this distance [m] of the object's width have stopped at the object."""
 PATH_DURATION = (KNOT_COUNT - 1) * KNOT_SPACING
-"""A predicted path ends so long [s] after its stamp."""
+"""Time [s] from the stamp of a predicted path to its end."""
 FORCE_SHARE = 0.6
-"""Share of the grip force that must be felt to believe in a grip."""
+"""Fraction of the grip force that must be measured for a grip to be accepted."""
 
 
 @dataclass(frozen=True)
-class GraspState:
-    """All that the machine remembers. Times in s, widths in m."""
+class GraspState(SchemaState):
+    """All that the machine remembers.
+
+    Attributes:
+        phase: the phase.
+        seen_since: time since when the target has been valid and fresh [s], infinity while it is not.
+        gripped_since: time since when the jaws have measured a grip [s], infinity while they do not.
+        attempts: number of grasps begun.
+        gate: why the machine waits.
+        remembered_error: largest lateral error [m] of the predictions on which the gate's verdict rests.
+        memory: predictions made so far, and what became of them.
+    """
 
     phase: Phase = Phase.ACQUIRE
-    entered: float = 0.0
-    motion: int = 0
-    jaw_width: float = 0.0
     seen_since: float = np.inf
     gripped_since: float = np.inf
     attempts: int = 0
@@ -38,129 +48,154 @@ class GraspState:
     remembered_error: float = 0.0
     memory: PredictionMemory = PredictionMemory()
 
-    def __deepcopy__(self, memo):
-        return self
-
 
 @dataclass(frozen=True)
-class Observation:
-    """What the arm's computer knows at a tick: messages as named views, q_commanded [rad], time [s]."""
+class GraspObservation:
+    """What the arm's computer knows at a tick.
+
+    Attributes:
+        time: time of the tick [s].
+        target: a `ServoTarget`.
+        packet: the `Prediction` vector on which the target rests.
+        jaws: a `JawState`.
+        status: a `ToolStatus`.
+        q_commanded: the last joint set-points, shape (n,) [rad].
+    """
 
     time: float
-    target: object
+    target: Any
     packet: np.ndarray
-    jaws: object
-    status: object
+    jaws: Any
+    status: Any
     q_commanded: np.ndarray
 
 
-class GraspMachine(SchemaMachine):
+class GraspMachine(SchemaMachine[GraspState, GraspObservation]):
     """Arithmetic of the grasp machine.
 
     Args:
-      parameters: a scenario's `Grasp`. model: the arm's `ArmModel`. period: time between ticks [s].
+        config: heights, durations, and conditions of the gate.
+        model: the controller's model of the arm.
+        period: time between ticks [s].
     """
 
-    def __init__(self, parameters, model, period):
-        super().__init__(parameters, PROGRAMS, TRANSITIONS, SAME_MOTION)
+    config: GraspConfig
+
+    def __init__(self, config: GraspConfig, model: ArmModel, period: float) -> None:
+        super().__init__(config, PROGRAMS, TRANSITIONS, SAME_MOTION)
         self.model = model
         self.period = period
         self._ik_parameters = make_parameters(model, period)
 
-    def initial_state(self):
-        return GraspState(jaw_width=self.parameters.jaw_opening)
+    def initial_state(self) -> GraspState:
+        """Returns the state of a hand that waits at home with open jaws."""
+        return GraspState(jaw_width=self.config.jaw_opening)
 
-    def update(self, state, seen):
-        """Returns the state after a tick with the given `Observation`."""
-        # While it is blind nothing is seen: what was seen before the descent does not count after it.
-        fresh = bool(seen.target.valid) and not seen.target.stale and not PROGRAMS[state.phase].frozen
+    def update(self, state: GraspState, seen: GraspObservation) -> GraspState:
+        """Returns the state after a tick."""
+        # While the arm is blind nothing is seen: what was seen before the descent does not count after it.
+        blind = PROGRAMS[state.phase].blind
+        fresh = bool(seen.target.valid) and not seen.target.stale and not blind
         state = replace(
             state,
             seen_since=min(state.seen_since, seen.time) if fresh else np.inf,
             gripped_since=min(state.gripped_since, seen.time) if self._feels_grip(seen) else np.inf,
         )
-        if not PROGRAMS[state.phase].frozen and seen.target.valid:
-            memory = remember(state.memory, seen.packet, horizon(self.parameters, seen.target))
+        memory_closed = blind or not seen.target.valid
+        if not memory_closed:
+            memory = remember(state.memory, seen.packet, horizon(self.config, seen.target))
             state = replace(state, memory=memory)
         state = self._judge(state, seen)
         state = self.advance(state, seen)
         return replace(state, jaw_width=self._slew_jaws(state))
 
-    # Conditions of TRANSITIONS, each a question about (state, seen).
+    # Conditions of TRANSITIONS: questions about the state and what is seen.
 
-    def object_seen(self, state, seen):
+    def object_seen(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether the object has been seen for long enough."""
         return since(state.seen_since, seen.time) >= SEEN_FOR
 
-    def object_lost(self, state, seen):
+    def object_lost(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether the target cannot be followed."""
         return not seen.target.valid
 
-    def told_to_hold(self, state, seen):
-        return self.parameters.when_stale == "hold" and bool(seen.target.stale)
+    def must_hold(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether no packets arrive and the hand should then stand still."""
+        return self.config.when_stale == "hold" and bool(seen.target.stale)
 
-    def may_intercept(self, state, seen):
+    def may_intercept(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether the gate is open."""
         return state.gate == Gate.OPEN
 
-    def time_to_close(self, state, seen):
-        return self._elapsed(state, seen) >= self.parameters.descent_duration - self.parameters.closing_lead
+    def time_to_close(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether the jaws should begin to close."""
+        return self._elapsed(state, seen) >= self.config.descent_duration - self.config.closing_lead
 
-    def jaws_hold(self, state, seen):
+    def jaws_hold(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether the grip is confirmed."""
         return since(state.gripped_since, seen.time) >= GRIP_CONFIRMED
 
-    def jaws_empty(self, state, seen):
-        if seen.jaws.width < self.parameters.object_width - WIDTH_TOLERANCE:
+    def jaws_empty(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether the jaws have closed on nothing, or have found no grip in time."""
+        if seen.jaws.width < self.config.object_width - WIDTH_TOLERANCE:
             return True
-        return state.phase == Phase.CLOSE and self._elapsed(state, seen) > self.parameters.close_timeout
+        return state.phase == Phase.CLOSE and self._elapsed(state, seen) > self.config.close_timeout
 
-    def lift_done(self, state, seen):
-        return self._elapsed(state, seen) >= self.parameters.lift_duration
+    def lift_done(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether the lift is over."""
+        return self._elapsed(state, seen) >= self.config.lift_duration
 
-    def retreat_done(self, state, seen):
-        return self._elapsed(state, seen) >= self.parameters.retreat_duration
+    def retreat_done(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether the retreat is over."""
+        return self._elapsed(state, seen) >= self.config.retreat_duration
 
     # Parts of a tick.
 
-    def _judge(self, state, seen):
+    def _judge(self, state: GraspState, seen: GraspObservation) -> GraspState:
         gate, error = self._gate(state, seen)
         return replace(state, gate=gate, remembered_error=error)
 
-    def _gate(self, state, seen):
-        parameters = self.parameters
+    def _gate(self, state: GraspState, seen: GraspObservation) -> tuple[Gate, float]:
+        """Returns why the machine waits, and the largest lateral error [m] of the predictions that were judged."""
+        config = self.config
         if state.phase != Phase.TRACK:
             return Gate.NOT_TRACKING, 0.0
-        settling = self._elapsed(state, seen) < parameters.approach_duration + parameters.settle_time
+        settling = self._elapsed(state, seen) < config.approach_duration + config.settle_time
         if settling or seen.status.fraction < 1.0:  # a target that jumped is approached anew within the phase
             return Gate.SETTLING, 0.0
         if seen.status.flipping:
             return Gate.FLIPPING, 0.0
         if seen.target.stale:
             return Gate.STALE, 0.0
-        if horizon(parameters, seen.target) > PATH_DURATION:
+        if horizon(config, seen.target) > PATH_DURATION:
             return Gate.OUT_OF_REACH, 0.0
-        verdict, error = judge_prediction(parameters, state.memory, seen.packet, seen.target)
+        verdict, error = judge_prediction(config, state.memory, seen.packet, seen.target)
         if verdict == Gate.OPEN and not can_follow(
-            parameters,
+            config,
             self.model,
             self._ik_parameters,
             seen.q_commanded,
             seen.packet,
             seen.target.time - self.period,
-            parameters.hover_height,
+            config.hover_height,
             seen.status.branch,
         ):
             verdict = Gate.OUT_OF_REACH
         return verdict, error
 
-    def enter(self, state, phase, seen):
+    def enter(self, state: GraspState, phase: Phase, seen: GraspObservation) -> GraspState:
+        """Returns the state at the beginning of a phase."""
         state = super().enter(state, phase, seen)
         return replace(state, attempts=state.attempts + (phase == Phase.INTERCEPT))
 
-    def _feels_grip(self, seen):
+    def _feels_grip(self, seen: GraspObservation) -> bool:
         return (
-            abs(seen.jaws.width - self.parameters.object_width) <= WIDTH_TOLERANCE
-            and seen.jaws.force >= FORCE_SHARE * self.parameters.grip_force
+            abs(seen.jaws.width - self.config.object_width) <= WIDTH_TOLERANCE
+            and seen.jaws.force >= FORCE_SHARE * self.config.grip_force
         )
 
-    def _slew_jaws(self, state):
-        goal = 0.0 if PROGRAMS[state.phase].jaws_closed else self.parameters.jaw_opening
-        step = self.parameters.jaw_speed * self.period
+    def _slew_jaws(self, state: GraspState) -> float:
+        """Returns the opening of the jaws that is asked for next [m]."""
+        goal = 0.0 if PROGRAMS[state.phase].jaws_closed else self.config.jaw_opening
+        step = self.config.jaw_speed * self.period
         return state.jaw_width + min(max(goal - state.jaw_width, -step), step)

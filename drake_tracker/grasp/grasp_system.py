@@ -1,8 +1,10 @@
 """The grasp machine as a System."""
 
+from typing import Any
+
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_tracker.core.messages import (
     ArmCommand,
@@ -14,11 +16,11 @@ from drake_tracker.core.messages import (
     message_size,
 )
 from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
-from drake_tracker.grasp.grasp_machine import Observation
+from drake_tracker.grasp.grasp_machine import GraspMachine, GraspObservation, GraspState
 
 
 class GraspSystem(LeafSystem):
-    """Decides what the hand does next.
+    """Decides what a hand with jaws does next.
 
     .. pydrake_system::
 
@@ -33,12 +35,23 @@ class GraspSystem(LeafSystem):
         - command
         - diagnosis
 
-    ``target`` is a `ServoTarget`, ``packet`` the `Prediction` on which it rests, ``jaws`` a `JawState`, ``status`` a
-    `ToolStatus`, ``q_commanded`` [rad] the last joint set-points; ``command`` is an `ArmCommand`, ``diagnosis`` a
-    `GraspDiagnosis`. Updates every servo period, one slot after the servo. Both outputs are state.
+    - ``target``: a `ServoTarget`. All zeros, hence not valid: no object.
+    - ``packet``: the `Prediction` on which the target rests. All zeros: none.
+    - ``jaws``: a `JawState`; it is always valid.
+    - ``status``: a `ToolStatus`; it is always valid.
+    - ``q_commanded``: the last joint set-points, n values [rad].
+    - ``command``: an `ArmCommand`, which is never all zeros.
+    - ``diagnosis``: a `GraspDiagnosis`.
+
+    Both outputs are state, updated every period in the slot of the grasp machine, which follows that of the servo.
+
+    Args:
+        machine: the arithmetic.
+        time_step: the plant's step [s], of which the slot is a fraction.
+        period: period of the set-points [s].
     """
 
-    def __init__(self, machine, time_step=TIME_STEP, period=SERVO_PERIOD):
+    def __init__(self, machine: GraspMachine, time_step: float = TIME_STEP, period: float = SERVO_PERIOD) -> None:
         super().__init__()
         self._machine = machine
         self._target = self.DeclareVectorInputPort("target", message_size(ServoTarget))
@@ -52,8 +65,8 @@ class GraspSystem(LeafSystem):
         self.DeclareVectorOutputPort("diagnosis", message_size(GraspDiagnosis), self._calc_diagnosis, from_state)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, servo_slot(GRASP_SLOT, time_step, period), self._update)
 
-    def _update(self, context, state):
-        seen = Observation(
+    def _update(self, context: Context, state: State) -> None:
+        seen = GraspObservation(
             time=context.get_time(),
             target=ServoTarget(self._target.Eval(context)),
             packet=np.array(self._packet.Eval(context)),
@@ -64,13 +77,13 @@ class GraspSystem(LeafSystem):
         new = self._machine.update(self._value(context), seen)
         state.get_mutable_abstract_state(int(self._state)).set_value(new)
 
-    def _calc_command(self, context, output):
+    def _calc_command(self, context: Context, output: Any) -> None:
         output.SetFromVector(self._machine.command(self._value(context)))
 
-    def _calc_diagnosis(self, context, output):
+    def _calc_diagnosis(self, context: Context, output: Any) -> None:
         state = self._value(context)
         records = len(state.memory.records)
         output.SetFromVector([state.phase, state.attempts, state.gate, state.remembered_error, records])
 
-    def _value(self, context):
+    def _value(self, context: Context) -> GraspState:
         return context.get_abstract_state(int(self._state)).get_value()

@@ -1,96 +1,124 @@
-"""A memory of the system's own predictions: did those made from this place, one lap earlier, come true?
+"""A memory of the system's own predictions: how accurate those made from the same place one lap earlier were.
 
-Nothing but packets of predicted path goes in. A packet's first knot says where the object was seen; a later packet's
-first knot says where it went, and so how far off the earlier packet was. On a closed track the object comes by the same
-place again, and what happened then is the best guess of what will happen now.
+Its only input are packets of predicted path. A packet's first knot says where the object was seen; a later packet's
+first knot says where the object went, and hence how large the error of the earlier packet was. On a closed track the
+object passes the same place again, and what happened then is the best estimate of what will happen now.
 """
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import Prediction, evaluate_prediction, prediction_knots
 
 MAX_RECORDS = 3000
-"""Records kept: 90 s at one packet each 30 ms."""
+"""Records kept: 90 s at one packet every 30 ms."""
 SAME_HEADING = np.deg2rad(35.0)
-"""Directions this near belong to the same pass of a place, which a figure-eight's crossing visits in two directions."""
+"""Directions within this [rad] belong to the same pass of a place; the crossing of a figure eight has two of them."""
 EARLIER_LAP = 2.0
 """Records younger than this [s] belong to the present pass of a place, not to an earlier one."""
-
 MAX_GAP = 0.2
-"""After a gap in the packets longer than this [s] nobody saw what came of the predictions made before it."""
+"""Longest gap between packets [s] across which predictions are judged."""
 
 STAMP, X, Y, YAW, LATERAL, ALONG, TURN, THERE_X, THERE_Y, THERE_YAW = range(10)
-"""Columns of a record: stamp [s] and place (x, y [m], yaw [rad]) from which the prediction was made; its error over the
-horizon across the path [m], along it [m], and in direction [rad]; and where the object was seen then, as the place."""
-
+"""Columns of a record: stamp [s] and place (x, y [m], yaw [rad]) from which the prediction was made; its error at the
+horizon across the path [m], along it [m] and in direction [rad]; and the place where the object was seen then."""
 
 NO_RECORDS = np.broadcast_to(0.0, (0, 10))  # read-only
 
 
 @dataclass(frozen=True, eq=False)
-class PredictionMemory:
-    """Packets that wait to be judged, and records of those that were.
+class PredictionMemory(FrozenState):
+    """Packets that wait to be judged, and records of those that were judged.
 
-    ``waiting`` is a tuple of packets, ``records``, shape (n, 10), has rows (STAMP ... THERE_YAW); both oldest first.
+    Attributes:
+        waiting: `Prediction` vectors, oldest first.
+        records: rows (STAMP ... THERE_YAW), oldest first, shape (n, 10).
     """
 
-    waiting: tuple = ()
+    waiting: tuple[np.ndarray, ...] = ()
     records: np.ndarray = field(default_factory=lambda: NO_RECORDS)
 
-    def __deepcopy__(self, memo):
-        return self
 
+def remember(memory: PredictionMemory, packet: np.ndarray, horizon: float) -> PredictionMemory:
+    """Returns the memory after a new packet.
 
-def remember(memory, packet, horizon):
-    """Returns the memory after a new packet: those that are a ``horizon`` [s] old are judged by its first knot."""
+    Args:
+        memory: the memory before.
+        packet: a `Prediction` vector. Its first knot judges the packets that are older than the horizon.
+        horizon: time from a packet's stamp to the instant at which its prediction is judged [s].
+    """
     packet = np.asarray(packet)
-    if not Prediction(packet).valid or (memory.waiting and packet[0] <= memory.waiting[-1][0]):
+    stamp = _stamp(packet)
+    if not Prediction(packet).valid or (memory.waiting and stamp <= _stamp(memory.waiting[-1])):
         return memory
     judged = []
     waiting = list(memory.waiting)
-    if waiting and packet[0] - waiting[-1][0] > MAX_GAP:
+    if waiting and stamp - _stamp(waiting[-1]) > MAX_GAP:
         waiting = []
-    while waiting and waiting[0][0] + horizon <= packet[0]:
+    while waiting and _stamp(waiting[0]) + horizon <= stamp:
         old = waiting.pop(0)
         previous = waiting[-1] if waiting else old
-        judged.append(_judge(old, previous, packet, old[0] + horizon))
+        judged.append(_judge(old, previous, packet, _stamp(old) + horizon))
     waiting.append(packet.copy())
     records = memory.records
     if judged:
-        records = np.vstack([records, judged])[-MAX_RECORDS:]
-        records.setflags(write=False)
+        records = read_only(np.vstack([records, judged])[-MAX_RECORDS:])
     return PredictionMemory(tuple(waiting), records)
 
 
-def recall(memory, packet, radius):
-    """Returns the records, shape (n, 10), of earlier passes of the place from which ``packet`` starts."""
+def recall(memory: PredictionMemory, packet: np.ndarray, radius: float) -> np.ndarray:
+    """Returns the records of earlier passes of the place from which a packet starts, shape (n, 10).
+
+    Args:
+        memory: the memory.
+        packet: a `Prediction` vector.
+        radius: distance below which two places count as the same [m].
+    """
     records = memory.records
-    stamp, (x, y, _, yaw, _) = packet[0], prediction_knots(packet)[0]
+    stamp, (x, y, _, yaw, _) = _stamp(packet), prediction_knots(packet)[0]
     near = np.hypot(records[:, X] - x, records[:, Y] - y) <= radius
-    same_way = np.cos(records[:, YAW] - yaw) >= np.cos(SAME_HEADING)
-    return records[near & same_way & (records[:, STAMP] < stamp - EARLIER_LAP)]
+    same_direction = np.cos(records[:, YAW] - yaw) >= np.cos(SAME_HEADING)
+    return records[near & same_direction & (records[:, STAMP] < stamp - EARLIER_LAP)]
 
 
-def recent(memory, now, duration):
-    """Returns the records, shape (n, 10), judged of packets stamped within the last ``duration`` [s] before ``now``."""
+def recent(memory: PredictionMemory, now: float, duration: float) -> np.ndarray:
+    """Returns the records of packets stamped within the last ``duration`` [s] before ``now`` [s], shape (n, 10)."""
     return memory.records[memory.records[:, STAMP] >= now - duration]
 
 
-def _judge(old, before, after, time):
-    """Compares what ``old`` predicted for ``time`` with where two later packets saw the object, before and after it."""
+def places_seen(memory: PredictionMemory) -> np.ndarray:
+    """Returns where the object was seen: rows (stamp [s], x, y [m]) of all packets, judged or not, shape (n, 3)."""
+    waiting = [(_stamp(packet), *prediction_knots(packet)[0][:2]) for packet in memory.waiting]
+    return np.vstack([memory.records[:, [STAMP, X, Y]], *waiting])
+
+
+def _judge(old: np.ndarray, before: np.ndarray, after: np.ndarray, time: float) -> tuple[float, ...]:
+    """Returns the record of a packet.
+
+    Args:
+        old: the `Prediction` vector that is judged.
+        before: a later one, from before the time.
+        after: a later one, from after the time.
+        time: time [s] for which the prediction is compared with where the object was seen.
+    """
     seen = _interpolate_first_knots(before, after, time)
     error = evaluate_prediction(old, time)[:4] - seen
     c, s = np.cos(seen[3]), np.sin(seen[3])
     x, y, _, yaw, _ = prediction_knots(old)[0]
     turn = np.arctan2(np.sin(error[3]), np.cos(error[3]))
     across, along = -s * error[0] + c * error[1], c * error[0] + s * error[1]
-    return (old[0], x, y, yaw, across, along, turn, seen[0], seen[1], seen[3])
+    return (_stamp(old), x, y, yaw, across, along, turn, seen[0], seen[1], seen[3])
 
 
-def _interpolate_first_knots(before, after, time):
+def _interpolate_first_knots(before: np.ndarray, after: np.ndarray, time: float) -> np.ndarray:
+    """Returns the pose (x, y, z, yaw) of the object at a time [s] between the stamps of two packets, shape (4,)."""
     a, b = prediction_knots(before)[0][:4], prediction_knots(after)[0][:4].copy()
     b[3] = a[3] + np.arctan2(np.sin(b[3] - a[3]), np.cos(b[3] - a[3]))
-    span = after[0] - before[0]
-    return a + (b - a) * ((time - before[0]) / span if span > 0 else 1.0)
+    span = _stamp(after) - _stamp(before)
+    return a + (b - a) * ((time - _stamp(before)) / span if span > 0 else 1.0)
+
+
+def _stamp(packet: np.ndarray) -> float:
+    return Prediction(packet).stamp

@@ -1,14 +1,14 @@
 """The motor schema of grasping as a table (Allen et al. 1991, section 5).
 
 A skilled action is "an ordered set of parametrized motor control programs of short duration". Each phase is one such
-program: where the hand goes and for how long, what the jaws do, whether vision is used. What leads from phase to phase
-is in `TRANSITIONS`; the conditions named there are methods of `GraspMachine`.
+program: where the hand moves and for how long, what the jaws do, whether vision is used. `TRANSITIONS` says what leads
+from phase to phase; the conditions named there are methods of `GraspMachine`.
 """
 
 from enum import IntEnum
 
 from drake_tracker.arm.tool_motion import MotionFrame
-from drake_tracker.grasp.motor_schema import Program
+from drake_tracker.grasp.motor_schema import Program, Transitions
 
 
 class Phase(IntEnum):
@@ -25,24 +25,25 @@ class Phase(IntEnum):
 
 
 PROGRAMS = {
-    Phase.ACQUIRE: Program(MotionFrame.HOME, "hover_height", "retreat_duration", jaws_closed=False, frozen=False),
-    Phase.TRACK: Program(MotionFrame.OBJECT, "hover_height", "approach_duration", jaws_closed=False, frozen=False),
-    Phase.INTERCEPT: Program(MotionFrame.OBJECT, "grasp_height", "descent_duration", jaws_closed=False, frozen=True),
-    Phase.CLOSE: Program(MotionFrame.OBJECT, "grasp_height", "descent_duration", jaws_closed=True, frozen=True),
-    Phase.LIFT: Program(MotionFrame.HELD, "lift_height", "lift_duration", jaws_closed=True, frozen=True),
-    Phase.HOLD: Program(MotionFrame.HELD, "lift_height", "lift_duration", jaws_closed=True, frozen=True),
-    Phase.RETREAT: Program(MotionFrame.HELD, "hover_height", "retreat_duration", jaws_closed=False, frozen=True),
-    Phase.HOVER: Program(MotionFrame.HELD, "hover_height", "approach_duration", jaws_closed=False, frozen=False),
+    Phase.ACQUIRE: Program(MotionFrame.HOME, "hover_height", "retreat_duration", jaws_closed=False, blind=False),
+    Phase.TRACK: Program(MotionFrame.OBJECT, "hover_height", "approach_duration", jaws_closed=False, blind=False),
+    Phase.INTERCEPT: Program(MotionFrame.OBJECT, "grasp_height", "descent_duration", jaws_closed=False, blind=True),
+    Phase.CLOSE: Program(MotionFrame.OBJECT, "grasp_height", "descent_duration", jaws_closed=True, blind=True),
+    Phase.LIFT: Program(MotionFrame.HELD, "lift_height", "lift_duration", jaws_closed=True, blind=True),
+    Phase.HOLD: Program(MotionFrame.HELD, "lift_height", "lift_duration", jaws_closed=True, blind=True),
+    Phase.RETREAT: Program(MotionFrame.HELD, "hover_height", "retreat_duration", jaws_closed=False, blind=True),
+    Phase.HOVER: Program(MotionFrame.HELD, "hover_height", "approach_duration", jaws_closed=False, blind=False),
 }
+"""What the arm does in each phase; heights and durations are fields of `GraspConfig`."""
 
 SAME_MOTION = {(Phase.INTERCEPT, Phase.CLOSE), (Phase.LIFT, Phase.HOLD)}
-"""Changes of phase that leave the motion under way as it is."""
+"""Changes of phase during which the motion under way goes on."""
 
-TRANSITIONS = {
+TRANSITIONS: Transitions = {
     Phase.ACQUIRE: (("object_seen", Phase.TRACK),),
     Phase.TRACK: (
         ("object_lost", Phase.ACQUIRE),
-        ("told_to_hold", Phase.HOVER),
+        ("must_hold", Phase.HOVER),
         ("may_intercept", Phase.INTERCEPT),
     ),
     Phase.INTERCEPT: (("time_to_close", Phase.CLOSE),),
@@ -52,4 +53,4 @@ TRANSITIONS = {
     Phase.RETREAT: (("retreat_done", Phase.ACQUIRE),),
     Phase.HOVER: (("object_seen", Phase.TRACK),),
 }
-"""From each phase, the conditions that are asked in this order and the phase that each leads to."""
+"""From each phase, the conditions in the order in which they are asked, and the phase that each leads to."""

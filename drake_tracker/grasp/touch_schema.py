@@ -1,9 +1,11 @@
-"""Constants and messages of the guarded move that touches the board (Nashman and Chaconas 1990, section 3)."""
+"""Phases and state of the guarded move that touches the board (Nashman and Chaconas 1990, section 3)."""
 
 from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
+
+from drake_tracker.core.frozen_state import FrozenState
 
 
 class TouchPhase(IntEnum):
@@ -18,31 +20,20 @@ class TouchPhase(IntEnum):
 
 
 @dataclass(frozen=True)
-class TouchParameters:
-    """How the arm touches.
-
-    descent_speed, travel_speed: of the probe [m/s]. clearance: above the jogged poses on the way from one to the next,
-    so that the probe passes over the board's pegs [m]. reach_below: how far below the jogged pose the board is sought
-    [m]. threshold: force [N] that counts as a touch when it is felt in so many ``samples`` in a row. settle: rest over
-    the mark before the descent [s]. force_time_constant: of the force's low-pass [s].
-    """
-
-    descent_speed: float = 0.006
-    travel_speed: float = 0.5
-    clearance: float = 0.03
-    reach_below: float = 0.04
-    threshold: float = 2.5
-    samples: int = 2
-    settle: float = 0.1
-    force_time_constant: float = 0.005
-
-
-@dataclass(frozen=True)
-class TouchState:
+class TouchState(FrozenState):
     """Everything the touching remembers.
 
-    since: when the phase began [s]. rest_force: felt in free air [N]. felt: samples above the threshold in a row.
-    last_free: where the probe was when it last felt nothing, p_WP [m] in W. points: touched so far, shape (k, 3).
+    Attributes:
+        phase: what the arm is doing.
+        mark: number of the current mark.
+        motion: number of straight-line motions begun.
+        duration: duration of the motion under way [s].
+        since: time at which the phase began [s].
+        force: filtered force against the approach [N].
+        rest_force: the same in free air, before the descent [N].
+        felt: consecutive samples above the threshold.
+        last_free: position of the probe when it last felt nothing, p_WP in W, shape (3,) [m].
+        points: positions touched so far, p_WP in W, shape (k, 3) [m].
     """
 
     phase: TouchPhase
@@ -55,6 +46,3 @@ class TouchState:
     felt: int
     last_free: np.ndarray
     points: np.ndarray
-
-    def __deepcopy__(self, memo):
-        return self

@@ -1,1 +1,10 @@
-"""The line from host to arm."""
+"""The link from the host to the arm.
+
+In go the packets of predicted path (`drake_tracker.core.messages.Prediction`) that the host makes; out come those that
+arrive at the arm's controller, at the time at which they arrive. A link is an object with three methods (`Link`), of
+which `LinkSystem` makes a System; `LINKS` registers the kinds.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -12,9 +12,23 @@ class Perfect:
 
 @dataclass(frozen=True)
 class Lossy:
-    """A link that loses and delays packets."""
+    """A link that loses and delays packets.
+
+    Losses are independent, or come in bursts (the two-state Markov chain of Gilbert 1960).
+
+    Attributes:
+        drop: long-run fraction of packets lost, 0 to 1.
+        delay: delay of every packet [s].
+        jitter: largest additional delay [s]; each packet draws it uniformly from 0 to this.
+        burst: mean number of packets lost in a row. Independent losses have bursts of 1 / (1 - drop) on average; a
+            smaller number gives independent losses.
+    """
 
     drop: float = setting(0.0, "long-run fraction of packets lost", "", (0.0, 1.0))
     delay: float = setting(0.0, "delay of every packet", "s", (0.0, 5.0))
-    jitter: float = setting(0.0, "further delay, uniform from 0 to this", "s", (0.0, 5.0))
+    jitter: float = setting(0.0, "largest additional delay, drawn uniformly from 0 for each packet", "s", (0.0, 5.0))
     burst: float = setting(1.0, "mean number of packets lost in a row", "packets", (1.0, 1000.0))
+
+
+LinkSettings = Perfect | Lossy
+"""Settings of every kind of link, for a scenario's field. The kinds are registered in `drake_tracker.link.kinds`."""

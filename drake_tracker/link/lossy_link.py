@@ -1,8 +1,8 @@
-"""The serial line between the host that predicts and the arm's controller: packets lost, late and out of order.
+"""The serial line between the host that predicts and the arm's controller: packets are lost, late and out of order.
 
 Allen et al. 1991, section 4.4: "the asynchronous nature of the communication [...] can result in missed or delayed
-communications". Random numbers come from counters, so that a packet's fate depends on the seed and its seq alone, and
-with bursts on whether the packet before it was lost.
+communications". Random numbers are counter-based: whether a packet is lost or late depends only on the seed, on its
+sequence number, and in bursts on whether the packet before it was lost.
 """
 
 import math
@@ -11,103 +11,127 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import Prediction
+from drake_tracker.link.config import Lossy
 
 LINK_STREAM = 40
 """The link's stream of random numbers: default_rng([seed, LINK_STREAM, seq])."""
 
-_STAMP, _SEQ, _SPACING, _VALID = (Prediction.get_fields().index(name) for name in ("stamp", "seq", "spacing", "valid"))
+
+@dataclass(frozen=True)
+class LinkState(FrozenState):
+    """Memory of the link.
+
+    Attributes:
+        in_flight: (time of arrival [s], read-only packet) of each packet under way, in the order of sending.
+        last_stamp: stamp [s] of the packet offered last, None before the first.
+        last_lost: whether the packet offered last was lost.
+    """
+
+    in_flight: tuple[tuple[float, np.ndarray], ...] = ()
+    last_stamp: float | None = None
+    last_lost: bool = False
 
 
 @dataclass(frozen=True)
 class LossyLink:
-    """A line with the given faults; without arguments it is perfect.
+    """A link with the given faults; with the default settings it is perfect. Implements `drake_tracker.link.Link`.
 
-    ``drop``: long-run fraction of packets lost. ``delay`` [s]: of every packet. ``jitter`` [s]: each packet is late by
-    up to this much more, uniformly. ``burst``: mean number of packets lost in a row (the two-state Markov chain of
-    Gilbert 1960); independent losses come in rows of 1 / (1 - drop) on average, and a smaller number means just these.
-    ``seed``: of the random numbers, a whole number >= 0.
+    Attributes:
+        settings: losses and delays.
+        seed: seed of the random numbers, 0 or more.
 
     Raises DrakeTrackerError when a number is out of range.
     """
 
-    drop: float = 0.0
-    delay: float = 0.0
-    jitter: float = 0.0
-    burst: float = 1.0
+    settings: Lossy = Lossy()
     seed: int = 0
 
-    def __post_init__(self):
-        for name, allowed, ok in (
-            ("drop", "0 to 1", 0.0 <= self.drop <= 1.0),
-            ("delay", "0 s or more", 0.0 <= self.delay < math.inf),
-            ("jitter", "0 s or more", 0.0 <= self.jitter < math.inf),
-            ("burst", "1 packet or more", 1.0 <= self.burst < math.inf),
-            ("seed", "a whole number from 0", self.seed >= 0),
+    def __post_init__(self) -> None:
+        settings = self.settings
+        for name, value, allowed, ok in (
+            ("drop", settings.drop, "0 to 1", 0.0 <= settings.drop <= 1.0),
+            ("delay", settings.delay, "0 s or more", 0.0 <= settings.delay < math.inf),
+            ("jitter", settings.jitter, "0 s or more", 0.0 <= settings.jitter < math.inf),
+            ("burst", settings.burst, "1 packet or more", 1.0 <= settings.burst < math.inf),
+            ("seed", self.seed, "0 or a positive integer", self.seed >= 0),
         ):
             if not ok:
-                raise DrakeTrackerError(f"link {name} is {getattr(self, name)}; allowed: {allowed}")
+                raise DrakeTrackerError(f"link {name} is {value}; allowed: {allowed}")
 
-    def post(self, state, packet, now):
-        """Returns the `LinkState` after ``packet``, a `Prediction` vector, is offered to the line at ``now`` [s].
+    def initial_state(self) -> LinkState:
+        """Returns the state before the first packet."""
+        return LinkState()
 
-        A packet is not sent that is not valid, whose stamp was the last one offered, which is stamped after ``now`` (it
-        was made for another run of the arm's clock), or which cannot be read (anything not finite, no spacing).
+    def post(self, state: LinkState, packet: np.ndarray, now: float) -> LinkState:
+        """Returns the state after a packet was offered to the link.
+
+        A packet is not sent when it is invalid, when its stamp is that of the packet offered last, when its stamp is
+        later than ``now`` (it belongs to another run of the arm's clock), or when the arm cannot read it (a value is
+        not finite, or the spacing is not positive).
+
+        Args:
+            state: the state before.
+            packet: a `Prediction` vector.
+            now: time [s] on the arm's clock.
         """
-        stamp = packet[_STAMP]
-        if not packet[_VALID] or stamp == state.last_stamp or stamp > now or not _is_sound(packet):
+        fields = Prediction(packet)
+        stamp = fields.stamp
+        if not fields.valid or stamp == state.last_stamp or stamp > now or not _is_readable(packet):
             return state
-        loss_draw, jitter_draw = self._draw(int(packet[_SEQ]))
+        loss_draw, jitter_draw = self._draw(int(fields.seq))
         lost = bool(loss_draw < self._loss_probability(state))
-        in_flight = _prune(state.in_flight, now)
+        in_flight = _without_superseded(state.in_flight, now)
         if not lost:
-            packet = np.array(packet, dtype=float)
-            packet.flags.writeable = False
-            in_flight += ((now + self.delay + self.jitter * jitter_draw, packet),)
+            arrival = now + self.settings.delay + self.settings.jitter * jitter_draw
+            in_flight += ((arrival, read_only(np.array(packet, dtype=float))),)
         return LinkState(in_flight=in_flight, last_stamp=float(stamp), last_lost=lost)
 
-    def _draw(self, seq):
-        if self.drop == 0.0 and self.jitter == 0.0:
-            return 0.0, 0.0  # nothing is lost or late: the draws, which take longer than all the rest, decide nothing
-        return np.random.default_rng([self.seed, LINK_STREAM, seq]).random(2)
+    def delivered(self, state: LinkState, now: float) -> np.ndarray | None:
+        """Returns the packet with the newest stamp that has arrived by ``now`` [s], None when none has.
 
-    def _loss_probability(self, state):
-        if state.last_stamp is None or self.drop == 1.0:
-            return self.drop
-        again = max(self.drop, 1.0 - 1.0 / self.burst)
-        # The first loss of a row must be this rare for a fraction ``drop`` to be lost in the long run.
-        return again if state.last_lost else self.drop * (1.0 - again) / (1.0 - self.drop)
+        A packet overtaken by a newer one never replaces it. Stamps decide and not sequence numbers, since a restarted
+        host counts its packets from 1 again.
+        """
+        return _newest_arrived(state.in_flight, now)
 
+    def _draw(self, seq: int) -> tuple[float, float]:
+        """Returns two uniform random numbers, which decide on the loss and the jitter of a packet."""
+        if self.settings.drop == 0.0 and self.settings.jitter == 0.0:
+            return 0.0, 0.0  # the draws decide nothing, and they take longer than everything else
+        loss_draw, jitter_draw = np.random.default_rng([self.seed, LINK_STREAM, seq]).random(2)
+        return loss_draw, jitter_draw
 
-@dataclass(frozen=True)
-class LinkState:
-    """Memory of the line: ``in_flight``, a tuple of (time of arrival [s], read-only packet) in the order of sending,
-    and the stamp [s] and the fate of the packet offered last (None and False before the first)."""
-
-    in_flight: tuple = ()
-    last_stamp: float | None = None
-    last_lost: bool = False
-
-    def __deepcopy__(self, memo):
-        return self  # nothing in it can change
+    def _loss_probability(self, state: LinkState) -> float:
+        drop = self.settings.drop
+        if state.last_stamp is None or drop == 1.0:
+            return drop
+        again = max(drop, 1.0 - 1.0 / self.settings.burst)
+        # The first loss of a burst must be this rare for a fraction ``drop`` to be lost in the long run.
+        return again if state.last_lost else drop * (1.0 - again) / (1.0 - drop)
 
 
-def newest_arrived(state, now):
-    """Returns the packet with the newest stamp that has arrived by ``now`` [s], None when there is none.
-
-    A packet overtaken by a newer one never replaces it. The stamp tells, since a host that was started again counts its
-    packets from 1.
-    """
-    arrived = (packet for arrival, packet in state.in_flight if arrival <= now)
-    return max(arrived, key=lambda packet: packet[_STAMP], default=None)
+def _newest_arrived(in_flight: tuple[tuple[float, np.ndarray], ...], now: float) -> np.ndarray | None:
+    arrived = (packet for arrival, packet in in_flight if arrival <= now)
+    return max(arrived, key=_stamp, default=None)
 
 
-def _is_sound(packet):
-    """Whether the arm can read a packet, which may be that of somebody else's host."""
-    return bool(np.isfinite(packet).all()) and packet[_SPACING] > 0.0 and packet[_SEQ] >= 0.0
+def _without_superseded(
+    in_flight: tuple[tuple[float, np.ndarray], ...], now: float
+) -> tuple[tuple[float, np.ndarray], ...]:
+    """Returns the packets under way without those that are older than one that has arrived."""
+    newest = _newest_arrived(in_flight, now)
+    if newest is None:
+        return in_flight
+    return tuple(item for item in in_flight if _stamp(item[1]) >= _stamp(newest))
 
 
-def _prune(in_flight, now):
-    """Forgets every packet that a newer one, already here, has made useless."""
-    newest = newest_arrived(LinkState(in_flight), now)
-    return in_flight if newest is None else tuple(item for item in in_flight if item[1][_STAMP] >= newest[_STAMP])
+def _is_readable(packet: np.ndarray) -> bool:
+    """Returns whether the arm can read a packet, which may come from a host that is not ours."""
+    fields = Prediction(packet)
+    return bool(np.isfinite(packet).all()) and fields.spacing > 0.0 and fields.seq >= 0.0
+
+
+def _stamp(packet: np.ndarray) -> float:
+    return Prediction(packet).stamp

@@ -7,9 +7,11 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, add_arm, couple_fingers, joints_for
+from drake_tracker.arm.config import ServoConfig
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
-from drake_tracker.arm.joint_servo import actuators_of, set_servo_gains
+from drake_tracker.arm.plant import actuators_of, add_arm, couple_fingers, set_servo_gains
 from drake_tracker.arm.servo import Servo
 from drake_tracker.arm.servo_system import ServoSystem
 from drake_tracker.arm.tool_motion import ToolMotion
@@ -37,20 +39,20 @@ from drake_tracker.core.timing import (
     servo_slot,
     vision_slot,
 )
+from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspSystem
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.train import scenario as train_scenario
 
 RADIUS, SPEED, LAG = 0.12, 0.15, 0.25
 HOME = np.array([0.56, 0.0, 0.485, np.pi])
-GRASP = train_scenario.Grasp()
+GRASP = GraspConfig()
 
 
 def make_arm(model, q_initial, time_step=TIME_STEP, period=SERVO_PERIOD):
     grasp = GraspSystem(GraspMachine(GRASP, model, period), time_step, period)
-    servo = train_scenario.Servo()
+    servo = ServoConfig()
     return ArmDiagram(grasp, servo, model, q_initial, HOME, time_step, period, jaw_opening=GRASP.jaw_opening)
 
 
@@ -89,7 +91,7 @@ def simulate(arm_model, q_initial, duration, until=np.inf, time_step=TIME_STEP, 
     builder = DiagramBuilder()
     plant = MultibodyPlant(time_step)
     plant.set_discrete_contact_approximation(DiscreteContactApproximation.kLagged)
-    parts = add_arm(plant, PUMA560)
+    parts = add_arm(plant, description=PUMA560)
     couple_fingers(plant, parts.gripper, PUMA560)
     set_servo_gains(plant, parts.arm, PUMA560.servo_inertia, PUMA560.servo_bandwidth)
     plant.Finalize()
@@ -237,7 +239,7 @@ def test_each_output_changes_in_its_own_slot_and_nowhere_else(arm_model, q_initi
 
 
 def in_order(arm_model, q_initial, order):
-    """The four rooms of the servo period with a source of packets, added in the given order. Returns their log."""
+    """The four Systems of the servo period with a source of packets, added in the given order. Returns their log."""
     systems = {
         "packets": Packets(),
         "servo": ServoSystem(Servo(lead=0.04)),

@@ -3,8 +3,9 @@ import pytest
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_tracker.arm.arm_model import tool_down, tool_yaw
-from drake_tracker.arm.description import PUMA560, add_arm
+from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.differential_ik import rotation_vector
+from drake_tracker.arm.plant import add_arm
 
 RNG = np.random.default_rng(560)
 
@@ -23,7 +24,7 @@ def test_tool_yaw_is_the_inverse_of_tool_down(yaw):
 
 def test_the_tool_is_where_the_whole_robot_with_moving_fingers_has_it(arm_model):
     plant = MultibodyPlant(0.0)
-    parts = add_arm(plant, PUMA560)
+    parts = add_arm(plant, description=PUMA560)
     plant.Finalize()
     context = plant.CreateDefaultContext()
     tool = plant.GetFrameByName(PUMA560.tool_frame, parts.gripper)

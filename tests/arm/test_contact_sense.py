@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
-from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.contact_sense import contact_force, low_pass
-from drake_tracker.arm.description import PUMA560_CUP, SEVEN_JOINT, joints_for, make_arm_model
+from drake_tracker.arm.description import PUMA560_CUP, SEVEN_JOINT
+from drake_tracker.arm.differential_ik import joints_for
 
 
 @pytest.mark.parametrize("description", [PUMA560_CUP, SEVEN_JOINT], ids=["six joints", "seven joints"])

@@ -6,18 +6,10 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
 from pydrake.systems.analysis import Simulator
 
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import (
-    FINGERS,
-    PUMA560,
-    PUMA560_CUP,
-    SEVEN_JOINT,
-    add_arm,
-    couple_fingers,
-    joints_for,
-    make_arm_model,
-)
-from drake_tracker.arm.joint_servo import actuators_of
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.description import FINGERS, PUMA560, PUMA560_CUP, SEVEN_JOINT
+from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.arm.plant import actuators_of, add_arm, couple_fingers
 from drake_tracker.core.errors import DrakeTrackerError
 
 DOWN = tool_down([0.56, 0.0, 0.70], np.pi)
@@ -25,7 +17,7 @@ DOWN = tool_down([0.56, 0.0, 0.70], np.pi)
 
 def test_the_hand_sits_on_the_flange_and_the_tool_lies_beyond_it():
     plant = MultibodyPlant(0.0)
-    parts = add_arm(plant, PUMA560)
+    parts = add_arm(plant, description=PUMA560)
     plant.Finalize()
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, parts.arm, PUMA560.q_start)
@@ -33,7 +25,7 @@ def test_the_hand_sits_on_the_flange_and_the_tool_lies_beyond_it():
     tool = plant.GetFrameByName("tool", parts.gripper)
     X_FT = tool.CalcPose(context, flange)
     assert X_FT.IsNearlyEqualTo(RigidTransform([0.0, 0.0, 0.15]), 1e-9)
-    for name, sign in zip(FINGERS, (1, -1)):  # the jaws open along y_T, one finger to each side
+    for name in FINGERS:  # the jaws open along y_T, one finger to each side
         axis = plant.GetJointByName(name, parts.gripper).translation_axis()
         np.testing.assert_allclose(np.abs(axis), [0.0, 1.0, 0.0])
     assert plant.GetFrameByName("base", parts.arm).CalcPoseInWorld(context).IsExactlyEqualTo(RigidTransform())
@@ -42,7 +34,7 @@ def test_the_hand_sits_on_the_flange_and_the_tool_lies_beyond_it():
 def test_the_driven_finger_takes_the_other_with_it():
     plant = MultibodyPlant(1.0 / 300.0)
     plant.set_discrete_contact_approximation(DiscreteContactApproximation.kLagged)
-    parts = add_arm(plant, PUMA560)
+    parts = add_arm(plant, description=PUMA560)
     couple_fingers(plant, parts.gripper, PUMA560)
     plant.Finalize()
     context = plant.CreateDefaultContext()
@@ -74,7 +66,7 @@ def test_the_controllers_model_is_the_arm_with_its_hand_and_nothing_else(arm_mod
 
 def test_it_weighs_as_much_on_each_joint_as_the_robot_with_half_open_jaws(arm_model):
     plant = MultibodyPlant(0.0)
-    parts = add_arm(plant, PUMA560)
+    parts = add_arm(plant, description=PUMA560)
     plant.Finalize()
     context, own = plant.CreateDefaultContext(), arm_model.plant.CreateDefaultContext()
     middle = [

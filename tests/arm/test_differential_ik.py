@@ -3,10 +3,11 @@ import pytest
 from pydrake.math import RollPitchYaw, RotationMatrix
 
 from drake_tracker.arm.arm_model import tool_down, tool_yaw
-from drake_tracker.arm.description import PUMA560, joints_for
+from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.differential_ik import (
     LIMIT_MARGIN,
     SPEED_SHARE,
+    joints_for,
     make_parameters,
     rehearse,
     rotation_vector,

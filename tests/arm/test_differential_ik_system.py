@@ -5,8 +5,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, joints_for
-from drake_tracker.arm.differential_ik import limit_acceleration, make_parameters, step_joints
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for, limit_acceleration, make_parameters, step_joints
 from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
 from drake_tracker.core.timing import IK_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
 

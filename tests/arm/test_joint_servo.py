@@ -6,14 +6,10 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, add_arm, couple_fingers, joints_for
-from drake_tracker.arm.differential_ik import make_parameters, step_joints
-from drake_tracker.arm.joint_servo import (
-    actuators_of,
-    add_joint_feedforward,
-    add_set_point_spline,
-    set_servo_gains,
-)
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for, make_parameters, step_joints
+from drake_tracker.arm.joint_servo import add_joint_feedforward, add_set_point_spline
+from drake_tracker.arm.plant import actuators_of, add_arm, couple_fingers, set_servo_gains
 from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP
 
@@ -34,7 +30,7 @@ class SetPoints(LeafSystem):
         self.DeclareVectorOutputPort("q", self._rows.shape[1], self._calc)
 
     def _calc(self, context, output):
-        k = min(int(round(context.get_time() / SERVO_PERIOD + 1e-6)), len(self._rows) - 1)
+        k = min(round(context.get_time() / SERVO_PERIOD + 1e-6), len(self._rows) - 1)
         output.SetFromVector(self._rows[k])
 
 
@@ -45,7 +41,7 @@ class Bench:
         builder = DiagramBuilder()
         plant = MultibodyPlant(TIME_STEP)
         plant.set_discrete_contact_approximation(DiscreteContactApproximation.kLagged)
-        self.parts = add_arm(plant, PUMA560)
+        self.parts = add_arm(plant, description=PUMA560)
         couple_fingers(plant, self.parts.gripper, PUMA560)
         set_servo_gains(plant, self.parts.arm, PUMA560.servo_inertia, PUMA560.servo_bandwidth)
         plant.Finalize()
@@ -53,8 +49,12 @@ class Bench:
         plant.SetDefaultPositions(self.parts.gripper, [0.0225, 0.0225])
         self.plant = builder.AddSystem(plant)
         points = builder.AddSystem(SetPoints(rows))
-        spline = add_set_point_spline(builder, "joint_spline", points.get_output_port(), rows[0])
-        dynamics = add_joint_feedforward(builder, model, spline)
+        spline = add_set_point_spline(
+            builder, name="joint_spline", set_points=points.get_output_port(), initial=rows[0]
+        )
+        dynamics = add_joint_feedforward(
+            builder, model=model, desired_acceleration=spline.GetOutputPort("desired_acceleration")
+        )
         arm = self.parts.arm
         builder.Connect(plant.get_state_output_port(arm), dynamics.get_input_port_estimated_state())
         builder.Connect(dynamics.get_output_port_generalized_force(), plant.get_actuation_input_port(arm))
@@ -82,7 +82,7 @@ def q_hover(arm_model):
 
 def test_gains_are_those_of_a_critically_damped_joint():
     plant = MultibodyPlant(TIME_STEP)
-    parts = add_arm(plant, PUMA560)
+    parts = add_arm(plant, description=PUMA560)
     inertia, bandwidth = np.arange(1.0, 7.0), np.arange(10.0, 70.0, 10.0)
     set_servo_gains(plant, parts.arm, inertia, bandwidth)
     gains = [actuator.get_controller_gains() for actuator in actuators_of(plant, parts.arm)]
@@ -94,7 +94,7 @@ def test_gains_are_those_of_a_critically_damped_joint():
 
 def test_actuators_are_those_of_the_instance_in_order():
     plant = MultibodyPlant(TIME_STEP)
-    parts = add_arm(plant, PUMA560)
+    parts = add_arm(plant, description=PUMA560)
     assert [actuator.name() for actuator in actuators_of(plant, parts.arm)] == [f"joint{i}" for i in range(1, 7)]
     assert len(actuators_of(plant, parts.gripper)) == 1
 

@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, SEVEN_JOINT, joints_for, make_arm_model
-from drake_tracker.arm.differential_ik import make_parameters, rotation_vector, step_joints
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.description import PUMA560, SEVEN_JOINT
+from drake_tracker.arm.differential_ik import joints_for, make_parameters, rotation_vector, step_joints
 
 PERIOD = 0.005
 Q_WOUND_UP = np.deg2rad([-34.0, 112.0, 153.0, 109.0, -102.0, 155.0, 53.0])

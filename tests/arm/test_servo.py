@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from drake_tracker.arm.config import ServoConfig
 from drake_tracker.arm.servo import RESTART_DISTANCE, Servo
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, Prediction, ServoTarget, message_size, pack_prediction
 from drake_tracker.core.timing import SERVO_PERIOD
@@ -37,13 +38,13 @@ def packet_at(stamp, path=circle, seq=0, turns=0):
     return pack_prediction(stamp, seq, np.column_stack([path(times) + [0, 0, 0, 2 * np.pi * turns], 0.001 + times]))
 
 
-def run(servo, start, stop, packet_of, state=None, frozen=False):
+def run(servo, start, stop, packet_of, state=None, blind=False):
     """Ticks from ``start`` to ``stop`` [s] with the packet that packet_of(time) gives; returns all states."""
     states = []
     state = servo.initial_state() if state is None else state
     for k in range(round((stop - start) / SERVO_PERIOD)):
         time = start + k * SERVO_PERIOD
-        state = servo.update(state, time, packet_of(time), frozen)
+        state = servo.update(state, time, packet_of(time), blind)
         states.append(state)
     return states
 
@@ -69,7 +70,7 @@ def test_follows_the_newest_packet_advanced_to_the_instant_the_set_point_is_due(
 
 
 def test_a_quicker_filter_follows_closer():
-    slow, quick = (run(Servo(index, lead=LEAD), 1.0, 8.0, live()) for index in (0.01, 0.2))
+    slow, quick = (run(Servo(ServoConfig(tracking_index=index), lead=LEAD), 1.0, 8.0, live()) for index in (0.01, 0.2))
     worst = [np.max(np.linalg.norm(errors(states)[-60:, :3], axis=1)) for states in (slow, quick)]
     assert worst[1] < 2e-4 < worst[0]
 
@@ -138,7 +139,7 @@ def test_without_packets_it_follows_the_last_path_to_its_end_coasts_and_then_giv
 
 
 def test_stale_is_said_after_stale_after_without_a_new_packet_and_taken_back_with_the_next():
-    servo = Servo(stale_after=0.2, lead=LEAD)
+    servo = Servo(ServoConfig(stale_after=0.2), lead=LEAD)
     first = servo.update(servo.initial_state(), 1.0, packet_at(0.75), False)
     assert not first.stale
     states = run(servo, 1.0 + SERVO_PERIOD, 1.5, lambda time: packet_at(0.75), first)
@@ -156,14 +157,14 @@ def test_before_the_first_packet_nothing_is_valid():
         assert np.all(np.isfinite(said[:]))
 
 
-def test_frozen_it_leaves_new_packets_and_keeps_to_the_path_it_holds():
+def test_while_blind_it_ignores_new_packets_and_follows_the_path_it_holds():
     servo = Servo(lead=LEAD)
     state = run(servo, 1.0, 3.0, live())[-1]
 
     def elsewhere(time):
         return packet_at(time - LAG, lambda t: circle(t) + [0.03, 0.0, 0.05, 0.5])
 
-    states = run(servo, 3.0, 3.9, elsewhere, state, frozen=True)
+    states = run(servo, 3.0, 3.9, elsewhere, state, blind=True)
     assert all(np.array_equal(each.packet, state.packet) for each in states)
     assert np.max(np.linalg.norm(errors(states)[:, :3], axis=1)) < 1.5e-3
     assert not any(each.stale for each in states)  # it is not asked, so it does not complain
@@ -171,11 +172,11 @@ def test_frozen_it_leaves_new_packets_and_keeps_to_the_path_it_holds():
     assert thawed.packet[0] == pytest.approx(3.9 - LAG) and not thawed.stale
 
 
-def test_packets_that_stopped_while_it_was_frozen_are_stale_when_it_thaws():
+def test_packets_that_stopped_while_it_was_blind_are_stale_when_it_sees_again():
     servo = Servo(lead=LEAD)
     state = run(servo, 1.0, 3.0, live())[-1]
     last = packet_at(3.1 - LAG)
-    state = run(servo, 3.0, 3.9, lambda time: packet_at(min(time, 3.1) - LAG), state, frozen=True)[-1]
+    state = run(servo, 3.0, 3.9, lambda time: packet_at(min(time, 3.1) - LAG), state, blind=True)[-1]
     thawed = servo.update(state, 3.9, last, False)
     assert thawed.packet[0] == last[0] and thawed.stale
 
@@ -227,7 +228,7 @@ def test_whatever_the_line_does_the_target_is_a_number_and_not_far_off():
         if draw < 0.3:  # dropped, late, out of order, again and again the same
             newest = packet_at(time - LAG - rng.uniform(0.0, 0.2))
         packet = NOTHING if draw > 0.95 else newest
-        state = servo.update(state, time, packet, frozen=draw > 0.7)
+        state = servo.update(state, time, packet, blind=draw > 0.7)
         said = servo.target(state)
         assert np.all(np.isfinite(said))
         assert np.linalg.norm((state.x - circle(state.due))[:3]) < 2e-3

@@ -47,21 +47,21 @@ class Host(LeafSystem):
             state.set_value(0, pack_prediction(stamp, round(now / VISION_PERIOD), knots))
 
 
-class Freeze(LeafSystem):
-    """An `ArmCommand` that freezes vision from ``frozen_from`` [s] on."""
+class Blindfold(LeafSystem):
+    """An `ArmCommand` of an arm that is blind from ``blind_from`` [s] on."""
 
-    def __init__(self, frozen_from):
+    def __init__(self, blind_from):
         super().__init__()
-        self._frozen_from = frozen_from
+        self._blind_from = blind_from
         self.DeclareVectorOutputPort("command", message_size(ArmCommand), self._calc)
 
     def _calc(self, context, output):
-        output.SetFromVector([0, 0, 1, 1, 0.2, float(context.get_time() >= self._frozen_from), 0.08])
+        output.SetFromVector([0, 0, 1, 1, 0.2, float(context.get_time() >= self._blind_from), 0.08])
 
 
-def build(until=np.inf, frozen_from=np.inf, swapped=False):
+def build(until=np.inf, blind_from=np.inf, swapped=False):
     builder = DiagramBuilder()
-    parts = [Host(until), ServoSystem(Servo(lead=0.031)), Freeze(frozen_from)]
+    parts = [Host(until), ServoSystem(Servo(lead=0.031)), Blindfold(blind_from)]
     for part in reversed(parts) if swapped else parts:
         builder.AddSystem(part)
     host, servo, freeze = parts
@@ -115,8 +115,8 @@ def test_when_the_line_falls_silent_it_says_stale_and_goes_on():
     np.testing.assert_allclose(rows[going_on, 1], 0.3 + SPEED * rows[going_on, 0], atol=1e-9)
 
 
-def test_frozen_the_held_packet_stays():
-    diagram = build(frozen_from=1.5)
+def test_while_blind_the_held_packet_stays():
+    diagram = build(blind_from=1.5)
     simulator = Simulator(diagram)
     simulator.AdvanceTo(1.5 + SERVO_PERIOD)
     held = Prediction(diagram.GetOutputPort("held_packet").Eval(simulator.get_context()).copy())

@@ -3,8 +3,8 @@ import pytest
 from arm_plants import joint6_at
 
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, joints_for
-from drake_tracker.arm.differential_ik import SPEED_SHARE, make_parameters, step_joints
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import SPEED_SHARE, joints_for, make_parameters, step_joints
 from drake_tracker.arm.tool_motion import JUMP_DISTANCE, MotionFrame, ToolMotion
 from drake_tracker.arm.tool_yaw import FLIP_ANGLE, flip_duration
 from drake_tracker.core.messages import ArmCommand, ServoTarget
@@ -151,16 +151,16 @@ def test_the_descent_keeps_the_path_of_the_object_and_takes_its_duration():
     assert rate == pytest.approx(HOVER / 0.36 * 4.0 / 3.0, rel=0.01)
 
 
-def test_no_flip_begins_while_frozen_however_far_joint_6_goes():
+def test_no_flip_begins_while_flips_are_locked_however_far_joint_6_goes():
     run = Run()
     while run.time < 1.5 or run.flips[-1]:
         run.tick(command(), circle(run.time))
     branch = run.state.branch
-    frozen_from = len(run.q6)
+    locked_from = len(run.q6)
     for _ in range(100):
         run.tick(command(2, OBJECT, 0.0, 0.36, frozen=1), circle(run.time))
-    assert np.max(np.abs(run.q6[frozen_from:])) > FLIP_ANGLE + 0.3  # it did go beyond
-    assert set(run.branches[frozen_from:]) == {branch} and not any(run.flips[frozen_from:])
+    assert np.max(np.abs(run.q6[locked_from:])) > FLIP_ANGLE + 0.3  # it did go beyond
+    assert set(run.branches[locked_from:]) == {branch} and not any(run.flips[locked_from:])
     run.tick(command(2), circle(run.time))
     assert run.flips[-1]
 

@@ -3,7 +3,8 @@ import pytest
 from arm_plants import joint6_at
 
 from drake_tracker.arm.arm_model import tool_down, tool_yaw
-from drake_tracker.arm.description import PUMA560, joints_for
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.arm.tool_yaw import FLIP_ANGLE, best_branch, flip_duration, must_flip
 from drake_tracker.arm.transform_equation import share_done
 

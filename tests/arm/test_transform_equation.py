@@ -3,7 +3,8 @@ import pytest
 from pydrake.math import RigidTransform, RotationMatrix
 
 from drake_tracker.arm.arm_model import tool_down, tool_yaw
-from drake_tracker.arm.description import PUMA560, joints_for
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.arm.transform_equation import (
     Drive,
     apply_drive,

@@ -6,7 +6,7 @@ from catches import PERIOD, X_WB, ball_packet, edge, packets_of, play
 from slopes import STEP, points_of, roll, to_world
 
 from drake_tracker.arm.tool_motion import MotionFrame
-from drake_tracker.core.messages import ArmCommand, Prediction, ServoTarget, ToolStatus, message_size
+from drake_tracker.core.messages import ArmCommand, OperatorCommand, Prediction, ServoTarget, ToolStatus, message_size
 from drake_tracker.estimation import make_estimator
 from drake_tracker.grasp.catch_machine import CatchMachine, CatchObservation
 from drake_tracker.grasp.catch_schema import CatchPhase
@@ -38,7 +38,7 @@ class Bench:
                 ServoTarget(np.append(np.zeros(13), valid)),
                 packet,
                 ToolStatus(np.array([command.motion, fraction, 0.0, *pose, 0.0])),
-                np.array(operator, dtype=float),
+                OperatorCommand(np.array(operator, dtype=float)),
             ),
         )
         self.commands.append(ArmCommand(self.machine.command(self.state)))
@@ -93,7 +93,7 @@ def test_the_goal_is_the_foreseen_place_and_moves_only_when_that_does(bench):
     bench.ball(arrival, x=0.11)
     assert bench.state.motion == motion + 1
     np.testing.assert_allclose(bench.state.goal, edge().place(0.11), atol=1e-4)
-    vector = ServoTarget(bench.machine.object(bench.state))
+    vector = ServoTarget(bench.machine.goal_target(bench.state))
     assert vector.valid == 1.0 and [vector.x, vector.y, vector.z, vector.yaw] == list(bench.state.goal)
     assert [vector.vx, vector.vy, vector.vz, vector.yaw_rate] == [0.0] * 4
 

@@ -8,7 +8,8 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, joints_for
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
 from drake_tracker.arm.servo import Servo
 from drake_tracker.arm.servo_system import ServoSystem

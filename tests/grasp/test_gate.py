@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, joints_for
-from drake_tracker.arm.differential_ik import make_parameters
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for, make_parameters
 from drake_tracker.arm.transform_equation import share_done
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
 from drake_tracker.core.timing import SERVO_PERIOD

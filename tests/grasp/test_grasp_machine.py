@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, joints_for
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.arm.tool_motion import MotionFrame
 from drake_tracker.core.messages import (
     KNOT_COUNT,
@@ -19,7 +20,7 @@ from drake_tracker.core.messages import (
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.grasp_machine import FORCE_SHARE, GRIP_CONFIRMED, SEEN_FOR, GraspMachine, Observation
+from drake_tracker.grasp.grasp_machine import FORCE_SHARE, GRIP_CONFIRMED, SEEN_FOR, GraspMachine, GraspObservation
 from drake_tracker.grasp.prediction_memory import PredictionMemory
 from drake_tracker.grasp.schema import Phase
 
@@ -59,7 +60,7 @@ class Bench:
         status = ToolStatus(np.array([self.state.motion, fraction, flipping, *path(due), 1.0]))
         jaws = JawState(np.array([width, 0.0, force]))
         self.state = self.machine.update(
-            self.state, Observation(self.time, target, packet, jaws, status, self.joints(due - SERVO_PERIOD))
+            self.state, GraspObservation(self.time, target, packet, jaws, status, self.joints(due - SERVO_PERIOD))
         )
         self.commands.append(ArmCommand(self.machine.command(self.state)))
         self.time += SERVO_PERIOD
@@ -69,7 +70,7 @@ class Bench:
         if self.state.phase != Phase.TRACK:
             return np.zeros(6)
         x, y, z, yaw = path(due)
-        over = tool_down([x, y, z + self.machine.parameters.hover_height], yaw + np.pi)
+        over = tool_down([x, y, z + self.machine.config.hover_height], yaw + np.pi)
         return joints_for(self.model, PUMA560.q_start, over)
 
     def until(self, phase, limit=200, **seen):
@@ -123,7 +124,7 @@ def test_a_lost_object_sends_it_home(bench):
     assert bench.tick(valid=0, stale=1) == Phase.ACQUIRE
 
 
-def test_told_to_hold_it_stands_still_above_while_no_packets_come(arm_model):
+def test_with_hold_it_stands_still_above_while_no_packets_arrive(arm_model):
     bench = Bench(arm_model, replace(PARAMETERS, when_stale="hold"))
     bench.until(Phase.TRACK)
     assert bench.tick(stale=1) == Phase.HOVER
@@ -134,7 +135,7 @@ def test_told_to_hold_it_stands_still_above_while_no_packets_come(arm_model):
     assert bench.until(Phase.TRACK) == pytest.approx(SEEN_FOR + SERVO_PERIOD, abs=1.1 * SERVO_PERIOD)
 
 
-def test_told_to_hold_a_descent_that_has_begun_is_blind_all_the_same(arm_model):
+def test_with_hold_a_descent_that_has_begun_is_blind_all_the_same(arm_model):
     bench = Bench(arm_model, replace(PARAMETERS, when_stale="hold"))
     open_gate(bench)
     assert bench.state.phase == Phase.INTERCEPT
@@ -301,9 +302,9 @@ def test_the_gate_says_why_it_waits_in_this_order(bench):
     assert bench.state.gate == Gate.PREDICTIONS_FAILED and bench.state.remembered_error == pytest.approx(0.02)
     assert bench.state.phase == Phase.TRACK
     bench.remember_well()
-    bench.machine.parameters = replace(PARAMETERS, descent_duration=0.1)
+    bench.machine.config = replace(PARAMETERS, descent_duration=0.1)
     bench.tick()
-    bench.machine.parameters = PARAMETERS
+    bench.machine.config = PARAMETERS
     assert bench.state.gate == Gate.OUT_OF_REACH and bench.state.phase == Phase.TRACK
     bench.remember_well()
     assert bench.tick() == Phase.INTERCEPT and bench.state.gate == Gate.OPEN
@@ -342,7 +343,7 @@ def test_a_hand_still_on_its_way_waits_however_long_ago_the_phase_began(bench):
     assert bench.tick() == Phase.INTERCEPT
 
 
-def test_the_memory_grows_while_tracking_and_stands_still_while_frozen(bench):
+def test_the_memory_grows_while_tracking_and_is_closed_while_blind(bench):
     bench.put(Phase.TRACK)
     for _ in range(40):
         bench.tick()

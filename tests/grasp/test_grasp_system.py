@@ -4,7 +4,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, joints_for
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,

@@ -143,7 +143,7 @@ def test_a_packet_is_taken_once_and_in_order_only():
 def test_turns_of_the_direction_are_no_error():
     memory = PredictionMemory()
     for k, stamp in enumerate(np.arange(1.0, 4.0, PERIOD)):
-        packet = packet_at(stamp, lambda t: oval(t) + [0, 0, 0, 2 * np.pi * (k % 3)])
+        packet = packet_at(stamp, lambda t, turns=k % 3: oval(t) + [0, 0, 0, 2 * np.pi * turns])
         memory = remember(memory, packet, HORIZON)
     assert len(memory.records) > 50 and np.max(np.abs(memory.records[:, TURN])) < 2e-3
 

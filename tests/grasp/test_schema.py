@@ -40,8 +40,8 @@ def test_a_miss_is_found_out_before_success_is_asked_for():
 
 
 def test_vision_is_not_used_from_the_descent_until_the_hand_is_out_of_the_way():
-    frozen = {phase for phase in Phase if PROGRAMS[phase].frozen}
-    assert frozen == {Phase.INTERCEPT, Phase.CLOSE, Phase.LIFT, Phase.HOLD, Phase.RETREAT}
+    blind = {phase for phase in Phase if PROGRAMS[phase].blind}
+    assert blind == {Phase.INTERCEPT, Phase.CLOSE, Phase.LIFT, Phase.HOLD, Phase.RETREAT}
 
 
 def test_the_jaws_are_closed_from_closing_to_holding_and_open_otherwise():

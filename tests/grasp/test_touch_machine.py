@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, joints_for
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import ArmCommand, ServoTarget, ToolStatus, TouchReport
+from drake_tracker.grasp.config import TouchConfig
 from drake_tracker.grasp.touch_machine import TouchMachine, touched_points
-from drake_tracker.grasp.touch_schema import TouchParameters, TouchPhase
+from drake_tracker.grasp.touch_schema import TouchPhase
 
 PERIOD = 0.005
-PARAMETERS = TouchParameters()
+PARAMETERS = TouchConfig()
 JOGS = np.array([[0.6, 0.2, 0.55, np.pi], [0.6, -0.2, 0.55, np.pi], [0.7, 0.0, 0.58, np.pi]])
 START = np.array([0.6, 0.2, 0.60])
 

@@ -5,7 +5,8 @@ import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_FIELDS, Prediction, message_size, pack_prediction
-from drake_tracker.link.lossy_link import LinkState, LossyLink, newest_arrived
+from drake_tracker.link.config import Lossy
+from drake_tracker.link.lossy_link import LinkState, LossyLink
 
 PERIOD = 1.0 / 60.0
 
@@ -32,10 +33,10 @@ def run_lengths(lost):
 
 def test_a_perfect_link_delivers_every_packet_at_once():
     link, state = LossyLink(), LinkState()
-    assert newest_arrived(state, 1.0) is None
+    assert link.delivered(state, 1.0) is None
     for seq in range(1, 20):
         state = link.post(state, packet(seq), seq * PERIOD)
-        np.testing.assert_array_equal(newest_arrived(state, seq * PERIOD), packet(seq))
+        np.testing.assert_array_equal(link.delivered(state, seq * PERIOD), packet(seq))
         assert len(state.in_flight) <= 2
 
 
@@ -50,19 +51,19 @@ def test_only_valid_and_new_packets_are_sent():
 @pytest.mark.parametrize(
     "field, value", [("seq", np.nan), ("seq", np.inf), ("seq", -1), ("spacing", 0.0), ("x3", np.nan)]
 )
-def test_what_nobody_can_read_is_not_sent(field, value):
+def test_an_unreadable_packet_is_not_sent(field, value):
     broken = packet(3)
     broken[Prediction.get_fields().index(field)] = value
-    assert LossyLink(drop=0.1).post(LinkState(), broken, 0.2) == LinkState()
+    assert LossyLink(Lossy(drop=0.1)).post(LinkState(), broken, 0.2) == LinkState()
 
 
-def test_a_host_that_was_started_again_counts_from_1_and_is_heard():
-    link, state = LossyLink(delay=0.1), LinkState()
+def test_packets_of_a_restarted_host_which_counts_from_1_are_delivered():
+    link, state = LossyLink(Lossy(delay=0.1)), LinkState()
     for seq in (500, 501):
         state = link.post(state, packet(seq), seq * PERIOD)
     again = pack_prediction(510 * PERIOD, 1, np.ones((KNOT_COUNT, len(KNOT_FIELDS))))
     state = link.post(state, again, 510 * PERIOD)
-    np.testing.assert_array_equal(newest_arrived(state, 520 * PERIOD), again)
+    np.testing.assert_array_equal(link.delivered(state, 520 * PERIOD), again)
 
 
 def test_a_packet_of_another_clock_is_not_sent():
@@ -70,8 +71,8 @@ def test_a_packet_of_another_clock_is_not_sent():
 
 
 @pytest.mark.parametrize("drop", [0.0, 0.1, 0.5, 1.0])
-def test_independent_losses_happen_at_the_rate_asked_for(drop):
-    lost, _ = fates(LossyLink(drop=drop, seed=5), 6000)
+def test_independent_losses_have_the_requested_rate(drop):
+    lost, _ = fates(LossyLink(Lossy(drop=drop), seed=5), 6000)
     assert lost.mean() == pytest.approx(drop, abs=4 * np.sqrt(drop * (1 - drop) / 6000))
     if 0.0 < drop < 1.0:
         assert np.corrcoef(lost[1:], lost[:-1])[0, 1] == pytest.approx(0.0, abs=0.05)
@@ -79,31 +80,31 @@ def test_independent_losses_happen_at_the_rate_asked_for(drop):
 
 
 @pytest.mark.parametrize("drop, burst", [(0.2, 4.0), (0.5, 12.0), (0.1, 12.0)])
-def test_bursts_have_the_length_and_the_rate_asked_for(drop, burst):
-    lost, _ = fates(LossyLink(drop=drop, burst=burst, seed=1), 15000)
+def test_bursts_have_the_requested_length_and_rate(drop, burst):
+    lost, _ = fates(LossyLink(Lossy(drop=drop, burst=burst), seed=1), 15000)
     lengths = run_lengths(lost)
-    # A row's length is geometric, with a standard deviation near its mean.
+    # The length of a burst is geometrically distributed: its standard deviation is close to its mean.
     assert lengths.mean() == pytest.approx(burst, abs=4 * burst / np.sqrt(len(lengths)))
     assert lengths.std() == pytest.approx(np.sqrt(burst * (burst - 1)), rel=0.25)
     assert lost.mean() == pytest.approx(drop, abs=0.05)
 
 
-def test_rows_shorter_than_chance_makes_them_are_independent_losses():
-    lost, _ = fates(LossyLink(drop=0.8, burst=2.0), 300)
-    independent, _ = fates(LossyLink(drop=0.8), 300)
+def test_a_burst_shorter_than_by_chance_gives_independent_losses():
+    lost, _ = fates(LossyLink(Lossy(drop=0.8, burst=2.0)), 300)
+    independent, _ = fates(LossyLink(Lossy(drop=0.8)), 300)
     np.testing.assert_array_equal(lost, independent)
 
 
 def test_the_delay_is_constant_plus_uniform_jitter():
-    _, delays = fates(LossyLink(delay=0.05, jitter=0.1, seed=2), 6000)
+    _, delays = fates(LossyLink(Lossy(delay=0.05, jitter=0.1), seed=2), 6000)
     assert delays.min() >= 0.05 and delays.max() <= 0.15
     np.testing.assert_allclose(np.histogram(delays, bins=10, range=(0.05, 0.15))[0] / 6000, 0.1, atol=0.015)
-    _, constant = fates(LossyLink(delay=0.05), 50)
+    _, constant = fates(LossyLink(Lossy(delay=0.05)), 50)
     np.testing.assert_allclose(constant, 0.05, atol=1e-12)
 
 
-def test_a_packet_that_was_overtaken_never_replaces_a_newer_one():
-    link, state = LossyLink(jitter=0.1, seed=3), LinkState()
+def test_an_overtaken_packet_never_replaces_a_newer_one():
+    link, state = LossyLink(Lossy(jitter=0.1), seed=3), LinkState()
     arrivals = {}
     seen = []
     for step in range(1, 4 * 400):
@@ -111,18 +112,18 @@ def test_a_packet_that_was_overtaken_never_replaces_a_newer_one():
         if step % 4 == 0:
             state = link.post(state, packet(step // 4), now)
             arrivals[step // 4] = state.in_flight[-1][0]
-        newest = newest_arrived(state, now)
+        newest = link.delivered(state, now)
         arrived = [seq for seq, arrival in arrivals.items() if arrival <= now]
-        assert (None if newest is None else newest[1]) == max(arrived, default=None)
+        assert (None if newest is None else Prediction(newest).seq) == max(arrived, default=None)
         if newest is not None:
-            seen.append(newest[1])
+            seen.append(Prediction(newest).seq)
     times = np.array(list(arrivals.values()))
     overtaken = np.sum(np.minimum.accumulate(times[::-1])[::-1] < times)
     assert overtaken > 100 and np.all(np.diff(seen) >= 0)
 
 
-def test_the_state_stays_small_and_cannot_change():
-    link, state = LossyLink(drop=0.3, delay=0.2, jitter=0.3, seed=4), LinkState()
+def test_the_state_stays_small_and_is_immutable():
+    link, state = LossyLink(Lossy(drop=0.3, delay=0.2, jitter=0.3), seed=4), LinkState()
     for seq in range(1, 1000):
         state = link.post(state, packet(seq), seq * PERIOD)
         assert len(state.in_flight) <= 0.5 / PERIOD + 2
@@ -131,21 +132,22 @@ def test_the_state_stays_small_and_cannot_change():
         state.in_flight[0][1][0] = 1.0
 
 
-def test_what_was_sent_is_not_what_the_sender_goes_on_writing_to():
+def test_the_link_keeps_its_own_copy_of_a_packet():
     sent = packet(1)
-    state = LossyLink().post(LinkState(), sent, PERIOD)
+    link = LossyLink()
+    state = link.post(LinkState(), sent, PERIOD)
     sent[:] = 7.0
-    np.testing.assert_array_equal(newest_arrived(state, PERIOD), packet(1))
+    np.testing.assert_array_equal(link.delivered(state, PERIOD), packet(1))
 
 
-def test_the_seed_and_the_seq_decide_a_packets_fate():
-    faults = dict(drop=0.4, jitter=0.1, burst=3.0)
-    once, again, other = (fates(LossyLink(**faults, seed=seed), 200) for seed in (8, 8, 9))
+def test_seed_and_sequence_number_decide_whether_a_packet_is_lost():
+    faults = {"drop": 0.4, "jitter": 0.1, "burst": 3.0}
+    once, again, other = (fates(LossyLink(Lossy(**faults), seed=seed), 200) for seed in (8, 8, 9))
     np.testing.assert_array_equal(once[0], again[0])
     np.testing.assert_array_equal(once[1], again[1])
     assert not np.array_equal(once[0], other[0])
-    # Replayed from the middle, the line does again what it did.
-    link, states = LossyLink(**faults, seed=8), [LinkState()]
+    # Replayed from the middle, the link repeats what it did.
+    link, states = LossyLink(Lossy(**faults), seed=8), [LinkState()]
     for seq in range(1, 100):
         states.append(link.post(states[-1], packet(seq), seq * PERIOD))
     state = states[50]
@@ -160,4 +162,4 @@ def test_the_seed_and_the_seq_decide_a_packets_fate():
 )
 def test_faults_out_of_range_are_refused_by_name(faults):
     with pytest.raises(DrakeTrackerError, match=f"link {next(iter(faults))} is .*; allowed: "):
-        LossyLink(**faults)
+        LossyLink(Lossy(**{name: value for name, value in faults.items() if name != "seed"}), faults.get("seed", 0))

@@ -10,15 +10,17 @@ from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, Multibod
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, EventStatus
 
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.board_touch import board_pose_from_touches
-from drake_tracker.arm.description import PUMA560_CUP, SEVEN_JOINT, add_arm, joints_for, make_arm_model
-from drake_tracker.arm.joint_servo import set_servo_gains
-from drake_tracker.arm.touch_diagram import TouchDiagram
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.description import PUMA560_CUP, SEVEN_JOINT
+from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.arm.plant import add_arm, set_servo_gains
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import TouchReport
+from drake_tracker.grasp.board_touch import board_pose_from_touches
+from drake_tracker.grasp.config import TouchConfig
+from drake_tracker.grasp.touch_diagram import TouchDiagram
 from drake_tracker.grasp.touch_machine import touched_points
-from drake_tracker.grasp.touch_schema import TouchParameters, TouchPhase
+from drake_tracker.grasp.touch_schema import TouchPhase
 
 MARKS = np.array([[-0.20, 0.12], [0.20, 0.12], [0.0, 0.30]])
 RADIUS = 0.004
@@ -26,7 +28,7 @@ TILT = np.deg2rad(10.0)
 AXES = np.array([[0.0, np.cos(TILT), -np.sin(TILT)], [-1.0, 0.0, 0.0], [0.0, np.sin(TILT), np.cos(TILT)]])
 X_WB = RigidTransform(RotationMatrix.MakeZRotation(0.03) @ RotationMatrix(AXES), [0.555, 0.004, 0.50])
 TIME_STEP, PERIOD = 1.0 / 600.0, 0.005
-QUICK = TouchParameters(travel_speed=0.6, clearance=0.005, settle=0.05, reach_below=0.012)
+QUICK = TouchConfig(travel_speed=0.6, clearance=0.005, settle=0.05, reach_below=0.012)
 
 
 def touch(description, above, parameters=QUICK, marks=MARKS):
@@ -34,7 +36,7 @@ def touch(description, above, parameters=QUICK, marks=MARKS):
     builder = DiagramBuilder()
     config = MultibodyPlantConfig(time_step=TIME_STEP, contact_model="point", discrete_contact_approximation="lagged")
     plant, _ = AddMultibodyPlant(config, builder)
-    arm = add_arm(plant, description).arm
+    arm = add_arm(plant, description=description).arm
     set_servo_gains(plant, arm, description.servo_inertia, description.servo_bandwidth)
     X_WG = X_WB @ RigidTransform([0.0, 0.45, -0.01])
     plant.RegisterCollisionGeometry(plant.world_body(), X_WG, Box(0.6, 0.9, 0.02), "board", CoulombFriction(0.5, 0.5))

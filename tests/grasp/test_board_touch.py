@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
-from drake_tracker.arm.board_touch import MAX_MISFIT, board_pose_from_touches
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.grasp.board_touch import MAX_MISFIT, board_pose_from_touches
 
 MARKS = np.array([[-0.20, 0.12], [0.20, 0.12], [0.0, 0.30]])
 RADIUS = 0.004
@@ -66,13 +66,13 @@ def test_errors_across_the_plane_tilt_it_as_the_docstring_says():
 
 def test_points_on_a_line_are_refused():
     marks = np.array([[-0.20, 0.12], [0.20, 0.12], [0.0, 0.122]])
-    with pytest.raises(DrakeTrackerError, match="almost on one line"):
+    with pytest.raises(DrakeTrackerError, match="nearly collinear"):
         board_pose_from_touches(touched(marks), marks, RADIUS)
 
 
 def test_points_that_are_not_the_marks_are_refused():
     shifted = MARKS + [[0.0, 0.0], [MAX_MISFIT + 0.002, 0.0], [0.0, 0.0]]
-    with pytest.raises(DrakeTrackerError, match="12 mm off those of the marks"):
+    with pytest.raises(DrakeTrackerError, match="up to 12 mm from those of the marks"):
         board_pose_from_touches(touched(shifted), MARKS, RADIUS)
     with pytest.raises(DrakeTrackerError, match="right order"):
         board_pose_from_touches(touched(MARKS[[0, 2, 1]]), MARKS, RADIUS)

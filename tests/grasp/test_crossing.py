@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from catches import X_WB, ball_packet, edge, on_edge
 
-from drake_tracker.arm.crossing import BoardEdge
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import KNOT_COUNT, Prediction, message_size
+from drake_tracker.grasp.crossing import BoardEdge
 
 OUTWARD = np.array([-math.cos(0.02), -math.sin(0.02), 0.0])
 

@@ -1,0 +1,73 @@
+"""The part of the arm's computer that every task shares: from a target and a command to the joint servos."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.systems.controllers import InverseDynamics
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from drake_tracker.arm.arm_model import ArmModel
+from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
+from drake_tracker.arm.joint_servo import add_joint_feedforward, add_set_point_spline
+from drake_tracker.arm.set_point_spline_system import SetPointSplineSystem
+from drake_tracker.arm.tool_motion import ToolMotion
+from drake_tracker.arm.transform_equation_system import TransformEquationSystem
+from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP
+
+
+class ToolController(NamedTuple):
+    """The Systems that move the tool.
+
+    Attributes:
+        transform_equation: from target and command to the desired pose of the tool.
+        inverse_kinematics: from there to joint set-points.
+        spline: from there to the desired joint state.
+        inverse_dynamics: feedforward torques; its input port for the estimated state remains to be connected.
+    """
+
+    transform_equation: TransformEquationSystem
+    inverse_kinematics: DifferentialIkSystem
+    spline: SetPointSplineSystem
+    inverse_dynamics: InverseDynamics
+
+
+def add_tool_controller(
+    builder: DiagramBuilder,
+    *,
+    motion: ToolMotion,
+    model: ArmModel,
+    q_initial: Sequence[float] | np.ndarray,
+    target: OutputPort,
+    command: OutputPort,
+    time_step: float = TIME_STEP,
+    period: float = SERVO_PERIOD,
+) -> ToolController:
+    """Adds transform equation, inverse kinematics, set-point spline and feedforward torques, connected to each other.
+
+    Args:
+        builder: the diagram's builder.
+        motion: arithmetic of the tool's motions.
+        model: the arm.
+        q_initial: joint positions at the start, shape (n,) [rad].
+        target: output port of the object or the goal (`ServoTarget`).
+        command: output port of the motion to make (`ArmCommand`).
+        time_step: the plant's step [s].
+        period: period of the set-points [s].
+    """
+    transform = builder.AddNamedSystem(
+        "transform_equation", TransformEquationSystem(motion, model, q_initial, time_step, period)
+    )
+    ik = builder.AddNamedSystem("inverse_kinematics", DifferentialIkSystem(model, q_initial, time_step, period))
+    q_commanded = ik.GetOutputPort("q_commanded")
+    spline = add_set_point_spline(
+        builder, name="joint_spline", set_points=q_commanded, initial=q_initial, period=period
+    )
+    dynamics = add_joint_feedforward(
+        builder, model=model, desired_acceleration=spline.GetOutputPort("desired_acceleration")
+    )
+    builder.Connect(target, transform.GetInputPort("target"))
+    builder.Connect(command, transform.GetInputPort("command"))
+    builder.Connect(transform.GetOutputPort("X_WT_desired"), ik.GetInputPort("X_WT_desired"))
+    builder.Connect(q_commanded, transform.GetInputPort("q_commanded"))
+    return ToolController(transform, ik, spline, dynamics)

@@ -1,0 +1,39 @@
+"""The role of a link between the host that predicts and the controller of the arm."""
+
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+State = TypeVar("State")
+
+
+class Link(Protocol[State]):
+    """The arithmetic of a link: packets of predicted path go in, and some of them come out later.
+
+    A link is functional: its methods return a new state and never change the link or the old state, since the state is
+    kept in a Context, which Drake copies. A state is a frozen dataclass derived from
+    `drake_tracker.core.frozen_state.FrozenState`. `drake_tracker.link.link_system.LinkSystem` makes a System of a link.
+    """
+
+    def initial_state(self) -> State:
+        """Returns the state before the first packet."""
+        ...
+
+    def post(self, state: State, packet: np.ndarray, now: float) -> State:
+        """Returns the state after a packet was offered to the link.
+
+        Args:
+            state: the state before.
+            packet: a `Prediction` vector; all zeros, and the same packet again, are allowed and must be ignored.
+            now: time [s] on the arm's clock.
+        """
+        ...
+
+    def delivered(self, state: State, now: float) -> np.ndarray | None:
+        """Returns the packet with the newest stamp that has arrived, None before the first arrival.
+
+        Args:
+            state: the state after the last `post`.
+            now: time [s] on the arm's clock.
+        """
+        ...

@@ -1,0 +1,64 @@
+"""A link as a System."""
+
+from typing import Any
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+
+from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.messages import Prediction, message_size
+from drake_tracker.core.timing import LINK_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.link.link import Link
+
+
+class LinkSystem(LeafSystem):
+    """Delivers packets of predicted path from the host to the arm.
+
+    The output is a mailbox: it holds the newest packet that has arrived, until a newer one arrives.
+
+    .. pydrake_system::
+
+        name: LinkSystem
+        input_ports:
+        - packet
+        output_ports:
+        - delivered
+
+    - ``packet``: a `Prediction`, read every period at the offset, by default 60 times a second in the link's slot,
+      after the estimator's. All zeros, or the packet of the last period again: nothing is sent.
+    - ``delivered``: a `Prediction`. It may change at any time, also between two periods. All zeros: no packet has
+      arrived yet. There is no direct feedthrough.
+
+    Args:
+        link: decides when each packet arrives, if it does.
+        period: time between two readings of the input [s].
+        offset: time of the first reading of the input [s].
+    """
+
+    def __init__(
+        self, link: Link[Any], *, period: float = VISION_PERIOD, offset: float = vision_slot(LINK_SLOT)
+    ) -> None:
+        LeafSystem.__init__(self)
+        self._link = link
+        size = message_size(Prediction)
+        self._nothing = read_only(np.zeros(size))
+        self._packet = self.DeclareVectorInputPort("packet", size)
+        self._state_index = self.DeclareAbstractState(AbstractValue.Make(link.initial_state()))
+        self.DeclareVectorOutputPort(
+            "delivered",
+            size,
+            self._calc_delivered,
+            prerequisites_of_calc={self.abstract_state_ticket(self._state_index), self.time_ticket()},
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._post)
+
+    def _post(self, context: Context, state: State) -> None:
+        memory = context.get_abstract_state(self._state_index).get_value()
+        posted = self._link.post(memory, self._packet.Eval(context), context.get_time())
+        state.get_mutable_abstract_state(self._state_index).set_value(posted)
+
+    def _calc_delivered(self, context: Context, output: Any) -> None:
+        memory = context.get_abstract_state(self._state_index).get_value()
+        packet = self._link.delivered(memory, context.get_time())
+        output.SetFromVector(self._nothing if packet is None else packet)
