@@ -1,18 +1,25 @@
-# make setup  everything that is needed, in .venv        make test  the same, then the tests
-# make demo   the same, then the main job                make clean forgets .venv and what tests and builds leave
-# make pins   chooses the versions in constraints.txt anew (UPGRADE=--upgrade for the newest)
-# make docs   these documents as pages, in docs/_build/html
-# make bench-ball         how often the ball is caught (BENCH_ARGS="--seeds 5" for a look)
-# make bench-estimation   estimators beside bounds and other libraries' filters (BENCH_ARGS=--quick for a look)
+# make setup     installs everything into .venv; every target below does so first
+# make demo      runs the train and shows it in a browser
+# make lint      checks style, format and types
+# make test      runs the tests (PYTEST_ARGS="tests/vision -k window" for some, WORKERS=1 for one process)
+# make coverage  runs the tests and reports the lines that they do not reach; pages in build/coverage
+# make docs      builds the documentation in docs/_build/html
+# make pins      updates the versions in constraints.txt (UPGRADE=--upgrade for the newest)
+# make clean     removes .venv and everything that tests and builds leave
+# make bench-ball         measures how often the ball is caught (BENCH_ARGS="--seeds 5" for a quick look)
+# make bench-estimation   compares the estimators with bounds and with filters of other libraries (BENCH_ARGS=--quick)
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .ONESHELL:
-.PHONY: setup libraries test demo docs bench-ball bench-estimation pins clean
+.PHONY: setup libraries lint test coverage demo docs bench-ball bench-estimation pins clean
 
-PYTHONS := python3.11 python3.12 python3.13 python3
+PYTHONS ?= python3.11 python3.12 python3.13 python3
 VERSION_OK := import sys, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 PYTEST_ARGS ?=
+WORKERS ?= $(shell cores=$$(nproc); echo $$((cores < 2 ? cores : 2)))
+# One thread for each worker: the renderer's and the linear algebra's own threads would only compete for the cores.
+PYTEST := LP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 .venv/bin/python -m pytest -n $(WORKERS) --dist worksteal
 BENCH_ARGS ?=
 UPGRADE ?=
 
@@ -25,19 +32,20 @@ setup: libraries
 	        if $$candidate -c "$(VERSION_OK)" 2>/dev/null; then python=$$candidate; break; fi
 	    done
 	    if [[ -z "$${python:-}" ]]; then
-	        echo "setup: Python 3.11 to 3.13 with its venv module is needed; none of $(PYTHONS) is one" >&2
+	        echo "setup: needs Python 3.11 to 3.13 with its venv module; none of $(PYTHONS) will do" >&2
 	        exit 2
 	    fi
-	    echo "setup: making .venv with $$($$python --version)"
+	    echo "setup: creating .venv with $$($$python --version)"
 	    rm -rf .venv
 	    $$python -m venv .venv
 	fi
+	echo "setup: installing packages into .venv (the first time this takes some minutes)"
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv
 	.venv/bin/python -m uv pip install --python .venv/bin/python --constraint constraints.txt \
 	    --build-constraint constraints.txt --editable '.[dev]'
 	echo "$$PWD" > $$stamp
 
-# The system libraries that Drake and its renderer load; without a Mesa driver the renderer ends the process.
+# The system libraries that Drake and its renderer load. Without a Mesa driver the renderer crashes the process.
 libraries:
 	@missing=()
 	has() { /sbin/ldconfig -p | grep -F "$$1 " > /dev/null; }
@@ -56,17 +64,27 @@ libraries:
 	    apt-get update -qq
 	    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$${missing[@]}"
 	else
-	    echo "setup: system packages are missing; as root: apt-get install -y $${missing[*]}" >&2
+	    echo "setup: system packages are missing; run as root: apt-get install -y $${missing[*]}" >&2
 	    exit 2
 	fi
 
+lint: setup
+	@.venv/bin/ruff check
+	.venv/bin/ruff format --check
+	.venv/bin/mypy
+
 test: setup
-	@.venv/bin/python -m pytest $(PYTEST_ARGS)
+	@$(PYTEST) $(PYTEST_ARGS)
+
+coverage: setup
+	@$(PYTEST) --cov --cov-report=term --cov-report=html $(PYTEST_ARGS)
+	echo "coverage: open $$PWD/build/coverage/index.html"
 
 demo: setup
-	@.venv/bin/drake-tracker run train --live
+	@echo "demo: the train is tracked and grasped; this takes about a minute. Open the link to watch it"
+	.venv/bin/drake-tracker run train --live
 
-# What builds the pages is no part of the set-up either. A warning is an error: a link that leads nowhere, for one.
+# Sphinx is not part of the setup. A warning, such as a broken link, is an error.
 docs: setup
 	@.venv/bin/python -m uv pip install --quiet --python .venv/bin/python --constraint constraints.txt \
 	    --build-constraint constraints.txt --editable '.[docs]'
@@ -77,7 +95,7 @@ bench-ball: setup
 	@.venv/bin/python benchmarks/ball.py $(BENCH_ARGS)
 	.venv/bin/python benchmarks/ball_detectors.py
 
-# The filters of other libraries are for this benchmark alone, and no part of the set-up.
+# The filters of other libraries are not part of the setup: only this benchmark uses them.
 bench-estimation: setup
 	@.venv/bin/python -m uv pip install --quiet --python .venv/bin/python --constraint constraints.txt \
 	    --build-constraint constraints.txt --editable '.[bench]'
@@ -86,8 +104,10 @@ bench-estimation: setup
 pins:
 	@.venv/bin/python -m uv pip compile --quiet --universal --python-version 3.11 --all-extras --no-header \
 	    --no-annotate $(UPGRADE) --output-file constraints.txt pyproject.toml
-	sed -i -E "s/ (and|;) implementation_name == 'cpython'//; s/ and sys_platform == 'linux'//" constraints.txt
+	sed -i -E "s/implementation_name == 'cpython' and //; s/ (and|;) implementation_name == 'cpython'//
+	    s/platform_python_implementation != 'PyPy' and //; s/ (and|;) platform_python_implementation != 'PyPy'//
+	    s/ and sys_platform == 'linux'//" constraints.txt
 
 clean:
-	@rm -rf .venv .pytest_cache build dist docs/_build
+	@rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .coverage build dist docs/_build
 	find . -name __pycache__ -prune -exec rm -rf {} +

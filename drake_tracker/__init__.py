@@ -13,7 +13,7 @@ Each arrow is a port, each room a folder and a System of the diagram; truth stay
 
 import importlib
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _PUBLIC = {
     "DrakeTrackerError": "drake_tracker.core.errors",
