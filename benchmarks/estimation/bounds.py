@@ -12,7 +12,7 @@ the points and in what is known beforehand. Errors are mean squares [m^2] of the
 import numpy as np
 
 from drake_tracker.estimation.periodic_path import basis, harmonics_of, prior
-from drake_tracker.estimation.turn_model import BEND, HEADING, SPEED, X, Y, turn_step
+from drake_tracker.estimation.turn_model import CURVATURE, HEADING, SPEED, X, Y, turn_step
 
 CHANGE = 0.5
 """Curvature that changes by more than this [1/m] within `CHANGE_OVER` [m] has jumped."""
@@ -102,7 +102,7 @@ def first_lap_bound(times, start, speed, changes, curvatures, sigma, curvature_s
     known = np.zeros(4 + pieces)
     known[4:] = curvature_std**-2.0
     derivative = np.zeros((5, 4 + pieces))
-    derivative[[X, Y, HEADING, SPEED, BEND], [0, 1, 2, 3, 4]] = 1.0
+    derivative[[X, Y, HEADING, SPEED, CURVATURE], [0, 1, 2, 3, 4]] = 1.0
     information = np.diag(known)
     piece, now, rows = 0, times[0], []
     wanted = np.round(np.asarray(present), 9)
@@ -111,9 +111,9 @@ def first_lap_bound(times, start, speed, changes, curvatures, sigma, curvature_s
             state, derivative = _carry(state, derivative, changes[piece] - now)
             now = changes[piece]
             piece += 1
-            state[BEND] = curvatures[piece]
-            derivative[BEND] = 0.0
-            derivative[BEND, 4 + piece] = 1.0
+            state[CURVATURE] = curvatures[piece]
+            derivative[CURVATURE] = 0.0
+            derivative[CURVATURE, 4 + piece] = 1.0
         state, derivative = _carry(state, derivative, time - now)
         now = time
         information += derivative[:2].T @ derivative[:2] / sigma**2

@@ -214,7 +214,7 @@ def _grasps(rows):
         cells[name] = [row for row in found if row["seed"] >= FIRST_SEED] or found
     plain = [cells.get(f"{track}-{speed:.2f}", []) for track in TRACKS for speed in (0.10, 0.15, 0.20)]
     shares = [_first_attempts(found)[0] for found in plain]
-    value, note = _first_attempts(sum(plain, []))
+    value, note = _first_attempts([row for found in plain for row in found])
     yield at_least("camera loop, lifted at the first attempt: four tracks, three speeds [%]", value, 98, note)
     lowest = None if None in shares else min(shares)
     note = f"{min(map(len, plain))} runs a cell at least"

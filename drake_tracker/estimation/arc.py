@@ -1,4 +1,4 @@
-"""The circular arc that the arc-length filter fits to the newest points, and its run into the future."""
+"""The circular arc that the arc-length filter fits to the newest points, and its extrapolation."""
 
 import math
 from typing import NamedTuple
@@ -9,13 +9,20 @@ from drake_tracker.estimation.delta_transform import delta_power
 
 
 class Arc(NamedTuple):
-    """A chord frame and the T_delta that runs from it.
+    """A chord frame, and the T_delta that advances it by one baseline.
 
-    anchor (3,) [m, W], time [s], chord_heading [rad]: the chord frame.  s_0 [m], phi_0 [rad], dz [m]: T_delta of one
-    baseline of ``baseline`` frames.  heading [rad]: direction of travel at the newest point, held while at rest.
+    Attributes:
+        anchor: origin of the chord frame, (x, y, z) in W [m].
+        time: time at the anchor [s].
+        chord_heading: direction of the chord [rad].
+        s_0: arc length of one baseline [m].
+        phi_0: bending over one baseline [rad].
+        dz: climb over one baseline [m].
+        baseline: number of frames in a baseline.
+        heading: direction of travel at the newest point, held while the object is at rest [rad].
     """
 
-    anchor: tuple = (0.0, 0.0, 0.0)
+    anchor: tuple[float, float, float] = (0.0, 0.0, 0.0)
     time: float = 0.0
     chord_heading: float = 0.0
     s_0: float = 0.0
@@ -25,8 +32,14 @@ class Arc(NamedTuple):
     heading: float = 0.0
 
 
-def run_arc(arc, times, period):
-    """Returns the rows x, y, z, yaw of an `Arc` at ``times`` [s], shape (n, 4)."""
+def extrapolate_arc(arc: Arc, times: np.ndarray, period: float) -> np.ndarray:
+    """Returns an object's path along an arc, shape (n, 4): rows x, y, z in W [m] and yaw [rad].
+
+    Args:
+        arc: the arc.
+        times: absolute times, shape (n,) [s], before or after the anchor's.
+        period: time of one frame [s].
+    """
     n = (times - arc.time) / (arc.baseline * period)
     position, turn = delta_power(arc.s_0, arc.phi_0, n)
     position = position * complex(math.cos(arc.chord_heading), math.sin(arc.chord_heading))

@@ -1,44 +1,53 @@
 """The arc-length filter: a path as arc length s, bending phi and climb dz (Allen et al. 1991, section 4).
 
-Each chord of the measured path is compared with the one before it.  Kaiser moving averages of s, s^2 and phi, the Rice
-inversion (equations 16-18) and T_delta (equation 6) give a circular arc that is run on into the future.
+Each chord of the measured path is compared with the previous one. Kaiser moving averages of s, s^2 and phi, the Rice
+inversion (equations 16-18) and T_delta (equation 6) give a circular arc, which is extrapolated.
 
-Two readings of the paper are built.  ``literal`` takes chords of one frame, as printed: at 0.15 m/s and 60 Hz a chord
-is 2.5 mm, and with 1 mm of noise its direction is mostly noise, so that 0.25 s ahead it comes out some 50 mm off.
-``baseline`` takes chords of m frames, long enough for the noise at hand, and starts the arc from an averaged point.
+Two interpretations of the paper are implemented. The mode ``literal`` uses chords of one frame, as printed: at 0.15 m/s
+and 60 Hz a chord is 2.5 mm long, and with 1 mm of noise its direction is mostly noise, so that the prediction 0.25 s
+ahead is off by about 50 mm. The mode ``baseline`` uses chords of m frames, long enough for the actual noise, and starts
+the arc from an averaged point.
 
-The paper's "multiply v by tau, as well as the bending" is not done in a single T_delta, which is no better than a
-straight line, but as the power T_delta^n from the chord frame, which is exact on a circle.
+The paper's "multiply v by tau, as well as the bending" is not implemented as a single T_delta, which is no better than
+a straight line, but as the power T_delta^n from the chord frame, which is exact on a circle.
 """
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.frozen_state import read_only
-from drake_tracker.estimation.arc import Arc, run_arc
+from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.estimation.arc import Arc, extrapolate_arc
+from drake_tracker.estimation.config import ArcLength
 from drake_tracker.estimation.error_growth import HORIZON, ErrorGrowth
 from drake_tracker.estimation.kaiser import moving_average_weights
-from drake_tracker.estimation.parameters import not_negative, positive, whole
+from drake_tracker.estimation.parameters import check_integer, check_positive, check_settings
 from drake_tracker.estimation.rice import recover_arc_length
 
-MODES = ("baseline", "literal")
-FEWEST_FRAMES = 9
-"""Frames needed to fit an arc at all: two chords of two frames and a few to average."""
+MIN_FRAMES = 9
+"""Frames needed to fit an arc: two chords of two frames and a few frames to average."""
+MAX_BASELINE = 600
+"""Longest baseline that the constructor accepts [frames]."""
 
 
 @dataclass(frozen=True)
-class ArcLengthState:
-    """What the filter remembers (arrays are read-only).
+class ArcLengthState(FrozenState):
+    """State of an `ArcLengthEstimator` (arrays are read-only).
 
-    stamp: time of the newest point [s].  times (n,) [s], points (n, 3) [m, W]: the points of the window.
-    arc: the fitted `Arc`.
-    speed [m/s], sigma [m] (of one point, per axis): smoothed over a third of a second, to choose the baseline by.
-    has_root: False while the moments of s fit no Rice distribution and s_0 is held.
-    ready: whether the window is long enough for a prediction.
-    growth: how well recent predictions came true.
+    Attributes:
+        stamp: capture time of the newest point [s].
+        times: capture times of the points in the window, shape (n,) [s].
+        points: the points in the window, shape (n, 3), in W [m].
+        arc: the fitted arc.
+        speed: speed, smoothed over a third of a second to choose the baseline by [m/s].
+        sigma: noise of a point, per axis, smoothed likewise [m].
+        has_root: False while the moments of s fit no Rice distribution and s_0 is held.
+        ready: whether the window is long enough for a prediction.
+        growth: errors of recent predictions.
     """
 
     stamp: float
@@ -51,146 +60,132 @@ class ArcLengthState:
     ready: bool
     growth: ErrorGrowth
 
-    def __deepcopy__(self, memo):
-        return self
 
+class ArcLengthEstimator:
+    """An `Estimator` that fits a circular arc to the newest points and extrapolates it.
 
-class ArcLength:
-    """The estimator; functional, all memory is in the `ArcLengthState` that `update` returns.
+    The error at the horizon of a grasp comes mainly from phi, the error now from the starting point; they therefore
+    have moving averages of different orders, where the paper uses 30 for all. In literal mode ``order`` applies to phi
+    as well.
 
     Args:
-        mode: "baseline" or "literal".
-        period: sampling interval T [s].  Points are resampled to this grid, so missing ones are bridged linearly.
-        attenuation: A of the Kaiser windows [dB].
-        order: order M of the moving averages of s and s^2 (and of phi in literal mode); the paper's 30.
-        anchor_order, heading_order, bending_order: orders for the starting point, its chord's direction, and phi.
-            The error at the horizon of a grasp comes from phi, that now from the point; the paper has 30 for all.
-        baseline: m [frames]; 0 chooses ceil(baseline_factor sqrt(2) sigma / (v T)) within baseline_range.
-        baseline_factor: chord length over the noise of a chord that is aimed at.
-        baseline_range: smallest and largest m.
-        start_sigma: noise of a point [m, per axis] supposed at first.
-        systematic_std: error of a point [m] that the filter cannot see, for `predict_std`.
-        min_speed: below it [m/s] the object rests: its position and last heading are held.
-        restart_after: a gap between points [s] after which the window starts afresh.
-        ready_after: time span of points [s] needed for a prediction.
+        settings: see `ArcLength`. A baseline of 0 chooses m = ceil(baseline_factor sqrt(2) sigma / (v T)) within
+            ``baseline_range``.
+        period: sampling interval T [s]. Points are interpolated linearly on this grid, which bridges missing ones.
+        baseline_range: smallest and largest m that may be chosen [frames].
+
+    Raises:
+        DrakeTrackerError: a parameter is out of range.
     """
 
     def __init__(
         self,
-        mode="baseline",
+        settings: ArcLength = ArcLength(),
         *,
-        period=1.0 / 60.0,
-        attenuation=30.0,
-        order=30,
-        anchor_order=10,
-        heading_order=20,
-        bending_order=40,
-        baseline=0,
-        baseline_factor=8.0,
-        baseline_range=(3, 20),
-        start_sigma=0.002,
-        systematic_std=0.005,
-        min_speed=0.02,
-        restart_after=0.3,
-        ready_after=0.6,
-    ):
-        if mode not in MODES:
-            raise DrakeTrackerError(f"arc_length: mode is {mode!r}; allowed are {', '.join(MODES)}")
+        period: float = VISION_PERIOD,
+        baseline_range: tuple[int, int] = (3, 20),
+    ) -> None:
         of = "arc_length"
-        whole(of, 2, 600, order=order, anchor_order=anchor_order, heading_order=heading_order)
-        whole(of, 2, 600, bending_order=bending_order)
-        whole(of, 0, 600, baseline=baseline)
+        check_settings(settings, ArcLength, upper_limits={"baseline": MAX_BASELINE})
         if not isinstance(baseline_range, (tuple, list)) or len(baseline_range) != 2:
             raise DrakeTrackerError(f"{of}: baseline_range is {baseline_range!r}; it must be two numbers of frames")
         low, high = baseline_range
-        whole(of, 1, 600, baseline_range=high)
-        whole(of, 1, high, baseline_range=low)
-        positive(of, period=period, baseline_factor=baseline_factor, start_sigma=start_sigma)
-        positive(of, ready_after=ready_after, restart_after=restart_after)
-        not_negative(of, attenuation=attenuation, systematic_std=systematic_std, min_speed=min_speed)
-        if not (ready_after > 4 * period and restart_after > period):
+        check_integer(of, 1, MAX_BASELINE, baseline_range=high)
+        check_integer(of, 1, high, baseline_range=low)
+        check_positive(of, period=period)
+        if not (settings.ready_after > 4 * period and settings.restart_after > period):
             raise DrakeTrackerError(
-                f"{of}: period {period:g} s, ready_after {ready_after:g} s, restart_after {restart_after:g} s;"
-                " ready_after must be above 4 periods and restart_after above one"
+                f"{of}: period {period:g} s, ready_after {settings.ready_after:g} s, restart_after "
+                f"{settings.restart_after:g} s; ready_after must be above 4 periods and restart_after above one"
             )
-        self.literal = mode == "literal"
+        self.settings = settings
         self.period = period
-        self.order, self.anchor_order, self.heading_order = order, anchor_order, heading_order
-        self.bending_order = bending_order
-        if self.literal:
-            self.bending_order, baseline = order, 1
-        self.baseline, self.baseline_factor = baseline, baseline_factor
-        self.baseline_low, self.baseline_high = low, high
-        self.start_sigma = start_sigma
-        self.systematic_std = systematic_std
-        self.min_speed = min_speed
-        self.restart_after = restart_after
-        self.ready_after = ready_after
-        longest = self._longest = max(order, anchor_order, heading_order, bending_order)
-        self._frames = longest + 2 * max(baseline, high) + 1
+        self._literal = settings.mode == "literal"
+        self._bending_order = settings.order if self._literal else settings.bending_order
+        self._baseline = 1 if self._literal else settings.baseline
+        self._baseline_low, self._baseline_high = low, high
+        self._longest = max(settings.order, settings.anchor_order, settings.heading_order, self._bending_order)
+        self._frames = self._longest + 2 * max(self._baseline, high) + 1
         self._ages = read_only(period * np.arange(self._frames))
-        self._weights = tuple(read_only(moving_average_weights(n, attenuation)) for n in range(longest + 1))
+        weights = (moving_average_weights(order, settings.attenuation) for order in range(self._longest + 1))
+        self._weights = tuple(map(read_only, weights))
         self._smoothing = 1.0 - math.exp(-3.0 * period)
 
-    def initial_state(self):
+    def initial_state(self) -> ArcLengthState:
+        """Returns the state before the first point."""
         return self._fresh_state(heading=0.0, growth=ErrorGrowth())
 
-    def _fresh_state(self, heading, growth):
+    def _fresh_state(self, heading: float, growth: ErrorGrowth) -> ArcLengthState:
+        """Returns a state without points, with the last heading [rad] and the errors of recent predictions."""
         return ArcLengthState(
             stamp=-math.inf,
             times=read_only(np.zeros(0)),
             points=read_only(np.zeros((0, 3))),
             arc=Arc(chord_heading=heading, heading=heading),
             speed=0.0,
-            sigma=self.start_sigma,
+            sigma=self.settings.start_sigma,
             has_root=False,
             ready=False,
             growth=growth,
         )
 
-    def ready(self, state):
+    def ready(self, state: ArcLengthState) -> bool:
         """Returns whether there is enough data for a prediction."""
         return state.ready
 
-    def update(self, state, stamp, p_WQ):
-        """Returns the state after a point p_WQ, shape (3,) [m, W], captured at ``stamp`` [s].
+    def update(self, state: ArcLengthState, stamp: float, p_WQ: np.ndarray | None) -> ArcLengthState:
+        """Returns the state after a point.
 
-        A point that is None, not finite, or not newer than the newest one returns the state as it is.
+        A point that is None, not finite, or not newer than the state leaves the state as it is.
+
+        Args:
+            state: the state before.
+            stamp: capture time of the point [s].
+            p_WQ: the point, shape (3,), in W [m].
         """
         if p_WQ is None or not np.isfinite(stamp) or not np.all(np.isfinite(p_WQ)) or stamp <= state.stamp:
             return state
         p_WQ = np.asarray(p_WQ, dtype=float)
-        if stamp - state.stamp > self.restart_after:
+        restart_after = self.settings.restart_after
+        if stamp - state.stamp > restart_after:
             state = self._fresh_state(state.arc.heading, state.growth.forget())
-        first = state.times.searchsorted(stamp - self._ages[-1] - self.restart_after)
+        first = state.times.searchsorted(stamp - self._ages[-1] - restart_after)
         times = np.concatenate([state.times[first:], [stamp]])
         points = np.concatenate([state.points[first:], p_WQ[None, :]])
         frames = min(int((stamp - times[0]) / self.period + 1e-6) + 1, self._frames)
         arc, speed, sigma, has_root, growth = state.arc, state.speed, state.sigma, False, state.growth
-        ready = bool(stamp - times[0] >= self.ready_after - 1e-9)
-        if frames < FEWEST_FRAMES:
-            arc = Arc(tuple(p_WQ.tolist()), stamp, arc.heading, heading=arc.heading)
+        ready = bool(stamp - times[0] >= self.settings.ready_after - 1e-9)
+        if frames < MIN_FRAMES:
+            x, y, z = p_WQ.tolist()
+            arc = Arc((x, y, z), stamp, arc.heading, heading=arc.heading)
         else:
             arc, speed, sigma, has_root = self._fit(state, stamp, times, points, frames)
         if ready:
-            now, later = run_arc(arc, np.array([stamp, stamp + HORIZON]), self.period)
+            now, later = extrapolate_arc(arc, np.array([stamp, stamp + HORIZON]), self.period)
             growth = growth.update(stamp, now, later)
         return ArcLengthState(
             float(stamp), read_only(times), read_only(points), arc, speed, sigma, has_root, ready, growth
         )
 
-    def _choose_baseline(self, state, frames):
-        if self.baseline:
-            m = self.baseline
+    def _choose_baseline(self, state: ArcLengthState, frames: int) -> int:
+        """Returns the baseline m [frames] for a window of ``frames`` frames."""
+        if self._baseline:
+            m = self._baseline
         else:
             step = max(state.speed * self.period, 1e-9)
-            m = math.ceil(min(self.baseline_factor * math.sqrt(2.0) * state.sigma / step, self.baseline_high))
-            m = max(m, self.baseline_low)
+            factor = self.settings.baseline_factor
+            m = math.ceil(min(factor * math.sqrt(2.0) * state.sigma / step, self._baseline_high))
+            m = max(m, self._baseline_low)
         # While the window fills, at least half of it is left for averaging.
         return min(m, (frames - 1 - min(self._longest, frames // 2)) // 2)
 
-    def _fit(self, state, stamp, times, points, frames):
-        """Returns (arc, speed, sigma, has_root) of the newest ``frames`` frames; in arrays index 0 is the newest."""
+    def _fit(
+        self, state: ArcLengthState, stamp: float, times: np.ndarray, points: np.ndarray, frames: int
+    ) -> tuple[Arc, float, float, bool]:
+        """Returns (arc, speed [m/s], sigma [m], has_root) of the newest ``frames`` frames.
+
+        In the arrays here index 0 is the newest frame.
+        """
         m = self._choose_baseline(state, frames)
         frames = min(frames, self._longest + 2 * m + 1)
         grid = stamp - self._ages[frames - 1 :: -1]
@@ -198,35 +193,32 @@ class ArcLength:
         z = np.interp(grid, times, points[:, 2])[::-1]
         chords = xy[:-m] - xy[m:]
 
-        order = min(self.order, len(chords) - 1)
+        order = min(self.settings.order, len(chords) - 1)
         weights = self._weights[order]
         s = np.abs(chords[: order + 1])
-        estimate = recover_arc_length(weights @ s, weights @ (s * s))
+        estimate = recover_arc_length(float(weights @ s), float(weights @ (s * s)))
         s_0 = estimate.s_0 if estimate.has_root else state.arc.s_0 * m / state.arc.baseline
-        # Of an object at rest s is noise alone, its ratio has a root or none by chance; the mean chord is short.
-        at_rest = abs(weights @ chords[: order + 1]) < self.min_speed * m * self.period
+        # Of an object at rest s is pure noise, and whether its ratio has a root is chance; but the mean chord is short.
+        at_rest = abs(weights @ chords[: order + 1]) < self.settings.min_speed * m * self.period
 
-        order = min(self.bending_order, len(chords) - m - 1)
+        order = min(self._bending_order, len(chords) - m - 1)
         weights = self._weights[order]
         turns = chords[: order + 1] * chords[m : m + order + 1].conj()
         phi_0 = float(weights @ np.arctan2(turns.imag, turns.real))
-        # The climb is a slope, so it is averaged as long as the bending.
+        # The climb is a slope, so it is averaged over as many frames as the bending.
         dz = float(weights @ (z[: order + 1] - z[m : m + order + 1]))
 
-        # Speed along the arc, not along its chord.
+        # Equation 4, with the speed along the arc instead of its chord.
         speed = s_0 / (m * self.period) * (1.0 if abs(phi_0) < 1e-9 else 0.5 * phi_0 / math.sin(0.5 * phi_0))
         if at_rest:
             s_0 = phi_0 = dz = speed = 0.0
-        if self.literal:
-            age = min(self.order, frames - 2) // 2
-            xy_anchor, chord = xy[age], chords[age]
+        if self._literal:
+            age: float = min(self.settings.order, frames - 2) // 2
+            xy_anchor, chord = xy[int(age)], chords[int(age)]
         else:
             xy_anchor, chord, age = self._averaged_anchor(xy, chords, m, s_0, phi_0)
-        if s_0 > 0.0:
-            chord_heading = math.atan2(chord.imag, chord.real)
-        else:
-            chord_heading = state.arc.heading
-        order = min(self.anchor_order, len(z) - 1)
+        chord_heading = math.atan2(chord.imag, chord.real) if s_0 > 0.0 else state.arc.heading
+        order = min(self.settings.anchor_order, len(z) - 1)
         z_anchor = float(self._weights[order] @ z[: order + 1]) + dz * (0.5 * order - age) / m
         arc = Arc(
             anchor=(float(xy_anchor.real), float(xy_anchor.imag), z_anchor),
@@ -238,7 +230,7 @@ class ArcLength:
             baseline=m,
             heading=chord_heading + phi_0 * (0.5 + age / m),
         )
-        # Smoothed: the next baseline is chosen by them.
+        # Speed and noise are smoothed because they choose the next baseline.
         gain = self._smoothing if state.speed > 0.0 else 1.0
         speed = state.speed + gain * (speed - state.speed)
         if not estimate.has_root:
@@ -246,15 +238,17 @@ class ArcLength:
         sigma_squared = state.sigma**2 + self._smoothing * (0.5 * estimate.sigma**2 - state.sigma**2)
         return arc, speed, math.sqrt(sigma_squared), True
 
-    def _averaged_anchor(self, xy, chords, m, s_0, phi_0):
-        """Returns an averaged point, its averaged chord (both complex, [m]) and their age in frames.
+    def _averaged_anchor(
+        self, xy: np.ndarray, chords: np.ndarray, m: int, s_0: float, phi_0: float
+    ) -> tuple[complex, complex, float]:
+        """Returns an averaged point, its averaged chord (both complex, [m]) and their age [frames].
 
-        The mean of points of an arc lies inside it; the point is put back on the arc.
+        The mean of points on an arc lies inside the arc; the point is moved back onto it.
         """
-        order = min(self.anchor_order, len(chords) - 1)
+        order = min(self.settings.anchor_order, len(chords) - 1)
         weights = self._weights[order]
         age = 0.5 * order
-        heading_order = min(self.heading_order, len(chords) - 1)
+        heading_order = min(self.settings.heading_order, len(chords) - 1)
         turn = phi_0 / m
         chord = self._weights[heading_order] @ chords[: heading_order + 1]
         chord = chord * np.exp(1j * turn * (0.5 * heading_order - age))
@@ -266,14 +260,24 @@ class ArcLength:
             point = point - 1j * radius * shrink * chord / abs(chord) * np.exp(0.5j * phi_0)
         return point, chord, age
 
-    def predict(self, state, times):
-        """Returns rows x, y, z [m, W], yaw [rad] at absolute ``times`` [s], shape (n, 4).
+    def predict(self, state: ArcLengthState, times: ArrayLike) -> np.ndarray:
+        """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad].
 
-        yaw is the tangent's direction, continuous along the rows.  While not `ready` the newest point is held.
+        yaw is the direction of the tangent, continuous along the rows. While the estimator is not `ready` the newest
+        point is held.
+
+        Args:
+            state: the state to predict from.
+            times: absolute times, shape (n,) [s].
         """
-        return run_arc(state.arc, np.asarray(times, dtype=float), self.period)
+        return extrapolate_arc(state.arc, np.asarray(times, dtype=float), self.period)
 
-    def predict_std(self, state, times):
-        """Returns the expected horizontal error [m] at absolute ``times`` [s], shape (n,)."""
+    def predict_std(self, state: ArcLengthState, times: ArrayLike) -> np.ndarray:
+        """Returns the expected horizontal error, shape (n,) [m].
+
+        Args:
+            state: the state to predict from.
+            times: absolute times, shape (n,) [s].
+        """
         horizon = np.asarray(times, dtype=float) - (state.stamp if math.isfinite(state.stamp) else 0.0)
-        return state.growth.std(horizon, math.hypot(self.systematic_std, state.sigma))
+        return state.growth.std(horizon, math.hypot(self.settings.systematic_std, state.sigma))

@@ -3,16 +3,29 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.estimation.alpha_beta_gamma import AlphaBetaGammaFilter, AlphaBetaGammaState
+from drake_tracker.estimation.config import AlphaBetaGamma
 from drake_tracker.estimation.error_growth import HORIZON, ErrorGrowth
-from drake_tracker.estimation.parameters import not_negative, positive
+from drake_tracker.estimation.parameters import check_positive, check_settings
 
 
 @dataclass(frozen=True)
-class CartesianState:
-    """State of `AlphaBetaGamma`: newest stamp [s], the filters of (x, y) and z, held heading [rad], recent errors."""
+class CartesianState(FrozenState):
+    """State of an `AlphaBetaGammaEstimator`.
+
+    Attributes:
+        stamp: capture time of the newest point [s].
+        horizontal: state of the filter of x and y.
+        vertical: state of the filter of z.
+        started: capture time of the first point since the last restart [s].
+        heading: direction of travel, held at low speed [rad].
+        ready: whether there is enough data for a prediction.
+        growth: errors of recent predictions.
+    """
 
     stamp: float
     horizontal: AlphaBetaGammaState
@@ -22,95 +35,92 @@ class CartesianState:
     ready: bool = False
     growth: ErrorGrowth = ErrorGrowth()
 
-    def __deepcopy__(self, memo):
-        return self
 
+class AlphaBetaGammaEstimator:
+    """An `Estimator` that extrapolates x, y and z at constant acceleration.
 
-class AlphaBetaGamma:
-    """The Cartesian estimator: alpha-beta-gamma filters of x, y and z, run on at constant acceleration.
-
-    The path's direction is that of the velocity.  Functional; all memory is in the `CartesianState`.
+    The direction of the path is that of the velocity.
 
     Args:
-        tracking_index: of x and y, for points at 60 Hz.
-        vertical_tracking_index: of z, which changes little, likewise.
-        period: sampling interval T [s].  The index goes with its power 5/2: with the square by Kalata's definition, and
-            with the root since an acceleration wanders so.
-        systematic_std: error of a point [m] that the filter cannot see, for `predict_std`.
-        min_speed: below it [m/s] the last heading is held.
-        restart_after: a gap between points [s] after which the filter starts afresh.
-        ready_after: time span of points [s] needed for a prediction.
+        settings: see `AlphaBetaGamma`. The tracking indices apply to points at 60 Hz.
+        period: sampling interval T [s]. The tracking index scales with T^(5/2): with T^2 by Kalata's definition, and
+            with the square root of T since the acceleration is a random walk.
+
+    Raises:
+        DrakeTrackerError: a parameter is out of range.
     """
 
-    def __init__(
-        self,
-        *,
-        tracking_index=0.001,
-        vertical_tracking_index=1e-5,
-        period=VISION_PERIOD,
-        systematic_std=0.006,
-        min_speed=0.02,
-        restart_after=0.3,
-        ready_after=0.6,
-    ):
-        of = "alpha_beta_gamma"
-        positive(of, tracking_index=tracking_index, vertical_tracking_index=vertical_tracking_index, period=period)
-        positive(of, restart_after=restart_after)
-        not_negative(of, systematic_std=systematic_std, min_speed=min_speed, ready_after=ready_after)
+    def __init__(self, settings: AlphaBetaGamma = AlphaBetaGamma(), *, period: float = VISION_PERIOD) -> None:
+        check_settings(settings, AlphaBetaGamma, zero_allowed=("ready_after",))
+        check_positive("alpha_beta_gamma", period=period)
+        self.settings = settings
         scale = (period / VISION_PERIOD) ** 2.5
-        steps = {"restart_after": restart_after, "shortest": 0.5 * period}
-        self._horizontal = AlphaBetaGammaFilter(2, scale * tracking_index, **steps)
-        self._vertical = AlphaBetaGammaFilter(1, scale * vertical_tracking_index, **steps)
-        self.systematic_std = systematic_std
-        self.min_speed = min_speed
-        self.restart_after = restart_after
-        self.ready_after = ready_after
+        steps = {"restart_after": settings.restart_after, "min_dt": 0.5 * period}
+        self._horizontal = AlphaBetaGammaFilter(2, scale * settings.tracking_index, **steps)
+        self._vertical = AlphaBetaGammaFilter(1, scale * settings.vertical_tracking_index, **steps)
 
-    def initial_state(self):
+    def initial_state(self) -> CartesianState:
+        """Returns the state before the first point."""
         return CartesianState(-np.inf, self._horizontal.initial_state(), self._vertical.initial_state())
 
-    def ready(self, state):
+    def ready(self, state: CartesianState) -> bool:
         """Returns whether there is enough data for a prediction."""
         return state.ready
 
-    def update(self, state, stamp, p_WQ):
-        """Returns the state after a point p_WQ, shape (3,) [m, W], captured at ``stamp`` [s].
+    def update(self, state: CartesianState, stamp: float, p_WQ: np.ndarray | None) -> CartesianState:
+        """Returns the state after a point.
 
-        A point that is None, not finite, or not newer than the newest one returns the state as it is.
+        A point that is None, not finite, or not newer than the state leaves the state as it is.
+
+        Args:
+            state: the state before.
+            stamp: capture time of the point [s].
+            p_WQ: the point, shape (3,), in W [m].
         """
         if p_WQ is None or not np.isfinite(stamp) or not np.all(np.isfinite(p_WQ)) or stamp <= state.stamp:
             return state
         p_WQ = np.asarray(p_WQ, dtype=float)
-        restart = stamp - state.stamp > self.restart_after
+        settings = self.settings
+        restart = stamp - state.stamp > settings.restart_after
         started = stamp if restart else state.started
         growth = state.growth.forget() if restart else state.growth
         horizontal = self._horizontal.update(state.horizontal, stamp, p_WQ[:2])
         vertical = self._vertical.update(state.vertical, stamp, p_WQ[2:])
         vx, vy = horizontal.v
-        heading = np.arctan2(vy, vx) if np.hypot(vx, vy) >= self.min_speed else state.heading
-        ready = stamp - started >= self.ready_after - 1e-9
+        heading = np.arctan2(vy, vx) if np.hypot(vx, vy) >= settings.min_speed else state.heading
+        ready = stamp - started >= settings.ready_after - 1e-9
         if ready:
             later, _, _ = self._horizontal.predict(horizontal, stamp + HORIZON)
             growth = growth.update(stamp, horizontal.x, later)
         return CartesianState(float(stamp), horizontal, vertical, float(started), float(heading), bool(ready), growth)
 
-    def predict(self, state, times):
-        """Returns rows x, y, z [m, W], yaw [rad] at absolute ``times`` [s], shape (n, 4).
+    def predict(self, state: CartesianState, times: ArrayLike) -> np.ndarray:
+        """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad].
 
-        yaw is the velocity's direction, continuous along the rows, held where the speed is below ``min_speed``.
+        yaw is the direction of the velocity, continuous along the rows, and held where the speed is below
+        ``min_speed``.
+
+        Args:
+            state: the state to predict from.
+            times: absolute times, shape (n,) [s].
         """
         times = np.asarray(times, dtype=float)
         if not np.isfinite(state.stamp):
             return np.zeros((len(times), 4))
         xy, v, _ = self._horizontal.predict(state.horizontal, times[:, None])
         z, _, _ = self._vertical.predict(state.vertical, times[:, None])
-        fast = np.hypot(v[:, 0], v[:, 1]) >= self.min_speed
+        fast = np.hypot(v[:, 0], v[:, 1]) >= self.settings.min_speed
         yaw = np.where(fast, np.arctan2(v[:, 1], v[:, 0]), state.heading)
-        # A row that is slow takes the yaw of the last fast one before it.
-        index = np.maximum.accumulate(np.where(fast, np.arange(len(times)), 0)) if len(times) else []
-        return np.column_stack([xy, z, np.unwrap(yaw[index])])
+        if len(times):  # a slow row takes the yaw of the last fast row before it
+            yaw = yaw[np.maximum.accumulate(np.where(fast, np.arange(len(times)), 0))]
+        return np.column_stack([xy, z, np.unwrap(yaw)])
 
-    def predict_std(self, state, times):
-        """Returns the expected horizontal error [m] at absolute ``times`` [s], shape (n,)."""
+    def predict_std(self, state: CartesianState, times: ArrayLike) -> np.ndarray:
+        """Returns the expected horizontal error, shape (n,) [m].
+
+        Args:
+            state: the state to predict from.
+            times: absolute times, shape (n,) [s].
+        """
         horizon = np.asarray(times, dtype=float) - (state.stamp if np.isfinite(state.stamp) else 0.0)
-        return state.growth.std(horizon, self.systematic_std)
+        return state.growth.std(horizon, self.settings.systematic_std)

@@ -1,49 +1,59 @@
-"""The closed-path estimator: it watches, notices that the path comes round, learns it, and predicts along it.
+"""The closed-path estimator: it detects that the path repeats, learns it, and predicts along it.
 
-Until the path has closed it is the coordinated-turn filter and says the same. From then on it asks only where on the
-learned path the object is and how fast it goes along it, so that a bend ahead no longer comes as a surprise. The
-coordinated-turn filter keeps running beside it: it is asked again when the points leave the learned path.
+Until the path has closed, the estimator is the coordinated-turn filter and predicts the same. From then on it only
+estimates the object's position and speed along the learned path, so that a bend ahead is no longer a surprise. The
+coordinated-turn filter keeps running and takes over again when the points leave the learned path.
 """
 
 import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.estimation import closure
 from drake_tracker.estimation.closure import History
-from drake_tracker.estimation.coordinated_turn import CoordinatedTurn, CoordinatedTurnState
-from drake_tracker.estimation.parameters import build, not_negative
+from drake_tracker.estimation.config import ClosedPath, CoordinatedTurn, PhaseFilterConfig
+from drake_tracker.estimation.coordinated_turn import CoordinatedTurnEstimator, CoordinatedTurnState
+from drake_tracker.estimation.parameters import check_settings
 from drake_tracker.estimation.path_follower import Following, PathFollower
-from drake_tracker.estimation.periodic_path import is_even, learn_even_path, learn_path
+from drake_tracker.estimation.periodic_path import PeriodicPath, is_even, learn_even_path, learn_path
 from drake_tracker.estimation.phase_filter import PhaseFilter
 
-LOOK_EVERY = 3
-"""Points between two looks for a closure."""
-RECENTLY = 0.5
-"""A jump so long [s] before the path is left is the reason for it."""
-LONGER = 0.05
-"""A lap is longer than a refuted one by this [m] at least."""
-SURE = 0.9
-"""Probability of a constant speed with which two laps are taken as driven evenly."""
-FEWEST = 120
-"""Points that are enough to learn two laps from."""
+SEARCH_EVERY = 3
+"""Points between two searches for a closure."""
+JUMP_MEMORY = 0.5
+"""A jump this shortly before the points leave the path is the reason why they leave it [s]."""
+LAP_MARGIN = 0.05
+"""A lap is longer than a refuted one by at least this much [m]."""
+CRUISING = 0.9
+"""Probability of a constant speed above which two laps count as driven at constant speed."""
+MIN_POINTS = 120
+"""Points needed to learn the path from two laps."""
 DIRECT = 0.6
-"""An object that comes into sight again this share of its way off, as the crow flies, has not come round meanwhile."""
+"""An object that reappears at a straight-line distance of at least this fraction of the distance it travelled unseen
+cannot have completed a lap meanwhile."""
 
 
 @dataclass(frozen=True)
-class ClosedPathState:
-    """What the estimator remembers.
+class ClosedPathState(FrozenState):
+    """State of a `ClosedPathEstimator`.
 
-    turn: the coordinated-turn filter's state. driven: way since the start [m]. history: what was driven. following:
-    the learned path and where on it the object is, None while none is known. count: points so far. closed_at: way
-    driven [m] at the closure. relearned: whether two laps were taken into account. shortest: laps not longer than this
-    [m] have been refuted. jumped: when the coordinated turn last met a wild point [s].
+    Attributes:
+        turn: state of the coordinated-turn filter.
+        distance: distance travelled since the start [m].
+        history: the path travelled.
+        following: the learned path and the object's position on it; None while no path is known.
+        count: number of points so far.
+        closed_at: distance travelled at the closure [m].
+        relearned: whether the path has been learned again from two laps.
+        shortest: laps up to this length have been refuted [m].
+        jumped: time at which the coordinated-turn filter last met an outlier [s].
     """
 
     turn: CoordinatedTurnState
-    driven: float = 0.0
+    distance: float = 0.0
     history: History = closure.EMPTY
     following: Following | None = None
     count: int = 0
@@ -52,103 +62,112 @@ class ClosedPathState:
     shortest: float = closure.SHORTEST_LAP
     jumped: float = -math.inf
 
-    def __deepcopy__(self, memo):
-        return self
-
     @property
-    def stamp(self):
+    def stamp(self) -> float:
+        """Capture time of the newest point [s]."""
         return self.turn.stamp
 
     @property
-    def path(self):
-        """The learned `PeriodicPath`, or None."""
+    def path(self) -> PeriodicPath | None:
+        """The learned path, or None."""
         return None if self.following is None else self.following.path
 
 
-class ClosedPath:
-    """The estimator; functional, all memory is in the `ClosedPathState` that `update` returns.
+class ClosedPathEstimator:
+    """An `Estimator` that learns a closed path.
 
     Args:
-        systematic_std: error of a point [m] that the filter cannot see, for `predict_std`.
-        turn: parameters of the `CoordinatedTurn` filter within, a dict.
-        phase: parameters of the `PhaseFilter`, a dict.
+        settings: see `ClosedPath`.
+        turn: settings of the coordinated-turn filter; None: its defaults, with the ``systematic_std`` of ``settings``.
+        phase: settings of the filter of the position along the path.
+
+    Raises:
+        DrakeTrackerError: a parameter is out of range.
     """
 
-    def __init__(self, *, systematic_std=0.0, turn=None, phase=None):
-        not_negative("closed_path", systematic_std=systematic_std)
-        self.systematic_std = systematic_std
-        turn = {} if turn is None else turn
-        if isinstance(turn, dict):
-            turn = {"systematic_std": systematic_std, **turn}
-        self._turn = build(CoordinatedTurn, "closed_path's turn", turn)
-        self._follower = PathFollower(build(PhaseFilter, "closed_path's phase", {} if phase is None else phase))
+    def __init__(
+        self,
+        settings: ClosedPath = ClosedPath(),
+        *,
+        turn: CoordinatedTurn | None = None,
+        phase: PhaseFilterConfig = PhaseFilterConfig(),
+    ) -> None:
+        check_settings(settings, ClosedPath)
+        self.settings = settings
+        if turn is None:
+            turn = CoordinatedTurn(systematic_std=settings.systematic_std)
+        self._turn = CoordinatedTurnEstimator(turn)
+        self._follower = PathFollower(PhaseFilter(phase))
 
-    def initial_state(self):
+    def initial_state(self) -> ClosedPathState:
+        """Returns the state before the first point."""
         return ClosedPathState(self._turn.initial_state())
 
-    def ready(self, state):
+    def ready(self, state: ClosedPathState) -> bool:
         """Returns whether there is enough data for a prediction."""
         return state.following is not None or self._turn.ready(state.turn)
 
-    def update(self, state, stamp, p_WQ):
-        """Returns the state after a point p_WQ, shape (3,) [m, W], captured at ``stamp`` [s].
+    def update(self, state: ClosedPathState, stamp: float, p_WQ: np.ndarray | None) -> ClosedPathState:
+        """Returns the state after a point.
 
-        A point that is None, not finite, or not newer than the newest one returns the state as it is.
+        A point that is None, not finite, or not newer than the state leaves the state as it is.
+
+        Args:
+            state: the state before.
+            stamp: capture time of the point [s].
+            p_WQ: the point, shape (3,), in W [m].
         """
         turn = self._turn.update(state.turn, stamp, p_WQ)
         if turn is state.turn:
             return state
         point, stamp = np.array(p_WQ, dtype=float), turn.stamp
         dt = stamp - state.stamp if math.isfinite(state.stamp) else 0.0
-        driven = state.driven + _way(state.turn, turn, dt)
+        distance = state.distance + _distance_between(state.turn, turn, dt)
         history, shortest, jumped, following = state.history, state.shortest, state.jumped, state.following
-        if following is None and _lost(state.turn, turn, dt):
+        if following is None and _link_lost(state.turn, turn, dt):
             history, shortest = closure.EMPTY, closure.SHORTEST_LAP
         x, y, heading, _, _ = turn.mean.tolist()
-        # Of a wild point nothing is learned. Once two laps have been taken into account, what was driven is not asked
-        # for again.
-        learns = turn.start is None and not turn.wild
+        # Outliers are not learned. After the path has been learned from two laps the history is no longer needed.
+        learns = turn.start is None and not turn.outliers
         if learns and (following is None or not state.relearned):
-            history = closure.remember(history, (stamp, driven, *point, x, y, heading))
-        if turn.wild or (turn.start is not None and state.turn.wild):
+            history = closure.remember(history, (stamp, distance, *point, x, y, heading))
+        if turn.outliers or (turn.start is not None and state.turn.outliers):
             jumped = stamp
         if following is not None:
             following = self._follower.step(following, point, dt, turn.sigma)
-        left = following is None and state.following is not None
-        length = state.path.length if left else math.nan
+        left = state.path if following is None else None
         state = ClosedPathState(
-            turn, driven, history, following, state.count + 1, state.closed_at, state.relearned, shortest, jumped
+            turn, distance, history, following, state.count + 1, state.closed_at, state.relearned, shortest, jumped
         )
-        if left:
-            return self._leave(state, length)
+        if left is not None:
+            return self._leave(state, left.length)
         if following is not None:
-            due = learns and not state.relearned and driven - state.closed_at >= following.path.length
-            return self._learn_again(state) if due else state
-        if learns and state.count % LOOK_EVERY == 0:
-            return self._look(state)
+            due = learns and not state.relearned and distance - state.closed_at >= following.path.length
+            return self._learn_again(state, following) if due else state
+        if learns and state.count % SEARCH_EVERY == 0:
+            return self._search(state)
         return state
 
-    def _look(self, state):
-        """Looks for a closure, and learns the path once it has one."""
+    def _search(self, state: ClosedPathState) -> ClosedPathState:
+        """Searches for a closure, and learns the path when there is one."""
         history = closure.look_back(state.history, state.turn.sigma, state.shortest)
         if history.overlap < closure.OVERLAP:
             return replace(state, history=history)
-        stamps, ways, points = history.since(state.driven - history.lap - history.overlap)
+        stamps, distances, points = history.since(state.distance - history.lap - history.overlap)
         variance = state.turn.sigma**2
-        path, s = learn_path(stamps, ways, points, history.lap, variance)
-        if path.length < closure.SHORTEST_LAP:  # the way was one of noise, to and fro
+        path, s = learn_path(stamps, distances, points, history.lap, variance)
+        if path.length < closure.SHORTEST_LAP:  # the distance was noise, back and forth
             return replace(state, history=History(history.rows))
         following = self._follower.start(path, stamps, s, points, variance)
         return replace(
-            state, following=following, closed_at=state.driven, history=History(history.rows), relearned=False
+            state, following=following, closed_at=state.distance, history=History(history.rows), relearned=False
         )
 
-    def _learn_again(self, state):
-        """Learns the path from two laps, of which one alone hardly tells how long it is, if they were driven evenly."""
+    def _learn_again(self, state: ClosedPathState, following: Following) -> ClosedPathState:
+        """Learns the path from two laps if they were driven at constant speed; one lap hardly shows its own length."""
         state = replace(state, relearned=True)
-        following = state.following
-        stamps, _, points = state.history.since(state.driven - 2.0 * following.path.length)
-        if following.cruising < SURE or len(stamps) < FEWEST or stamps[-1] != state.stamp:
+        stamps, _, points = state.history.since(state.distance - 2.0 * following.path.length)
+        if following.cruising < CRUISING or len(stamps) < MIN_POINTS or stamps[-1] != state.stamp:
             return state
         length, variance = following.path.length, following.noise.variance
         lap_time = length / following.cruise_speed
@@ -157,47 +176,72 @@ class ClosedPath:
             return state
         return replace(state, following=self._follower.start(path, stamps, s, points, variance))
 
-    def _leave(self, state, length):
-        """The points have left a path of ``length`` [m]: back to the coordinated turn, and a new search."""
-        moved = state.stamp - state.jumped < RECENTLY
-        if not moved and state.driven - state.closed_at < length:
-            # It was no closure: the search goes on with what is remembered, for something longer.
-            return replace(state, shortest=length + LONGER)
-        # The object is elsewhere: what the filter makes of the jump would only mislead.
+    def _leave(self, state: ClosedPathState, length: float) -> ClosedPathState:
+        """Returns the state after the points have left a path of ``length`` [m]: the search for a closure begins anew.
+
+        If they left without a jump within a lap of the closure, it was no closure, and the search continues with the
+        same history for something longer. Otherwise the object is elsewhere.
+        """
+        moved = state.stamp - state.jumped < JUMP_MEMORY
+        if not moved and state.distance - state.closed_at < length:
+            return replace(state, shortest=length + LAP_MARGIN)
+        # What the coordinated-turn filter concludes from the jump would only mislead.
         return replace(state, turn=self._turn.forget(state.turn), history=closure.EMPTY, shortest=closure.SHORTEST_LAP)
 
-    def predict(self, state, times):
-        """Returns rows x, y, z [m, W], yaw [rad] at absolute ``times`` [s], shape (n, 4).
+    def predict(self, state: ClosedPathState, times: ArrayLike) -> np.ndarray:
+        """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad].
 
-        yaw is the direction of the path, also of an object that backs up on it.
+        yaw is the direction of the path, also for an object that backs up on it.
+
+        Args:
+            state: the state to predict from.
+            times: absolute times, shape (n,) [s].
         """
         if state.following is None:
             return self._turn.predict(state.turn, times)
         return self._follower.predict(state.following, np.asarray(times, dtype=float) - state.stamp)
 
-    def predict_std(self, state, times):
-        """Returns the expected horizontal error [m] at absolute ``times`` [s], shape (n,), 68 of 100 within it."""
+    def predict_std(self, state: ClosedPathState, times: ArrayLike) -> np.ndarray:
+        """Returns the expected horizontal error, shape (n,) [m]; 68 % of the errors lie within it.
+
+        Args:
+            state: the state to predict from.
+            times: absolute times, shape (n,) [s].
+        """
         if state.following is None:
             return self._turn.predict_std(state.turn, times)
         variance = self._follower.predict_variance(state.following, np.asarray(times, dtype=float) - state.stamp)
-        return np.sqrt(variance + self.systematic_std**2)
+        return np.sqrt(variance + self.settings.systematic_std**2)
 
 
-def _way(before, after, dt):
-    """Returns the way [m] from one state of the coordinated-turn filter to the next, negative when it backed up."""
+def _distance_between(before: CoordinatedTurnState, after: CoordinatedTurnState, dt: float) -> float:
+    """Returns the distance from one state of the coordinated-turn filter to the next [m], negative when it backed up.
+
+    Args:
+        before: the earlier state.
+        after: the later state.
+        dt: time between them [s].
+    """
     if before.start is not None:
         return 0.0
     x, y, heading, _, _ = after.mean.tolist()
     x_before, y_before, _, speed, _ = before.mean.tolist()
     dx, dy = x - x_before, y - y_before
-    if after.start is not None:  # nothing was seen for long: it will have gone on
+    if after.start is not None:  # the object was unseen for long; it will have kept moving
         return max(math.hypot(dx, dy), abs(speed) * dt)
     return dx * math.cos(heading) + dy * math.sin(heading)
 
 
-def _lost(before, after, dt):
-    """Whether the way from one state of the coordinated-turn filter to the next does not link what was driven before
-    with what comes: it was out of sight for so long that it may have come round meanwhile, or it turned about."""
+def _link_lost(before: CoordinatedTurnState, after: CoordinatedTurnState, dt: float) -> bool:
+    """Returns whether the path after ``before`` can no longer be linked to the path up to it.
+
+    That is so when the object was out of sight for so long that it may have completed a lap, or when it turned about.
+
+    Args:
+        before: the earlier state.
+        after: the later state.
+        dt: time between them [s].
+    """
     if before.start is not None:
         return False
     x, y, heading, _, _ = after.mean.tolist()

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem, OutputPort, State
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -20,25 +20,30 @@ from drake_tracker.core.messages import (
     pack_prediction,
 )
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.estimation.estimator import Estimator, EstimatorState
 
 
 @dataclass(frozen=True)
-class EstimatorMemory:
-    """The System's state: that of the estimator, the newest stamp offered to it [s], the packets made so far, and the
-    two output vectors (read-only)."""
+class EstimatorMemory(FrozenState):
+    """State of an `EstimatorSystem`.
 
-    estimate: Any
+    Attributes:
+        estimate: state of the estimator.
+        stamp: newest stamp offered to the estimator [s].
+        seq: number of packets made so far.
+        packet: the newest `Prediction` vector, read-only.
+        filtered: the newest `Filtered` vector, read-only.
+    """
+
+    estimate: EstimatorState
     stamp: float
     seq: int
     packet: np.ndarray
     filtered: np.ndarray
 
-    def __deepcopy__(self, memo):
-        return self
-
 
 class EstimatorSystem(LeafSystem):
-    """Runs an estimator once per vision cycle and sends what it predicts.
+    """Runs an estimator once per vision cycle and outputs its predictions.
 
     .. pydrake_system::
 
@@ -49,20 +54,33 @@ class EstimatorSystem(LeafSystem):
         - prediction
         - filtered
 
-    - ``point``: a `messages.TrackPoint`; a point that is invalid or not newer than the last one is no point.
-    - ``prediction``: a `messages.Prediction`; its first knot is at the stamp of the newest point.  ``seq`` counts the
-      packets, one per new point; while no new point comes the last packet stays, and its stamp tells its age.
-    - ``filtered``: a `Filtered`, for logs.
+    - ``point``: a `TrackPoint` [s, m], read at each update. The estimator sees no point when it is invalid, all zeros,
+      or not newer than the last one.
+    - ``prediction``: a `Prediction` [s, m, rad], updated at each new point from which the estimator is ready. Its first
+      knot is at the stamp of the newest point, and ``seq`` counts the packets. Without new points the last packet
+      stays, and its stamp shows its age. All zeros: no prediction yet.
+    - ``filtered``: a `Filtered` [s, m, rad, m/s], updated with ``prediction``, for logs. All zeros: no prediction yet.
 
-    The update is an unrestricted one every ``timing.VISION_PERIOD``, a quarter of a plant step after the images.  Both
-    outputs depend on the state alone.
+    The System is updated every ``period``, after ``offset``: by default every `VISION_PERIOD`, a quarter of a plant
+    step after the images. Both outputs depend on the state alone.
 
-    The update raises DrakeTrackerError when the estimator, which may be the user's own, predicts something that is not
-    finite, or of another shape than `drake_tracker.estimation` says.
+    Args:
+        estimator: the estimator.
+        period: period of the update [s].
+        offset: time of the first update [s].
+
+    Raises:
+        DrakeTrackerError: at an update, when the estimator, which may be a custom one, predicts something that is not
+            finite or not of the shape that `Estimator` describes.
     """
 
-    def __init__(self, estimator, *, period=VISION_PERIOD, offset=vision_slot(ESTIMATOR_SLOT)):
-        """``estimator``: one made by `drake_tracker.estimation.make_estimator`; period and offset in [s]."""
+    def __init__(
+        self,
+        estimator: Estimator[Any],
+        *,
+        period: float = VISION_PERIOD,
+        offset: float = vision_slot(ESTIMATOR_SLOT),
+    ) -> None:
         super().__init__()
         self._estimator = estimator
         memory = EstimatorMemory(
@@ -79,10 +97,10 @@ class EstimatorSystem(LeafSystem):
         self.DeclareVectorOutputPort("filtered", message_size(Filtered), self._calc_filtered, ticket)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
-    def _update(self, context, state):
+    def _update(self, context: Context, state: State) -> None:
         memory = state.get_abstract_state(0).get_value()
         point = TrackPoint(self._point.Eval(context))
-        # The System's own memory: an estimator need not take what it is offered, nor keep its stamp.
+        # Compared with the System's own stamp, because an estimator need not accept a point or keep its stamp.
         newer = point.valid and point.stamp > memory.stamp
         p_WQ = np.array([point.x, point.y, point.z]) if newer else None
         estimate = self._estimator.update(memory.estimate, point.stamp, p_WQ)
@@ -95,19 +113,21 @@ class EstimatorSystem(LeafSystem):
             memory = replace(memory, estimate=estimate, stamp=stamp)
         state.get_mutable_abstract_state(0).set_value(memory)
 
-    def _predict(self, estimate, stamp, seq):
-        """Returns the memory with a new packet built on ``estimate``."""
+    def _predict(self, estimate: EstimatorState, stamp: float, seq: int) -> EstimatorMemory:
+        """Returns the memory with packet number ``seq``, made from ``estimate`` after the point of ``stamp`` [s]."""
         times = estimate.stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
-        path, std = self._asked("predict", estimate, times, 4), self._asked("predict_std", estimate, times)
+        path, std = self._evaluate("predict", estimate, times, 4), self._evaluate("predict_std", estimate, times)
         knots = np.column_stack([path, std])
         packet = pack_prediction(estimate.stamp, seq, knots)
         speed = np.linalg.norm(knots[1, :3] - knots[0, :3]) / KNOT_SPACING
         filtered = np.concatenate([[estimate.stamp], knots[0, :4], [speed, 1.0]])
         return EstimatorMemory(estimate, stamp, seq, read_only(packet), read_only(filtered))
 
-    def _asked(self, method, estimate, times, *columns):
-        """Returns what the estimator, which may be the user's own, says of ``times``; raises DrakeTrackerError when
-        that is of another shape or not finite."""
+    def _evaluate(self, method: str, estimate: EstimatorState, times: np.ndarray, *columns: int) -> np.ndarray:
+        """Returns the estimator's prediction for ``times`` (n,) [s], of shape (n, *columns).
+
+        Raises DrakeTrackerError when the estimator returns another shape or a number that is not finite.
+        """
         rows = np.asarray(getattr(self._estimator, method)(estimate, times), dtype=float)
         shape = (len(times), *columns)
         if rows.shape == shape and np.isfinite(rows).all():
@@ -116,8 +136,33 @@ class EstimatorSystem(LeafSystem):
         name = f"{type(self._estimator).__name__}.{method}"
         raise DrakeTrackerError(f"{name} returned {wrong} after the point of {estimate.stamp:.3f} s")
 
-    def _calc_prediction(self, context, output):
+    def _calc_prediction(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_abstract_state(0).get_value().packet)
 
-    def _calc_filtered(self, context, output):
+    def _calc_filtered(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_abstract_state(0).get_value().filtered)
+
+
+def add_estimator(
+    builder: DiagramBuilder,
+    *,
+    estimator: Estimator[Any],
+    point: OutputPort | None = None,
+    period: float = VISION_PERIOD,
+    offset: float = vision_slot(ESTIMATOR_SLOT),
+    name: str = "estimator",
+) -> EstimatorSystem:
+    """Adds an `EstimatorSystem` to a diagram, connects it, and returns it.
+
+    Args:
+        builder: builder of the diagram.
+        estimator: the estimator, for example one of `make_estimator`.
+        point: output port with `TrackPoint` messages; None: the caller connects the input ``point``.
+        period: period of the update [s].
+        offset: time of the first update [s]; later in the cycle than the update of ``point``.
+        name: name of the System.
+    """
+    system = builder.AddNamedSystem(name, EstimatorSystem(estimator, period=period, offset=offset))
+    if point is not None:
+        builder.Connect(point, system.GetInputPort("point"))
+    return system

@@ -1,8 +1,8 @@
 """A closed path learned from points: position as a periodic function of arc length, by Bayesian linear regression.
 
 Each coordinate is a Fourier series over the lap. Where the curvature of a track jumps, as between a straight and a
-bend, the amplitudes fall with the third power of the harmonic; that is the prior, and it keeps the many harmonics that
-a sharp bend needs from following the noise where there is none.
+bend, the amplitudes fall with the third power of the harmonic. That is the prior: it prevents the many harmonics that
+a sharp bend needs from fitting the noise elsewhere.
 """
 
 import math
@@ -10,63 +10,71 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize_scalar
 
-from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.frozen_state import FrozenState, read_only
 
 SHORTEST_WAVE = 0.05
 """Finest detail of a path [m]."""
-MOST_HARMONICS = 40
+MAX_HARMONICS = 40
+"""Largest number of harmonics."""
 AMPLITUDE = 0.25
-"""Prior standard deviation of harmonic k: this share of the lap's length, over k cubed."""
+"""Prior standard deviation of harmonic k: this fraction of the lap's length, divided by k cubed."""
 OFFSET = 1.0
-"""Prior standard deviation of the path's mean place [m]."""
+"""Prior standard deviation of the mean position of the path [m]."""
 EVEN, EVEN_OVER = 0.07, 0.1
-"""Labels are even when their stretch varies by less than this share, averaged over so much of the way [m]."""
+"""Labels are even when the standard deviation of their stretch is at most ``EVEN``, as a fraction, with the stretch
+averaged over the distance ``EVEN_OVER`` [m]."""
 REFINEMENTS = 2
-"""Times a path is learned again by its own arc length."""
+"""Number of times a path is learned again with its own arc length as labels."""
 ARC_NODES = 400
-"""Places at which the arc length of a path is reckoned."""
+"""Places at which the arc length of a path is computed."""
 
 
 @dataclass(frozen=True)
-class PeriodicPath:
+class PeriodicPath(FrozenState):
     """A learned path (arrays are read-only).
 
-    length: of the lap [m]. coefficients (n, 3): of x, y, z [m] for the basis 1, cos, sin, cos 2, sin 2, ...
-    covariance (n, n) [m^2]: of the coefficients of each coordinate.
+    Attributes:
+        length: length of a lap [m].
+        coefficients: of x, y, z for the basis 1, cos, sin, cos 2, sin 2, ..., shape (n, 3) [m].
+        covariance: of the coefficients of each coordinate, shape (n, n) [m^2].
     """
 
     length: float
     coefficients: np.ndarray
     covariance: np.ndarray
 
-    def __deepcopy__(self, memo):
-        return self
-
     @property
-    def harmonics(self):
+    def harmonics(self) -> int:
+        """Number of harmonics."""
         return len(self.coefficients) // 2
 
-    def points(self, s):
-        """Returns positions (n, 3) [m, W] at arc lengths ``s`` (n,) [m]."""
+    def points(self, s: np.ndarray) -> np.ndarray:
+        """Returns positions, shape (n, 3), in W [m], at arc lengths ``s``, shape (n,) [m]."""
         return basis(s, self.length, self.harmonics) @ self.coefficients
 
-    def points_and_tangents(self, s):
-        """Returns positions (n, 3) [m, W] and their derivatives by arc length (n, 3) at ``s`` (n,) [m]."""
+    def points_and_tangents(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Returns positions in W [m] and their derivatives by arc length, both (n, 3), at ``s``, shape (n,) [m]."""
         rows = basis(s, self.length, self.harmonics)
-        return rows @ self.coefficients, slope(rows, self.length) @ self.coefficients
+        return rows @ self.coefficients, basis_slope(rows, self.length) @ self.coefficients
 
-    def variance(self, s):
-        """Returns the variance [m^2] of each coordinate of the path at ``s`` (n,) [m]."""
+    def variance(self, s: np.ndarray) -> np.ndarray:
+        """Returns the variance of each coordinate of the path, shape (n,) [m^2], at ``s``, shape (n,) [m]."""
         rows = basis(s, self.length, self.harmonics)
         return np.einsum("ij,jk,ik->i", rows, self.covariance, rows)
 
 
-def basis(s, length, harmonics):
-    """Returns rows 1, cos w, sin w, cos 2w, sin 2w, ... at w = 2 pi s / length, shape (n, 2 harmonics + 1); one such
-    row (2 harmonics + 1,) for a number ``s``."""
+def basis(s: ArrayLike, length: float, harmonics: int) -> np.ndarray:
+    """Returns rows 1, cos w, sin w, cos 2w, sin 2w, ... at w = 2 pi s / length, shape (n, 2 harmonics + 1).
+
+    Args:
+        s: arc lengths, shape (n,) [m]; for a float the result is one row, shape (2 harmonics + 1,).
+        length: length of a lap [m].
+        harmonics: number of harmonics.
+    """
     rates = _rates(length, harmonics)
     angle = s * rates if isinstance(s, float) else np.multiply.outer(s, rates)
     rows = np.empty((*angle.shape[:-1], 2 * harmonics + 1))
@@ -76,8 +84,8 @@ def basis(s, length, harmonics):
     return rows
 
 
-def slope(rows, length):
-    """Returns the derivatives by s of rows of `basis`."""
+def basis_slope(rows: np.ndarray, length: float) -> np.ndarray:
+    """Returns the derivatives by s of rows of `basis`, of the same shape, for a lap of ``length`` [m]."""
     harmonics = rows.shape[-1] // 2
     slopes = np.empty(rows.shape)
     slopes[..., 0] = 0.0
@@ -87,21 +95,27 @@ def slope(rows, length):
 
 
 @lru_cache(maxsize=64)
-def _rates(length, harmonics):
-    """Returns by how much the angle of each harmonic grows in a metre [rad/m], shape (harmonics,)."""
+def _rates(length: float, harmonics: int) -> np.ndarray:
+    """Returns the change of each harmonic's angle per metre, shape (harmonics,) [rad/m]."""
     return read_only((2.0 * math.pi / length) * np.arange(1, harmonics + 1))
 
 
-def learn_path(times, s, points, length, variance):
-    """Returns (`PeriodicPath`, labels (n,) [m]) of a closed path from points (n, 3) [m], in the order driven.
+def learn_path(
+    times: np.ndarray, s: np.ndarray, points: np.ndarray, length: float, variance: float
+) -> tuple[PeriodicPath, np.ndarray]:
+    """Learns a closed path; returns it and the labels of the points, shape (n,) [m].
 
-    ``times`` (n,) [s]; ``s`` (n,) and ``length`` [m]: how far had been driven at each point, and in a lap, as far as is
-    known; ``variance``: of the noise of a point, per axis [m^2].
+    A path needs labels along it. For an object of constant speed time is the best label: it is exact, and a bias of the
+    points along the path that repeats each lap is learned with the path. So time is tried first, and kept if the
+    resulting path is even. Otherwise the labels are the path's own arc length: a filter's distance is off by a percent
+    in places, but a learned path knows its length, and can be learned again with it.
 
-    A path needs labels along it. Were the object driven evenly, time would be the best label there is: it is exact, and
-    a bias of the points along the path that comes again each lap is learned with the path. So time is tried first, and
-    kept if the path comes out even. Else its labels are its own arc length: a filter's way is off by a percent here and
-    there, but a learned path knows how long it is, and can be learned again by that.
+    Args:
+        times: capture times of the points, oldest first, shape (n,) [s].
+        s: estimated distance travelled at each point, shape (n,) [m].
+        points: the points, shape (n, 3), in W [m].
+        length: estimated length of a lap [m].
+        variance: noise of a point, per axis [m^2].
     """
     lap_time = times[-1] - np.interp(s[-1] - length, s, times)
     path, labels = learn_even_path(times, s[-1], points, length, lap_time, variance)
@@ -114,30 +128,40 @@ def learn_path(times, s, points, length, variance):
     return fit_path(s, points, length, variance), s
 
 
-def learn_even_path(times, s, points, length, lap_time, variance):
-    """As `learn_path` of an object driven evenly: ``s`` [m] is the newest label, ``lap_time`` [s] about that of a lap.
+def learn_even_path(
+    times: np.ndarray, s: float, points: np.ndarray, length: float, lap_time: float, variance: float
+) -> tuple[PeriodicPath, np.ndarray]:
+    """As `learn_path`, for an object of constant speed.
 
-    Of lap times near the one given that is taken with which points of different laps agree best: those who passed a
-    place twice fix it, and the better, the more of them there are.
+    Of the lap times near the given one it chooses the one for which points of different laps agree best. The points
+    that passed a place twice determine it, the more accurately the more of them there are.
+
+    Args:
+        times: capture times of the points, oldest first, shape (n,) [s].
+        s: label of the newest point [m].
+        points: the points, shape (n, 3), in W [m].
+        length: length of a lap [m].
+        lap_time: estimated time of a lap [s].
+        variance: noise of a point, per axis [m^2].
     """
     harmonics = harmonics_of(length)
     weights = np.diag(prior(length, harmonics) ** -2.0)
     offsets = (points - points.mean(axis=0)) / variance
     labels_of = (length / lap_time) * (times - times[-1])
 
-    def misfit(stretch):
+    def misfit(stretch: float) -> float:
         rows = basis(stretch * labels_of, length, harmonics)
         moments = rows.T @ offsets
         return -float(np.sum(moments * cho_solve(cho_factor(rows.T @ rows / variance + weights), moments)))
 
-    # Points that overlap by n are off by their noise over the root of n; a filter's guess may be off by 2 %.
+    # With n overlapping points the error is the noise over the square root of n; a filter's estimate may be 2 % off.
     stretch = minimize_scalar(misfit, bounds=(0.98, 1.02), method="bounded", options={"xatol": 1e-5}).x
     labels = s + stretch * labels_of
     return fit_path(labels, points, length, variance), labels
 
 
-def is_even(path):
-    """Whether a metre of labels is about a metre of path everywhere, averaged over `EVEN_OVER`."""
+def is_even(path: PeriodicPath) -> bool:
+    """Returns whether a metre of labels is about a metre of path everywhere, averaged over `EVEN_OVER`."""
     nodes, arc = _arc_length(path)
     reach = min(EVEN_OVER / path.length, 0.5)
     ends = np.interp(
@@ -150,10 +174,10 @@ def is_even(path):
     return bool(np.std(stretch) <= EVEN)
 
 
-def straighten(path, s):
-    """Returns the path by its own arc length once more if it has become uneven, and ``s`` [m] so measured.
+def straighten(path: PeriodicPath, s: float) -> tuple[PeriodicPath, float]:
+    """Returns the path labelled by its own arc length if it has become uneven, and ``s`` [m] in the new labels.
 
-    A path that goes on learning from an object of changing speed comes to be labelled unevenly: see `learn_path`.
+    The labels of a path that keeps learning from an object of changing speed become uneven: see `learn_path`.
     """
     if is_even(path):
         return path, s
@@ -166,18 +190,22 @@ def straighten(path, s):
     return straight, float(laps * arc[-1] + np.interp(rest, nodes, arc))
 
 
-def _arc_length(path):
-    """Returns labels of the path over one lap, and the true arc length [m] at each, both (ARC_NODES,)."""
+def _arc_length(path: PeriodicPath) -> tuple[np.ndarray, np.ndarray]:
+    """Returns labels of the path over one lap, and the true arc length at each [m], both (ARC_NODES,)."""
     nodes = np.linspace(0.0, path.length, ARC_NODES)
     _, tangents = path.points_and_tangents(nodes)
     steps = np.hypot(tangents[:, 0], tangents[:, 1])
     return nodes, np.append(0.0, np.cumsum(0.5 * (steps[1:] + steps[:-1]) * np.diff(nodes)))
 
 
-def fit_path(s, points, length, variance):
-    """Returns the `PeriodicPath` of a lap of ``length`` [m] through points (n, 3) [m] at arc lengths ``s`` (n,) [m].
+def fit_path(s: np.ndarray, points: np.ndarray, length: float, variance: float) -> PeriodicPath:
+    """Returns the path of a lap through labelled points.
 
-    ``variance``: of the noise of a point, per axis [m^2].
+    Args:
+        s: arc lengths of the points, shape (n,) [m].
+        points: the points, shape (n, 3), in W [m].
+        length: length of a lap [m].
+        variance: noise of a point, per axis [m^2].
     """
     harmonics = harmonics_of(length)
     rows = basis(s, length, harmonics)
@@ -189,23 +217,32 @@ def fit_path(s, points, length, variance):
     return PeriodicPath(float(length), read_only(coefficients), read_only(0.5 * (covariance + covariance.T)))
 
 
-def harmonics_of(length):
+def harmonics_of(length: float) -> int:
     """Returns the number of harmonics for a lap of ``length`` [m]."""
-    return min(max(math.ceil(length / SHORTEST_WAVE), 4), MOST_HARMONICS)
+    return min(max(math.ceil(length / SHORTEST_WAVE), 4), MAX_HARMONICS)
 
 
-def prior(length, harmonics):
-    """Returns the prior standard deviations [m] of the coefficients, shape (2 harmonics + 1,)."""
+def prior(length: float, harmonics: int) -> np.ndarray:
+    """Returns the prior standard deviations of the coefficients, shape (2 harmonics + 1,) [m].
+
+    Args:
+        length: length of a lap [m].
+        harmonics: number of harmonics.
+    """
     return np.append(OFFSET, np.repeat(AMPLITUDE * length / np.arange(1, harmonics + 1) ** 3.0, 2))
 
 
-def improve_path(path, row, residual, variance, keep=1.0):
+def improve_path(
+    path: PeriodicPath, row: np.ndarray, residual: np.ndarray, variance: float, keep: float = 1.0
+) -> PeriodicPath:
     """Returns the path after one more point.
 
     Args:
-      row: of `basis` at the point's arc length, shape (n,). residual: the point less the path there, shape (3,) [m].
-      variance: of the point's noise, per axis [m^2]. keep: share of what was known that is kept, 1 for all; less lets
-      the path follow one that changes slowly.
+        path: the path before.
+        row: the `basis` at the point's arc length, shape (n,).
+        residual: the point minus the path there, shape (3,) [m].
+        variance: noise of the point, per axis [m^2].
+        keep: fraction of the earlier knowledge that is kept; below 1 the path follows slow changes.
     """
     reach = path.covariance @ row
     gain = reach / (variance + row @ reach)

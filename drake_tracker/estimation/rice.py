@@ -1,52 +1,70 @@
-"""What noise does to a measured arc length and bending (Allen et al. 1991, section 4.2 and appendix B).
+"""The effect of noise on a measured arc length and bending (Allen et al. 1991, section 4.2 and appendix B).
 
-The distance s between an object and a point measured with isotropic Gaussian noise has a Rice distribution: its mean is
-longer than the true s_0.  Mean s_1 and root mean square s_2 give back s_0 and sigma.  With *two* noisy end points the
-same holds for the noise of their difference, so that the sigma returned is sqrt(2) times that of one point.
+The distance s between an object and a point measured with isotropic Gaussian noise has a Rice distribution; its mean is
+longer than the true s_0. From the mean s_1 and the root mean square s_2 one recovers s_0 and sigma. With *two* noisy
+end points the same holds for the noise of their difference, so that the sigma returned is sqrt(2) times the noise of
+one point.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import i0e, i1e, ndtr
 
+from drake_tracker.core.frozen_state import read_only
+
 RATIO_LIMIT = 2.0 / np.sqrt(np.pi)
-"""Largest ratio p = s_2 / s_1 a Rice distribution can have (at s_0 = 0); equation (16) has no root above it."""
+"""Largest ratio p = s_2 / s_1 of a Rice distribution (at s_0 = 0); above it equation (16) has no root."""
 
 
-def arc_length_density(s, s_0, sigma):
-    """Returns f(s), the Rice density of equation (11) [1/m], for s >= 0, s_0 >= 0 and sigma > 0 [m]."""
+def arc_length_density(s: ArrayLike, s_0: float, sigma: float) -> np.ndarray:
+    """Returns the Rice density f(s) of equation (11), of the shape of ``s`` [1/m].
+
+    Args:
+        s: measured arc lengths, zero or more [m].
+        s_0: true arc length, zero or more [m].
+        sigma: noise, positive [m].
+    """
     s = np.asarray(s, dtype=float)
     # exp(-(s^2 + s_0^2) / 2 sigma^2) I_0(s s_0 / sigma^2) without the overflow of I_0.
     return s / sigma**2 * np.exp(-0.5 * ((s - s_0) / sigma) ** 2) * i0e(s * s_0 / sigma**2)
 
 
-def mean_factor(x):
-    """Returns u(x) = s_1 / sigma of equation (13), x = s_0 / sigma.
+def mean_factor(x: Any) -> Any:
+    """Returns u(x) = s_1 / sigma of equation (13).
 
-    Exponentially scaled Bessel functions: the plain ones overflow from x = 53.
+    It uses exponentially scaled Bessel functions, because the plain ones overflow from x = 53.
+
+    Args:
+        x: s_0 / sigma, a number or an array.
     """
     y = 0.25 * np.square(x)
     return np.sqrt(np.pi / 2.0) * (i0e(y) + 2.0 * y * (i0e(y) + i1e(y)))
 
 
-def moment_ratio(x):
-    """Returns u_1(x) = sqrt(x^2 + 2) / u(x) of equation (16), falling from `RATIO_LIMIT` at x = 0 to 1."""
+def moment_ratio(x: Any) -> Any:
+    """Returns u_1(x) = sqrt(x^2 + 2) / u(x) of equation (16), which falls from `RATIO_LIMIT` at x = 0 to 1.
+
+    Args:
+        x: s_0 / sigma, a number or an array.
+    """
     return np.sqrt(np.square(x) + 2.0) / mean_factor(x)
 
 
-_NODES = np.geomspace(0.05, 200.0, 512)[::-1]
-_NODE_LOG_EXCESS = np.log(moment_ratio(_NODES) - 1.0)
-_NODE_LOG = np.log(_NODES)
-for _table in (_NODES, _NODE_LOG_EXCESS, _NODE_LOG):
-    _table.setflags(write=False)
+_NODES = read_only(np.geomspace(0.05, 200.0, 512)[::-1])
+_NODE_LOG_EXCESS = read_only(np.log(moment_ratio(_NODES) - 1.0))
+_NODE_LOG = read_only(np.log(_NODES))
 
 
-def noise_ratio(p):
-    """Returns x_0(p) = s_0 / sigma, the root of equation (16), from the table of u_1.
+def noise_ratio(p: float) -> float:
+    """Returns x_0(p) = s_0 / sigma, the root of equation (16), from a table of u_1.
 
-    The table is read in log(p - 1) and log(x), where it is straight at large x (p - 1 ~ 1 / 2x^2).  p <= 1 (no noise)
-    gives infinity; p at or above `RATIO_LIMIT`, where there is no root, and the last 1e-7 below it give 0.
+    The table is interpolated in log(p - 1) and log(x), where it is straight at large x (p - 1 ~ 1 / 2x^2). p <= 1 (no
+    noise) gives infinity; p at or above `RATIO_LIMIT`, where there is no root, and the last 1e-7 below it give 0.
+
+    Args:
+        p: the ratio s_2 / s_1.
     """
     excess = p - 1.0
     if excess <= 0.0:
@@ -60,18 +78,28 @@ def noise_ratio(p):
 
 
 class ArcLengthEstimate(NamedTuple):
-    """True arc length s_0 [m], noise sigma [m], and whether the ratio p had a root."""
+    """What the moments of measured arc lengths say.
+
+    Attributes:
+        s_0: true arc length [m].
+        sigma: noise [m].
+        has_root: whether the ratio p has a root.
+    """
 
     s_0: float
     sigma: float
     has_root: bool
 
 
-def recover_arc_length(s_1, s_2_squared):
-    """Returns the `ArcLengthEstimate` of the moments E(s) [m] and E(s^2) [m^2] by equations (16)-(18).
+def recover_arc_length(s_1: float, s_2_squared: float) -> ArcLengthEstimate:
+    """Returns the true arc length and the noise by equations (16)-(18).
 
     Where p = s_2 / s_1 exceeds `RATIO_LIMIT` the moments fit no Rice distribution (too few samples, or an object at
-    rest): ``has_root`` is False, s_0 is 0, and the caller should keep what it knew before.
+    rest). Then ``has_root`` is False and s_0 is 0, and the caller should keep its last estimate.
+
+    Args:
+        s_1: mean of the measured arc lengths, E(s) [m].
+        s_2_squared: their mean square, E(s^2) [m^2].
     """
     s_2 = np.sqrt(max(s_2_squared, 0.0))
     if not s_1 > 0.0:
@@ -84,21 +112,31 @@ def recover_arc_length(s_1, s_2_squared):
     return ArcLengthEstimate(float(x * scale), float(scale), bool(p <= RATIO_LIMIT))
 
 
-def bending_density(phi, phi_0, k):
-    """Returns f(phi) of the bending, section 4.2, for |phi - phi_0| < pi / 2 and k = sigma / s_0; zero elsewhere.
+def bending_density(phi: ArrayLike, phi_0: float, k: float) -> np.ndarray:
+    """Returns the density f(phi) of the bending, section 4.2, for |phi - phi_0| < pi / 2; zero elsewhere [1/rad].
 
-    The normalising factor is sqrt(2 pi) k (the paper prints the root over k as well).  The density leaves out points
+    The normalizing factor is sqrt(2 pi) k (the paper prints the root over k as well). The density leaves out points
     measured behind the object: it integrates to erf(1 / (sqrt(2) k)), and its mean is phi_0.
+
+    Args:
+        phi: measured bending, a number or an array [rad].
+        phi_0: true bending [rad].
+        k: sigma / s_0.
     """
     angle = np.asarray(phi, dtype=float) - phi_0
     density = np.cos(angle) / (np.sqrt(2.0 * np.pi) * k) * np.exp(-0.5 * (np.sin(angle) / k) ** 2)
     return np.where(np.abs(angle) < 0.5 * np.pi, density, 0.0)
 
 
-def exact_bending_density(phi, phi_0, k):
-    """Returns the density of the direction of a point with noise k = sigma / s_0 over the whole circle.
+def exact_bending_density(phi: ArrayLike, phi_0: float, k: float) -> np.ndarray:
+    """Returns the density of the direction of a noisy point over the whole circle [1/rad].
 
-    It includes what `bending_density` leaves out, and integrates to one over any turn.
+    It includes what `bending_density` leaves out, and integrates to one over any full turn.
+
+    Args:
+        phi: measured direction, a number or an array [rad].
+        phi_0: true direction [rad].
+        k: sigma / s_0.
     """
     angle = np.asarray(phi, dtype=float) - phi_0
     ahead = np.cos(angle) / k

@@ -1,69 +1,92 @@
-"""The model of the coordinated turn: an object that drives along an arc, seen as points.
+"""The coordinated-turn model: an object that moves along an arc, seen as points.
 
-A mean is a state (5,), a covariance (5, 5), in the order `X` ... `BEND`.
+A mean is a state (5,) and a covariance is (5, 5), in the order `X` ... `CURVATURE`.
 """
 
 import math
 
 import numpy as np
 
-X, Y, HEADING, SPEED, BEND = range(5)
-"""Elements of the state: p_WQ [m], heading [rad], speed [m/s] along it, curvature [1/m], positive to the left."""
+X, Y, HEADING, SPEED, CURVATURE = range(5)
+"""Elements of the state: p_WQ [m], heading [rad], speed along it [m/s], curvature [1/m], positive to the left."""
+SIGMA_LIMITS = (1e-4, 0.02)
+"""Smallest and largest estimate of the noise of a point [m]."""
+_SIGMA_TIME = 1.0
+"""Time constant of that estimate [s]."""
 _SMALL_ANGLE = 1e-6
 
 
-def propagate(mean, covariance, dt, q_speed, q_bend):
-    """Returns mean and covariance ``dt`` [s] later; any dt >= 0 in one step.
+def propagate(
+    mean: np.ndarray, covariance: np.ndarray, dt: float, q_speed: float, q_curvature: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns mean and covariance after a time of any length, in one step.
 
-    ``q_speed`` [m^2/s^3] and ``q_bend`` [1/m^2/s]: by how much the variances of speed and curvature grow in a second.
+    Args:
+        mean: shape (5,).
+        covariance: shape (5, 5).
+        dt: the time, zero or more [s].
+        q_speed: growth of the variance of the speed per second [m^2/s^3].
+        q_curvature: growth of the variance of the curvature per second [1/m^2/s].
     """
     later, jacobian = turn_step(mean, dt)
     covariance = jacobian @ covariance @ jacobian.T
     _, _, heading, speed, _ = later.tolist()
-    # Wandering speed moves the object along its path, wandering curvature across it.
+    # A random walk of the speed moves the object along its path, a random walk of the curvature across it.
     c, s = math.cos(heading), math.sin(heading)
-    along, across = q_speed * dt**3 / 3.0, speed**4 * q_bend * dt**5 / 20.0
+    along, across = q_speed * dt**3 / 3.0, speed**4 * q_curvature * dt**5 / 20.0
     xx, xy, yy = c * c * along + s * s * across, c * s * (along - across), s * s * along + c * c * across
-    swing, swing_bend = speed**2 * q_bend * dt**3 / 3.0, speed * q_bend * dt**2 / 2.0
+    turn, turn_curvature = speed**2 * q_curvature * dt**3 / 3.0, speed * q_curvature * dt**2 / 2.0
     covariance += np.array([
         [xx, xy, 0.0, 0.0, 0.0],
         [xy, yy, 0.0, 0.0, 0.0],
-        [0.0, 0.0, swing, 0.0, swing_bend],
+        [0.0, 0.0, turn, 0.0, turn_curvature],
         [0.0, 0.0, 0.0, q_speed * dt, 0.0],
-        [0.0, 0.0, swing_bend, 0.0, q_bend * dt],
+        [0.0, 0.0, turn_curvature, 0.0, q_curvature * dt],
     ])  # fmt: skip
     return later, covariance
 
 
-def turn_step(mean, dt):
-    """Returns the state ``dt`` [s] later without noise, and the Jacobian of that, shape (5, 5)."""
-    x, y, heading, speed, bend = mean.tolist()
-    way = speed * dt
-    half = 0.5 * bend * way  # of the angle turned: the chord's direction is the heading plus this
+def turn_step(mean: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the state after a time without noise, shape (5,), and its Jacobian, shape (5, 5).
+
+    Args:
+        mean: the state before, shape (5,).
+        dt: the time [s], which may be negative.
+    """
+    x, y, heading, speed, curvature = mean.tolist()
+    distance = speed * dt
+    half = 0.5 * curvature * distance  # half of the turn: the chord's direction is the heading plus this
     if abs(half) > _SMALL_ANGLE:
         shape, slope = math.sin(half) / half, (math.cos(half) - math.sin(half) / half) / half
     else:
         shape, slope = 1.0 - half * half / 6.0, -half / 3.0
     c, s = math.cos(heading + half), math.sin(heading + half)
-    chord = way * shape
-    later = np.array([x + chord * c, y + chord * s, heading + 2.0 * half, speed, bend])
-    # How far the way and half the angle grow with the speed and with the curvature, and by them the chord.
-    half_by_speed, half_by_bend = 0.5 * bend * dt, 0.5 * way
-    by_speed, by_bend = shape * dt + way * slope * half_by_speed, way * slope * half_by_bend
-    swing_by_speed, swing_by_bend = chord * half_by_speed, chord * half_by_bend
+    chord = distance * shape
+    later = np.array([x + chord * c, y + chord * s, heading + 2.0 * half, speed, curvature])
+    # Derivatives of half the turn, of the chord's length and of its direction, by speed and by curvature.
+    half_by_speed, half_by_curvature = 0.5 * curvature * dt, 0.5 * distance
+    by_speed, by_curvature = shape * dt + distance * slope * half_by_speed, distance * slope * half_by_curvature
+    turn_by_speed, turn_by_curvature = chord * half_by_speed, chord * half_by_curvature
     jacobian = np.array([
-        [1.0, 0.0, -chord * s, by_speed * c - swing_by_speed * s, by_bend * c - swing_by_bend * s],
-        [0.0, 1.0, chord * c, by_speed * s + swing_by_speed * c, by_bend * s + swing_by_bend * c],
-        [0.0, 0.0, 1.0, 2.0 * half_by_speed, 2.0 * half_by_bend],
+        [1.0, 0.0, -chord * s, by_speed * c - turn_by_speed * s, by_curvature * c - turn_by_curvature * s],
+        [0.0, 1.0, chord * c, by_speed * s + turn_by_speed * c, by_curvature * s + turn_by_curvature * c],
+        [0.0, 0.0, 1.0, 2.0 * half_by_speed, 2.0 * half_by_curvature],
         [0.0, 0.0, 0.0, 1.0, 0.0],
         [0.0, 0.0, 0.0, 0.0, 1.0],
     ])  # fmt: skip
     return later, jacobian
 
 
-def ahead(mean, covariance, x, y, variance):
-    """Returns how far a point (x, y) [m] with noise ``variance`` per axis [m^2] lies ahead of the expected place, along
-    the heading, in standard deviations."""
+def normalized_lead(mean: np.ndarray, covariance: np.ndarray, x: float, y: float, variance: float) -> float:
+    """Returns how far a point lies ahead of its expected position along the heading, in standard deviations.
+
+    Args:
+        mean: the expected state, shape (5,).
+        covariance: its covariance, shape (5, 5).
+        x: x of the point [m].
+        y: y of the point [m].
+        variance: of the point's noise, per axis [m^2].
+    """
     x_expected, y_expected, heading, _, _ = mean.tolist()
     (a, b), (_, d) = covariance[:2, :2].tolist()
     c, s = math.cos(heading), math.sin(heading)
@@ -71,10 +94,19 @@ def ahead(mean, covariance, x, y, variance):
     return along / math.sqrt(max(c * c * a + 2.0 * c * s * b + s * s * d, 0.0) + variance)
 
 
-def correct(mean, covariance, point, variance):
-    """Kalman correction by a point (2,) [m] with noise ``variance`` per axis [m^2].
+def correct(
+    mean: np.ndarray, covariance: np.ndarray, point: np.ndarray, variance: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Kalman correction by a point.
 
-    Returns (mean, covariance, residual left (2,) [m], the trace of the corrected covariance of the place [m^2]).
+    Args:
+        mean: the expected state, shape (5,).
+        covariance: its covariance, shape (5, 5).
+        point: measured (x, y), shape (2,) [m].
+        variance: of the point's noise, per axis [m^2].
+
+    Returns:
+        (mean, covariance, residual after the correction (2,) [m], trace of the corrected covariance of x and y [m^2]).
     """
     innovation = point - mean[:2]
     (a, b), (_, d) = covariance[:2, :2].tolist()
@@ -88,11 +120,36 @@ def correct(mean, covariance, point, variance):
     return mean, covariance, point - mean[:2], covariance[X, X] + covariance[Y, Y]
 
 
-def height_step(mean, covariance, z, dt, q_climb, variance):
-    """Returns z and climb (2,) [m, m/s], and their covariance, ``dt`` [s] later and corrected by a measured ``z`` [m].
+def updated_sigma(sigma: float, residual: np.ndarray, trace: float, dt: float) -> float:
+    """Returns the estimated noise of a point, per axis, after another point [m], within `SIGMA_LIMITS`.
 
-    ``q_climb``: by how much the variance of the climb grows in a second [m^2/s^3]. ``variance``: of the noise of z
-    [m^2]; infinite where nothing was measured.
+    The residual after the correction, plus the part that the correction absorbed, is the noise (Mehra 1972).
+
+    Args:
+        sigma: the estimate before [m].
+        residual: what `correct` returned, shape (2,) [m].
+        trace: what `correct` returned [m^2].
+        dt: time since the previous point [s].
+    """
+    variance = sigma**2
+    measured = 0.5 * (residual @ residual + trace)
+    gain = 1.0 - math.exp(-dt / _SIGMA_TIME)
+    updated = math.sqrt(variance + gain * (measured - variance))
+    return min(max(updated, SIGMA_LIMITS[0]), SIGMA_LIMITS[1])
+
+
+def height_step(
+    mean: np.ndarray, covariance: np.ndarray, z: float, dt: float, q_climb: float, variance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns height and climb, (2,) [m, m/s], and their covariance (2, 2), after a time and a measurement.
+
+    Args:
+        mean: height and climb before, shape (2,).
+        covariance: their covariance, shape (2, 2).
+        z: measured height [m].
+        dt: the time [s].
+        q_climb: growth of the variance of the climb per second [m^2/s^3].
+        variance: of the noise of ``z`` [m^2]; infinite: ``z`` is ignored.
     """
     (a, b), (_, d) = covariance.tolist()
     a, b, d = a + dt * (2.0 * b + dt * d) + q_climb * dt**3 / 3.0, b + dt * d + q_climb * dt**2 / 2.0, d + q_climb * dt
@@ -104,26 +161,12 @@ def height_step(mean, covariance, z, dt, q_climb, variance):
     return np.array([height + gain * residual, climb + climb_gain * residual]), covariance
 
 
-def turned_about(mean, covariance):
-    """Returns mean and covariance of the same motion with the object's front at its other end."""
+def turned_about(mean: np.ndarray, covariance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns mean and covariance of the same motion with the object's front at its other end.
+
+    Args:
+        mean: shape (5,).
+        covariance: shape (5, 5).
+    """
     sign = np.array([1.0, 1.0, 1.0, -1.0, -1.0])
     return mean * sign + np.array([0.0, 0.0, math.pi, 0.0, 0.0]), covariance * np.outer(sign, sign)
-
-
-def near_a_line(rows, reach):
-    """Returns which rows (stamp, x, y, z) lie near a line through most of them, driven at constant speed, shape (n,).
-
-    Near is within ``reach`` [m]: of the line of least squares, if all are; else of one that up to half of the points
-    cannot move (Siegel's repeated medians), where a path that bends is granted six times the median distance as well.
-    """
-    age, places = rows[:, 0] - rows[-1, 0], rows[:, 1:3]
-
-    def distances(lines):
-        return np.hypot(*(places - np.outer(age, lines[0]) - lines[1]).T)
-
-    if np.all(distances(np.polyfit(age, places, 1)) <= reach):
-        return np.full(len(rows), True)
-    from scipy.stats import siegelslopes  # takes a second to load, and is seldom wanted
-
-    away = distances(np.transpose([siegelslopes(axis, age, method="separate") for axis in places.T]))
-    return away <= np.maximum(reach, 6.0 * np.median(away))

@@ -4,8 +4,8 @@ from drives import HEIGHT, PERIOD, Drive, errors, rms, stadium
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation import make_estimator
-from drake_tracker.estimation.coordinated_turn import MOST_WILD
-from drake_tracker.estimation.turn_model import BEND, SPEED
+from drake_tracker.estimation.coordinated_turn import JUMP_COUNT
+from drake_tracker.estimation.turn_model import CURVATURE, SPEED
 from drake_tracker.world.tracks import make_track
 
 
@@ -28,7 +28,7 @@ def test_a_circle_without_noise_is_predicted_exactly(direction):
     late = rows[:, 0] > 3.0
     assert rows[late, 1].max() < 5e-4
     assert abs(rows[late, 2]).max() < 0.01
-    assert state.mean[BEND] == pytest.approx(direction / 0.15, rel=0.02)
+    assert state.mean[CURVATURE] == pytest.approx(direction / 0.15, rel=0.02)
     assert state.mean[SPEED] == pytest.approx(0.2, rel=0.005)
 
 
@@ -40,7 +40,7 @@ def test_noise_is_estimated(sigma):
 
 
 def test_it_beats_alpha_beta_gamma_on_a_stadium():
-    """0.82 of it is what the benchmark asks for; a single run scatters."""
+    """The benchmark requires a ratio of 0.82 at most; a single run scatters."""
     found = {}
     for kind in ("coordinated_turn", "alpha_beta_gamma"):
         drive = Drive(stadium(), 0.15, 20.0)
@@ -49,7 +49,7 @@ def test_it_beats_alpha_beta_gamma_on_a_stadium():
     assert found["coordinated_turn"] < 0.8 * found["alpha_beta_gamma"]
 
 
-def test_its_own_idea_of_its_error_is_honest():
+def test_68_percent_of_the_errors_lie_within_predict_std():
     drive = Drive(stadium(), 0.15, 30.0)
     _, rows = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.5)
     rows = rows[rows[:, 0] > 5.0]
@@ -65,8 +65,8 @@ def test_at_rest_it_keeps_heading_and_place():
     assert abs(state.mean[SPEED]) < 0.01
 
 
-def test_an_even_speed_is_known_sharply_and_a_stop_is_followed():
-    """One setting for both: a fixed noise of the speed fails one or the other."""
+def test_a_constant_speed_is_estimated_sharply_and_a_stop_is_followed():
+    """One setting for both: a fixed process noise of the speed would fail one of them."""
     even, _, _ = speed_and_greatest_error(lambda t: 0.15)
     assert even < 0.002
     _, greatest, stopped = speed_and_greatest_error(lambda t: 0.15 * np.clip((8.0 - t) / 0.5, 0.0, 1.0))
@@ -116,22 +116,22 @@ def test_points_that_are_missing_late_or_broken_are_survived():
     assert np.hypot(*(estimator.predict(state, [drive.times[-1]])[0, :2] - drive.truth(drive.times[-1:])[0, :2])) < 0.01
 
 
-def test_a_few_wild_points_are_as_if_there_were_none():
+def test_a_few_outliers_are_ignored():
     drive = Drive(stadium(), 0.15, 6.0)
     estimator = make_estimator("coordinated_turn")
     with_them = without = estimator.initial_state()
     for k, (t, p) in enumerate(zip(drive.times, drive.points, strict=True)):
-        wild = 200 <= k < 200 + MOST_WILD - 1
-        with_them = estimator.update(with_them, t, p + [0.05, 0.03, 0.02] if wild else p)
-        without = estimator.update(without, t, None if wild else p)
-        if wild:
+        outlier = 200 <= k < 200 + JUMP_COUNT - 1
+        with_them = estimator.update(with_them, t, p + [0.05, 0.03, 0.02] if outlier else p)
+        without = estimator.update(without, t, None if outlier else p)
+        if outlier:
             assert with_them.stamp == t and with_them.sigma == without.sigma
     ahead = drive.times[-1] + np.array([0.25, 0.75])
-    # five short steps of the noise of the model, or a long one
+    # five short steps of process noise against one long step
     np.testing.assert_allclose(estimator.predict(with_them, ahead), estimator.predict(without, ahead), atol=1e-3)
 
 
-def test_an_object_that_jumped_is_met_where_it_is_now():
+def test_an_object_that_jumped_is_found_at_its_new_position():
     drive = Drive(stadium(), 0.15, 6.0)
     points = drive.points + np.where(drive.times > 3.0, 0.08, 0.0)[:, None] * [1.0, -1.0, 0.0]
     estimator = make_estimator("coordinated_turn")
@@ -155,7 +155,7 @@ def estimator_height(state):
     return make_estimator("coordinated_turn").predict(state, [state.stamp])[0, 2]
 
 
-def test_noise_that_is_no_number_is_refused():
+def test_zero_process_noise_is_refused():
     with pytest.raises(DrakeTrackerError, match="bend_noise is 0"):
         make_estimator("coordinated_turn", bend_noise=0.0)
 
@@ -171,7 +171,7 @@ def test_an_update_leaves_the_old_state_alone():
         state.mean[0] = 1.0
 
 
-def test_the_deviation_of_many_times_is_that_of_each():
+def test_predict_std_of_many_times_is_that_of_each():
     drive = Drive(stadium(), 0.15, 3.0)
     estimator = make_estimator("coordinated_turn")
     state, _ = errors(estimator, drive.times, drive.points, drive, 0.25)
@@ -180,18 +180,18 @@ def test_the_deviation_of_many_times_is_that_of_each():
     np.testing.assert_allclose(estimator.predict_std(state, times), each, rtol=0.05, atol=2e-4)
 
 
-@pytest.mark.parametrize("wild", [(7,), (0, 7), (2, 6), (5, 6, 7), (9, 10, 11, 12)])
-def test_wild_points_among_the_first_do_not_matter(wild):
+@pytest.mark.parametrize("outliers", [(7,), (0, 7), (2, 6), (5, 6, 7), (9, 10, 11, 12)])
+def test_outliers_among_the_first_points_do_not_matter(outliers):
     drive = Drive(make_track("circle", radius=0.15), 0.15, 2.0)
     points = drive.points.copy()
-    points[list(wild)] += [1.0, -0.5, 0.0]
+    points[list(outliers)] += [1.0, -0.5, 0.0]
     state, rows = errors(make_estimator("coordinated_turn"), drive.times, points, drive, 0.25)
     assert rows[0, 0] < 0.6 and rows[rows[:, 0] > 0.6, 1].max() < 0.02
     assert state.sigma < 0.002
 
 
 def test_an_object_that_bolts_out_of_rest_is_followed():
-    """Its points lie nowhere near the line through those at rest, as wild ones would."""
+    """Like outliers, its points lie far from the line through those at rest."""
     drive = Drive(make_track("line", length=3.0), lambda t: 1.0 if t > 0.11 else 0.0, 1.0, sigma=0.0002)
     state, rows = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.1)
     assert rows[-1, 1] < 0.005 and state.mean[SPEED] == pytest.approx(1.0, abs=0.05)

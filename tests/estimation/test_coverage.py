@@ -5,7 +5,7 @@ from drake_tracker.estimation.coverage import HORIZON, KEEP_EVERY, LIMITS, SHARE
 
 
 def judged(true_std, claimed_std, count=4000, seed=0):
-    """Predictions of a place that turns out to be off by a normal error, again and again."""
+    """Repeated predictions of a position with a normally distributed error."""
     rng = np.random.default_rng(seed)
     coverage, hits = Coverage(), []
     for k in range(count):
@@ -20,10 +20,10 @@ def judged(true_std, claimed_std, count=4000, seed=0):
 
 
 @pytest.mark.parametrize("true_std", [0.5, 1.0, 3.0])
-def test_two_thirds_of_the_errors_come_to_lie_within(true_std):
+def test_two_thirds_of_the_errors_lie_within(true_std):
     coverage, hits = judged(true_std, 1.0)
     assert np.mean(hits[1000:]) == pytest.approx(SHARE, abs=0.03)
-    assert coverage.factor == pytest.approx(true_std, rel=0.25)  # of a normal error 68 % lie within 1 std
+    assert coverage.factor == pytest.approx(true_std, rel=0.25)  # 68 % of normal errors lie within 1 std
 
 
 def test_the_factor_stays_within_its_limits():
@@ -31,7 +31,7 @@ def test_the_factor_stays_within_its_limits():
     assert judged(1e-6, 1.0)[0].factor == LIMITS[0]
 
 
-def test_predictions_that_nobody_saw_come_true_are_dropped_without_judgement():
+def test_predictions_overdue_after_a_gap_are_dropped_without_judgement():
     coverage = Coverage().keep(0.0, 0.0, 0.0, 1.0)
     late = coverage.judge(HORIZON + 2.0, 50.0, 0.0)
     assert late.kept == () and late.factor == 1.0

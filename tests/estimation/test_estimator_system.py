@@ -9,7 +9,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from drake_tracker.core.messages import KNOT_COUNT, Filtered, Prediction, TrackPoint, evaluate_prediction, message_size
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
 from drake_tracker.estimation import make_estimator
-from drake_tracker.estimation.estimator_system import EstimatorSystem
+from drake_tracker.estimation.estimator_system import EstimatorSystem, add_estimator
 
 LAG = 15 * VISION_PERIOD
 RADIUS, SPEED = 0.12, 0.15
@@ -41,8 +41,7 @@ class LatePoints(LeafSystem):
 def build(lost=(np.inf, np.inf), kind="arc_length"):
     builder = DiagramBuilder()
     points = builder.AddSystem(LatePoints(lost))
-    system = builder.AddSystem(EstimatorSystem(make_estimator(kind)))
-    builder.Connect(points.GetOutputPort("point"), system.GetInputPort("point"))
+    system = add_estimator(builder, estimator=make_estimator(kind), point=points.GetOutputPort("point"))
     logger = LogVectorOutput(system.GetOutputPort("filtered"), builder, publish_period=TIME_STEP)
     builder.ExportOutput(system.GetOutputPort("prediction"), "prediction")
     return builder.Build(), logger
@@ -92,7 +91,7 @@ def test_without_new_points_the_last_packet_stays_and_its_stamp_tells_its_age():
 
 
 class Stubborn:
-    """An estimator that takes no point after the first, counts what it is offered, and has no stamp to tell."""
+    """An estimator that counts the points that it is offered and keeps no stamp."""
 
     def initial_state(self):
         return SimpleNamespace(stamp=-np.inf, offered=0)
@@ -104,7 +103,7 @@ class Stubborn:
         return False
 
 
-def test_a_point_that_is_held_is_offered_once_whatever_the_estimator_makes_of_it():
+def test_a_held_point_is_offered_once_even_if_the_estimator_ignores_it():
     builder = DiagramBuilder()
     held = np.array([1.0, *truth(1.0), 0.0, 1.0])
     source = builder.AddSystem(ConstantVectorSource(held))

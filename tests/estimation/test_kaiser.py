@@ -33,7 +33,7 @@ def test_moving_average_keeps_a_constant_and_delays_a_ramp_by_half_the_order():
 
 def test_highest_side_lobe_of_the_bare_window():
     weights = moving_average_weights(30, 30.0)
-    frequency, response = freqz(weights, worN=8192)
+    _, response = freqz(weights, worN=8192)
     gain = 20.0 * np.log10(np.abs(response) + 1e-12)
     first_null = np.argmax(np.diff(gain) > 0.0)
     assert gain[first_null:].max() == pytest.approx(-19.5, abs=0.2)

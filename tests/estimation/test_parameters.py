@@ -4,8 +4,9 @@ import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation import make_estimator
+from drake_tracker.estimation.config import CoordinatedTurn, PhaseFilterConfig
 
-NO_NUMBERS = ("fast", None, [1.0], math.nan, math.inf, -1.0, True)
+NOT_NUMBERS = ("fast", None, [1.0], math.nan, math.inf, -1.0, True)
 PARAMETERS = {
     "arc_length": ("period", "start_sigma", "systematic_std", "min_speed", "restart_after", "baseline_factor", "order"),
     "alpha_beta_gamma": ("tracking_index", "vertical_tracking_index", "period", "systematic_std", "restart_after"),
@@ -15,8 +16,8 @@ PARAMETERS = {
 
 
 @pytest.mark.parametrize("kind, name", [(kind, name) for kind, names in PARAMETERS.items() for name in names])
-def test_what_is_no_number_is_named_when_the_estimator_is_made(kind, name):
-    for value in NO_NUMBERS:
+def test_a_value_that_is_not_a_number_is_named_at_construction(kind, name):
+    for value in NOT_NUMBERS:
         with pytest.raises(DrakeTrackerError, match=f"{name} is") as caught:
             make_estimator(kind, **{name: value})
         assert "\n" not in str(caught.value)
@@ -25,16 +26,24 @@ def test_what_is_no_number_is_named_when_the_estimator_is_made(kind, name):
 @pytest.mark.parametrize(
     "kind, parameters, said",
     [
-        ("arc_length", {"speed_noise": 1.0}, "arc_length has no parameter 'speed_noise'; it has mode, period"),
-        ("closed_path", {"turn": {"colour": 1}}, "closed_path's turn has no parameter 'colour'; it has speed_noise"),
-        ("closed_path", {"phase": {"fading": 0.0}}, "fading is 0.0"),
-        ("closed_path", {"phase": 3}, "closed_path's phase: parameters are 3; they must be a dict of cruise_noise"),
+        ("arc_length", {"speed_noise": 1.0}, "arc_length has no parameter 'speed_noise'; it has mode, attenuation"),
+        ("arc_length", {"baseline": 601}, r"baseline is 601; it must be a whole number in 0\.\.600"),
+        ("closed_path", {"turn": {"bend_noise": 1.0}}, "coordinated_turn: settings are {.*}; they must be a Coord"),
+        ("closed_path", {"turn": CoordinatedTurn(bend_noise=0.0)}, "bend_noise is 0.0"),
+        ("closed_path", {"phase": PhaseFilterConfig(fading=0.0)}, "phase_filter: fading is 0.0"),
+        ("closed_path", {"phase": 3}, "phase_filter: settings are 3; they must be a PhaseFilterConfig"),
         ("alpha_beta_gamma", {"tracking_index": 1e-300}, "tracking_index is 1e-300; it must be 1e-30 or more"),
         ("slope", {}, "slope: .*X_WB"),
         ([], {}, "kind is"),
     ],
 )
-def test_what_cannot_be_used_is_one_line(kind, parameters, said):
+def test_an_unusable_parameter_is_reported_in_one_line(kind, parameters, said):
     with pytest.raises(DrakeTrackerError, match=said) as caught:
         make_estimator(kind, **parameters)
     assert "\n" not in str(caught.value)
+
+
+def test_a_constructor_accepts_wider_ranges_than_a_scenario_file():
+    make_estimator("arc_length", baseline=90, baseline_factor=0.5)
+    for kind in ("alpha_beta_gamma", "coordinated_turn"):
+        make_estimator(kind, ready_after=0.0)

@@ -2,7 +2,15 @@ import numpy as np
 import pytest
 from drives import stadium
 
-from drake_tracker.estimation.periodic_path import basis, fit_path, improve_path, is_even, learn_path, slope, straighten
+from drake_tracker.estimation.periodic_path import (
+    basis,
+    basis_slope,
+    fit_path,
+    improve_path,
+    is_even,
+    learn_path,
+    straighten,
+)
 from drake_tracker.world.tracks import make_track
 
 
@@ -15,7 +23,7 @@ def lap_points(track, s, sigma=0.0, seed=0):
 def test_slope_is_the_derivative_of_the_basis():
     s, step = np.linspace(0.0, 2.0, 7), 1e-6
     numeric = (basis(s + step, 1.3, 5) - basis(s - step, 1.3, 5)) / (2 * step)
-    np.testing.assert_allclose(slope(basis(s, 1.3, 5), 1.3), numeric, atol=1e-7)
+    np.testing.assert_allclose(basis_slope(basis(s, 1.3, 5), 1.3), numeric, atol=1e-7)
 
 
 @pytest.mark.parametrize("kind", ["stadium", "oval", "figure_eight"])
@@ -29,7 +37,7 @@ def test_a_lap_of_noisy_points_gives_the_path(kind):
     _, tangents = path.points_and_tangents(s)
     heading = np.arctan2(tangents[:, 1], tangents[:, 0])
     assert np.degrees(np.std(np.angle(np.exp(1j * (heading - track.pose(s)[2]))))) < 1.5
-    # Its own idea of its error is right within a third.
+    # Its estimate of its own error is right within a third.
     assert np.sqrt(np.mean(path.variance(s))) == pytest.approx(np.sqrt(np.mean(error**2) / 2), rel=0.35)
 
 
@@ -49,7 +57,7 @@ def test_points_one_by_one_are_points_all_at_once():
 def test_an_even_drive_is_labelled_by_time():
     track = stadium()
     times = np.linspace(0.0, 1.05 * track.length / 0.15, 700)
-    wrong = 0.15 * times + 0.01 * np.sin(9.0 * times)  # a filter's idea of the way
+    wrong = 0.15 * times + 0.01 * np.sin(9.0 * times)  # a filter's estimate of the distance
     path, labels = learn_path(times, wrong, lap_points(track, 0.15 * times, 0.0005), track.length, 0.0005**2)
     np.testing.assert_allclose(np.diff(labels), np.diff(labels)[0], rtol=1e-6)
     assert is_even(path)
@@ -65,7 +73,7 @@ def test_an_uneven_drive_is_labelled_by_arc_length():
     assert path.length == pytest.approx(track.length, rel=0.01)
 
 
-def test_straightening_keeps_the_place():
+def test_straightening_keeps_the_position():
     track = stadium()
     s = np.linspace(0.0, track.length, 600, endpoint=False)
     uneven = s + 0.03 * np.sin(4 * np.pi * s / track.length)

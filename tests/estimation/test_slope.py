@@ -143,9 +143,9 @@ def test_deviations_are_carried_through_a_bounce():
     mean, P = np.array([0.2, 0.6, 0.4, -0.3]), np.diag([1e-4, 1e-4, 1e-2, 1e-2])
     rng = np.random.default_rng(0)
     many = mean + rng.multivariate_normal(np.zeros(4), 1e-4 * P, 4000)  # small: as a derivative
-    later = np.array([estimator.propagate(m, P, 0.4)[0] for m in many])
-    _, spread = estimator.propagate(mean, 1e-4 * P, 0.4)
-    noise = estimator.propagate(mean, np.zeros((4, 4)), 0.4)[1]
+    later = np.array([estimator.ball.propagate(m, P, 0.4)[0] for m in many])
+    _, spread = estimator.ball.propagate(mean, 1e-4 * P, 0.4)
+    noise = estimator.ball.propagate(mean, np.zeros((4, 4)), 0.4)[1]
     np.testing.assert_allclose(np.diag(spread - noise), np.var(later, axis=0), rtol=0.1)
 
 

@@ -4,9 +4,9 @@ import pytest
 from drake_tracker.estimation.turn_model import HEADING, correct, turn_step
 
 
-@pytest.mark.parametrize("bend", [5.0, 0.0, -1e-7, -3.0])
-def test_jacobian_is_the_derivative(bend):
-    mean, dt, step = np.array([0.1, 0.2, 0.7, 0.15, bend]), 0.3, 1e-6
+@pytest.mark.parametrize("curvature", [5.0, 0.0, -1e-7, -3.0])
+def test_jacobian_is_the_derivative(curvature):
+    mean, dt, step = np.array([0.1, 0.2, 0.7, 0.15, curvature]), 0.3, 1e-6
     _, jacobian = turn_step(mean, dt)
     for k in range(5):
         e = step * np.eye(5)[k]

@@ -1,0 +1,49 @@
+import subprocess
+import sys
+from typing import get_args
+
+import pytest
+from slopes import board_pose
+
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.estimation import ESTIMATORS, Estimator, EstimatorState, make_estimator
+from drake_tracker.estimation.config import ClosedPath, CoordinatedTurn, PathEstimator, Slope
+
+CONTEXT = {Slope: {"X_WB": board_pose()}}
+
+
+@pytest.mark.parametrize("settings_type", ESTIMATORS.makers, ids=lambda kind: kind.__name__)
+def test_every_kind_satisfies_the_protocol_and_has_the_defaults_of_its_settings(settings_type):
+    estimator = ESTIMATORS.makers[settings_type](**CONTEXT.get(settings_type, {}))
+    assert isinstance(estimator, Estimator)
+    assert isinstance(estimator.initial_state(), EstimatorState)
+    assert estimator.settings == settings_type()
+
+
+def test_the_path_estimators_are_all_but_the_one_that_needs_a_board():
+    assert {*get_args(PathEstimator), Slope} == set(ESTIMATORS.makers)
+
+
+def test_a_name_and_an_instance_of_the_settings_make_the_same_estimator():
+    by_name = make_estimator("coordinated_turn", bend_noise=4.0)
+    by_settings = make_estimator(CoordinatedTurn(bend_noise=4.0), period=1.0 / 30.0)
+    assert type(by_name) is type(by_settings) and by_name.settings == by_settings.settings
+
+
+def test_settings_of_no_estimator_are_refused():
+    with pytest.raises(DrakeTrackerError, match="estimator: kind is"):
+        make_estimator(object())
+
+
+def test_the_closed_path_passes_its_systematic_error_to_its_coordinated_turn():
+    estimator = make_estimator(ClosedPath(systematic_std=0.007))
+    state = estimator.initial_state()
+    for k in range(40):
+        state = estimator.update(state, k / 60.0, [0.002 * k, 0.0, 0.5])
+    assert state.path is None and estimator.predict_std(state, [state.stamp])[0] > 0.007
+
+
+def test_the_settings_load_neither_drake_nor_scipy():
+    code = "import sys, drake_tracker.estimation.config; print(sorted({'pydrake', 'scipy'} & set(sys.modules)))"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
