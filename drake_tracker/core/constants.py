@@ -1,4 +1,4 @@
-"""Constants of nature that more than one room reckons with."""
+"""Physical constants that more than one subsystem uses."""
 
 GRAVITY = 9.81
-"""[m/s^2] along -z_W, as the simulated plant has it."""
+"""Acceleration of gravity [m/s^2] along -z_W, as in the simulated plant."""

@@ -45,7 +45,7 @@ def save_log(log: Mapping[str, Signal], path: Path) -> None:
         arrays[name] = signal.data
         arrays[f"{name}.time"] = signal.times
         arrays[f"{name}.names"] = np.array(signal.names)
-    np.savez_compressed(path, **arrays)
+    np.savez_compressed(path, **arrays)  # type: ignore[arg-type]
 
 
 def load_log(path: Path | str) -> dict[str, Signal]:
@@ -55,7 +55,7 @@ def load_log(path: Path | str) -> dict[str, Signal]:
             names = [key for key in arrays.files if "." not in key]
             fields = {name: tuple(arrays[f"{name}.names"].tolist()) for name in names}
             data = {name: [_numbers(arrays[key]) for key in (f"{name}.time", name)] for name in names}
-            return {name: Signal(*data[name], fields[name]) for name in names}
+            return {name: Signal(data[name][0], data[name][1], fields[name]) for name in names}
     except _DAMAGED as error:
         raise DrakeTrackerError(f"{path}: this log is damaged or incomplete: {error}") from None
 

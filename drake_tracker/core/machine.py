@@ -30,7 +30,7 @@ assert image.data[..., 3].any(), "the image is empty"
 """
 
 
-def probe_renderer(timeout=60.0):
+def probe_renderer(timeout: float = 60.0) -> str | None:
     """Renders one image in a child process. Returns None when that works, else what went wrong, in one line."""
     try:
         child = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, text=True, timeout=timeout)
@@ -43,14 +43,14 @@ def probe_renderer(timeout=60.0):
     return (child.stderr.strip().splitlines() or [f"exit code {child.returncode}"])[-1]
 
 
-def require_renderer():
+def require_renderer() -> None:
     """Raises MachineError when this machine cannot render, in about a second; call it before the first image."""
     trouble = probe_renderer()
     if trouble:
         raise MachineError(f"the renderer does not work ({trouble}); as root: {APT_LINE}")
 
 
-def examine():
+def examine() -> list[tuple[str, str, bool]]:
     """Returns rows (what, value, ok): Python, the packages, the libraries, the models, the renderer."""
     low, high = PYTHONS
     findings = [("Python", platform.python_version(), low <= sys.version_info[:2] <= high)]
@@ -76,7 +76,7 @@ def examine():
     return findings
 
 
-def main():
+def main() -> int:
     """Prints the findings as a table. Returns 0 when the machine can run the project, else 2."""
     findings = examine()
     for what, value, ok in findings:

@@ -1,4 +1,4 @@
-"""Where the models are."""
+"""Finds the models."""
 
 from pathlib import Path
 
@@ -7,9 +7,10 @@ from drake_tracker.core.errors import DrakeTrackerError
 _PACKAGE = Path(__file__).parents[1]
 
 
-def models_path():
-    """Returns the folder of the models, the one with package.xml: ``models/`` beside the package in a checkout, inside
-    the package when it was installed from a wheel.
+def models_path() -> Path:
+    """Returns the folder of the models, which has a package.xml.
+
+    It is ``models/`` beside the package in a checkout, and inside the package when that was installed from a wheel.
 
     Raises DrakeTrackerError when it is in neither place.
     """

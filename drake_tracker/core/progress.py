@@ -1,7 +1,9 @@
-"""Shows how a run or a campaign is getting on."""
+"""Shows the progress of a run or a campaign."""
 
 import sys
 import time
+from collections.abc import Callable
+from typing import TextIO
 
 _TERMINAL_INTERVAL = 0.2
 _PLAIN_INTERVAL = 10.0
@@ -9,61 +11,69 @@ _BAR = 24
 
 
 class _Line:
-    """One line that is rewritten on a terminal; elsewhere a line printed now and then.
+    """One line that is rewritten on a terminal; elsewhere a line that is printed every ten seconds.
 
     Args:
-        stream: where to print.
+        stream: where to print; standard error by default.
         clock: returns the wall time [s].
     """
 
-    def __init__(self, stream=None, clock=time.monotonic):
+    def __init__(self, stream: TextIO | None = None, clock: Callable[[], float] = time.monotonic) -> None:
         self._stream = stream or sys.stderr
         self._clock = clock
         self._terminal = self._stream.isatty()
-        self._first = self._last = None
+        self._started = False
+        self._first = self._last = 0.0
 
-    def _start(self, now):
-        self._first = now
+    def _start(self, now: float) -> None:
+        self._started, self._first = True, now
         self._last = now if not self._terminal else now - _TERMINAL_INTERVAL
 
-    def _is_due(self, now):
+    def _is_due(self, now: float) -> bool:
         return now - self._last >= (_TERMINAL_INTERVAL if self._terminal else _PLAIN_INTERVAL)
 
-    def _show(self, line, now):
+    def _show(self, line: str, now: float) -> None:
         self._last = now
         self._stream.write(f"\r{line}\x1b[K" if self._terminal else line.rstrip() + "\n")
         self._stream.flush()
 
-    def say(self, line):
+    def say(self, line: str) -> None:
         """Prints a line of its own, which stays."""
         self._stream.write(f"\r\x1b[K{line}\n" if self._terminal else f"{line}\n")
         self._stream.flush()
 
-    def close(self):
+    def close(self) -> None:
         """Clears the line on a terminal."""
-        if self._terminal and self._first is not None:
+        if self._terminal and self._started:
             self._stream.write("\r\x1b[K")
             self._stream.flush()
 
 
 class Progress(_Line):
-    """A callable ``progress(sim_time, phase)``: simulated time, phase, real-time factor of a run.
+    """A callable ``progress(sim_time, phase)``: simulated time, phase and real-time factor of a run.
 
     Args:
         duration: simulated time at which the run ends at the latest [s].
-        stream: where to print.
+        stream: where to print; standard error by default.
         clock: returns the wall time [s].
     """
 
-    def __init__(self, duration, stream=None, clock=time.monotonic):
+    def __init__(
+        self, duration: float, stream: TextIO | None = None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         super().__init__(stream, clock)
         self._duration = duration
         self._first_time = 0.0
 
-    def __call__(self, sim_time, phase):
-        """Takes the simulated time [s] and the name of the phase; prints unless it did so a moment ago."""
+    def __call__(self, sim_time: float, phase: str) -> None:
+        """Reports progress, unless it did so a moment ago.
+
+        Args:
+            sim_time: simulated time [s].
+            phase: name of the phase.
+        """
         now = self._clock()
-        if self._first is None:
+        if not self._started:
             self._start(now)
             self._first_time = sim_time
         if not self._is_due(now):
@@ -74,56 +84,72 @@ class Progress(_Line):
 
 
 class StepsProgress(_Line):
-    """A callable ``progress(done, steps, what)``: how far a job of so many steps is.
+    """A callable ``progress(done, steps, what)``: how many steps of a job are done.
 
     Args:
-        stream: where to print.
+        stream: where to print; standard error by default.
         clock: returns the wall time [s].
     """
 
-    def __call__(self, done, steps, what):
-        """Takes how many steps are done, how many there are, and what is done in them."""
+    def __call__(self, done: int, steps: int, what: str) -> None:
+        """Reports progress, unless it did so a moment ago.
+
+        Args:
+            done: number of steps that are done.
+            steps: number of all steps.
+            what: what is done in them.
+        """
         now = self._clock()
-        if self._first is None:
+        if not self._started:
             self._start(now)
         if self._is_due(now):
             self._show(f"{what}: {done} of {steps}", now)
 
 
 class TrialsProgress(_Line):
-    """A callable ``progress(ended, trials, taken)``: a bar, the rate of success and the time left of a campaign.
+    """A callable ``progress(ended, trials, taken)``: a bar, the successes so far and the remaining time of a campaign.
 
     Args:
-        stream: where to print.
+        stream: where to print; standard error by default.
         clock: returns the wall time [s].
     """
 
-    def __init__(self, stream=None, clock=time.monotonic):
+    def __init__(self, stream: TextIO | None = None, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(stream, clock)
         self._first_ended = 0
 
-    def __call__(self, ended, trials, taken):
-        """Takes how many trials have ended, how many there are, and how many took the object; prints unless it did so
-        a moment ago. The first call, before any trial, says where the campaign goes on.
+    def __call__(self, ended: int, trials: int, succeeded: int) -> None:
+        """Reports progress, unless it did so a moment ago. The first call, before any trial, sets where it starts.
+
+        Args:
+            ended: number of trials that have ended.
+            trials: number of all trials.
+            succeeded: number of trials that succeeded.
         """
         now = self._clock()
-        if self._first is None:
+        if not self._started:
             self._start(now)
             self._first_ended = ended
         elif not self._is_due(now) and ended < trials:
             return
         filled = _BAR * ended // max(trials, 1)
-        line = f"[{'#' * filled}{'.' * (_BAR - filled)}] {ended} of {trials}  taken {taken}"
+        line = f"[{'#' * filled}{'.' * (_BAR - filled)}] {ended} of {trials}  succeeded {succeeded}"
         fresh, wall = ended - self._first_ended, now - self._first
         if fresh and wall > 0.0:
-            line += f"  {60.0 * fresh / wall:.1f} a minute"
+            line += f"  {60.0 * fresh / wall:.1f} per minute"
             if ended < trials:
                 line += f"  {time_left(wall, fresh, trials - ended)} left"
         self._show(line, now)
 
 
-def time_left(wall, done, missing):
-    """Returns in words how long ``missing`` trials take, when ``done`` took ``wall`` [s]."""
+def time_left(wall: float, done: int, missing: int) -> str:
+    """Returns in words how long the missing trials take.
+
+    Args:
+        wall: time that the trials so far took [s].
+        done: number of trials so far.
+        missing: number of missing trials.
+    """
     seconds = round(wall / done * missing)
     if seconds < 60:
         return f"{seconds} s"

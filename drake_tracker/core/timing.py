@@ -46,7 +46,7 @@ TRANSFORM_SLOT = 14 / 16
 IK_SLOT = 15 / 16
 
 
-def steps_in(period, time_step=TIME_STEP):
+def steps_in(period: float, time_step: float = TIME_STEP) -> int:
     """Returns how many plant steps a period [s] takes.
 
     Raises DrakeTrackerError when it is not a whole number of them.
@@ -59,17 +59,17 @@ def steps_in(period, time_step=TIME_STEP):
     return steps
 
 
-def vision_slot(slot, time_step=TIME_STEP):
+def vision_slot(slot: float, time_step: float = TIME_STEP) -> float:
     """Offset [s] of a System that runs at the vision period, in the given slot after the images of the same cycle."""
     return slot * time_step
 
 
-def servo_slot(slot, time_step=TIME_STEP, period=SERVO_PERIOD):
+def servo_slot(slot: float, time_step: float = TIME_STEP, period: float = SERVO_PERIOD) -> float:
     """Offset [s] of a System that runs at the servo period: the given slot of the period's last plant step."""
     return (steps_in(period, time_step) - 1 + slot) * time_step
 
 
-def delay_cycles(lag_cycles, newest_image_age_cycles):
+def delay_cycles(lag_cycles: float, newest_image_age_cycles: float) -> int:
     """Returns the whole number of cycles that a centroid is held so that it appears ``lag_cycles`` after its stamp.
 
     ``newest_image_age_cycles`` is (time of the newest image used - stamp) / period: 1 for normal flow on consecutive
@@ -83,7 +83,7 @@ def delay_cycles(lag_cycles, newest_image_age_cycles):
     return int(cycles)
 
 
-def lag_of_throughput(throughput_cycles, first_image_age_cycles, stamp_age_cycles):
+def lag_of_throughput(throughput_cycles: float, first_image_age_cycles: float, stamp_age_cycles: float) -> float:
     """Returns the cycles from a centroid's stamp until it shows, given those from the capture of its first image.
 
     Nashman and Chaconas 1990 count a throughput "between digitizing an image and outputting results dependent on that

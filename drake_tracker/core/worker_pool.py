@@ -1,17 +1,26 @@
-"""Many independent trials on all cores: each in a process of its own making, none the worse when another one dies."""
+"""A pool of worker processes for independent trials, each started afresh.
+
+The standard library's pools do not fit: a worker that is killed by a signal breaks a `ProcessPoolExecutor` for all
+trials, and hangs a `multiprocessing.Pool`. Here it costs only its own trial.
+"""
 
 import multiprocessing
 import signal
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import wait
 from typing import Any, NamedTuple
 
 FRESH_AFTER = 20
-"""Trials after which a worker makes way for a new process: what native code leaks goes with it."""
+"""Trials after which a worker is replaced by a new process, so that memory leaked by native code is released."""
 
 
 class WorkerDied(NamedTuple):
-    """In the place of a result: the process ended before it had one. ``exit_code`` below 0 is a signal's number."""
+    """Takes the place of a result when the process ended before it had one.
+
+    Attributes:
+        exit_code: exit code of the process; below 0 it is the number of a signal.
+    """
 
     exit_code: int
 
@@ -24,25 +33,28 @@ class _Worker:
     trials: int = field(default=0)
 
 
-def run_trials(work, jobs, workers):
+def run_trials(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[tuple[Any, Any]]:
     """Yields (job, result) of ``work(job)`` for every job, in the order in which they end.
 
-    Args:
-      work: a function of a module, called in spawned processes. jobs: an iterable of picklable things; the next one is
-      taken when a worker is free. workers: how many processes work at a time.
+    A worker that dies, whatever the cause, yields (job, `WorkerDied`) for its own job, and another takes its place.
+    When the caller stops early (or on Ctrl-C) the processes are ended.
 
-    A worker that dies, whatever killed it, yields (job, `WorkerDied`) for its own job; another takes its place. When
-    the caller stops early (or on Ctrl-C) the processes are ended.
+    Args:
+        work: a function of a module, called in spawned processes.
+        jobs: picklable objects; the next one is taken when a worker is free.
+        workers: number of processes that work at the same time.
     """
     context = multiprocessing.get_context("spawn")
     jobs = iter(jobs)
-    busy = {}
+    busy: dict[Any, _Worker] = {}
     try:
         for _ in range(workers):
             _give_next(context, work, jobs, None, busy)
         while busy:
+            pipe: Any
             for pipe in wait(list(busy)):
-                worker = busy.pop(pipe)
+                worker: _Worker | None = busy.pop(pipe)
+                assert worker
                 job = worker.job
                 try:
                     result = pipe.recv()
@@ -53,12 +65,14 @@ def run_trials(work, jobs, workers):
                 _give_next(context, work, jobs, worker, busy)
                 yield job, result
     finally:
-        for worker in busy.values():
-            worker.process.terminate()
+        for left in busy.values():
+            left.process.terminate()
 
 
-def _give_next(context, work, jobs, worker, busy):
-    """Gives the next job to a worker, or to a new one for None or a tired one; ends the worker when there is none."""
+def _give_next(
+    context: Any, work: Callable[[Any], Any], jobs: Iterator[Any], worker: _Worker | None, busy: dict[Any, _Worker]
+) -> None:
+    """Gives the next job to a worker. A new one replaces None or one that has done its share; without jobs it ends."""
     job = next(jobs, _NO_JOB)
     if worker is not None and (job is _NO_JOB or worker.trials >= FRESH_AFTER):
         worker.pipe.close()
@@ -80,8 +94,8 @@ def _give_next(context, work, jobs, worker, busy):
 _NO_JOB = object()
 
 
-def _serve(work, pipe):
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the caller's to answer
+def _serve(work: Callable[[Any], Any], pipe: Any) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the caller handles Ctrl-C
     while True:
         try:
             job = pipe.recv()

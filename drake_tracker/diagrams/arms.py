@@ -5,9 +5,9 @@ from typing import Any
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_tracker.arm.config import Hand
-from drake_tracker.arm.description import PROBE_FRAME, ArmDescription, add_arm
-from drake_tracker.arm.joint_servo import actuators_of
+from drake_tracker.arm.description import PROBE_FRAME, ArmDescription
 from drake_tracker.arm.kinds import make_arm
+from drake_tracker.arm.plant import actuators_of, add_arm
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.diagrams.custom import make_custom
 from drake_tracker.scenarios.base import Custom
@@ -47,7 +47,7 @@ def check_arm(arm: ArmDescription) -> None:
     """Raises DrakeTrackerError, one line, when the models of an `ArmDescription` are not as it says."""
     plant = MultibodyPlant(0.0)
     try:
-        parts = add_arm(plant, arm)
+        parts = add_arm(plant, description=arm)
         for frame in (arm.tool_frame, *(() if arm.has_fingers else (PROBE_FRAME,))):
             plant.GetFrameByName(frame, parts.gripper)
         for finger in arm.fingers:

@@ -1,7 +1,9 @@
 """A recorded signal as a Drake System, in place of the port that it was recorded from."""
 
 import numpy as np
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from drake_tracker.core.log import Signal
 
 _SAME_INSTANT = 1e-9
 """Times that differ by less [s] are one instant."""
@@ -25,13 +27,13 @@ class LogSourceSystem(LeafSystem):
         signal: `record.log.Signal` with at least one sample. period, offset: of the original's updates [s].
     """
 
-    def __init__(self, signal, period, offset=0.0):
+    def __init__(self, signal: Signal, period: float, offset: float = 0.0) -> None:
         super().__init__()
         self._times, self._data = signal.times, signal.data
         state = self.DeclareDiscreteState(self._data[0])
         self.DeclareStateOutputPort("signal", state)
         self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
 
-    def _update(self, context, discrete_state):
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         following = np.searchsorted(self._times, context.get_time() + _SAME_INSTANT, side="right")
         discrete_state.set_value(self._data[min(following, len(self._times) - 1)])

@@ -1,11 +1,18 @@
 """The picture of a replay: the errors of run and replay over time, and both tracks from above."""
 
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from drake_tracker.replay.judge import HORIZONS
+from drake_tracker.core.log import Signal
+from drake_tracker.replay.judge import HORIZONS, Judge
+from drake_tracker.replay.recording import Recording
 from drake_tracker.tasks.plots import LONG, broken, draw_phases, name_colours
 from drake_tracker.tasks.style import FAR_PREDICTED, PLOT_STYLE, PREDICTED, RULE, SOFT_INK, TRUTH
 
@@ -14,7 +21,9 @@ _MOST_WORDS = 150
 """Letters of the line that tells the changes."""
 
 
-def draw_replay(judge, recording, replayed, result, path):
+def draw_replay(
+    judge: Judge, recording: Recording, replayed: Mapping[str, Signal], result: Mapping[str, Any], path: Path
+) -> None:
     """Draws a replay as one picture, 2400 x 1350 px.
 
     Args:
@@ -40,7 +49,7 @@ def draw_replay(judge, recording, replayed, result, path):
         figure.savefig(path, dpi=150)
 
 
-def _draw_map(ax, judge, recording, logs):
+def _draw_map(ax: Axes, judge: Judge, recording: Recording, logs: Any) -> None:
     """The track from above: the truth, and where each packet put the object the longer horizon ahead."""
     times = recording.log["point"].times
     xy = judge.true_xy(times[judge.free(times)])
@@ -58,7 +67,7 @@ def _draw_map(ax, judge, recording, logs):
     ax.set_axisbelow(True)
 
 
-def _draw_errors(ax, judge, logs, horizon, end):
+def _draw_errors(ax: Axes, judge: Judge, logs: Any, horizon: float, end: float) -> None:
     largest = [1.0]
     for log, colour, width in logs:
         times, error = judge.ahead(log, horizon)
@@ -71,7 +80,7 @@ def _draw_errors(ax, judge, logs, horizon, end):
     ax.set_axisbelow(True)
 
 
-def _draw_headline(figure, recording, result):
+def _draw_headline(figure: Figure, recording: Recording, result: Mapping[str, Any]) -> None:
     far = f"prediction_{LONG:g}_s_rms_m"
     before, after = (result[which][far] for which in ("recorded", "replayed"))
     if result["identical"]:
@@ -90,5 +99,5 @@ def _draw_headline(figure, recording, result):
     figure.text(0.05, 0.885, words or "nothing changed", fontsize=11.5, color=REPLAYED, va="center")
 
 
-def _show(value):
+def _show(value: Any) -> str:
     return "-" if value is None else f"{value:g}" if isinstance(value, float) else str(value)

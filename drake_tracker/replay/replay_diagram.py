@@ -1,6 +1,8 @@
 """The wiring of a replay: recorded sources, then the run's own vision, host, link and servo."""
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from collections.abc import Mapping
+
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from drake_tracker.diagrams.hand_eye import inputs, outputs
 
@@ -33,7 +35,14 @@ class ReplayDiagram(Diagram):
       host: `EstimatorSystem`. link: a link System. servo: `ServoSystem`.
     """
 
-    def __init__(self, sources, vision, host, link, servo):
+    def __init__(
+        self,
+        sources: Mapping[str, tuple[System, str]],
+        vision: System | None,
+        host: System,
+        link: System,
+        servo: System,
+    ) -> None:
         super().__init__()
         self.set_name("replay")
         builder = DiagramBuilder()
@@ -47,7 +56,7 @@ class ReplayDiagram(Diagram):
                 continue
             builder.AddSystem(system)
             for port in inputs(system):
-                builder.Connect(ports[packet if port.get_name() == "packet" else port.get_name()], port)
+                builder.Connect(ports[packet if packet and port.get_name() == "packet" else port.get_name()], port)
             for port in outputs(system):
                 ports[port.get_name()] = port
                 if not port.get_name().startswith(UNLOGGED):

@@ -1,6 +1,8 @@
 """The host's process: takes what the laboratory's sensors send, and sends packets, at the pace of what it hears."""
 
 import time
+from collections.abc import Callable, Mapping
+from typing import Any, NoReturn
 
 from drake import lcmt_drake_signal, lcmt_image_array
 from pydrake.lcm import DrakeLcm
@@ -38,7 +40,14 @@ class HostProcess:
       mailbox: the `Mailbox` of what comes in. counts: {what: how many} of the summary.
     """
 
-    def __init__(self, scenario, incoming, outgoing, tell=print, clock=time.monotonic):
+    def __init__(
+        self,
+        scenario: Any,
+        incoming: DrakeLcm,
+        outgoing: DrakeLcm,
+        tell: Callable[[str], object] = print,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self._tell, self._clock = tell, clock
         self._inside = DrakeLcm("memq://")
         self._side, self._image_sizes = make_host_side(scenario, self._inside, outgoing)
@@ -46,19 +55,19 @@ class HostProcess:
         self._simulator = Simulator(self._side)
         self._collector = CycleCollector(self._side.heard, VISION_PERIOD)
         self.mailbox = Mailbox(incoming, self._side.heard)
-        self._next = None
-        self._last_heard = None
+        self._next = 0
+        self._last_heard: float | None = None
         self._silent = False
-        self._stamp = None
+        self._stamp: float | None = None
         names = ("laboratories", "cycles", "cycles_incomplete", "packets", "not_understood", "skipped")
         self.counts = dict.fromkeys(names, 0)
 
     @property
-    def time(self):
+    def time(self) -> float:
         """The sender's time [s] that the host has come to."""
         return self._simulator.get_context().get_time()
 
-    def step(self, timeout=0.1):
+    def step(self, timeout: float = 0.1) -> int:
         """Waits up to ``timeout`` [s] for messages and works on all that came. Returns the number of cycles.
 
         Raises DrakeTrackerError when the images are not those of the scenario.
@@ -78,7 +87,7 @@ class HostProcess:
         self._notice(count > 0)
         return count
 
-    def _take(self, port, data):
+    def _take(self, port: str, data: bytes) -> list[Any]:
         """Takes a message of one port, in bytes. Returns the cycles that it ends."""
         try:
             if port.startswith(_CAMERA):
@@ -93,14 +102,14 @@ class HostProcess:
             self._refuse(port, size)
         return self._collector.put(port, sent, (sent, data))
 
-    def _refuse(self, port, size):
+    def _refuse(self, port: str, size: list[tuple[int, int]]) -> NoReturn:
         came, known = (" and ".join(f"{w} x {h}" for w, h in sizes) for sizes in (size, [self._image_sizes[port]]))
         raise DrakeTrackerError(
             f"{channel_of(port)}: the image is {came or 'missing'}, this scenario's are {known} px; start host and arm "
             "with the same scenario and settings"
         )
 
-    def _work(self, cycle):
+    def _work(self, cycle: Any) -> None:
         if cycle.anew:
             self._begin(cycle.number)
         elif cycle.number > self._next:  # cycles of which nothing came
@@ -120,7 +129,7 @@ class HostProcess:
             self.counts["packets"] += 1
             self._stamp = packet.stamp
 
-    def _begin(self, number):
+    def _begin(self, number: int) -> None:
         """Starts afresh before the cycle ``number``."""
         context = self._side.CreateDefaultContext()
         context.SetTime((number - 0.5) * VISION_PERIOD)
@@ -134,7 +143,7 @@ class HostProcess:
         self.counts["laboratories"] += 1
         self._silent = False
 
-    def _say_frames(self, messages, number):
+    def _say_frames(self, messages: Mapping[str, Any], number: int) -> None:
         """Tells the vision which cameras have an image in the cycle ``number``, and when it was taken."""
         context = self._simulator.get_mutable_context()
         for port in self._image_sizes:
@@ -142,7 +151,7 @@ class HostProcess:
             frame = self._side.GetInputPort(port.replace(_CAMERA, "frame_"))
             frame.FixValue(context, [sent, float(port in messages)])
 
-    def _notice(self, heard):
+    def _notice(self, heard: bool) -> None:
         now = self._clock()
         if heard:
             if self._silent:

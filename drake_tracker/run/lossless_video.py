@@ -1,6 +1,10 @@
 """Grey images kept to the last bit, as they are, in Matroska: readable up to where writing stopped."""
 
+from pathlib import Path
+from typing import Any
+
 import av
+import numpy as np
 
 
 class LosslessVideo:
@@ -14,7 +18,7 @@ class LosslessVideo:
       path: file to write, ``*.mkv``. rate: images per second. size: (width, height) [px].
     """
 
-    def __init__(self, path, rate, size):
+    def __init__(self, path: Path, rate: int, size: tuple[int, int]) -> None:
         often = {"flush_packets": "1", "cluster_time_limit": "1000"}  # [ms]
         self._container = av.open(str(path), "w", format="matroska", options=often)
         self._stream = self._container.add_stream("rawvideo", rate=rate)
@@ -22,21 +26,21 @@ class LosslessVideo:
         self._stream.pix_fmt = "gray"
         self._count = 0
 
-    def write(self, image):
+    def write(self, image: np.ndarray) -> None:
         """Appends a grey image, uint8 of shape (height, width)."""
         frame = av.VideoFrame.from_ndarray(image, format="gray")
         frame.pts = self._count
         self._count += 1
         self._mux(frame)
 
-    def close(self):
+    def close(self) -> None:
         """Ends the file. May be called again, and then does nothing."""
         if self._container is not None:
             self._mux(None)
             self._container.close()
             self._container = None
 
-    def _mux(self, frame):
+    def _mux(self, frame: Any) -> None:
         try:
             self._container.mux(self._stream.encode(frame))
         except BaseException:

@@ -43,10 +43,8 @@ def add_recorders(
         from drake_tracker.run.camera_video import add_camera_video
 
         path = folder and folder / "cameras.mp4"
-        film = task.film(scenario, hand_eye)
-        recorders.append(
-            add_camera_video(builder, hand_eye=hand_eye, film=film, path=path, onlooker=live and live.frames)
-        )
+        film, onlooker = task.film(scenario, hand_eye), live.frames if live is not None else None
+        recorders.append(add_camera_video(builder, hand_eye=hand_eye, film=film, path=path, onlooker=onlooker))
     if has_images(hand_eye) and folder:
         from drake_tracker.run.motion_snapshot import add_motion_snapshot
 

@@ -93,7 +93,7 @@ class TrackingDisplaySystem(LeafSystem):
         drawn = context.get_abstract_state(self._drawn).get_value()
         phase = int(ArmCommand(self._command.Eval(context)).phase)
         valid = bool(Prediction(drawn.packet).valid) and phase in self._view.phases
-        points = self._view.path(drawn.packet, now) if valid else ()
+        points: Sequence[np.ndarray | None] = list(self._view.path(drawn.packet, now)) if valid else []
         self._place(_PATH, points, now)
         self._place(_TRAIL, [drawn.trail[k] for k in _TRAIL_FRAMES if k < len(drawn.trail)], now)
 

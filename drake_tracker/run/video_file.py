@@ -3,9 +3,11 @@
 import os
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import av
 import cv2
+import numpy as np
 
 _QUALITY = "26"
 """x264's constant rate factor: 18 looks lossless, 28 shows blocks."""
@@ -25,10 +27,10 @@ class VideoFile:
     wanted = True
     """Every frame is."""
 
-    def __init__(self, path, rate, size):
+    def __init__(self, path: Path, rate: int, size: tuple[int, int]) -> None:
         self._path = Path(path)
         fragments = {"movflags": "frag_keyframe+empty_moov+default_base_moof", "flush_packets": "1"}
-        self._container = av.open(str(self._path), "w", format="mp4", options=fragments)
+        self._container: Any = av.open(str(self._path), "w", format="mp4", options=fragments)
         self._stream = self._container.add_stream(
             "libx264", rate=rate, options={"preset": "ultrafast", "crf": _QUALITY, "g": str(rate)}
         )
@@ -38,14 +40,14 @@ class VideoFile:
         self._stream.thread_count = 2
         self._count = 0
 
-    def write(self, image):
+    def write(self, image: np.ndarray) -> None:
         """Appends a BGR image, uint8 of shape (height, width, 3)."""
         frame = av.VideoFrame.from_ndarray(cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420), format="yuv420p")
         frame.pts = self._count
         self._count += 1
         self._mux(frame)
 
-    def close(self):
+    def close(self) -> None:
         """Writes what is left and joins the fragments. May be called again, and then does nothing."""
         if self._container is None:
             return
@@ -55,7 +57,7 @@ class VideoFile:
         if self._count:
             _join_fragments(self._path)
 
-    def _mux(self, frame):
+    def _mux(self, frame: Any) -> None:
         try:
             self._container.mux(self._stream.encode(frame))
         except BaseException:
@@ -65,7 +67,7 @@ class VideoFile:
             raise
 
 
-def _join_fragments(path):
+def _join_fragments(path: Path) -> None:
     """Rewrites a fragmented MP4 as one piece with its index in front, without coding the images again."""
     whole = path.with_name(path.name + ".part")
     try:

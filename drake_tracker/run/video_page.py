@@ -1,14 +1,16 @@
-"""Draws one frame of the camera video: what the cameras see now, and, below or beside it, what the centroid describes.
+"""Draws one frame of the camera video: the present image, and beside it the image that the centroid describes.
 
-The centroid comes a lag after the images it was found in. So it is drawn where it belongs, on the image of its stamp,
-with the motion energy of that stamp; on the present image stands what is made of it, the prediction for now and the
-next second.
+A centroid appears one vision lag after the images in which it was found. It is therefore drawn on the image of its
+stamp, together with the motion energy of that stamp. The present image shows what results from it: the predicted path
+for now and the next second.
 """
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -26,6 +28,8 @@ _ENERGY, _PATH, _OUTLINE, _GOAL = "#ffb000", "#4cc2ff", "#77808a", "#ff8a3d"
 _STATUS_TOP, _STATUS_HEIGHT = 140, 290
 _BORDER, _WIDE_BORDER = 4, 44
 """Pixels of the image shown around the windows of two cameras, and around that of a single one."""
+NO_PIXELS = np.zeros((0, 2))
+NO_PIXELS.flags.writeable = False
 _SHIFT = 4
 """Fractional bits of the coordinates given to OpenCV's drawing functions."""
 
@@ -34,50 +38,74 @@ _SHIFT = 4
 class CameraSight:
     """One camera's share of a frame. Pixel coordinates are those of the full image.
 
-    image: BGR, the newest, or None. offset: (u0, v0) of its first pixel. path: (n, 2), where the prediction puts the
-    object, now first, or empty. late_image: BGR, of the centroid's stamp, or None. energy: the mask of that stamp, or
-    None.
-    centroid: (u, v), or None when it is not valid. goal: (3, 2), where the object is expected to come out, and the ends
-    of a bar about it, or empty.
+    Attributes:
+        image: the newest image, BGR.
+        offset: (u0, v0) of its first pixel.
+        path: (n, 2), where the prediction puts the object, now first; or empty.
+        late_image: the image of the centroid's stamp, BGR, or None.
+        energy: the mask of moving pixels of that stamp, or None.
+        centroid: (u, v), or None when it is not valid.
+        goal: (3, 2), where the object is expected to arrive and the ends of an error bar; or empty.
     """
 
     image: np.ndarray
-    offset: tuple
+    offset: tuple[int, int]
     path: np.ndarray
-    late_image: np.ndarray
-    energy: np.ndarray
-    centroid: tuple
-    goal: np.ndarray = ()
+    late_image: np.ndarray | None
+    energy: np.ndarray | None
+    centroid: tuple[float, float] | None
+    goal: np.ndarray = NO_PIXELS
 
 
 @dataclass(frozen=True)
 class PageState:
-    """What a frame says beside the images: time [s], phase (of the task's enumeration), two short lines of text below
-    the phases, the centroid's stamp [s] or None, and whether the arm goes on without vision.
+    """What a frame says beside the images.
+
+    Attributes:
+        time: simulated time [s].
+        phase: phase, of the task's enumeration.
+        notes: two short lines of text below the phases.
+        stamp: stamp of the centroid [s], or None.
+        blind: whether the arm works without vision.
     """
 
     time: float
     phase: IntEnum
-    notes: tuple
-    stamp: float
+    notes: tuple[str, str]
+    stamp: float | None
     blind: bool = False
 
 
 class VideoPage:
-    """Draws frames of ``size`` (width, height) [px], both even, as tall as the windows ask for.
+    """Draws frames.
 
-    Two cameras stand side by side, each with its late image below; of a single one the late image stands beside it.
-    ``lag`` is that argument.
+    Two cameras are shown side by side, each with its late image below; the late image of a single camera is beside it.
+    The height follows from the windows.
 
     Args:
-      polygons: {side: (n, 2)}, the windows of interest [px]. image_size: (width, height) of the full images [px].
-      title, subtitle: two short lines of text. lag: from image to centroid [s].
-      goal: what the mark of a `CameraSight.goal` is called, or None where there is none.
+        polygons: {side: corners (n, 2) [px]} of the windows of interest.
+        image_size: (width, height) of the full images [px].
+        title: first line of text.
+        subtitle: second line of text.
+        lag: time from an image to its centroid [s].
+        goal: name of the mark of `CameraSight.goal`, or None where there is none.
+
+    Attributes:
+        size: (width, height) of a frame [px], both even.
+        lag: as given.
     """
 
-    def __init__(self, polygons, image_size, title, subtitle, lag, goal=None):
+    def __init__(
+        self,
+        polygons: Mapping[str, np.ndarray],
+        image_size: tuple[int, int],
+        title: str,
+        subtitle: str,
+        lag: float,
+        goal: str | None = None,
+    ) -> None:
         single = len(polygons) == 1
-        # Of a single camera more is shown: there is room, and the hand moves outside of the window.
+        # More is shown of a single camera: there is room, and the hand moves outside the window.
         border = _WIDE_BORDER if single else _BORDER
         _u0, _v0, width, height = self._view = _common_view(polygons.values(), image_size, border)
         tallest, shortest = (_TALLEST_SINGLE, _SHORTEST_SINGLE) if single else (_TALLEST_PANEL, _SHORTEST_PANEL)
@@ -100,18 +128,16 @@ class VideoPage:
         self._draw_fixed(title, subtitle, lag, goal)
 
     @property
-    def panels(self):
-        """Where in a frame the images are: a list of (side, ``late``: whether the centroid's image, (x, y, width,
-        height) [px]).
-        """
-        (dx, dy), size = self._margin, tuple(round(self._scale * n) for n in self._view[2:])
+    def panels(self) -> list[tuple[str, bool, tuple[int, int, int, int]]]:
+        """Places of the images in a frame: (side, whether it is the late image, (x, y, width, height) [px]) of each."""
+        (dx, dy), size = self._margin, (round(self._scale * self._view[2]), round(self._scale * self._view[3]))
         return [
             (side, late, (x + dx, y + dy, *size))
             for side, spots in self._places.items()
             for late, (x, y) in zip((False, True), spots)
         ]
 
-    def draw(self, sights, state):
+    def draw(self, sights: Mapping[str, CameraSight], state: PageState) -> np.ndarray:
         """Returns the frame, BGR uint8, of {side: CameraSight} and a `PageState`."""
         frame = self._blank.copy()
         for side, places in self._places.items():
@@ -127,7 +153,7 @@ class VideoPage:
         frame[_STATUS_TOP : _STATUS_TOP + len(status), _SIDEBAR:] = status
         return frame
 
-    def _draw_fixed(self, title, subtitle, lag, goal):
+    def _draw_fixed(self, title: str, subtitle: str, lag: float, goal: str | None) -> None:
         page = self._blank
         for x in _COLUMNS:
             for y in self._rows:
@@ -157,7 +183,7 @@ class VideoPage:
             draw_text(page, words, _SIDEBAR + 28, y, 13, _MEDIUM)
             y += 24
 
-    def _draw_now(self, panel, sight, side):
+    def _draw_now(self, panel: np.ndarray, sight: CameraSight, side: str) -> None:
         self._place(panel, sight.image, sight.offset, cv2.INTER_LINEAR)
         _polyline(panel, self._polygons[side], _OUTLINE, 1, closed=True)
         if len(sight.path):
@@ -172,7 +198,7 @@ class VideoPage:
                 _polyline(panel, ends, _GOAL, 2)
             _diamond(panel, at, 7.0, _GOAL)
 
-    def _draw_late(self, panel, sight):
+    def _draw_late(self, panel: np.ndarray, sight: CameraSight) -> None:
         if sight.late_image is None:
             return
         grey = cv2.cvtColor(sight.late_image, cv2.COLOR_BGR2GRAY)
@@ -184,7 +210,7 @@ class VideoPage:
             (point,) = self._to_panel(np.array([sight.centroid]))
             _cross(panel, point, gap=7.0 if len(self._places) == 1 else 0.0)
 
-    def _place(self, panel, image, offset, interpolation):
+    def _place(self, panel: np.ndarray, image: np.ndarray, offset: tuple[int, int], interpolation: int) -> None:
         """Puts an image, or the part of it that is in view, into a panel at its place."""
         u0, v0, width, height = self._view
         left, top = max(u0, offset[0]), max(v0, offset[1])
@@ -197,7 +223,7 @@ class VideoPage:
         x1, y1 = (round(self._scale * a) + b for a, b in zip((right - u0, bottom - v0), self._margin))
         panel[y0:y1, x0:x1] = cv2.resize(part, (x1 - x0, y1 - y0), interpolation=interpolation)
 
-    def _to_panel(self, uv):
+    def _to_panel(self, uv: np.ndarray) -> np.ndarray:
         """Returns where the pixels ``uv`` (n, 2) of the full image are in a panel, a pixel's centre being whole in
         both.
         """
@@ -205,7 +231,7 @@ class VideoPage:
 
 
 @lru_cache(maxsize=64, typed=True)  # phases of two tasks are the same numbers
-def _status(phase, notes):
+def _status(phase: IntEnum, notes: tuple[str, str]) -> np.ndarray:
     """Returns the part of the sidebar that seldom changes, BGR."""
     status = np.full((_STATUS_HEIGHT, _WIDTH - _SIDEBAR, 3), bgr(_GROUND), np.uint8)
     y = 18
@@ -219,7 +245,7 @@ def _status(phase, notes):
     return status
 
 
-def _common_view(polygons, image_size, border):
+def _common_view(polygons: Iterable[np.ndarray], image_size: tuple[int, int], border: int) -> tuple[int, int, int, int]:
     """Returns the part (u0, v0, width, height) [px] of the full images that shows the windows of both cameras."""
     corners = np.concatenate([np.asarray(polygon) for polygon in polygons])
     low = np.clip(np.floor(corners.min(axis=0)).astype(int) - border, 0, image_size)
@@ -227,27 +253,27 @@ def _common_view(polygons, image_size, border):
     return int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1])
 
 
-def _fixed(point):
+def _fixed(point: Any) -> tuple[int, ...]:
     return tuple(round(float(c) * (1 << _SHIFT)) for c in point)
 
 
-def _polyline(image, points, colour, thickness, closed=False):
+def _polyline(image: np.ndarray, points: Any, colour: str, thickness: int, closed: bool = False) -> None:
     corners = np.rint(np.asarray(points) * (1 << _SHIFT)).astype(np.int32)
     cv2.polylines(image, [corners], closed, bgr(colour), thickness, cv2.LINE_AA, _SHIFT)
 
 
-def _dot(image, point, radius, colour):
+def _dot(image: np.ndarray, point: Any, radius: float, colour: str) -> None:
     if np.isfinite(point).all():
         cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(colour), -1, cv2.LINE_AA, _SHIFT)
 
 
-def _ring(image, point, radius, colour):
+def _ring(image: np.ndarray, point: Any, radius: float, colour: str) -> None:
     if np.isfinite(point).all():
         for width, shade in ((4, _VOID), (2, colour)):
             cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(shade), width, cv2.LINE_AA, _SHIFT)
 
 
-def _cross(image, point, arm=13.0, gap=0.0):
+def _cross(image: np.ndarray, point: Any, arm: float = 13.0, gap: float = 0.0) -> None:
     """A cross with arms of that length, open by ``gap`` in its middle, where a small object would not be seen."""
     for width, shade in ((4, _VOID), (2, _BRIGHT)):
         for step in ((1.0, 0.0), (0.0, 1.0)):
@@ -256,37 +282,37 @@ def _cross(image, point, arm=13.0, gap=0.0):
                 cv2.line(image, _fixed(ends[0]), _fixed(ends[1]), bgr(shade), width, cv2.LINE_AA, _SHIFT)
 
 
-def _diamond(image, point, radius, colour):
+def _diamond(image: np.ndarray, point: Any, radius: float, colour: str) -> None:
     if np.isfinite(point).all():
         corners = np.asarray(point) + np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]) * radius
         cv2.fillPoly(image, [np.rint(corners * (1 << _SHIFT)).astype(np.int32)], bgr(colour), cv2.LINE_AA, _SHIFT)
         _polyline(image, corners, _VOID, 1, closed=True)
 
 
-def _right_text(image, text, right, y, size, colour):
+def _right_text(image: np.ndarray, text: str, right: int, y: int, size: int, colour: str) -> None:
     # Set once outside of the image to learn its width.
     width = draw_text(image, text, 0, -100, size, colour)
     draw_text(image, text, right - width, y, size, colour)
 
 
-def _legend_path(page, x, y):
+def _legend_path(page: np.ndarray, x: int, y: int) -> None:
     _ring(page, (x - 5, y), 5.0, _PATH)
     for step in (5, 11):
         _dot(page, (x + step - 1, y), 2.0, _PATH)
 
 
-def _legend_goal(page, x, y):
+def _legend_goal(page: np.ndarray, x: int, y: int) -> None:
     _polyline(page, [(x - 10, y), (x + 10, y)], _GOAL, 2)
     _diamond(page, (x, y), 6.0, _GOAL)
 
 
-def _legend_energy(page, x, y):
+def _legend_energy(page: np.ndarray, x: int, y: int) -> None:
     cv2.rectangle(page, (x - 6, y - 5), (x + 5, y + 5), bgr(_ENERGY), -1)
 
 
-def _legend_centroid(page, x, y):
+def _legend_centroid(page: np.ndarray, x: int, y: int) -> None:
     _cross(page, (x, y), 7.0)
 
 
-def _legend_outline(page, x, y):
+def _legend_outline(page: np.ndarray, x: int, y: int) -> None:
     _polyline(page, [(x - 8, y + 2), (x - 2, y - 6), (x + 8, y - 1), (x + 2, y + 6)], _OUTLINE, 1, closed=True)

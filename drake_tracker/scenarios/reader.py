@@ -4,6 +4,8 @@ import dataclasses
 import difflib
 import math
 import typing
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 from drake_tracker.core.setting import allowed, as_tuple, kinds_of, settings_of
 from drake_tracker.scenarios.tree import Value
@@ -12,7 +14,15 @@ _NOUNS = {float: "a number", int: "a whole number", bool: "true or false", str: 
 _NAMES = "names, each with a number, true or false, or text"
 
 
-def read(value, schema, key, errors, origins, metadata=None, root=None):
+def read(
+    value: Value,
+    schema: Any,
+    key: str,
+    errors: list[str],
+    origins: dict[str, str],
+    metadata: Any = None,
+    root: Any = None,
+) -> Any:
     """Returns ``value`` as an instance of ``schema``: a dataclass, a Union of them, Optional, list, float, int, bool,
     str, or dict of these last four.
 
@@ -40,7 +50,7 @@ def read(value, schema, key, errors, origins, metadata=None, root=None):
     return _read_scalar(value, kinds[0], metadata, key, errors)
 
 
-def _read_part(value, kinds, key, errors, origins, root):
+def _read_part(value: Value, kinds: Any, key: str, errors: list[str], origins: dict[str, str], root: Any) -> Any:
     by_name = {kind.__name__: kind for kind in kinds}
     tag = value.tag or kinds[0].__name__
     if tag not in by_name:
@@ -65,7 +75,7 @@ def _read_part(value, kinds, key, errors, origins, root):
     return kind(**values)
 
 
-def _read_list(value, metadata, key, errors):
+def _read_list(value: Value, metadata: Any, key: str, errors: list[str]) -> Any:
     shape = metadata["shape"]
     plain = _plain(value)
     rows = plain if len(shape) == 2 else [plain]
@@ -81,7 +91,7 @@ def _read_list(value, metadata, key, errors):
     return rows if len(shape) == 2 else rows[0]
 
 
-def _read_names(value, schema, key, errors, origins):
+def _read_names(value: Value, schema: Any, key: str, errors: list[str], origins: dict[str, str]) -> dict[str, Any]:
     """Returns the dict of a mapping whose names are the user's own."""
     data = {} if value.data is None else value.data
     if not isinstance(data, dict) or value.tag:
@@ -95,7 +105,7 @@ def _read_names(value, schema, key, errors, origins):
     return {name: item.data for name, item in data.items()}
 
 
-def _read_scalar(value, kind, metadata, key, errors):
+def _read_scalar(value: Value, kind: Any, metadata: Any, key: str, errors: list[str]) -> Any:
     data, choices = value.data, metadata.get("choices")
     if value.tag:
         good = False
@@ -112,18 +122,18 @@ def _read_scalar(value, kind, metadata, key, errors):
     return kind(data)
 
 
-def _list_noun(shape):
+def _list_noun(shape: Any) -> str:
     return f"a list of {shape[0]} numbers" if len(shape) == 1 else f"a list of {shape[0]} lists of {shape[1]} numbers"
 
 
-def _number_fits(data, metadata):
+def _number_fits(data: Any, metadata: Any) -> bool:
     if isinstance(data, bool) or not isinstance(data, (int, float)):
         return False
     low, high = metadata.get("range") or (-math.inf, math.inf)
     return low <= data <= high and abs(data) != math.inf
 
 
-def _plain(value):
+def _plain(value: Value) -> Any:
     if isinstance(value.data, list):
         return [_plain(item) for item in value.data]
     if isinstance(value.data, dict):
@@ -131,7 +141,7 @@ def _plain(value):
     return value.data
 
 
-def _show(value):
+def _show(value: Value) -> str:
     data = _plain(value)
     if isinstance(data, dict):
         text = "a mapping"
@@ -143,12 +153,12 @@ def _show(value):
     return f"!{value.tag} {text}" if value.tag else text
 
 
-def _nearest(word, names, prefix=""):
+def _nearest(word: str, names: Iterable[str], prefix: str = "") -> str:
     close = difflib.get_close_matches(word, list(names), n=1, cutoff=0.5)
     return f"; did you mean {prefix}{close[0]}?" if close else ""
 
 
-def _suggest(name, key, tag, kinds, root):
+def _suggest(name: str, key: str, tag: str, kinds: Any, root: Any) -> str:
     """Where an unknown setting may belong: another kind of the role, else the nearest name, this part's own first."""
     prefix = f"{key}." if key else ""
     names = [field.name for field in settings_of(kinds[tag])]
@@ -164,7 +174,7 @@ def _suggest(name, key, tag, kinds, root):
     return f"; {key or 'a scenario'} has {', '.join(names) or 'no settings'}"
 
 
-def setting_keys(schema, prefix=""):
+def setting_keys(schema: Any, prefix: str = "") -> Iterator[str]:
     """Yields the key path of every setting of a dataclass, those of all kinds of a role."""
     for field in settings_of(schema):
         kinds = kinds_of(field.type)
@@ -175,7 +185,7 @@ def setting_keys(schema, prefix=""):
             yield from setting_keys(part, f"{prefix}{field.name}.")
 
 
-def setting_unit(schema, key):
+def setting_unit(schema: Any, key: str) -> str:
     """Returns the unit of the setting at a key path of a dataclass, in any kind of a role; "" when it has none."""
     name, _, rest = key.partition(".")
     for field in settings_of(schema):
@@ -188,7 +198,7 @@ def setting_unit(schema, key):
     return ""
 
 
-def describe_settings(part, prefix=""):
+def describe_settings(part: Any, prefix: str = "") -> list[tuple[str, str, str, str]]:
     """Returns rows (key path, value, what is allowed, meaning) of every setting of a dataclass instance."""
     rows = []
     for field in settings_of(part):
@@ -208,7 +218,7 @@ def describe_settings(part, prefix=""):
     return rows
 
 
-def tree_of(part, origin):
+def tree_of(part: Any, origin: str) -> Value:
     """Returns the `Value` tree of a dataclass instance: what `read` would read to give it back."""
     if dataclasses.is_dataclass(part):
         data = {field.name: tree_of(getattr(part, field.name), origin) for field in settings_of(part)}
@@ -220,7 +230,7 @@ def tree_of(part, origin):
     return Value(part, origin)
 
 
-def plain(part):
+def plain(part: Any) -> dict[str, Any]:
     """Returns a dataclass instance as dicts, lists and plain values, in the form that Drake's ``yaml_dump`` writes.
 
     A part that is not of the first kind of its role has its kind as ``_tag``; a setting that is None is left out.
@@ -239,5 +249,5 @@ def plain(part):
     return result
 
 
-def _as_list(value):
+def _as_list(value: Any) -> Any:
     return [_as_list(item) for item in value] if isinstance(value, tuple) else value

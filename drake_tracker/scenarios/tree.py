@@ -5,8 +5,9 @@ twice.
 """
 
 import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 
@@ -24,7 +25,7 @@ class Value:
     tag: str | None = None
 
 
-def parse(text, describe, errors):
+def parse(text: str, describe: Callable[[int], str], errors: list[str]) -> Value | None:
     """Returns the `Value` of a YAML text, or None when it cannot be read.
 
     ``describe(line)`` names a line (counted from 1) in messages; problems are appended to ``errors``.
@@ -47,7 +48,9 @@ def parse(text, describe, errors):
     return None
 
 
-def _convert(loader, node, path, describe, errors):
+def _convert(
+    loader: yaml.SafeLoader, node: yaml.Node, path: str, describe: Callable[[int], str], errors: list[str]
+) -> Value:
     origin = describe(node.start_mark.line + 1)
     tag = node.tag[1:] if node.tag.startswith("!") else None
     if isinstance(node, yaml.SequenceNode):
@@ -55,7 +58,7 @@ def _convert(loader, node, path, describe, errors):
     if isinstance(node, yaml.MappingNode):
         if tag is None and node.tag != _MAPPING:
             errors.append(f"{origin}: {path or 'tag'}: !!{node.tag.rpartition(':')[2]} is no tag; one ! makes one")
-        data = {}
+        data: dict[str, Value] = {}
         for key_node, value_node in node.value:
             key = str(key_node.value)
             key_path = f"{path}.{key}" if path else key
@@ -76,7 +79,7 @@ def _convert(loader, node, path, describe, errors):
     return Value(node.value, origin)
 
 
-def merge(base, over):
+def merge(base: Value, over: Value) -> Value:
     """Returns ``base`` with ``over`` on top: mappings key by key, anything else (another tag too) replaced."""
     same_kind = over.tag in (None, base.tag)
     if not (isinstance(base.data, dict) and isinstance(over.data, dict) and same_kind):
@@ -87,7 +90,7 @@ def merge(base, over):
     return Value(data, over.origin, base.tag)
 
 
-def nest(key_path, value):
+def nest(key_path: str, value: Value) -> Value:
     """Returns the `Value` of nested mappings that hold ``value`` at a key path with dots."""
     for key in reversed(key_path.split(".")):
         value = Value({key: value}, value.origin)
@@ -95,19 +98,19 @@ def nest(key_path, value):
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes mappings as blocks, lists of numbers in one line, and the ``_tag`` of a mapping as its tag, as Drake does."""
+    """Writes mappings as blocks, lists of numbers on one line, and the ``_tag`` of a mapping as its YAML tag."""
 
-    def _mapping(self, data):
+    def _mapping(self, data: dict[str, Any]) -> yaml.Node:
         tag = data.get("_tag", _MAPPING)
         return self.represent_mapping(tag, {key: value for key, value in data.items() if key != "_tag"})
 
-    def _sequence(self, data):
+    def _sequence(self, data: list[Any]) -> yaml.Node:
         nested = any(isinstance(item, (list, dict)) for item in data)
         return self.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=not nested)
 
-    yaml_representers = {**yaml.SafeDumper.yaml_representers, dict: _mapping, list: _sequence}
+    yaml_representers: ClassVar[dict[Any, Any]] = {**yaml.SafeDumper.yaml_representers, dict: _mapping, list: _sequence}
 
 
-def dump(data):
+def dump(data: Mapping[str, Any]) -> str:
     """Returns a mapping as YAML text that `parse`, and Drake, read back."""
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, default_flow_style=False)

@@ -1,11 +1,14 @@
 """Whether the arm kept within its limits during a run."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from drake_tracker.arm.description import make_arm_model
-from drake_tracker.arm.joint_servo import actuators_of
+from drake_tracker.arm.arm_model import make_arm_model
+from drake_tracker.arm.description import ArmDescription
+from drake_tracker.arm.plant import actuators_of
+from drake_tracker.tasks.episode import Log
 
 SATURATED = 0.999
 """Share of a drive's effort limit that counts as saturation."""
@@ -21,14 +24,14 @@ class ArmLimits:
     effort: np.ndarray
 
 
-def limits_of(description):
+def limits_of(description: ArmDescription) -> ArmLimits:
     """Returns the `ArmLimits` of an `ArmDescription`."""
     model = make_arm_model(description)
     effort = np.array([actuator.effort_limit() for actuator in actuators_of(model.plant, model.arm_instance)])
     return ArmLimits(model.position_lower, model.position_upper, model.velocity_limit, effort)
 
 
-def arm_findings(log, limits):
+def arm_findings(log: Log, limits: ArmLimits) -> dict[str, Any]:
     """Returns how near the arm came to its limits: the summary's entries on it, by name.
 
     The log holds a sample each 1/300 s; a saturation lasts as many of them as follow one another.
@@ -47,7 +50,7 @@ def arm_findings(log, limits):
     }
 
 
-def _longest_run(flags):
+def _longest_run(flags: np.ndarray) -> int:
     """Returns how many true values follow one another at most."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
     return max(edges[1::2] - edges[::2], default=0)

@@ -3,15 +3,21 @@
 Errors are horizontal, at the centre of the train's body, and split along and across its true direction of travel.
 """
 
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
+from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_FIELDS, PREDICTION_HEADER
 from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP
 
 _X, _Y, _YAW = (KNOT_FIELDS.index(field) for field in ("x", "y", "yaw"))
+
+
+Log = Mapping[str, Signal]
+"""{name: Signal} of a run."""
 
 
 class PhaseSpan(NamedTuple):
@@ -22,7 +28,9 @@ class PhaseSpan(NamedTuple):
     end: float
 
 
-def phase_spans(log, phases, time_step=TIME_STEP):
+def phase_spans(
+    log: Mapping[str, Signal], phases: type[IntEnum], time_step: float = TIME_STEP
+) -> tuple[PhaseSpan, ...]:
     """Returns the tuple of `PhaseSpan` of a run, in order; ``phases`` is the task's enumeration of them.
 
     The log shows a command at the end of the servo period in whose last plant step it was given; starts are put back to
@@ -38,7 +46,7 @@ def phase_spans(log, phases, time_step=TIME_STEP):
     return tuple(PhaseSpan(phases(numbers[k]), float(a), float(b)) for k, a, b in zip(first, starts, ends))
 
 
-def during(spans, times, *phases):
+def during(spans: Sequence[PhaseSpan], times: np.ndarray | Sequence[float], *phases: IntEnum) -> np.ndarray:
     """Returns which of ``times`` (n,) [s] lie in one of the ``phases``, shape (n,), bool."""
     times = np.asarray(times, dtype=float)
     inside = np.zeros(times.shape, bool)
@@ -48,7 +56,7 @@ def during(spans, times, *phases):
     return inside
 
 
-def tool_pose(log, times):
+def tool_pose(log: Mapping[str, Signal], times: np.ndarray | Sequence[float]) -> np.ndarray:
     """Returns the tool's true (x, y, z, yaw) [m, rad] at ``times`` (n,) [s], shape (n, 4), NaN where nothing is
     logged.
     """
@@ -66,25 +74,25 @@ class Predictions(NamedTuple):
     stamps: np.ndarray
 
 
-def fresh_packets(signal):
+def fresh_packets(signal: Signal) -> np.ndarray:
     """Returns the indices of the samples of a logged packet signal at which a new packet shows."""
     seq = signal["seq"]
     return np.nonzero((signal["valid"] > 0) & (np.diff(seq, prepend=0.0) != 0))[0]
 
 
-def predictions_ahead(signal, horizon):
+def predictions_ahead(signal: Signal, horizon: float) -> Predictions:
     """Returns what each packet of a logged packet signal says of the time ``horizon`` [s] after its stamp."""
     index = fresh_packets(signal)
     return _evaluate(signal, index, signal["stamp"][index] + horizon)
 
 
-def predictions_of_now(signal):
+def predictions_of_now(signal: Signal) -> Predictions:
     """Returns what the packet in force at each sample of a logged packet signal says of that very time."""
     index = np.nonzero(signal["valid"] > 0)[0]
     return _evaluate(signal, index, signal.times[index])
 
 
-def _evaluate(signal, index, times):
+def _evaluate(signal: Signal, index: np.ndarray, times: np.ndarray) -> Predictions:
     knots = signal.data[index, PREDICTION_HEADER:].reshape(-1, KNOT_COUNT, len(KNOT_FIELDS))
     position = (times - signal["first_time"][index]) / signal["spacing"][index]
     before = np.clip(np.floor(position), 0, KNOT_COUNT - 2).astype(int)
@@ -94,7 +102,7 @@ def _evaluate(signal, index, times):
     return Predictions(times, knot[:, [_X, _Y]], knot[:, _YAW], signal["stamp"][index])
 
 
-def interpolate_rows(times, known_times, rows):
+def interpolate_rows(times: np.ndarray, known_times: np.ndarray, rows: np.ndarray) -> np.ndarray:
     if len(known_times) == 0:
         return np.full((len(times), rows.shape[1]), np.nan)
     return np.column_stack([np.interp(times, known_times, row, left=np.nan, right=np.nan) for row in rows.T])

@@ -7,11 +7,13 @@ may build on another one of its file with ``base: NAME``.  ``train:interlaced`` 
 
 import dataclasses
 import difflib
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.setting import settings_of
-from drake_tracker.scenarios.base import Custom, find_module
+from drake_tracker.scenarios.base import BaseScenario, Custom, find_module
 from drake_tracker.scenarios.reader import plain, read, tree_of
 from drake_tracker.scenarios.tree import Value, dump, merge, nest, parse
 from drake_tracker.tasks.registry import TASKS
@@ -21,7 +23,9 @@ PACKAGE_FOLDERS = {name: entry.folder for name, entry in TASKS.items()}
 _FILE_SETTINGS = (("track", "csv"), ("cameras", "calibration"), ("vision", "file"))
 
 
-def load_scenario(spec, seed=None, duration=None, overrides=()):
+def load_scenario(
+    spec: str, seed: int | None = None, duration: float | None = None, overrides: Sequence[str] = ()
+) -> Any:
     """Returns the checked scenario (`TrainScenario` or `BallScenario`) that ``spec`` names, with ``overrides`` on top.
 
     Args:
@@ -36,7 +40,7 @@ def load_scenario(spec, seed=None, duration=None, overrides=()):
     path, name = _locate(spec)
     entries = _read_file(path)
     name = name or _default_name(entries, path)
-    errors = []
+    errors: list[str] = []
     tree = _resolve(entries, name, path, errors)
     for override in overrides:
         tree = _override(tree, override, f"--set {override}", errors)
@@ -52,12 +56,12 @@ def load_scenario(spec, seed=None, duration=None, overrides=()):
     return scenario.with_settings(changes)
 
 
-def validate(scenario):
+def validate(scenario: BaseScenario) -> None:
     """Raises DrakeTrackerError, one line for each error, when a scenario made or changed in Python is not allowed."""
     _check(tree_of(scenario, "scenario"), [])
 
 
-def list_scenarios():
+def list_scenarios() -> list[tuple[str, str]]:
     """Returns (name, description) of every scenario that comes with the package, task by task."""
     listed = []
     for task in TASKS:
@@ -68,12 +72,12 @@ def list_scenarios():
     return listed
 
 
-def save_scenario(scenario, path):
+def save_scenario(scenario: BaseScenario, path: Path | str) -> None:
     """Writes every setting of ``scenario`` to the YAML file ``path``, from which `load_scenario` reads it back."""
     Path(path).write_text(dump({Path(path).stem: plain(scenario)}), encoding="utf-8")
 
 
-def scenario_file(name):
+def scenario_file(name: str) -> Path:
     """Returns the path of a file that a scenario names (`Track.csv`, `Cameras.calibration`, `Measured.file`).
 
     `load_scenario` has made the user's own files absolute; a bare name is a file of the package.
@@ -82,12 +86,12 @@ def scenario_file(name):
     return next((place for place in places if place.is_file()), places[0])
 
 
-def in_package(name):
+def in_package(name: str) -> bool:
     """Whether a file that a scenario names is one of the package."""
     return scenario_file(name).parent in PACKAGE_FOLDERS.values()
 
 
-def _locate(spec):
+def _locate(spec: str) -> tuple[Path, str]:
     """Returns the file and, when the spec gives one, the name of the entry."""
     head, colon, tail = spec.rpartition(":")
     if colon and not tail:
@@ -105,26 +109,26 @@ def _locate(spec):
     return path, name
 
 
-def _label(path):
+def _label(path: Path) -> str:
     return path.name if path.parent in PACKAGE_FOLDERS.values() else str(path)
 
 
-def _read_file(path):
+def _read_file(path: Path) -> dict[str, Value]:
     """Returns the entries of a scenario file: a dict of `Value`."""
-    errors = []
+    errors: list[str] = []
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise DrakeTrackerError(f"{_label(path)}: cannot be read: {error}") from None
     tree = parse(text, lambda line: f"{_label(path)} line {line}", errors)
-    if not errors and not isinstance(tree.data, dict):
+    if tree is not None and not errors and not isinstance(tree.data, dict):
         errors.append(f"{_label(path)}: must be a mapping from names to scenarios")
-    if errors:
+    if tree is None or errors:
         raise DrakeTrackerError("\n".join(errors))
     return tree.data
 
 
-def _default_name(entries, path):
+def _default_name(entries: Mapping[str, Value], path: Path) -> str:
     if path.stem in entries:
         return path.stem
     if len(entries) != 1:
@@ -132,7 +136,9 @@ def _default_name(entries, path):
     return next(iter(entries))
 
 
-def _resolve(entries, name, path, errors, above=()):
+def _resolve(
+    entries: Mapping[str, Value], name: str, path: Path, errors: list[str], above: tuple[str, ...] = ()
+) -> Value:
     """Returns the tree of one entry on top of those it is based on; ``above`` are the entries on top of it."""
     if name not in entries:
         known = ", ".join(entries) + _near(name, entries)
@@ -153,12 +159,12 @@ def _resolve(entries, name, path, errors, above=()):
     return merge(_resolve(entries, base, path, errors, (name, *above)), settings)
 
 
-def _near(name, names):
+def _near(name: str, names: Iterable[str]) -> str:
     close = difflib.get_close_matches(name, list(names), n=1, cutoff=0.4)
     return f"; did you mean {close[0]}?" if close else ""
 
 
-def _override(tree, override, origin, errors):
+def _override(tree: Value, override: str, origin: str, errors: list[str]) -> Value:
     key, equals, text = override.partition("=")
     key = key.strip()
     if not equals or not all(key.split(".")):
@@ -168,9 +174,9 @@ def _override(tree, override, origin, errors):
     return tree if value is None else merge(tree, nest(key, value))
 
 
-def _check(tree, errors):
+def _check(tree: Value, errors: list[str]) -> Any:
     """Returns the scenario of a tree; raises DrakeTrackerError with the errors before it and all of its own."""
-    origins = {}
+    origins: dict[str, str] = {}
     task = tree.data.get("task")
     name = "train" if task is None else task.data
     if not isinstance(name, str) or name not in TASKS:
@@ -185,7 +191,7 @@ def _check(tree, errors):
     return scenario
 
 
-def _files(scenario, folder):
+def _files(scenario: Any, folder: Path) -> dict[str, str]:
     """Returns {key path: absolute path} of the files that a scenario names: beside the scenario file, or where the
     command was given.
     """
@@ -208,7 +214,7 @@ def _files(scenario, folder):
     return found
 
 
-def _custom_folders(scenario, folder):
+def _custom_folders(scenario: Any, folder: Path) -> dict[str, str]:
     """Returns {key path: folder} of the modules of custom parts, so that workers and later runs find them. Nothing is
     imported.
     """

@@ -1,9 +1,12 @@
 """Parts of pictures that the tasks share: phases, legends, and the images of the motion detector."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -16,7 +19,7 @@ _SHORTEST = 0.1
 """Least length of a time axis [s]."""
 
 
-def draw_motion_images(images, path):
+def draw_motion_images(images: Mapping[str, Any], path: Path) -> None:
     """Draws what the motion detector went through at one instant, as figures 4 and 5 of Allen et al. 1991 show it.
 
     Args:
@@ -50,7 +53,7 @@ def time_axis_length(spans: Sequence[PhaseSpan]) -> float:
     return max(spans[-1].end, _SHORTEST) if spans else _SHORTEST
 
 
-def draw_phases(ax, spans, start=0.0, end=None):
+def draw_phases(ax: Axes, spans: Sequence[PhaseSpan], start: float = 0.0, end: float | None = None) -> None:
     """Draws `PhaseSpan`s as a strip, named where there is room, from ``start`` to ``end`` [s] (their own end)."""
     for span in spans:
         ax.axvspan(span.start, span.end, color=phase_colour(span.phase), lw=0)
@@ -75,7 +78,7 @@ def draw_phases(ax, spans, start=0.0, end=None):
     ax.set_title("Phases", pad=7)
 
 
-def name_colours(ax, names, y=1.02):
+def name_colours(ax: Axes, names: Iterable[tuple[str, str]], y: float = 1.02) -> None:
     """Writes names in a row above an axes, each in its colour."""
     figure = ax.figure
     renderer = figure.canvas.get_renderer()
@@ -86,7 +89,7 @@ def name_colours(ax, names, y=1.02):
         x = box.x1 + 0.025
 
 
-def broken(times, *rows):
+def broken(times: np.ndarray, *rows: np.ndarray) -> tuple[np.ndarray, ...]:
     """Returns rows to be drawn as lines, broken where ``times`` [s] jump; with only one row the times come first."""
     rows = rows if len(rows) > 1 else (times, *rows)
     gaps = np.nonzero(np.diff(times) > 0.1)[0] + 1

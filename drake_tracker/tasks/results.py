@@ -4,11 +4,14 @@ import json
 import math
 import platform
 import subprocess
+from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.tasks.episode import fresh_packets
 
@@ -16,12 +19,12 @@ _PACKAGES = ("drake_tracker", "drake", "numpy", "scipy", "opencv-python-headless
 _DECIMALS = 6
 
 
-def save_summary(summary, path):
+def save_summary(summary: Mapping[str, Any], path: Path) -> None:
     """Writes a summary as JSON; what is not a finite number becomes null."""
     Path(path).write_text(json.dumps(tidy(summary), indent=2) + "\n", encoding="utf-8")
 
 
-def tidy(value):
+def tidy(value: Any) -> Any:
     """Returns a value fit for JSON: plain Python numbers rounded to micrometres and microseconds, NaN and infinity
     None.
     """
@@ -38,9 +41,9 @@ def tidy(value):
     return value
 
 
-def package_versions():
+def package_versions() -> dict[str, str | None]:
     """Returns {name: version} of Python and of the packages that make the result."""
-    versions = {"python": platform.python_version()}
+    versions: dict[str, str | None] = {"python": platform.python_version()}
     for name in _PACKAGES:
         try:
             versions[name] = version(name)
@@ -49,7 +52,7 @@ def package_versions():
     return versions
 
 
-def git_commit():
+def git_commit() -> str | None:
     """Returns the commit of the checkout that this package lies in, or None when it is not in one."""
     root = Path(__file__).resolve().parents[3]
     if not (root / ".git").exists():
@@ -61,7 +64,7 @@ def git_commit():
     return run.stdout.strip() if run.returncode == 0 else None
 
 
-def lag_of(log, time_step):
+def lag_of(log: Mapping[str, Signal], time_step: float) -> dict[str, float] | None:
     """Returns the least and the greatest lag [s] of a run.
 
     A packet shows in the log at the cycle after the one in whose slot the estimator made it.

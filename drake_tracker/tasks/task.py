@@ -9,23 +9,21 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from pydrake.systems.framework import System
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import ArmCommand, Centroid, Filtered, Prediction, ServoTarget, ToolStatus, TrackPoint
 from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP, VISION_PERIOD, servo_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.estimation.estimator_system import EstimatorSystem
-from drake_tracker.tasks.episode import PhaseSpan, phase_spans
+from drake_tracker.tasks.episode import Log, PhaseSpan, phase_spans
 from drake_tracker.tasks.filming import Film, Snapshot, View
 from drake_tracker.tasks.strips import StripChart
 
-Log = Mapping[str, Signal]
-"""{name: Signal} of a run."""
+Found = TypeVar("Found")
 AskForWindows = Callable[[list[np.ndarray], Any], Sequence[Sequence[float]]]
 """Asks a person for windows in images: (RGB images, the scenario's ``operator``) -> windows, or none."""
 SummaryRow = tuple[str, str, tuple[float, str, int]]
@@ -130,6 +128,7 @@ class Task(Protocol):
 
     def save_initialisation(self, initialisation: Any, folder: Path) -> None:
         """Writes the result of `initialise` to the directory of a run, so that `rebuild` can read it."""
+        return
 
     def build(self, scenario: Any, initialisation: Any) -> HandEyeDiagram:
         """Returns the diagram of a scenario. It never simulates."""
@@ -237,9 +236,10 @@ class Task(Protocol):
         return phase_spans(log, self.phases, time_step)
 
 
-def require_initialisation(initialisation: Any, task: str) -> None:
-    """Raises DrakeTrackerError when a task that has to be initialised was not."""
+def required(initialisation: Found | None, task: str) -> Found:
+    """Returns what the initialisation found. Raises DrakeTrackerError when a task was not initialised."""
     if initialisation is None:
         raise DrakeTrackerError(
             f"{task}: the diagram needs what is found before the run: make_diagram(scenario, initialise(scenario))"
         )
+    return initialisation

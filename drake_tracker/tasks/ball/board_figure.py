@@ -1,11 +1,18 @@
 """The picture of how the ball's board was found: by sight in the first image, and by touch."""
 
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.tasks.ball.diagram import board_sight
+from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.plots import name_colours
 from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, SOFT_INK
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, face_corners
@@ -14,7 +21,7 @@ ZOOM = 15
 """Side of the part of the image that is shown enlarged [px]."""
 
 
-def draw_board_found(hand_eye, scenario, summary, path):
+def draw_board_found(hand_eye: HandEyeDiagram, scenario: BallScenario, summary: Mapping[str, Any], path: Path) -> None:
     """Draws the first image of the initialisation with the board's outline, circles and marks by the pose found."""
     poses = hand_eye.poses
     camera, _ = board_sight(scenario, poses)
@@ -31,7 +38,7 @@ def draw_board_found(hand_eye, scenario, summary, path):
         figure = Figure(figsize=(14, 8.2), facecolor="white")
         FigureCanvasAgg(figure)
 
-        def show(ax):
+        def show(ax: Axes) -> None:
             ax.imshow(poses.image, interpolation="nearest")
             ax.plot(*np.vstack([outline, outline[:1]]).T, color=PREDICTED, lw=1.8)
             for rim in rims:
@@ -72,7 +79,7 @@ def draw_board_found(hand_eye, scenario, summary, path):
         figure.savefig(path, dpi=150)
 
 
-def _pose_words(scenario, summary):
+def _pose_words(scenario: BallScenario, summary: Mapping[str, Any]) -> str:
     words = [f"scenario {scenario.name}, seed {scenario.seed}"]
     for key, name in (("board_in_camera_error", "by the camera"), ("board_in_world_error", "by touch")):
         place, turn = summary[key]
@@ -80,6 +87,6 @@ def _pose_words(scenario, summary):
     return "   ·   ".join(words)
 
 
-def _on_face(xy):
+def _on_face(xy: Any) -> np.ndarray:
     """Returns points (n, 3) [m, B] of places (x, y)_B on the board's face."""
     return np.column_stack([xy, np.zeros(len(xy))])

@@ -5,9 +5,8 @@ from dataclasses import asdict
 import numpy as np
 
 from drake_tracker.arm.arm_diagram import ArmDiagram
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.crossing import BoardEdge
-from drake_tracker.arm.description import joints_for, make_arm_model
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, ESTIMATOR_SLOT, PROJECTOR_SLOT, vision_slot
 from drake_tracker.diagrams.arms import arm_of
@@ -16,18 +15,23 @@ from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_system import CatchSystem
+from drake_tracker.grasp.crossing import BoardEdge
 from drake_tracker.link.kinds import make_link
+from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.world import make_ball_world
+from drake_tracker.vision.board_poses import BoardPoses
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
+from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.detectors import make_detector
 from drake_tracker.vision.plane_projection import PlausiblePoints, board_window, camera_on_board, seen_whole_from
 from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
 from drake_tracker.vision.predicted_window import PredictedWindow
+from drake_tracker.vision.window import Window
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.cameras import lens_matrix
 
 
-def make_ball_diagram(scenario, poses):
+def make_ball_diagram(scenario: BallScenario, poses: BoardPoses) -> HandEyeDiagram:
     """Returns the `HandEyeDiagram` of a `BallScenario`, with the attribute ``poses``.
 
     Args:
@@ -55,7 +59,7 @@ def make_ball_diagram(scenario, poses):
     return hand_eye
 
 
-def ball_host(scenario, poses):
+def ball_host(scenario: BallScenario, poses: BoardPoses) -> EstimatorSystem:
     """Returns the host of a scenario, its estimator as a System, for a board found at ``poses`` (`BoardPoses`)."""
     board = scenario.board
     slope = make_estimator(
@@ -67,20 +71,20 @@ def ball_host(scenario, poses):
     return host
 
 
-def known_edge(scenario, poses):
+def known_edge(scenario: BallScenario, poses: BoardPoses) -> BoardEdge:
     """Returns the `BoardEdge` of a board found at ``poses`` (`BoardPoses`), as the arm knows it."""
     X_WB, beyond = poses.X_WB.GetAsMatrix4(), scenario.catch.beyond
     return BoardEdge(X_WB, width=scenario.board.width, ball_radius=BALL_RADIUS, beyond=beyond)
 
 
-def board_sight(scenario, poses):
+def board_sight(scenario: BallScenario, poses: BoardPoses) -> tuple[CameraModel, Window]:
     """Returns the camera as it was found, a `CameraModel` in the board's frame, and the `Window` of interest in it."""
     config, board = scenario.camera, scenario.board
     camera = camera_on_board(lens_matrix(config), poses.X_CB.GetAsMatrix4(), config.width, config.height)
     return camera, board_window(camera, board.width, board.length, 2.0 * BALL_RADIUS, scenario.vision.bottom)
 
 
-def board_vision(scenario, poses):
+def board_vision(scenario: BallScenario, poses: BoardPoses) -> BoardVisionDiagram:
     """Returns the `BoardVisionDiagram` of a scenario, for a board found at ``poses`` (`BoardPoses`)."""
     config, settings = scenario.camera, scenario.vision
     camera, window = board_sight(scenario, poses)
@@ -96,7 +100,7 @@ def board_vision(scenario, poses):
         camera,
         poses.X_WB.GetAsMatrix4(),
         settings.centroid_height,
-        plausible_readings(scenario, poses, camera),
+        plausible_points(scenario, poses, camera),
         update_cycles=settings.update_cycles,
         throughput_cycles=settings.throughput_cycles,
         time_step=scenario.time_step,
@@ -104,7 +108,7 @@ def board_vision(scenario, poses):
     )
 
 
-def plausible_readings(scenario, poses, camera):
+def plausible_points(scenario: BallScenario, poses: BoardPoses, camera: CameraModel) -> PlausiblePoints:
     """Returns the `PlausiblePoints` of a scenario, for a board and a `CameraModel` found at ``poses``."""
     board, settings = scenario.board, scenario.vision
     incline = np.arccos(poses.X_WB.rotation().matrix()[2, 2])
@@ -112,13 +116,13 @@ def plausible_readings(scenario, poses, camera):
     return PlausiblePoints(board.width, board.length, incline, seen_from, settings.tolerance)
 
 
-def board_projector(scenario, poses):
+def board_projector(scenario: BallScenario, poses: BoardPoses) -> PlaneProjectorSystem:
     """Returns the `PlaneProjectorSystem` of a scenario alone, for a board found at ``poses`` (`BoardPoses`)."""
     camera, _ = board_sight(scenario, poses)
     return PlaneProjectorSystem(
         camera,
         poses.X_WB.GetAsMatrix4(),
         scenario.vision.centroid_height,
-        plausible_readings(scenario, poses, camera),
+        plausible_points(scenario, poses, camera),
         offset=vision_slot(PROJECTOR_SLOT, scenario.time_step),
     )

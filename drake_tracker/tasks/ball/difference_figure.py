@@ -1,15 +1,21 @@
 """The picture of what a detector of the ball went through at one instant."""
 
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from drake_tracker.tasks.style import PLOT_STYLE
+from drake_tracker.vision.frame_difference import DifferenceImages
 
 
-def draw_difference_images(images, titles, path):
+def draw_difference_images(images: DifferenceImages, titles: Sequence[str], path: Path) -> None:
     """Draws what a detector went through at one instant, as figure 4 of Nashman and Chaconas 1990 shows it.
 
     Args:
@@ -37,7 +43,7 @@ def draw_difference_images(images, titles, path):
         figure.savefig(path, dpi=200)
 
 
-def _enlarge(ax, image, box, look):
+def _enlarge(ax: Axes, image: np.ndarray, box: Any, look: Any) -> None:
     """Marks a part (u, v, half its side) [px] of an image and shows it larger in the corner farthest from it."""
     u, v, half = box
     height, width = image.shape

@@ -3,6 +3,7 @@
 import numpy as np
 
 from drake_tracker.core.messages import predicted_points
+from drake_tracker.grasp.crossing import BoardEdge
 
 INTO_CUP = 0.08
 """Time [s] after the crossing up to which the path is drawn: then the ball is in the cup, or nobody knows."""
@@ -19,16 +20,16 @@ class BoardForesight:
       edge: a `BoardEdge`, as the arm knows it.
     """
 
-    def __init__(self, edge):
+    def __init__(self, edge: BoardEdge) -> None:
         self._edge = edge
 
-    def path(self, packet, now, count):
+    def path(self, packet: np.ndarray, now: float, count: int) -> np.ndarray:
         """Returns ``count`` points (n, 3) [m, W] from ``now`` [s] until the ball is in the cup; none when it is."""
         crossing = self._edge.crossing(packet)
         end = crossing.time + INTO_CUP if crossing is not None else now + WITHOUT_CROSSING
         return predicted_points(packet, np.linspace(now, end, count)) if end > now else np.zeros((0, 3))
 
-    def goal(self, packet, now):
+    def goal(self, packet: np.ndarray, now: float) -> np.ndarray:
         """Returns the foreseen crossing of the edge and the ends of a bar of `BAR` deviations about it, (3, 3) [m, W],
         or none once it lies behind.
         """

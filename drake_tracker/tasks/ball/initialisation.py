@@ -5,23 +5,26 @@ coplanar points give the board's pose before the camera, X_CB; the plane through
 world, X_WB. After that neither is looked at again: a board that is moved later is where it was, to the system.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import cv2
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.board_touch import board_pose_from_touches
-from drake_tracker.arm.crossing import HAND_YAW
-from drake_tracker.arm.description import PROBE_FRAME, joints_for, make_arm_model
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.description import PROBE_FRAME
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.machine import require_renderer
 from drake_tracker.core.messages import TouchReport
 from drake_tracker.core.setting import replace_settings
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.grasp.board_touch import board_pose_from_touches
+from drake_tracker.grasp.crossing import HAND_YAW
 from drake_tracker.grasp.touch_machine import touched_points
 from drake_tracker.grasp.touch_schema import TouchPhase
 from drake_tracker.tasks.ball.scenario import BallScenario
@@ -29,10 +32,11 @@ from drake_tracker.tasks.ball.touching_diagram import BoardTouchingDiagram
 from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.tasks.task import AskForWindows
 from drake_tracker.vision.board_poses import BoardPoses
-from drake_tracker.vision.circle_finder import best_reading, find_circles, read_window
+from drake_tracker.vision.circle_finder import best_measurement, find_circles, measure_circle
 from drake_tracker.vision.circle_pose import image_centres, locate_board
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
 from drake_tracker.world.cameras import lens_matrix
+from drake_tracker.world.config import OperatorConfig
 
 READINGS = 10
 """Images in which the circles are read ("10 histogram readings", section 3)."""
@@ -89,13 +93,13 @@ def initialise_board(scenario: BallScenario, ask_for_windows: AskForWindows | No
             break
         simulator.AdvanceTo(context.get_time() + LOOK_EVERY)
     points = touched_points(report.Eval(context))
-    X_WB = board_pose_from_touches(points, TOUCH_MARKS, PROBE_RADIUS)
+    X_WB = board_pose_from_touches(points, np.array(TOUCH_MARKS), PROBE_RADIUS)
     circles = chosen_circles(candidates, image_centres(pose.X_CB, p_BQ, lens_matrix(scenario.camera), CIRCLE_RADIUS))
     return BoardPoses(RigidTransform(pose.X_CB), X_WB, pose.rms, points, images[0], circles, operator.windows)
 
 
-def read_circles(images, operator):
-    """Returns the `CircleReading`s of grey images of the same scene that may be the board's circles.
+def read_circles(images: Sequence[np.ndarray], operator: OperatorConfig) -> list[Any]:
+    """Returns the `CircleMeasurement`s of grey images of the same scene that may be the board's circles.
 
     ``operator``: the scenario's part of that name. In each of the windows marked the reading with the largest area
     counts; without any it is all that looks like a circle. Raises DrakeTrackerError on windows that are not four, or do
@@ -106,16 +110,18 @@ def read_circles(images, operator):
         return find_circles(images)
     if len(windows) != len(CIRCLES):
         raise DrakeTrackerError(f"operator.windows: {len(windows)} marked; each of {len(CIRCLES)} circles needs one")
-    return [best_reading([read_window(image, window, operator.threshold) for image in images]) for window in windows]
+    return [
+        best_measurement([measure_circle(image, window, operator.threshold) for image in images]) for window in windows
+    ]
 
 
-def chosen_circles(candidates, expected):
-    """Returns the centroids (n, 2) [px] of the `CircleReading`s that lie nearest to the ``expected`` places (n, 2)."""
-    uv = np.array([(reading.u, reading.v) for reading in candidates])
+def chosen_circles(candidates: Sequence[Any], expected: np.ndarray) -> np.ndarray:
+    """Returns the centroids (n, 2) [px] of the candidates that are nearest to the ``expected`` places (n, 2)."""
+    uv = np.array([(candidate.u, candidate.v) for candidate in candidates])
     return np.array([uv[np.argmin(np.linalg.norm(uv - place, axis=1))] for place in expected])
 
 
-def operator_jogs(scenario, X_WB):
+def operator_jogs(scenario: BallScenario, X_WB: RigidTransform) -> np.ndarray:
     """Returns the poses (x, y, z, yaw), shape (3, 4), in W at which an operator leaves the probe over the touch marks.
 
     This stands in for a person, who sees where the marks are: it is given the board's true pose, and errs by

@@ -1,19 +1,25 @@
 """The picture of a run of the ball: its way down the board and into the cup, and what was foreseen of it."""
 
 import textwrap
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
 
-from drake_tracker.core.messages import Prediction, evaluate_prediction
+from drake_tracker.core.messages import Prediction, predicted_points
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.diagram import known_edge
+from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.summary import HALF_CUP, last_verdict, over_the_cup
-from drake_tracker.tasks.episode import fresh_packets, phase_spans
+from drake_tracker.tasks.episode import Log, fresh_packets, phase_spans
 from drake_tracker.tasks.plots import broken, draw_phases, name_colours
 from drake_tracker.tasks.style import (
     FAR_PREDICTED,
@@ -42,7 +48,9 @@ STROBE = 0.25
 """The ball is drawn every so many seconds [s] of its way."""
 
 
-def draw_ball_path(hand_eye, scenario, log, summary, path):
+def draw_ball_path(
+    hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, summary: Mapping[str, Any], path: Path
+) -> None:
     """Draws a run as one picture, 3200 x 1800 px: the board from above, what was foreseen and where the hand went.
 
     Args:
@@ -65,14 +73,25 @@ def draw_ball_path(hand_eye, scenario, log, summary, path):
 
 
 class _Run:
-    """What several parts of the picture need: the true board, phases, the packets and what each foresaw.
+    """What several parts of the picture need.
 
-    half_width: of the board [m]. released, crossing: instants [s] or None. over_the_cup: where the ball goes over the
-    cup, x_B [m]. shown: start and end of the time axes [s]. packets, times: of all packets that foresee a crossing, and
-    when each came [s]; foreseen: (n, 3), where x_B [m], when [s] and std [m].
+    Attributes:
+        log: {name: Signal}.
+        laboratory: the true laboratory.
+        X_BW: the world in the board's true frame.
+        half_width: half the width of the board [m].
+        spans: phases.
+        verdict: the judge's last findings.
+        released: when the ball was released [s], or None.
+        crossing: when it crossed the bottom edge [s], or None.
+        over_the_cup: where the ball passes over the cup, x_B [m], or None.
+        shown: start and end of the time axes [s].
+        packets: all packets that predict a crossing.
+        times: when each of them arrived [s].
+        predicted: (n, 3), the crossing in each of them: x_B [m], time [s] and standard deviation [m].
     """
 
-    def __init__(self, hand_eye, scenario, log):
+    def __init__(self, hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log) -> None:
         self.log, self.laboratory = log, hand_eye.world.laboratory
         self.X_BW, self.half_width = self.laboratory.X_WB.inverse(), 0.5 * scenario.board.width
         self.spans = phase_spans(log, CatchPhase, scenario.time_step)
@@ -84,21 +103,21 @@ class _Run:
         start = max(self.released - BEFORE, 0.0) if self.released else 0.0
         self.shown = (start, max(min(end, self.crossing + AFTER) if self.crossing else end, start + 0.1))
         delivered, edge = log["delivered"], known_edge(scenario, hand_eye.poses)
-        self.packets, self.times, self.foreseen = [], [], []
+        packets, times, predicted = [], [], []
         for k in fresh_packets(delivered):
             crossing = edge.crossing(delivered.data[k])
             if crossing is not None and crossing.time > delivered.times[k]:
                 x, _, _ = self.X_BW @ crossing.p_WQ
-                self.packets.append(delivered.data[k])
-                self.times.append(delivered.times[k])
-                self.foreseen.append((x, crossing.time, crossing.std))
-        self.times, self.foreseen = np.array(self.times), np.reshape(self.foreseen, (-1, 3))
+                packets.append(delivered.data[k])
+                times.append(delivered.times[k])
+                predicted.append((x, crossing.time, crossing.std))
+        self.packets, self.times, self.predicted = packets, np.array(times), np.reshape(predicted, (-1, 3))
 
-    def on_board(self, p_WQ):
+    def on_board(self, p_WQ: np.ndarray) -> np.ndarray:
         """Returns points (n, 3) [m, W] in the board's frame."""
         return (self.X_BW @ np.reshape(p_WQ, (-1, 3)).T).T
 
-    def ball(self, times):
+    def ball(self, times: np.ndarray) -> np.ndarray:
         """Returns the true (x, y)_B [m] of the ball at ``times`` (n,) [s]."""
         truth = self.log["truth_ball_state"]
         if len(truth.times) == 0:
@@ -106,22 +125,22 @@ class _Run:
         return self.on_board(np.column_stack([np.interp(times, truth.times, truth[axis]) for axis in "xyz"]))[:, :2]
 
     @property
-    def colours(self):
+    def colours(self) -> Any:
         """Of each packet, by the time that it leaves until the crossing."""
-        return WARM(Normalize(0.0, LONG_BEFORE)(self.foreseen[:, 1] - self.times))
+        return WARM(Normalize(0.0, LONG_BEFORE)(self.predicted[:, 1] - self.times))
 
     @property
-    def end_of_roll(self):
+    def end_of_roll(self) -> float:
         return self.crossing or self.shown[1]
 
 
-def _draw_board(ax, run, scenario):
+def _draw_board(ax: Axes, run: _Run, scenario: BallScenario) -> None:
     board = scenario.board
     _draw_furniture(ax, board, run)
-    for packet, colour, (_, time, _) in zip(run.packets, run.colours, run.foreseen):
-        ahead = [evaluate_prediction(packet, t)[:3] for t in np.linspace(Prediction(packet).stamp, time, 40)]
+    for packet, colour, (_, time, _) in zip(run.packets, run.colours, run.predicted):
+        ahead = predicted_points(packet, np.linspace(Prediction(packet).stamp, time, 40))
         ax.plot(*run.on_board(ahead)[:, :2].T, color=colour, lw=1.1, alpha=0.75, zorder=3)
-    ax.scatter(run.foreseen[:, 0], np.zeros(len(run.foreseen)), s=26, c=run.colours, ec="white", lw=0.5, zorder=8)
+    ax.scatter(run.predicted[:, 0], np.zeros(len(run.predicted)), s=26, c=run.colours, ec="white", lw=0.5, zorder=8)
 
     truth, point, filtered = (run.log[name] for name in ("truth_ball_state", "point", "filtered"))
     rolls = (truth.times >= (run.released or np.inf)) & (truth.times <= run.end_of_roll + 0.25)
@@ -129,7 +148,7 @@ def _draw_board(ax, run, scenario):
     ax.plot(*way[rolls].T, color=TRUTH, lw=1.5, zorder=5)
     if run.released:
         for time in np.arange(run.released, run.end_of_roll, STROBE):
-            _ball(ax, run.ball([time])[0], 0.9, zorder=4)
+            _ball(ax, run.ball(np.array([time]))[0], 0.9, zorder=4)
     elif len(way):
         _ball(ax, way[0], 1.0, zorder=4)
     rolling = (point["stamp"] > 0.0) & (point["stamp"] <= run.end_of_roll)
@@ -161,7 +180,7 @@ def _draw_board(ax, run, scenario):
     name_colours(ax, names)
 
 
-def _draw_furniture(ax, board, run):
+def _draw_furniture(ax: Axes, board: Any, run: _Run) -> None:
     half = 0.5 * board.width
     ax.add_patch(Rectangle((-half, 0.0), board.width, board.length, fc=FACE, ec="#d9d6cc", lw=1.0, zorder=0))
     if board.walls:
@@ -178,11 +197,11 @@ def _draw_furniture(ax, board, run):
         ax.add_patch(Circle(peg, PEG_RADIUS, fc=WOOD, ec="#7d5a37", lw=0.8, zorder=2))
 
 
-def _ball(ax, place, strength, zorder):
+def _ball(ax: Axes, place: Any, strength: float, zorder: float) -> None:
     ax.add_patch(Circle(place, BALL_RADIUS, fc="white", ec=INK, lw=0.9, alpha=strength, zorder=zorder))
 
 
-def _cup(ax, place, **look):
+def _cup(ax: Axes, place: Any, **look: Any) -> None:
     """The bowl's inside, which is deeper along the slope than it is drawn: x_T runs along y_B."""
     depth, width = (BOWL_UPPER[k] - BOWL_LOWER[k] for k in (0, 1))
     corner = np.subtract(place, (0.5 * width, 0.5 * depth))
@@ -190,13 +209,13 @@ def _cup(ax, place, **look):
     ax.add_patch(FancyBboxPatch(corner, width, depth, boxstyle="round,pad=0,rounding_size=0.012", **style))
 
 
-def _draw_across(ax, run):
+def _draw_across(ax: Axes, run: _Run) -> None:
     tool = run.log["tool"]
     hand = 1e3 * run.on_board(tool.view("x", "y", "z"))[:, 0]
     if run.released:
         times = np.linspace(run.released, run.end_of_roll, 400)
         ax.plot(times, 1e3 * run.ball(times)[:, 0], color=TRUTH, lw=1.0, alpha=0.55, zorder=2)
-    x, std = 1e3 * run.foreseen[:, 0], 1e3 * run.foreseen[:, 2]
+    x, std = 1e3 * run.predicted[:, 0], 1e3 * run.predicted[:, 2]
     gapped = broken(run.times, run.times, x - std, x + std) if len(x) else ([], [], [])
     ax.fill_between(*gapped, color="#e69f00", alpha=0.22, lw=0, zorder=1)
     ax.scatter(run.times, x, s=30, c=run.colours, ec="white", lw=0.5, zorder=4)
@@ -216,14 +235,14 @@ def _draw_across(ax, run):
     bar.set_title("time before the crossing  [s]", fontsize=9.5, weight="normal", color=SOFT_INK, pad=3, loc="right")
 
 
-def _draw_errors(ax, run):
+def _draw_errors(ax: Axes, run: _Run) -> None:
     fits = 1e3 * HALF_CUP
     if run.crossing:
         tool = run.log["tool"]
         near = (tool.times > run.crossing - LONG_BEFORE) & (tool.times < run.crossing + 0.25)
         hand = run.on_board(tool.view("x", "y", "z"))[:, 0] - run.over_the_cup
         ax.plot(tool.times[near], 1e3 * hand[near], color=HAND, lw=2.2, zorder=3)
-        error = 1e3 * (run.foreseen[:, 0] - run.verdict.crossing_x)
+        error = 1e3 * (run.predicted[:, 0] - run.verdict.crossing_x)
         ax.scatter(run.times, error, s=30, c=run.colours, ec="white", lw=0.5, zorder=4)
     for side in (-fits, fits):
         ax.axhline(side, color=SOFT_INK, lw=0.9, ls=(0, (4, 3)), zorder=0)
@@ -242,8 +261,8 @@ def _draw_errors(ax, run):
     _time_axis(ax, run, "Beside the true crossing", "error  [mm]", pad=10)
 
 
-def _draw_time_left(ax, run):
-    left = run.foreseen[:, 1] - run.times
+def _draw_time_left(ax: Axes, run: _Run) -> None:
+    left = run.predicted[:, 1] - run.times
     longest = max([LONG_BEFORE, *left])
     ax.scatter(run.times, left, s=30, c=run.colours, ec="white", lw=0.5, zorder=4)
     if run.released and run.crossing:
@@ -255,7 +274,7 @@ def _draw_time_left(ax, run):
     ax.set_xlabel("time  [s]")
 
 
-def _time_axis(ax, run, title, label, pad=27):
+def _time_axis(ax: Axes, run: _Run, title: str, label: str, pad: float = 27) -> None:
     ax.set(xlim=run.shown, ylabel=label)
     ax.set_title(title, pad=pad)
     ax.tick_params(labelbottom=False)
@@ -266,7 +285,7 @@ def _time_axis(ax, run, title, label, pad=27):
             ax.axvline(time, color=RULE, lw=1.0, zorder=0)
 
 
-def _draw_headline(figure, scenario, summary):
+def _draw_headline(figure: Figure, scenario: BallScenario, summary: Mapping[str, Any]) -> None:
     headline = "Ball not caught"
     if summary["success"]:
         headline = f"Ball caught, {1e3 * abs(summary['hand_error_m']):.0f} mm off the middle of the cup as it came out"

@@ -1,11 +1,17 @@
 """The summary of a run of the ball: what came of it, and how well each part did, judged from truth after the event."""
 
+from typing import Any
+
 import numpy as np
 
+from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.ball.diagram import known_edge
+from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.results import git_commit, lag_of, package_versions, tidy
 from drake_tracker.vision.board_poses import pose_error
 
@@ -17,7 +23,9 @@ HALF_CUP = 0.030
 """How far [m] across the ball may be from the middle of the cup and fall in without touching its rim."""
 
 
-def summarise_ball(hand_eye, scenario, log, simulated, interrupted=False):
+def summarise_ball(
+    hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, simulated: float, interrupted: bool = False
+) -> dict[str, Any]:
     """Returns the summary of a run of the ball as a dict of numbers, texts and None (where there is nothing to say).
 
     Lengths in m, times in s, angles in rad:
@@ -69,13 +77,13 @@ def summarise_ball(hand_eye, scenario, log, simulated, interrupted=False):
     return tidy(summary)
 
 
-def last_verdict(log):
+def last_verdict(log: Log) -> Any:
     """Returns the last `CatchVerdict` of a log, all zero when there is none."""
     rows = log["truth_verdict"].data
     return CatchVerdict(rows[-1] if len(rows) else np.zeros(len(CatchVerdict.get_fields())))
 
 
-def failure_reason(verdict, hand_error, interrupted):
+def failure_reason(verdict: Any, hand_error: float | None, interrupted: bool) -> str:
     """Returns in words why the ball was not caught: of the last `CatchVerdict`, and the hand's error across [m]."""
     if not verdict.released:
         reason = "the ball was never released: the arm was not ready, or the gate stayed shut"
@@ -87,6 +95,8 @@ def failure_reason(verdict, hand_error, interrupted):
         reason = "the ball went over a side of the board" if over else still
     elif verdict.in_cup:
         reason = f"the ball was in the cup for {verdict.held:.2f} s when the run ended"
+    elif hand_error is None:
+        reason = "the ball crossed the edge, but the position of the hand was not logged"
     elif abs(hand_error) > HALF_CUP:
         reason = f"the cup stood {1e3 * abs(hand_error):.0f} mm beside the ball, and {1e3 * HALF_CUP:.0f} mm fit"
     else:
@@ -94,13 +104,13 @@ def failure_reason(verdict, hand_error, interrupted):
     return f"interrupted; until then {reason}" if interrupted else reason
 
 
-def across(hand_eye, signal, time):
+def across(hand_eye: HandEyeDiagram, signal: Signal, time: float) -> float:
     """Returns x_B [m] of a logged place (fields x, y, z in W) at a time [s], on the board as it truly stands."""
     p_WQ = np.array([np.interp(time, signal.times, signal[axis]) for axis in "xyz"])
     return (hand_eye.world.laboratory.X_WB.inverse() @ p_WQ)[0]
 
 
-def over_the_cup(hand_eye, scenario, log, verdict):
+def over_the_cup(hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, verdict: Any) -> float:
     """Returns where the ball truly goes over the cup's middle, x_B [m]: straight on from where it leaves the board."""
     truth, R_WB = log["truth_ball_state"], hand_eye.world.laboratory.X_WB.rotation().matrix()
     velocity = np.array([np.interp(verdict.crossing_time, truth.times, truth[v]) for v in ("vx", "vy", "vz")])
@@ -109,7 +119,7 @@ def over_the_cup(hand_eye, scenario, log, verdict):
     return verdict.crossing_x + drift * scenario.catch.beyond
 
 
-def crossing_errors(hand_eye, scenario, log, verdict):
+def crossing_errors(hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, verdict: Any) -> dict[str, float]:
     """Returns {time before the crossing [s]: foreseen minus true x_B [m]}, where a crossing was foreseen then."""
     found = {}
     delivered, edge = log["delivered"], known_edge(scenario, hand_eye.poses)
@@ -122,7 +132,7 @@ def crossing_errors(hand_eye, scenario, log, verdict):
     return found
 
 
-def _positions(hand_eye, log, verdict):
+def _positions(hand_eye: HandEyeDiagram, log: Log, verdict: Any) -> dict[str, float | None]:
     point, truth = log["point"], log["truth_ball_state"]
     end = verdict.crossing_time or np.inf
     fresh = np.diff(point["stamp"], prepend=0.0) > 0.0
@@ -139,7 +149,7 @@ def _positions(hand_eye, log, verdict):
     }
 
 
-def _exit_speed(log, crossing):
+def _exit_speed(log: Log, crossing: float | None) -> float | None:
     if not crossing:
         return None
     truth = log["truth_ball_state"]

@@ -19,9 +19,9 @@ from drake_tracker.tasks.ball.path_figure import draw_ball_path
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.strips import BALL_STRIPS
 from drake_tracker.tasks.ball.summary import ROLLING, last_verdict, summarise_ball
-from drake_tracker.tasks.episode import phase_spans
+from drake_tracker.tasks.episode import Log, phase_spans
 from drake_tracker.tasks.filming import Film, Snapshot, View
-from drake_tracker.tasks.task import AskForWindows, Log, ReplayParts, Task, require_initialisation
+from drake_tracker.tasks.task import AskForWindows, ReplayParts, Task, required
 from drake_tracker.vision.board_poses import POSES_FILE, BoardPoses, load_poses, save_poses
 
 _ALWAYS_CHANGEABLE = ("estimator", "link", "servo")
@@ -109,8 +109,7 @@ class BallTask(Task):
         save_poses(initialisation, folder / POSES_FILE)
 
     def build(self, scenario: BallScenario, initialisation: BoardPoses | None) -> HandEyeDiagram:
-        require_initialisation(initialisation, self.name)
-        return make_ball_diagram(scenario, initialisation)
+        return make_ball_diagram(scenario, required(initialisation, self.name))
 
     def ended(self, verdict: Any) -> str | None:
         if verdict.caught:

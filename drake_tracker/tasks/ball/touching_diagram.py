@@ -1,8 +1,11 @@
 """The wiring of the board's initialisation: the world of the ball, and an arm that touches three marks."""
 
+import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_tracker.arm.touch_diagram import TouchDiagram
+from drake_tracker.arm.arm_model import ArmModel
+from drake_tracker.grasp.touch_diagram import TouchDiagram
+from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 
 
 class BoardTouchingDiagram(Diagram):
@@ -24,7 +27,15 @@ class BoardTouchingDiagram(Diagram):
       set-points [s].
     """
 
-    def __init__(self, world, model, q_initial, jogs, time_step, period):
+    def __init__(
+        self,
+        world: BallWorldDiagram,
+        model: ArmModel,
+        q_initial: np.ndarray,
+        jogs: np.ndarray,
+        time_step: float,
+        period: float,
+    ) -> None:
         super().__init__()
         self.set_name("touching")
         self.world = world

@@ -1,12 +1,15 @@
 """How well the jaws were timed and placed, judged from truth after the run."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from drake_tracker.core.messages import Prediction, evaluate_prediction, prediction_end
 from drake_tracker.grasp.gate import touch_delay
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.episode import tool_pose
+from drake_tracker.tasks.episode import Log, PhaseSpan, tool_pose
 from drake_tracker.tasks.train.episode import train_pose
+from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.world.speed_law import distance_at
 
@@ -15,12 +18,12 @@ REACH_ALONG = 0.05
 _STEP = 0.001
 
 
-def clearance(scenario):
+def clearance(scenario: TrainScenario) -> float:
     """Returns by how much [m] the train may be off the middle of the open jaws, across them, and still fit between."""
     return 0.5 * (scenario.grasp.jaw_opening - scenario.grasp.object_width)
 
 
-def closing_onset_error(scenario, log, spans):
+def closing_onset_error(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> float | None:
     """Returns the start of the last closing command against the last instant at which it would still have met the
     train.
 
@@ -34,7 +37,7 @@ def closing_onset_error(scenario, log, spans):
     leaving there.
     """
     launch, close = last_closing(spans)
-    if close is None:
+    if launch is None or close is None:
         return None
     times, hand = _frozen_path(log, launch.start)
     (launched,) = train_pose(log, [launch.start])
@@ -53,13 +56,13 @@ def closing_onset_error(scenario, log, spans):
     return float(close.start - (leaves - touch_delay(scenario.grasp)))
 
 
-def offset_at_touch(scenario, log, spans):
+def offset_at_touch(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> tuple[float, float] | None:
     """Returns where the train's middle was, (along, across) [m] from the middle of the jaws, when the last closing came
     to touch it: at the first contact since the launch, or else when the pads would have met its sides. None without
     one.
     """
     launch, close = last_closing(spans)
-    if close is None:
+    if launch is None or close is None:
         return None
     touch = close.start + touch_delay(scenario.grasp)
     verdict = log["truth_verdict"]
@@ -71,7 +74,7 @@ def offset_at_touch(scenario, log, spans):
     return None if np.isnan(along[0] + across[0]) else (float(along[0]), float(across[0]))
 
 
-def last_closing(spans):
+def last_closing(spans: Sequence[PhaseSpan]) -> tuple[PhaseSpan, PhaseSpan] | tuple[None, None]:
     """Returns the `PhaseSpan`s (launch, closing) of the last attempt whose jaws closed, or (None, None)."""
     for before, span in reversed(list(zip(spans, spans[1:]))):
         if span.phase == Phase.CLOSE and before.phase == Phase.INTERCEPT:
@@ -79,7 +82,7 @@ def last_closing(spans):
     return None, None
 
 
-def _frozen_path(log, launch):
+def _frozen_path(log: Log, launch: float) -> tuple[np.ndarray, np.ndarray]:
     """Returns times (n,) [s] and the path (x, y, yaw) of the hand frozen at ``launch`` [s], shape (n, 3)."""
     target = log["target"]
     same = (target.times >= launch) & (target["valid"] > 0)
@@ -102,7 +105,7 @@ def _frozen_path(log, launch):
     return times, np.column_stack([np.interp(times, known_times, row) for row in known.T])
 
 
-def _in_hand(hand, x, y):
+def _in_hand(hand: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Returns (along, across) [m] of the points x, y as seen from the hand's poses (x, y, yaw), shape (n, 3)."""
     dx, dy = x - hand[:, 0], y - hand[:, 1]
     cos, sin = np.cos(hand[:, 2]), np.sin(hand[:, 2])

@@ -3,7 +3,8 @@
 Errors are horizontal, at the centre of the train's body, and split along and across its true direction of travel.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -19,12 +20,12 @@ def phase_spans(log: Mapping[str, Signal], time_step: float = TIME_STEP) -> tupl
     return episode.phase_spans(log, Phase, time_step)
 
 
-def sighted(spans, times):
+def sighted(spans: Sequence[PhaseSpan], times: np.ndarray) -> np.ndarray:
     """Returns at which of ``times`` (n,) [s] the arm used vision, shape (n,), bool."""
-    return during(spans, times, *(phase for phase in Phase if not PROGRAMS[phase].frozen))
+    return during(spans, times, *(phase for phase in Phase if not PROGRAMS[phase].blind))
 
 
-def train_pose(log, times):
+def train_pose(log: Mapping[str, Signal], times: np.ndarray | Sequence[float]) -> np.ndarray:
     """Returns the train's true (x, y, z, yaw) [m, rad] at ``times`` (n,) [s], shape (n, 4), NaN where nothing is
     logged.
 
@@ -40,7 +41,7 @@ def train_pose(log, times):
     return interpolate_rows(times, truth.times, rows)
 
 
-def errors(log, times, xy):
+def errors(log: Mapping[str, Signal], times: np.ndarray, xy: Any) -> np.ndarray:
     """Returns how far the points ``xy`` (n, 2) [m] lie from the train at ``times`` (n,) [s]: (along, across), shape (n,
     2).
 

@@ -1,13 +1,15 @@
 """Says in one sentence why the train was not taken, from the log of a run."""
 
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.episode import during
+from drake_tracker.tasks.episode import Log, PhaseSpan, during
 from drake_tracker.tasks.train.closing import clearance, offset_at_touch
+from drake_tracker.tasks.train.scenario import TrainScenario
 
 GATE_WORDS = {
     Gate.OPEN: "nothing held it back",
@@ -22,7 +24,9 @@ GATE_WORDS = {
 """Why the grasp machine waits, to finish a sentence."""
 
 
-def failure_reason(scenario, log, spans, valid_fraction, interrupted):
+def failure_reason(
+    scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], valid_fraction: float | None, interrupted: bool
+) -> str | None:
     """Returns the reason in one sentence, or None when the train was taken.
 
     Args:
@@ -47,12 +51,12 @@ def failure_reason(scenario, log, spans, valid_fraction, interrupted):
     return f"interrupted; until then {reason}" if interrupted else reason
 
 
-def _attempts(log):
+def _attempts(log: Log) -> int:
     diagnosis = log["diagnosis"]
     return int(diagnosis["attempts"][-1]) if len(diagnosis.times) else 0
 
 
-def _last_attempt(scenario, log, spans, attempts, derailed):
+def _last_attempt(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], attempts: int, derailed: bool) -> str:
     """Returns what became of the last attempt."""
     start = max(k for k, span in enumerate(spans) if span.phase == Phase.INTERCEPT)
     phases = [span.phase for span in spans[start:]]
@@ -77,7 +81,7 @@ def _last_attempt(scenario, log, spans, attempts, derailed):
     return reason
 
 
-def _after_grip(log, start, attempts, retreated):
+def _after_grip(log: Log, start: float, attempts: int, retreated: bool) -> str:
     verdict = log["truth_verdict"]
     since = verdict.times >= start
     touched = since & ((verdict["left_contact"] > 0) | (verdict["right_contact"] > 0))
@@ -87,7 +91,7 @@ def _after_grip(log, start, attempts, retreated):
     return f"attempt {attempts} held the train, {height:.0f} mm up, for {verdict['held'][-1]:.2f} s when the run ended"
 
 
-def _waiting(log, spans, since):
+def _waiting(log: Log, spans: Sequence[PhaseSpan], since: float) -> str:
     """Returns how long the gate stayed shut while tracking after ``since`` [s], and the commonest reason."""
     diagnosis = log["diagnosis"]
     tracking = during(spans, diagnosis.times, Phase.TRACK) & (diagnosis.times >= since)

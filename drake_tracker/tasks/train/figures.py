@@ -1,14 +1,18 @@
 """The pictures of a run: how the train was tracked and taken, and the images that its motion was found in."""
 
 import textwrap
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.episode import during, predictions_ahead, tool_pose
+from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_ahead, tool_pose
 from drake_tracker.tasks.plots import LONG, SHORT, broken, draw_phases, name_colours, time_axis_length
 from drake_tracker.tasks.style import (
     FAR_PREDICTED,
@@ -24,6 +28,7 @@ from drake_tracker.tasks.style import (
 )
 from drake_tracker.tasks.train.closing import clearance, last_closing
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted, train_pose
+from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import place_track
 
 _APPROACHING = (Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
@@ -31,7 +36,7 @@ _BEFORE, _AFTER = 1.2, 2.2
 """Time [s] shown before and after the jaws begin to close."""
 
 
-def draw_tracking(scenario, log, summary, path):
+def draw_tracking(scenario: TrainScenario, log: Log, summary: Mapping[str, Any], path: Path) -> None:
     """Draws the run as one picture, 3200 x 1800 px: the track seen from above, the errors, the grasp.
 
     Args:
@@ -56,7 +61,7 @@ def draw_tracking(scenario, log, summary, path):
         figure.savefig(path, dpi=200)
 
 
-def _draw_headline(figure, scenario, summary):
+def _draw_headline(figure: Figure, scenario: TrainScenario, summary: Mapping[str, Any]) -> None:
     attempts = summary["attempts"]
     if summary["success"]:
         ordinal = "first attempt" if attempts == 1 else f"attempt {attempts}"
@@ -80,13 +85,13 @@ def _draw_headline(figure, scenario, summary):
     figure.text(0.05, 0.915, "   ·   ".join(facts), fontsize=11.5, color=SOFT_INK, va="center")
 
 
-def _draw_map(ax, scenario, log, spans):
+def _draw_map(ax: Axes, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
     """The track from above, the robot below: where the train was, was seen, was expected, and where the hand went."""
     start, end = _lap(scenario, log, spans)
     truth = log["truth_train_state"]
     ax.plot(truth["y"], truth["x"], color="#e6e8eb", lw=9, zorder=0)
 
-    def inside(times):
+    def inside(times: np.ndarray) -> np.ndarray:
         return (times >= start) & (times <= end)
 
     point = log["point"]
@@ -109,7 +114,7 @@ def _draw_map(ax, scenario, log, spans):
         ((x, y, _, _),) = tool_pose(log, [close.start])
         ax.plot(y, x, "o", ms=9, mfc="white", mec=HAND, mew=2, zorder=7)
         outward = np.array([y, x]) - np.mean(truth.view("y", "x"), axis=0)
-        outward *= (-26.0, 26.0) / np.linalg.norm(outward)
+        outward *= np.array([-26.0, 26.0]) / np.linalg.norm(outward)
         side = "left" if outward[0] > 0.0 else "right"
         ax.annotate(
             "jaws close",
@@ -142,7 +147,7 @@ _NAMES = (
 )
 
 
-def _lap(scenario, log, spans):
+def _lap(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> tuple[float, float]:
     """Returns start and end [s] of what the map shows: the last lap before the hand had the train."""
     truth = log["truth_train_state"]
     _, close = last_closing(spans)
@@ -155,7 +160,7 @@ def _lap(scenario, log, spans):
     return times[max(len(times) - 1 - back, 0)], times[-1]
 
 
-def _draw_errors(across, along, scenario, log, spans):
+def _draw_errors(across: Axes, along: Axes, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
     """Errors over time, across the track above and along it below."""
     point = log["point"]
     seen = (point["valid"] > 0) & sighted(spans, point["stamp"])
@@ -209,13 +214,13 @@ def _draw_errors(across, along, scenario, log, spans):
     )
 
 
-def _arrival(scenario, spans):
+def _arrival(scenario: TrainScenario, spans: Sequence[PhaseSpan]) -> float:
     """Returns when [s] the hand had come over the train for the first time."""
     starts = [span.start for span in spans if span.phase == Phase.TRACK]
     return starts[0] + scenario.grasp.approach_duration if starts else np.inf
 
 
-def _draw_grasp(ax, scenario, log, spans):
+def _draw_grasp(ax: Axes, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
     """Heights of the jaws and of the train, and the opening of the jaws, around the last attempt or over the whole
     run.
     """

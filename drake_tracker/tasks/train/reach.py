@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import joints_for, make_arm_model
-from drake_tracker.arm.differential_ik import make_parameters, step_joints
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.differential_ik import joints_for, make_parameters, step_joints
 from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.world.plant import TRAIN_HEIGHT
+from drake_tracker.world.tracks import Track
 
 CHECKED_PLACES = 40
 """Places along a track that are tried."""
@@ -24,7 +25,7 @@ class Reach:
     Raises DrakeTrackerError when the arm cannot bring its tool there.
     """
 
-    def __init__(self, scenario):
+    def __init__(self, scenario: TrainScenario) -> None:
         self._z = scenario.table_height + TRAIN_HEIGHT
         self._heights = (scenario.grasp.hover_height, scenario.grasp.grasp_height)
         self.description = arm_of(scenario)
@@ -33,7 +34,7 @@ class Reach:
         over_home = tool_down(self.home[:3] + [0.0, 0.0, scenario.grasp.hover_height], self.home[3])
         self.q_initial = joints_for(self.model, self.description.q_start, over_home)
 
-    def missed(self, track):
+    def missed(self, track: Track) -> tuple[float, float, float] | None:
         """Returns the first place (x, y, height over the train) [m] of a track that the tool does not come to, be it to
         hover or to grasp, or None."""
         parameters = make_parameters(self.model, _STEP)
@@ -41,7 +42,7 @@ class Reach:
         for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
             x, y, _ = track.pose(s)
             for height in self._heights:
-                X_WT = tool_down((x, y, self._z + height), np.pi / 2)
+                X_WT = tool_down((float(x), float(y), self._z + height), np.pi / 2)
                 for _ in range(_STEPS):
                     q, _ = step_joints(self.model, parameters, q, X_WT)
                     if np.linalg.norm(self.model.tool_pose(q).translation() - X_WT.translation()) < _NEAR:
@@ -51,7 +52,7 @@ class Reach:
         return None
 
 
-def home_reference(scenario):
+def home_reference(scenario: TrainScenario) -> np.ndarray:
     """Returns the reference (x, y, z, yaw) over which the hand waits: the middle of the work volume, train high.
 
     Turned so that joint 6 waits near the middle of its range.

@@ -1,24 +1,28 @@
 """The summary of a run: what came of it, and how well each part did, judged from truth after the event."""
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
-from drake_tracker.tasks.episode import during, predictions_of_now
+from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_of_now
 from drake_tracker.tasks.results import git_commit, lag_of, package_versions, tidy
 from drake_tracker.tasks.train.closing import closing_onset_error
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
 from drake_tracker.tasks.train.failure import failure_reason
+from drake_tracker.tasks.train.scenario import TrainScenario
 
 JITTER_WINDOW = 31
 """Samples of the moving mean that is taken away before jitter is measured."""
 
 
-def summarise(scenario, log, simulated, interrupted=False):
+def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: bool = False) -> dict[str, Any]:
     """Returns the summary of a run as a dict of numbers, texts and None (where there is nothing to say).
 
     Lengths in m, times in s, angles in rad. Position errors are horizontal, at the centre of the train's body:
@@ -44,8 +48,8 @@ def summarise(scenario, log, simulated, interrupted=False):
     """
     spans = phase_spans(log, scenario.time_step)
     vision = _vision(log, spans)
-    attempts = log["diagnosis"]["attempts"]
-    attempts = int(attempts[-1]) if len(attempts) else 0
+    counts = log["diagnosis"]["attempts"]
+    attempts = int(counts[-1]) if len(counts) else 0
     verdict = log["truth_verdict"]
     success = bool(len(verdict.times) and verdict["taken"][-1])
     lifts = [span.start for span in spans if span.phase == Phase.LIFT]
@@ -71,7 +75,7 @@ def summarise(scenario, log, simulated, interrupted=False):
     return tidy(summary)
 
 
-def jitter(times, error):
+def jitter(times: np.ndarray, error: np.ndarray) -> float:
     """Returns the standard deviation [m] of an error (n, 2) after a moving mean over `JITTER_WINDOW` samples is taken
     away.
 
@@ -81,7 +85,7 @@ def jitter(times, error):
     return float(np.sqrt(np.mean(np.sum(rest**2, axis=1)))) if len(rest) else math.nan
 
 
-def without_mean(times, error):
+def without_mean(times: np.ndarray, error: np.ndarray) -> np.ndarray:
     """Returns what is left (k, m) of an error (n, m) after a moving mean over `JITTER_WINDOW` samples is taken away.
 
     Only stretches of consecutive cycles count, ``times`` [s] tells them.
@@ -96,7 +100,7 @@ def without_mean(times, error):
     return np.concatenate(rest)
 
 
-def _verdict(verdict):
+def _verdict(verdict: Signal) -> dict[str, Any]:
     touched = (verdict["left_contact"] > 0) | (verdict["right_contact"] > 0)
     return {
         "lift_height_m": max(verdict["lift"][touched], default=0.0),
@@ -105,7 +109,7 @@ def _verdict(verdict):
     }
 
 
-def _tracking(log, spans):
+def _tracking(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:
     target = log["target"]
     good = (target["valid"] > 0) & during(spans, target.times, Phase.TRACK)
     ahead = _size(errors(log, target["time"], target.view("x", "y"))[good])
@@ -118,7 +122,7 @@ def _tracking(log, spans):
     }
 
 
-def _vision(log, spans):
+def _vision(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:
     point = log["point"]
     used = (point["stamp"] > 0) & sighted(spans, point["stamp"])
     valid = used & (point["valid"] > 0)
@@ -131,11 +135,11 @@ def _vision(log, spans):
     }
 
 
-def _size(error):
+def _size(error: np.ndarray) -> np.ndarray:
     """Returns the lengths (n,) of the error vectors (n, 2) that are known."""
     size = np.hypot(*error.T)
     return size[np.isfinite(size)]
 
 
-def _rms(size):
+def _rms(size: np.ndarray) -> float | None:
     return float(np.sqrt(np.mean(size**2))) if len(size) else None

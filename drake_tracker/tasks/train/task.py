@@ -11,9 +11,9 @@ from drake_tracker.core.messages import GraspDiagnosis, JawState, Verdict
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.episode import during
+from drake_tracker.tasks.episode import Log, during
 from drake_tracker.tasks.filming import Film, Snapshot, View
-from drake_tracker.tasks.task import Log, ReplayParts, Task
+from drake_tracker.tasks.task import ReplayParts, Task
 from drake_tracker.tasks.train.diagram import make_train_diagram, train_host
 from drake_tracker.tasks.train.episode import phase_spans, sighted
 from drake_tracker.tasks.train.figures import draw_tracking

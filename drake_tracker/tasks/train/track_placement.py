@@ -7,8 +7,10 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks.train.reach import CHECKED_PLACES, Reach
+from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.vision.window import footprint
-from drake_tracker.world.tracks import make_track
+from drake_tracker.world.config import TrackConfig
+from drake_tracker.world.tracks import Track, make_track
 
 STREAM = 1
 """Number of this stream of random draws under a scenario's seed."""
@@ -18,7 +20,7 @@ MOST_MISSED = 20
 """Of these, places out of the arm's reach, which takes longer to find out."""
 
 
-def place_track(scenario, reach=None):
+def place_track(scenario: TrainScenario, reach: Reach | None = None) -> tuple[Track, float]:
     """Returns (track, start): the track of a scenario in the direction of travel, and the arc length [m] of the start.
 
     The seed draws, each only where the scenario leaves it open, the centre and the rotation within their ranges, the
@@ -41,7 +43,7 @@ def place_track(scenario, reach=None):
     return track, fraction * track.length
 
 
-def _fitting(scenario, first, rng, reach):
+def _fitting(scenario: TrainScenario, first: Track, rng: np.random.Generator, reach: Reach) -> Track:
     """Returns the track in a place where it fits, the first one tried; where none does, as `check_track` will say."""
     track, missed = first, 0
     for _ in range(MOST_DRAWS):
@@ -55,7 +57,7 @@ def _fitting(scenario, first, rng, reach):
     return first
 
 
-def _placed(config, offset, turn):
+def _placed(config: TrackConfig, offset: np.ndarray, turn: float) -> Track:
     """Returns the track of a scenario's ``track`` in a place given by shares (-1 to 1) of its ranges."""
     return make_track(
         config.kind,
@@ -69,7 +71,7 @@ def _placed(config, offset, turn):
     )
 
 
-def place_outside(scenario, track):
+def place_outside(scenario: TrainScenario, track: Track) -> tuple[float, float] | None:
     """Returns a place (x, y) [m] at which a track leaves the work volume, or None."""
     outline = footprint(scenario.vision.work_volume, scenario.vision.outline).astype(np.float32)
     for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
@@ -79,7 +81,7 @@ def place_outside(scenario, track):
     return None
 
 
-def check_track(scenario, track, reach):
+def check_track(scenario: TrainScenario, track: Track, reach: Reach) -> None:
     """Raises DrakeTrackerError, in one line, when a closed track leaves the work volume or the arm's `Reach`.
 
     An open track runs past the arm and may begin and end where the arm cannot follow.

@@ -1,6 +1,9 @@
-"""The train's rooms as two processes with the network between them."""
+"""The subsystems of the train in two processes, connected by LCM."""
 
-from drake_tracker.core.errors import DrakeTrackerError
+from typing import Any
+
+from pydrake.lcm import DrakeLcm
+
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.hand_eye import BETWEEN_SUBSYSTEMS
@@ -8,16 +11,23 @@ from drake_tracker.network.arm_side_diagram import ArmSideDiagram
 from drake_tracker.network.channels import CAMERAS, FROM_HOST, FROM_VISION, POINT, vectors
 from drake_tracker.network.host_side_diagram import HostSideDiagram
 from drake_tracker.network.remote_host_diagram import ImageSenderDiagram, RemoteHostDiagram
+from drake_tracker.tasks.registry import require_task
 from drake_tracker.tasks.train.diagram import assemble, train_host
-from drake_tracker.tasks.train.scenario import Measured
-from drake_tracker.tasks.train.vision_parts import measured_vision, rendered_vision
+from drake_tracker.tasks.train.scenario import Measured, TrainScenario
+from drake_tracker.tasks.train.vision_parts import RenderedWindow, measured_vision, rendered_vision
+from drake_tracker.vision.vision_diagram import VisionDiagram
 
 
-def make_arm_side(scenario, lcm):
-    """Returns the `ArmSideDiagram` of a scenario: laboratory, link and arm, with the host behind a DrakeLcm.
+def make_arm_side(scenario: TrainScenario, lcm: DrakeLcm) -> ArmSideDiagram:
+    """Returns the `ArmSideDiagram` of a scenario: laboratory, link and arm, with the host behind LCM.
 
-    The link stands in this process, behind the network, so that what it loses is lost whoever sends. Raises
-    DrakeTrackerError as `make_diagram`, and where the task is not the train's.
+    The link is in this process, behind the network, so that its losses apply to packets of any host.
+
+    Args:
+        scenario: the scenario.
+        lcm: connection to the host.
+
+    Raises DrakeTrackerError as `make_train_diagram`, and when the task is not the train.
     """
     check_task(scenario)
     known = vectors(scenario.time_step, len(arm_of(scenario).q_start))
@@ -30,24 +40,29 @@ def make_arm_side(scenario, lcm):
     return ArmSideDiagram(assemble(scenario, ImageSenderDiagram(lcm, CAMERAS), windows, host, arrows), lcm, known)
 
 
-def make_host_side(scenario, incoming, outgoing):
-    """Returns (HostSideDiagram, {port: (width, height) [px]}) of a scenario; the second says what images it can read.
+def make_host_side(
+    scenario: TrainScenario, incoming: DrakeLcm, outgoing: DrakeLcm
+) -> tuple[HostSideDiagram, dict[str, tuple[int, int]]]:
+    """Returns (HostSideDiagram, {port: (width, height) [px]}) of a scenario; the latter are the images that it reads.
 
-    ``incoming`` and ``outgoing`` are each a DrakeLcm. Raises DrakeTrackerError as `make_arm_side`.
+    Args:
+        scenario: the scenario.
+        incoming: connection on which sensor messages arrive.
+        outgoing: connection on which packets are sent.
+
+    Raises DrakeTrackerError as `make_arm_side`.
     """
     check_task(scenario)
-    vision, windows = None, {}
+    vision: VisionDiagram | None = None
+    windows: dict[str, RenderedWindow] = {}
     if not isinstance(scenario.vision, Measured):
-        # Half a cycle: the cameras are in step, but their stamps come as whole microseconds, a real one's as it likes.
+        # Half a cycle: the cameras are synchronous, but their stamps are rounded to microseconds.
         vision, windows = rendered_vision(scenario, own_stamps=True, stamp_tolerance=0.5 * VISION_PERIOD)
     side = HostSideDiagram(vision, train_host(scenario), incoming, outgoing, vectors(scenario.time_step))
     return side, {port: window[2:] for port, window in windows.items()}
 
 
-def check_task(scenario):
-    """Raises DrakeTrackerError where the task is not the train's."""
-    if scenario.task != "train":
-        raise DrakeTrackerError(
-            f"{scenario.name}: host and arm know the train alone; before a ball rolls, camera and arm find the board "
-            "together, in one process (drake-tracker run)"
-        )
+def check_task(scenario: Any) -> None:
+    """Raises DrakeTrackerError when a scenario cannot be split into two processes."""
+    why = "host and arm are two processes only for the train; the ball's camera and arm find the board together"
+    require_task(scenario, "train", why)

@@ -1,16 +1,22 @@
 """The vision of a run of the train: cameras, windows, and the Diagram from images or from measured errors to points."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
+from pydrake.systems.framework import Diagram
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks.loader import scenario_file
-from drake_tracker.tasks.train.scenario import Measured
-from drake_tracker.vision.calibration import load_calibration
+from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
+from drake_tracker.vision.calibration_file import load_calibration
+from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.detectors import make_detector
 from drake_tracker.vision.measured_error_file import load_error
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
+from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.vision_diagram import VisionDiagram
-from drake_tracker.vision.window import project_window
+from drake_tracker.vision.window import Window, project_window
 from drake_tracker.world.cameras import describe_rig, renderable_window
 from drake_tracker.world.plant import TRAIN_HEIGHT
 
@@ -19,14 +25,14 @@ RenderedWindow = tuple[int, int, int, int]
 """(u0, v0, width, height) [px] of the part of the full frame that is rendered."""
 
 
-def make_vision(scenario):
+def make_vision(scenario: TrainScenario) -> tuple[Diagram, dict[str, RenderedWindow]]:
     """Returns a scenario's vision, and {camera name: window to render [px]}, which is empty where it is measured."""
     if isinstance(scenario.vision, Measured):
         return measured_vision(scenario), {}
     return rendered_vision(scenario)
 
 
-def rendered_vision(scenario, **settings):
+def rendered_vision(scenario: TrainScenario, **settings: Any) -> tuple[VisionDiagram, dict[str, RenderedWindow]]:
     """Returns (VisionDiagram, {camera name: window to render [px]}) of a scenario with ``vision: !Rendered``.
 
     ``settings``: further ones of the `VisionDiagram`.
@@ -35,7 +41,7 @@ def rendered_vision(scenario, **settings):
     return image_vision(scenario, rendered, **settings), {f"camera_{side}": rendered[side] for side in SIDES}
 
 
-def rendered_windows(scenario):
+def rendered_windows(scenario: TrainScenario) -> dict[str, RenderedWindow]:
     """Returns {side: (u0, v0, width, height) [px]}, what of the full frame a scenario renders."""
     config = scenario.cameras
     if not config.render_window:
@@ -44,41 +50,44 @@ def rendered_windows(scenario):
     return {side: renderable_window(windows[side].bounds, config.width, config.height) for side in SIDES}
 
 
-def look_windows(scenario, cameras):
+def look_windows(scenario: TrainScenario, cameras: Mapping[str, CameraModel]) -> dict[str, Window]:
     """Returns {side: Window} in which a scenario's vision looks for motion."""
     vision = scenario.vision
     return {side: project_window(cameras[side], vision.work_volume, vision.outline) for side in SIDES}
 
 
-def image_vision(scenario, rendered, **settings):
-    """Returns the `VisionDiagram` of a scenario for images of the windows ``rendered`` {side: (u0, v0, width, height)}.
+def image_vision(scenario: TrainScenario, rendered: Mapping[str, RenderedWindow], **settings: Any) -> VisionDiagram:
+    """Returns the `VisionDiagram` of a scenario with ``vision: !Rendered``.
 
-    ``settings``: further ones of the `VisionDiagram`. Raises DrakeTrackerError when the train would be too
-    slow for it to be seen.
+    Args:
+        scenario: the scenario.
+        rendered: {side: window of the full frame that the images show}.
+        **settings: further arguments of `VisionDiagram`.
+
+    Raises DrakeTrackerError when the train would be too slow to be seen, or when the lag is shorter than the detector
+    needs.
     """
+    config = rendered_config(scenario)
     cameras, flow = load_cameras(scenario), flow_parameters(scenario)
     check_visible(scenario, cameras, flow)
     windows = look_windows(scenario, cameras)
-    lag, volume = scenario.vision.lag_cycles, scenario.vision.work_volume
+    lag, volume = config.lag_cycles, config.work_volume
     if lag <= flow.stride:
         raise DrakeTrackerError(
             f"{scenario.where('vision.lag_cycles')} = {lag} must be at least {flow.stride + 1}: the newest image comes "
             f"{flow.stride} after the one that is described, and one cycle is for computing"
         )
-    detectors = {
-        side: make_detector(scenario.vision.detector, window=windows[side].mask(rendered[side])) for side in SIDES
-    }
-    return VisionDiagram(
-        cameras, detectors, image_windows=rendered, lag_cycles=lag, work_volume=volume, **settings
-    )
+    detectors = {side: make_detector(config.detector, window=windows[side].mask(rendered[side])) for side in SIDES}
+    return VisionDiagram(cameras, detectors, image_windows=rendered, lag_cycles=lag, work_volume=volume, **settings)
 
 
-def measured_vision(scenario):
+def measured_vision(scenario: TrainScenario) -> MeasuredVisionDiagram:
     """Returns the `MeasuredVisionDiagram` of a scenario with ``vision: !Measured``, which stands in for the cameras.
 
     Raises DrakeTrackerError when its file cannot be used, or when it would never see the train.
     """
     config = scenario.vision
+    assert isinstance(config, Measured)
     error = load_error(scenario_file(config.file), rig=describe_rig(scenario.cameras))
     if 0.0 < scenario.track.speed < error.seen_from:
         raise DrakeTrackerError(
@@ -88,7 +97,7 @@ def measured_vision(scenario):
     return MeasuredVisionDiagram(error, config.lag_cycles, config.work_volume, scenario.seed)
 
 
-def load_cameras(scenario):
+def load_cameras(scenario: TrainScenario) -> dict[str, CameraModel]:
     """Returns {"left": CameraModel, "right": CameraModel} from the calibration file that the scenario names."""
     path = scenario_file(scenario.cameras.calibration)
     models = load_calibration(path, rig=describe_rig(scenario.cameras))
@@ -106,12 +115,21 @@ def load_cameras(scenario):
     return cameras
 
 
-def flow_parameters(scenario):
+def rendered_config(scenario: TrainScenario) -> Rendered:
+    """Returns the settings of vision on rendered images. Raises DrakeTrackerError when a scenario has none."""
+    if not isinstance(scenario.vision, Rendered):
+        raise DrakeTrackerError(f"{scenario.where('vision')} must be !Rendered: this needs images")
+    return scenario.vision
+
+
+def flow_parameters(scenario: TrainScenario) -> NormalFlowParameters:
     """Returns the `NormalFlowParameters` of a scenario's motion detector."""
-    return scenario.vision.detector.resolve()
+    return rendered_config(scenario).detector.resolve()
 
 
-def check_visible(scenario, cameras, parameters):
+def check_visible(
+    scenario: TrainScenario, cameras: Mapping[str, CameraModel], parameters: NormalFlowParameters
+) -> None:
     """Raises DrakeTrackerError when the train, at its speed, moves too slowly in an image for the threshold."""
     if scenario.track.speed == 0.0:
         return
@@ -126,13 +144,15 @@ def check_visible(scenario, cameras, parameters):
             )
 
 
-def slowest_seen(scenario, cameras, parameters):
+def slowest_seen(
+    scenario: TrainScenario, cameras: Mapping[str, CameraModel], parameters: NormalFlowParameters
+) -> float:
     """Returns the speed [m/s] below which the threshold sees nothing in one of the images, whatever the heading."""
     needed = parameters.smallest_visible_speed()
     return max(needed / largest_scale(scenario, camera) for camera in cameras.values())
 
 
-def largest_scale(scenario, camera):
+def largest_scale(scenario: TrainScenario, camera: CameraModel) -> float:
     """Returns how many px a step of 1 m at the centre of the track takes in an image in the best direction."""
     centre = np.array([*scenario.track.centre, scenario.table_height + TRAIN_HEIGHT])
     headings = np.linspace(0.0, np.pi, 36)
