@@ -44,9 +44,8 @@ from detector_methods import (
     sparser,
 )
 
-from drake_tracker.vision.frame_difference import FrameDifferenceParameters
-from drake_tracker.vision.normal_flow import NormalFlow
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.config import FrameDifference, NormalFlow
+from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.plane_projection import project_to_plane
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.cameras import focal_length
@@ -87,7 +86,7 @@ def ball_errors(method, sequence, images, camera, heights):
     (x, y) [mm] on the board for each of two ``heights``."""
     found = np.full((len(images), 2), np.nan)
     flow = np.full((len(images), 2), np.nan)
-    is_flow = isinstance(getattr(method, "detector", None), NormalFlow)
+    is_flow = isinstance(getattr(method, "detector", None), NormalFlowDetector)
     for k, image in enumerate(images):
         region = method(image)
         if region is not None:
@@ -159,7 +158,7 @@ def measure_ball(seeds, few):
             camera, window = rendered.ball_camera(sequence)
             heights = (rendered.ball_scenario(seed).vision.centroid_height, BALL_RADIUS)
             images, static, lessons = rendered.seen(sequence, **seen)
-            scene = Scene(static, lessons, window, FrameDifferenceParameters().join_distance)
+            scene = Scene(static, lessons, window, FrameDifference().join_distance)
             for name, make in methods(scene.join_distance).items():
                 rows.setdefault(name, []).append(ball_errors(make(scene), sequence, images, camera, heights))
         rows = {name: np.vstack(parts) for name, parts in rows.items()}
@@ -170,7 +169,7 @@ def measure_ball(seeds, few):
         sequence = rendered.ball_sequence(seed)
         images, static, lessons = rendered.seen(sequence)
         camera, window = rendered.ball_camera(sequence)
-        scene = Scene(static, lessons, window, FrameDifferenceParameters().join_distance)
+        scene = Scene(static, lessons, window, FrameDifference().join_distance)
         for name, make in sparser(scene.join_distance).items():
             errors = ball_errors(make(scene), sequence, images, camera, (BALL_RADIUS,) * 2)
             steady.setdefault(name, []).append(errors)
@@ -180,10 +179,10 @@ def measure_ball(seeds, few):
 def measure_train(laps, seed):
     """Returns {variant: {method: numbers}} on the train's images, with the join distance of the train's detector."""
     sequence = rendered.train_sequence(seed, laps)
-    window, join_distance = rendered.train_window(seed), NormalFlowParameters().join_distance
+    window, join_distance = rendered.train_window(seed), NormalFlow().resolve().join_distance
     made = methods(join_distance)
     made[FLOW_TRAIN_MEAN] = lambda scene: Detector(
-        NormalFlow(NormalFlowParameters.preset("scaled", centroid="mean"), scene.window)
+        NormalFlowDetector(NormalFlow(centroid="mean"), window=scene.window)
     )
     depth = (sequence.p_WQ @ sequence.X_CW[2, :3] + sequence.X_CW[2, 3]).mean()
     near = focal_length(sequence.images.shape[1], rendered.train_fov(seed)) * TRAIN_LENGTH / depth
@@ -212,7 +211,7 @@ def measure_time(seed, rounds):
     """Returns {method: median time per image [us]} on a roll in steady light; the methods take turns."""
     sequence = rendered.ball_sequence(seed)
     images, static, lessons = rendered.seen(sequence)
-    scene = Scene(static, lessons, rendered.ball_camera(sequence)[1], FrameDifferenceParameters().join_distance)
+    scene = Scene(static, lessons, rendered.ball_camera(sequence)[1], FrameDifference().join_distance)
     made = {name: make(scene) for name, make in methods(scene.join_distance).items()}
     seconds = {name: [] for name in made}
     for turn in range(rounds):

@@ -17,8 +17,8 @@ import numpy as np
 from common import print_table, save_json
 from speed_tables import methods_table
 
-from drake_tracker.vision.normal_flow import NormalFlow
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.config import NormalFlow
+from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.region_centroid import mean_centroid
 
 SIZE = 256
@@ -52,7 +52,7 @@ class NormalFlowMethod:
     """The complete detector: smoothing, three buffered images, mask and centroid."""
 
     def __init__(self, **overrides):
-        self._flow = NormalFlow(NormalFlowParameters.preset("scaled", **overrides))
+        self._flow = NormalFlowDetector(NormalFlow(**overrides))
         self._buffer = deque(maxlen=self._flow.buffer_length)
         self.delay = self._flow.stamp_age_cycles
 

@@ -2,12 +2,12 @@
 
 import cv2
 
-from drake_tracker.vision.background_difference import BackgroundDifference, BackgroundDifferenceParameters
-from drake_tracker.vision.frame_difference import FrameDifference, FrameDifferenceParameters
-from drake_tracker.vision.normal_flow import NormalFlow
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.background_difference import BackgroundDifferenceDetector
+from drake_tracker.vision.config import BackgroundDifference, FrameDifference, NormalFlow, StaticThreshold
+from drake_tracker.vision.frame_difference import FrameDifferenceDetector
+from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.region_centroid import hull_centroid
-from drake_tracker.vision.static_threshold import StaticThreshold, StaticThresholdParameters
+from drake_tracker.vision.static_threshold import StaticThresholdDetector
 
 FLOW_THRESHOLD = 0.45
 """Displacement [px] between consecutive images above which a pixel of the dense flow moves."""
@@ -94,18 +94,18 @@ def methods(join_distance):
 
     def difference(**settings):
         settings = {"join_distance": join_distance, **settings}
-        return lambda scene: Detector(FrameDifference(FrameDifferenceParameters(**settings), scene.window))
+        return lambda scene: Detector(FrameDifferenceDetector(FrameDifference(**settings), window=scene.window))
 
     def flow(preset, **settings):
-        return lambda scene: Detector(NormalFlow(NormalFlowParameters.preset(preset, **settings), scene.window))
+        return lambda scene: Detector(NormalFlowDetector(NormalFlow(preset, **settings), window=scene.window))
 
     def background(scene):
-        settings = BackgroundDifferenceParameters(join_distance=join_distance)
-        return Detector(BackgroundDifference(scene.static, settings, scene.window))
+        settings = BackgroundDifference(join_distance=join_distance, threshold=6.0)
+        return Detector(BackgroundDifferenceDetector(settings, image=scene.static, window=scene.window))
 
     def threshold(scene):
-        settings = StaticThresholdParameters(join_distance=join_distance)
-        return Detector(StaticThreshold(settings, scene.window))
+        settings = StaticThreshold(join_distance=join_distance)
+        return Detector(StaticThresholdDetector(settings, window=scene.window))
 
     return {
         DEFAULT: difference(),
@@ -115,7 +115,7 @@ def methods(join_distance):
         f"{EVERY_IMAGE}, gain not normalised": difference(stride=1, normalise_gain=False),
         BACKGROUND: background,
         STATIC: threshold,
-        FLOW_LITERAL: flow("paper_literal"),
+        FLOW_LITERAL: flow("paper_literal", centroid="mean"),
         FLOW_TRAIN: flow("scaled"),
         FLOW_BALL: flow("scaled", **BALL_FLOW),
         MOG2: lambda scene: Subtractor(cv2.createBackgroundSubtractorMOG2(detectShadows=False), scene),
@@ -128,10 +128,10 @@ def sparser(join_distance):
     """Returns {(name, stride): constructor}: flow and difference on every image, every second and every fourth."""
     made = {}
     for stride in (1, 2, 4):
-        flows = {FLOW_LITERAL: NormalFlowParameters.preset("paper_literal", stride=stride),
-                 FLOW_BALL: NormalFlowParameters.preset("scaled", **{**BALL_FLOW, "stride": stride})}  # fmt: skip
+        flows = {FLOW_LITERAL: NormalFlow("paper_literal", centroid="mean", stride=stride),
+                 FLOW_BALL: NormalFlow(**{**BALL_FLOW, "stride": stride})}  # fmt: skip
         for name, flow in flows.items():
-            made[name, stride] = lambda scene, flow=flow: Detector(NormalFlow(flow, scene.window))
-        difference = FrameDifferenceParameters(stride=stride, join_distance=join_distance)
-        made[DEFAULT, stride] = lambda scene, p=difference: Detector(FrameDifference(p, scene.window))
+            made[name, stride] = lambda scene, flow=flow: Detector(NormalFlowDetector(flow, window=scene.window))
+        difference = FrameDifference(stride=stride, join_distance=join_distance)
+        made[DEFAULT, stride] = lambda scene, p=difference: Detector(FrameDifferenceDetector(p, window=scene.window))
     return made

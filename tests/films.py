@@ -6,7 +6,7 @@ import av
 import cv2
 import numpy as np
 
-from drake_tracker.vision.calibration import save_calibration
+from drake_tracker.vision.calibration_file import save_calibration
 from drake_tracker.vision.camera_model import CameraModel
 
 WIDTH, HEIGHT, FOCUS = 320, 240, 420.0

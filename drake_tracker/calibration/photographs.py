@@ -11,7 +11,8 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.progress import StepsProgress
 from drake_tracker.footage.image_files import list_images, read_image
-from drake_tracker.vision.calibration import board_pose, lens_from_corners, save_calibration, stereo_from_corners
+from drake_tracker.vision.calibration import board_pose, lens_from_corners, stereo_from_corners
+from drake_tracker.vision.calibration_file import save_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.chessboard import Chessboard, find_corners
 from drake_tracker.vision.left_out import left_out_errors

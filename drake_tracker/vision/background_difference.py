@@ -1,68 +1,65 @@
 """The difference from a static image (Nashman and Chaconas 1990, section 4, the second method, which was dropped)."""
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.binary_detector import BinaryDetector, BinaryDetectorParameters
+from drake_tracker.vision.binary_detector import BinaryDetector
+from drake_tracker.vision.config import BackgroundDifference
 from drake_tracker.vision.frame_difference import DifferenceImages
 
 
-@dataclass(frozen=True)
-class BackgroundDifferenceParameters(BinaryDetectorParameters):
-    """Settings of `BackgroundDifference`, besides those of `BinaryDetectorParameters`.
+class BackgroundDifferenceDetector(BinaryDetector[BackgroundDifference]):
+    """The `MotionDetector` that finds what a static image of the empty scene does not show.
 
-    Attributes:
-        threshold: a pixel shows the object when it differs by more from the static image [grey].
-    """
-
-    threshold: float = 6.0
-
-    _LEAST = {**BinaryDetectorParameters._LEAST, "threshold": 1}
-
-
-class BackgroundDifference(BinaryDetector):
-    """Finds what an image taken at the start, without the ball, does not show.
-
-    The stamp is the capture itself. Whatever else changes shows as well: the paper gave the method up because of
+    The stamp is the capture time itself. Any other change shows as well: the paper abandoned the method because of
     flickering lamps and the vibrations of closing doors.
 
     Args:
-        background: grey uint8 image of the scene without the ball, not smoothed.
-        parameters: `BackgroundDifferenceParameters`.
-        window: uint8 of the image's shape, 0 where nothing is to be looked at; None looks everywhere.
+        settings: `BackgroundDifference`.
+        image: the scene without the object, not smoothed: uint8, RGB (h, w, 3) or grey (h, w).
+        window: uint8 (h, w) of the image's shape, 0 where motion is ignored; None uses the whole image.
 
-    Raises DrakeTrackerError when the background is not a grey uint8 image.
+    Raises DrakeTrackerError when a setting is outside its range, the window is empty, or the image is of another type.
     """
 
     stride = 1
     buffer_length = 1
     stamp_age_cycles = 0
 
-    def __init__(self, background, parameters=BackgroundDifferenceParameters(), window=None):
-        super().__init__(parameters, window)
-        background = np.asarray(background)
-        if background.ndim != 2 or background.dtype != np.uint8:
-            raise DrakeTrackerError("background difference: the static image must be grey with 8 bits")
-        self._background = self.smooth(background)
+    def __init__(
+        self,
+        settings: BackgroundDifference = BackgroundDifference(),
+        *,
+        image: np.ndarray,
+        window: np.ndarray | None = None,
+    ) -> None:
+        super().__init__(settings, window=window)
+        image = np.asarray(image)
+        if image.dtype != np.uint8 or not (image.ndim == 2 or (image.ndim == 3 and image.shape[2] == 3)):
+            raise DrakeTrackerError(
+                "background difference: the image of the empty scene must have 8 bits, RGB (h, w, 3) or grey (h, w)"
+            )
+        grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+        self._background = self.smooth(grey)
 
-    def mask(self, image):
-        """Returns the binary image of a smoothed image, uint8, 255 where it differs from the static image.
+    def mask(self, *images: np.ndarray) -> np.ndarray:
+        """Returns the binary image of one smoothed image, uint8, 255 where it differs from the static image.
 
-        Raises DrakeTrackerError when it is not of the static image's size.
+        Raises DrakeTrackerError when it does not have the static image's size.
         """
-        return self._binary(self._difference(image), self.parameters.threshold)
+        (image,) = images
+        return self._binary(self._difference(image), self.settings.threshold)
 
-    def images(self, image):
-        """Returns the `DifferenceImages` of a smoothed image and the static one."""
+    def images(self, *images: np.ndarray) -> DifferenceImages:
+        """Returns the `DifferenceImages` of one smoothed image and the static one."""
+        (image,) = images
         return DifferenceImages(self._background, image, self._difference(image), self.mask(image))
 
-    def _difference(self, image):
+    def _difference(self, image: np.ndarray) -> np.ndarray:
         if image.shape != self._background.shape:
             raise DrakeTrackerError(
                 f"background difference: an image of {image.shape[1]} x {image.shape[0]} px cannot be compared with "
-                f"the static image of {self._background.shape[1]} x {self._background.shape[0]} px; take it anew"
+                f"the static image of {self._background.shape[1]} x {self._background.shape[0]} px; take a new one"
             )
         return cv2.absdiff(image, self._background)

@@ -1,6 +1,7 @@
-"""The PIPE and the perception's world model of the NIST paper: one motion centroid and its place on the board."""
+"""The PIPE and the world model of the NIST paper's perception: one motion centroid and its place on the board."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.core.timing import (
@@ -12,8 +13,12 @@ from drake_tracker.core.timing import (
     lag_of_throughput,
     vision_slot,
 )
+from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
+from drake_tracker.vision.motion_detector import MotionDetector
+from drake_tracker.vision.plane_projection import PointFilter
 from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
+from drake_tracker.vision.predicted_window import PredictedWindow
 
 
 class BoardVisionDiagram(Diagram):
@@ -30,63 +35,64 @@ class BoardVisionDiagram(Diagram):
         - motion
         - motion_images
 
-    ``camera`` is an ImageRgba8U of the full frame; ``point`` is a `TrackPoint`, ``centroid`` a `Centroid` as it comes
-    out of the pipeline; ``motion`` is the `MotionEnergy` and ``motion_images`` all intermediate images of the newest
-    centroid, for pictures.
+    ``camera`` is an `ImageRgba8U` of the full frame, read every ``period`` at offset 0. ``centroid`` is a `Centroid`
+    vector [px] at the end of the pipeline, new every ``update_cycles``; ``point`` is a `TrackPoint` vector in W [m],
+    updated every ``period`` in the projector's slot. Both are zeros until the first centroid has passed the delay line.
+    ``motion`` is the `MotionEnergy` and ``motion_images`` all intermediate images of the newest centroid, for pictures.
+    With ``own_stamps`` there is the input ``frame`` too, a `FrameInfo` vector.
 
     Args:
-        detector: `FrameDifference` or another detector, with its window.
-        camera: a `CameraModel` in the board's frame (`plane_projection.camera_on_board`).
+        detector: `MotionDetector`, with its window.
+        camera: in the board's frame (`plane_projection.camera_on_board`).
         X_WB: (4, 4), takes p_BQ to p_WQ [m].
-        height: of the centroid over the plane, along its normal [m]. plausible: `PlausibleReadings`.
+        height: of the centroid above the plane, along its normal [m].
+        plausible: `PointFilter` that rejects outliers.
         update_cycles: cycles from one centroid to the next.
-        throughput_cycles: cycles from the capture of a centroid's first image until the centroid shows.
-        follow: a `PredictedWindow`, or None for the detector's own window alone.
-        own_stamps: whether there is an input ``frame``, a `FrameInfo`.
-        period: of a cycle [s]. time_step: of the plant [s], which the slots divide.
+        throughput_cycles: cycles from the capture of a centroid's first image until the centroid is output.
+        follow: `PredictedWindow`, or None for the detector's own window alone.
+        own_stamps: whether the images have stamps of their own.
+        period: of a cycle [s].
+        time_step: of the plant [s], which the slots divide.
+
+    Attributes:
+        lag: time from a centroid's stamp until it is output [s].
 
     Raises DrakeTrackerError when the throughput is too short for the detector's images.
     """
 
     def __init__(
         self,
-        detector,
-        camera,
-        X_WB,
-        height,
-        plausible,
+        detector: MotionDetector,
+        camera: CameraModel,
+        X_WB: ArrayLike,
+        height: float,
+        plausible: PointFilter,
         *,
-        update_cycles=BALL_UPDATE_CYCLES,
-        throughput_cycles=BALL_THROUGHPUT_CYCLES,
-        follow=None,
-        own_stamps=False,
-        period=VISION_PERIOD,
-        time_step=TIME_STEP,
-    ):
+        update_cycles: int = BALL_UPDATE_CYCLES,
+        throughput_cycles: int = BALL_THROUGHPUT_CYCLES,
+        follow: PredictedWindow | None = None,
+        own_stamps: bool = False,
+        period: float = VISION_PERIOD,
+        time_step: float = TIME_STEP,
+    ) -> None:
         super().__init__()
         self.set_name("vision")
         builder = DiagramBuilder()
         lag = lag_of_throughput(throughput_cycles, detector.buffer_length - 1, detector.stamp_age_cycles)
         centroid = add_motion_centroid(
             builder,
-            "motion",
-            detector,
+            detector=detector,
             lag_cycles=lag,
             period=period,
             update_cycles=update_cycles,
             follow=follow,
             own_stamps=own_stamps,
+            name="motion",
         )
+        offset = vision_slot(PROJECTOR_SLOT, time_step)
         projector = builder.AddNamedSystem(
             "projector",
-            PlaneProjectorSystem(
-                camera,
-                np.asarray(X_WB),
-                height,
-                plausible,
-                period=period,
-                offset=vision_slot(PROJECTOR_SLOT, time_step),
-            ),
+            PlaneProjectorSystem(camera, np.asarray(X_WB), height, plausible, period=period, offset=offset),
         )
         builder.ExportInput(centroid.image_input_port, "camera")
         if own_stamps:
@@ -98,4 +104,3 @@ class BoardVisionDiagram(Diagram):
         builder.ExportOutput(centroid.system.GetOutputPort("motion_images"), "motion_images")
         builder.BuildInto(self)
         self.lag = lag * period
-        """Time [s] from a centroid's stamp until it shows."""

@@ -1,9 +1,12 @@
 """A calibrated camera: from points in the world to pixels, and from pixels to rays."""
 
 import dataclasses
+from typing import Any, Self
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
+from pydrake.math import RigidTransform
 
 _UNDISTORT_ROUNDS = 30
 _UNDISTORT_TOLERANCE_PX = 1e-6
@@ -16,11 +19,12 @@ class CameraModel:
     Pixel coordinates follow OpenCV: the centre of the top left pixel is (0, 0), u runs to the right, v down. The camera
     frame C has x to the right, y down and z along the optical axis.
 
-    Parameters:
+    Attributes:
         K: (3, 3) intrinsic matrix [px].
         distortion: (5,) coefficients k1, k2, p1, p2, k3 in OpenCV's order.
         X_CW: (4, 4) homogeneous matrix that takes p_WQ to p_CQ [m].
-        width, height: size of the full image [px].
+        width: of the full image [px].
+        height: of the full image [px].
 
     The arrays are copied and made read-only. Raises ValueError on an array of another shape.
     """
@@ -31,7 +35,7 @@ class CameraModel:
     width: int
     height: int
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, shape in (("K", (3, 3)), ("distortion", (5,)), ("X_CW", (4, 4))):
             array = np.array(getattr(self, name), dtype=float)
             if array.shape != shape:
@@ -39,8 +43,18 @@ class CameraModel:
             array.setflags(write=False)
             object.__setattr__(self, name, array)
 
+    @classmethod
+    def from_camera_info(cls, info: Any, X_WC: RigidTransform) -> Self:
+        """Returns the model of the camera that a Drake `RgbdSensor` renders with.
+
+        Args:
+            info: the sensor's `CameraInfo`, of the camera that renders the colour image.
+            X_WC: pose of the camera frame: the ``X_PB`` of a sensor that is fixed to the world.
+        """
+        return cls(opencv_intrinsics(info), np.zeros(5), X_WC.inverse().GetAsMatrix4(), info.width(), info.height())
+
     @property
-    def X_WC(self):
+    def X_WC(self) -> np.ndarray:
         """(4, 4) homogeneous matrix that takes p_CQ to p_WQ [m]."""
         R_WC = self.X_CW[:3, :3].T
         X_WC = np.eye(4)
@@ -48,7 +62,7 @@ class CameraModel:
         X_WC[:3, 3] = -R_WC @ self.X_CW[:3, 3]
         return X_WC
 
-    def project(self, p_WQ):
+    def project(self, p_WQ: ArrayLike) -> np.ndarray:
         """Returns the pixels (n, 2) at which the points ``p_WQ`` (n, 3) [m] appear.
 
         A point that is not in front of the camera has no image: its row is NaN.
@@ -61,12 +75,12 @@ class CameraModel:
             uv[seen] = cv2.projectPoints(p_CQ[seen], np.zeros(3), np.zeros(3), self.K, self.distortion)[0][:, 0]
         return uv
 
-    def sees(self, p_WQ):
+    def sees(self, p_WQ: ArrayLike) -> np.ndarray:
         """Returns which of the points ``p_WQ`` (n, 3) [m] appear within the image, as booleans (n,)."""
         u, v = self.project(p_WQ).T
         return (u >= -0.5) & (u < self.width - 0.5) & (v >= -0.5) & (v < self.height - 0.5)
 
-    def rays(self, uv):
+    def rays(self, uv: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Returns the rays through the pixels ``uv`` (n, 2), in W.
 
         Returns (origin, directions): p_WC (3,) [m], the camera's centre, and unit vectors (n, 3) towards the scene.
@@ -79,10 +93,10 @@ class CameraModel:
         directions_C /= np.linalg.norm(directions_C, axis=1, keepdims=True)
         return X_WC[:3, 3], directions_C @ X_WC[:3, :3].T
 
-    def _undistort(self, uv):
-        """Returns the normalised image coordinates (n, 2) of the pixels ``uv`` (n, 1, 2), the lens's effect undone."""
+    def _undistort(self, uv: np.ndarray) -> np.ndarray:
+        """Returns the normalised image coordinates (n, 2) of the pixels ``uv`` (n, 1, 2), without distortion."""
         xy = cv2.undistortPoints(uv, self.K, self.distortion)[:, 0]
-        # OpenCV stops after five rounds, which leaves up to .02 px under a strong lens: go on until it is exact.
+        # OpenCV stops after five iterations, which leaves up to .02 px with a strong lens: iterate until it is exact.
         for _ in range(_UNDISTORT_ROUNDS):
             homogeneous = np.column_stack([xy, np.ones(len(xy))])
             seen = cv2.projectPoints(homogeneous, np.zeros(3), np.zeros(3), self.K, self.distortion)[0]
@@ -91,3 +105,17 @@ class CameraModel:
                 break
             xy = xy - miss / (self.K[0, 0], self.K[1, 1])
         return xy
+
+
+def opencv_intrinsics(info: Any) -> np.ndarray:
+    """Returns the intrinsic matrix (3, 3) [px] in OpenCV's pixel coordinates of a Drake `CameraInfo`.
+
+    The two conventions are half a pixel apart. To Drake's renderer pixel (0, 0) spans 0 to 1, so that the centre of an
+    image is (w/2, h/2); in OpenCV a pixel's centre has whole numbers, and the same point is ((w-1)/2, (h-1)/2).
+
+    Args:
+        info: a `CameraInfo`, with its principal point as the renderer uses it.
+    """
+    K = np.array(info.intrinsic_matrix())
+    K[:2, 2] -= 0.5
+    return K

@@ -1,4 +1,4 @@
-"""A chessboard and its corners in an image."""
+"""A chessboard: its picture, and its corners in an image."""
 
 import dataclasses
 
@@ -15,9 +15,9 @@ _REFINE_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-4)
 _WHITE = 180
 _BLACK = 8
 _TEXELS = 40
-"""Texels along a square."""
+"""Texels along the side of a square."""
 _SOFTNESS = 0.08
-"""Standard deviation of the blur of a square's edge, in squares."""
+"""Standard deviation of the blur of a square's edge, in sides of a square."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -25,11 +25,12 @@ class Chessboard:
     """A chessboard of (columns + 1) x (rows + 1) squares.
 
     The board's frame B has its origin at the first inner corner, x along the columns, y along the rows, and z into the
-    board, so that the axes of a board seen from the front look like the image's u, v. The square at the origin's side
-    away from the other corners is black.
+    board, so that the axes of a board seen from the front are parallel to the image's u, v. The square diagonally
+    outside the first inner corner is black.
 
-    Parameters:
-        columns, rows: inner corners along x and y, one odd and one even: else a half turn looks the same.
+    Attributes:
+        columns: inner corners along x.
+        rows: inner corners along y; one of both numbers must be odd and one even, or a half turn looks the same.
         square: side of a square [m], or the unit of length.
 
     Raises DrakeTrackerError when columns and rows are both odd or both even, or too few.
@@ -39,24 +40,24 @@ class Chessboard:
     rows: int = 6
     square: float = 0.05
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if min(self.columns, self.rows) < 3 or (self.columns + self.rows) % 2 == 0:
             raise DrakeTrackerError(
                 f"a board of {self.columns} x {self.rows} inner corners cannot be used; both must be at least 3, "
                 "one odd and one even"
             )
 
-    def corners(self):
+    def corners(self) -> np.ndarray:
         """Returns p_BQ of the inner corners (columns * rows, 3) [m], row by row."""
         y, x = np.mgrid[: self.rows, : self.columns]
         return self.square * np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
 
 
-def draw_board(board):
-    """Returns the picture of a board with a white margin of one square, as grey levels (h, w).
+def draw_board(board: Chessboard) -> np.ndarray:
+    """Returns the picture of a board with a white margin of one square, as grey levels, uint8 (h, w).
 
-    The renderer takes one sample a pixel, so sharp edges come out as stairs, which move the corners. The edges are as
-    soft as a lens would make them.
+    The renderer takes one sample per pixel, so that sharp edges become jagged, which shifts the corners. The edges here
+    are as soft as a lens would make them.
     """
     y, x = np.mgrid[: board.rows + 3, : board.columns + 3] - 2
     inside = (x >= -1) & (x < board.columns) & (y >= -1) & (y < board.rows)
@@ -65,14 +66,14 @@ def draw_board(board):
     return cv2.GaussianBlur(picture, (0, 0), _SOFTNESS * _TEXELS, borderType=cv2.BORDER_REPLICATE)
 
 
-def find_corners(image, board):
+def find_corners(image: np.ndarray, board: Chessboard) -> np.ndarray | None:
     """Returns the pixels (columns * rows, 2) of a board's inner corners in a grey image (h, w), or None.
 
-    The order is that of `Chessboard.corners`; the colours of the squares tell which end of the board is which. The
-    corners are refined in a picture of the board seen from the front, because a board that lies flat before a low
-    camera has squares so short that an upright window holds several corners.
+    The order is that of `Chessboard.corners`; the colours of the squares determine which end of the board is which. The
+    corners are refined in a frontal picture of the board, because the squares of a board that lies flat in front of a
+    low camera are so short that an upright window would contain several corners.
     """
-    # The finder wants squares of some 20 px; a small image is enlarged for it.
+    # The finder needs squares of about 20 px; a small image is enlarged for it.
     scale = max(1, round(_FINDER_WIDTH / max(image.shape)))
     enlarged = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
     found, corners = cv2.findChessboardCorners(
@@ -88,17 +89,17 @@ def find_corners(image, board):
     size = (_FRONTAL_SQUARE * (board.columns + 3), _FRONTAL_SQUARE * (board.rows + 3))
     picture = cv2.warpPerspective(image, H, size, borderMode=cv2.BORDER_REPLICATE)
     window = (_FRONTAL_WINDOW, _FRONTAL_WINDOW)
-    # Start from the corners found, not from the regular grid: a lens's distortion makes them differ.
+    # Start from the corners found, not from the regular grid: the lens's distortion makes them differ.
     start = cv2.perspectiveTransform(corners[:, np.newaxis], H).astype(np.float32)
     refined = cv2.cornerSubPix(picture, start, window, (-1, -1), _REFINE_STOP)
     corners = cv2.perspectiveTransform(refined.reshape(-1, 1, 2).astype(float), np.linalg.inv(H))[:, 0]
     return corners if _first_square_is_black(picture, board) else corners[::-1].copy()
 
 
-def _first_square_is_black(picture, board):
-    """Tells from a frontal picture of the squares between the corners which of two ways round the board was found."""
+def _first_square_is_black(picture: np.ndarray, board: Chessboard) -> bool:
+    """Returns, from a frontal picture, whether the board was found the right way round and not half a turn off."""
     y, x = np.mgrid[: board.rows - 1, : board.columns - 1]
     v, u = ((np.array([y, x]) + 2.5) * _FRONTAL_SQUARE).astype(int)
     grey = picture[v, u].astype(float)
     black = (x + y) % 2 == 0
-    return grey[black].mean() < grey[~black].mean()
+    return bool(grey[black].mean() < grey[~black].mean())

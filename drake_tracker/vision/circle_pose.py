@@ -1,7 +1,7 @@
-"""Where a board is before a camera, from the images of circles on it: four coplanar points (section 3).
+"""The pose of a board relative to a camera, from the images of circles on it: four coplanar points (section 3).
 
 Nashman and Chaconas 1990 cite another paper for the algorithm. Here it is the closed form for planes (infinitesimal
-plane-based pose, whose two solutions are both considered) with Levenberg and Marquardt's refinement.
+plane-based pose estimation, both of whose solutions are considered) with a Levenberg-Marquardt refinement.
 """
 
 import itertools
@@ -9,40 +9,49 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from drake_tracker.core.errors import DrakeTrackerError
 
 MAX_RMS = 0.35
 """Reprojection error [px] above which the circles are not those of the board."""
 MIN_LEAD = 3.0
-"""The best order of the circles must fit this many times better than the next."""
+"""The best order of the circles must fit better than the next best by this factor."""
 MAX_CIRCLES = 20
-"""So many of the circles handed in are looked at, from the first: there are 4845 choices of four."""
+"""Only the first so many of the circles are considered: that makes 4845 choices of four."""
 _RIGID = 0.1
-"""Roughly the greatest error of a homography's lengths and right angle, as shares."""
+"""Approximate largest relative error of a homography's lengths and right angle."""
 _AREA = 0.5
-"""Greatest difference of a circle's area from the expected one, as a logarithm."""
+"""Largest difference between a circle's area and the expected one, as a logarithm."""
 _ROUNDS = 3
 
 
 class BoardPose(NamedTuple):
-    """X_CB (4, 4), which takes p_BQ to p_CQ [m], and the reprojection error of the circles' centres [px rms]."""
+    """The pose of a board relative to the camera.
+
+    Attributes:
+        X_CB: (4, 4), takes p_BQ to p_CQ [m].
+        rms: reprojection error of the circles' centres [px].
+    """
 
     X_CB: np.ndarray
     rms: float
 
 
-def locate_board(circles, p_BQ, K, distortion=None, *, radius=0.0):
-    """Returns the `BoardPose` of a board whose face looks towards the camera.
+def locate_board(
+    circles: ArrayLike, p_BQ: ArrayLike, K: ArrayLike, distortion: ArrayLike | None = None, *, radius: float = 0.0
+) -> BoardPose:
+    """Returns the `BoardPose` of a board that faces the camera.
 
     Args:
         circles: (m, 2) [px], centroids of the circles' images in any order, or (m, 3) with their areas [px], as
-            `CircleReading`s. There may be more than the board has: of all choices the one that fits best is taken.
-        p_BQ: (4, 3) [m], centres of the circles on the board, z = 0, at the corners of a convex quadrangle that does
-            not look like itself when it is turned, else the order cannot be told.
-        K: (3, 3) intrinsic matrix [px]. distortion: (5,) coefficients in OpenCV's order, none by default.
-        radius: of the circles [m]. The middle of a circle's image lies a little off the image of its centre, farther
-            the larger the circle; 0 leaves that, and the areas, alone.
+            `CircleMeasurement`s. There may be more than the board has: the choice that fits best is used.
+        p_BQ: (4, 3) [m], centres of the circles on the board, z = 0, at the corners of a convex quadrangle without
+            rotational symmetry: otherwise their order is ambiguous.
+        K: (3, 3) intrinsic matrix [px].
+        distortion: (5,) coefficients in OpenCV's order; None is a lens without distortion.
+        radius: of the circles [m]. The centre of a circle's image is slightly off the image of its centre, the more
+            the larger the circle; 0 ignores this, and the areas.
 
     Raises DrakeTrackerError when no order fits, or more than one does.
     """
@@ -51,17 +60,18 @@ def locate_board(circles, p_BQ, K, distortion=None, *, radius=0.0):
     distortion = np.zeros(5) if distortion is None else np.asarray(distortion, dtype=float)
     if p_BQ.shape != (4, 3) or len(circles) < 4:
         raise DrakeTrackerError(f"{len(circles)} circles were seen and {len(p_BQ)} are on the board; it takes 4")
-    # Without distortion from here on: a conic's image is a conic.
+    # Distortion is removed here: from now on the image of a conic is a conic.
     circles[:, :2] = cv2.undistortPoints(circles[:, np.newaxis, :2], K, distortion, P=K)[:, 0]
     orders = _cyclic_orders(circles[:MAX_CIRCLES], p_BQ)
     orders = orders[_possible(circles[orders], p_BQ, K, radius)]
-    fits = [_best_pose(circles[order, :2], p_BQ, K, radius) for order in orders]
-    fits = [fit for fit in fits if fit is not None]
+    poses = [_best_pose(circles[order, :2], p_BQ, K, radius) for order in orders]
+    fits = [pose for pose in poses if pose is not None]
     fits.sort(key=lambda fit: fit.rms)
     if not fits or fits[0].rms > MAX_RMS:
-        found = f"the best order leaves {fits[0].rms:.1f} px" if fits else "no order of them can be"
+        found = f"the best order leaves {fits[0].rms:.1f} px" if fits else "no order of them is possible"
         raise DrakeTrackerError(
-            f"the circles found are not those of the board: {found}; one may be hidden and another thing taken for it"
+            f"the circles found are not those of the board: {found}; one may be hidden, and something else mistaken "
+            "for it"
         )
     if len(fits) > 1 and fits[1].rms < MIN_LEAD * fits[0].rms:
         raise DrakeTrackerError(
@@ -71,12 +81,19 @@ def locate_board(circles, p_BQ, K, distortion=None, *, radius=0.0):
     return fits[0]
 
 
-def image_centres(X_CB, p_BQ, K, radius):
-    """Returns the middles (n, 2) [px] of the images of circles about p_BQ (n, 3) [m] on the plane z_B = 0.
+def image_centres(X_CB: np.ndarray, p_BQ: ArrayLike, K: np.ndarray, radius: float) -> np.ndarray:
+    """Returns the centres (n, 2) [px] of the images of circles around p_BQ on the plane z_B = 0.
 
-    The image of a circle is an ellipse. Its middle is the pole of the line at infinity: the last column of its dual
-    conic, which a homography H takes from the circle's C* to H C* H^T.
+    The image of a circle is an ellipse. Its centre is the pole of the line at infinity: the last column of its dual
+    conic, which a homography H maps from the circle's C* to H C* H^T.
+
+    Args:
+        X_CB: (4, 4), takes p_BQ to p_CQ [m].
+        p_BQ: centres of the circles, shape (n, 3) [m].
+        K: (3, 3) intrinsic matrix [px].
+        radius: of the circles [m]; 0 gives the images of their centres.
     """
+    p_BQ = np.asarray(p_BQ)
     H = K @ np.column_stack([X_CB[:3, 0], X_CB[:3, 1], X_CB[:3, 3]])
     centres = np.empty((len(p_BQ), 2))
     for row, (x, y, _) in zip(centres, p_BQ):
@@ -86,10 +103,10 @@ def image_centres(X_CB, p_BQ, K, radius):
     return centres
 
 
-def _cyclic_orders(circles, p_BQ):
+def _cyclic_orders(circles: np.ndarray, p_BQ: np.ndarray) -> np.ndarray:
     """Returns every choice of four circles, in every order in which they could be the board's: indices (m, 4).
 
-    Seen from the front, points go round the board's middle the other way in the image, whose v runs down.
+    Seen from the front, the sense of rotation about the board's centre is reversed in the image, whose v runs down.
     """
     choices = np.array(list(itertools.combinations(range(len(circles)), 4)))
     image = np.take_along_axis(choices, np.argsort(-_angles(circles[choices]), axis=1), axis=1)
@@ -99,17 +116,17 @@ def _cyclic_orders(circles, p_BQ):
     return orders.reshape(-1, 4)
 
 
-def _angles(points):
-    """Angles of points (..., n, 2 or more) about their mean."""
+def _angles(points: np.ndarray) -> np.ndarray:
+    """Returns the angles (..., n) [rad] of points (..., n, 2 or more) about their mean."""
     points = points[..., :2] - points[..., :2].mean(axis=-2, keepdims=True)
     return np.arctan2(points[..., 1], points[..., 0])
 
 
-def _possible(circles, p_BQ, K, radius):
-    """Returns which of the ordered fours of circles (m, 4, 2 or 3) can roughly be images of those on the board, (m,).
+def _possible(circles: np.ndarray, p_BQ: np.ndarray, K: np.ndarray, radius: float) -> np.ndarray:
+    """Returns which of the ordered fours of circles (m, 4, 2 or 3) may be images of those on the board, booleans (m,).
 
-    The homography from the board must be that of a rigid plane, two columns of K^-1 H of one length and at right
-    angles, and the areas must be what it makes of the circles'.
+    The homography from the board must be that of a rigid plane: two columns of K^-1 H have equal length and are
+    perpendicular, and the areas are those that it maps the circles to. All this holds approximately.
     """
     H = _projective_basis(circles) @ np.linalg.inv(_projective_basis(p_BQ[np.newaxis]))
     a, b = np.moveaxis(np.linalg.inv(K) @ H, 2, 0)[:2]
@@ -124,18 +141,18 @@ def _possible(circles, p_BQ, K, radius):
     return possible
 
 
-def _projective_basis(points):
+def _projective_basis(points: np.ndarray) -> np.ndarray:
     """Returns matrices (m, 3, 3) that take the three axes and (1, 1, 1) to four points (m, 4, 2 or more)."""
     q = np.concatenate([points[..., :2], np.ones((*points.shape[:2], 1))], axis=2)
 
-    def determinant(i, j, k):
+    def determinant(i: int, j: int, k: int) -> np.ndarray:
         return (q[:, i] * np.cross(q[:, j], q[:, k])).sum(axis=1)
 
     weights = np.stack([determinant(3, 1, 2), determinant(0, 3, 2), determinant(0, 1, 3)], axis=1)
     return (q[:, :3] * weights[..., np.newaxis]).swapaxes(1, 2)
 
 
-def _best_pose(uv, p_BQ, K, radius):
+def _best_pose(uv: np.ndarray, p_BQ: np.ndarray, K: np.ndarray, radius: float) -> BoardPose | None:
     """Returns the `BoardPose` for one order of the circles, or None when the board would be seen from behind."""
     fits = []
     _, rotations, translations, _ = cv2.solvePnPGeneric(p_BQ, uv, K, np.zeros(5), flags=cv2.SOLVEPNP_IPPE)
@@ -155,7 +172,7 @@ def _best_pose(uv, p_BQ, K, radius):
     return min(fits, key=lambda fit: fit.rms, default=None)
 
 
-def _matrix(rotation, translation):
+def _matrix(rotation: np.ndarray, translation: np.ndarray) -> np.ndarray:
     X = np.eye(4)
     X[:3, :3] = cv2.Rodrigues(rotation)[0]
     X[:3, 3] = np.ravel(translation)

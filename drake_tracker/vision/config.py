@@ -1,8 +1,18 @@
-"""Settings of the motion detectors. The name of a class is its YAML tag."""
+"""Settings of the motion detectors. The name of a class is its YAML tag.
 
-from dataclasses import dataclass
+A settings dataclass is also what a detector is constructed with, and the only source of its defaults. Values are
+checked when the detector is constructed, not here, so that a reader of scenario files can report all errors of a file
+at once.
+"""
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
 from drake_tracker.core.setting import setting
+from drake_tracker.core.timing import VISION_PERIOD
+
+if TYPE_CHECKING:
+    from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 
 
 @dataclass(frozen=True)
@@ -14,10 +24,12 @@ class NormalFlow:
     path: str = setting("integer", "arithmetic", choices=("integer", "float"))
     stride: int | None = setting(None, "cycles between the images used", "cycles", (1, 4))
     threshold_px: float | None = setting(None, "normal flow that counts as motion", "px", (0.01, 100.0))
-    threshold_window_s: float | None = setting(None, "time in which it is measured", "s", (0.001, 1.0))
+    threshold_window_s: float | None = setting(None, "time in which the threshold is measured", "s", (0.001, 1.0))
     difference_gate: float | None = setting(None, "least temporal difference", "grey levels", (0.0, 255.0))
-    noise_factor: float | None = setting(None, "raises it to so many deviations of the noise", "", (0.0, 50.0))
-    normalise_gain: bool | None = setting(None, "take out changes of the whole image's brightness")
+    noise_factor: float | None = setting(
+        None, "raises the gate to this many standard deviations of the noise", "", (0.0, 50.0)
+    )
+    normalise_gain: bool | None = setting(None, "compensate for changes of the whole image's brightness")
     denominator_floor: float | None = setting(None, "least gradient used", "grey levels/px", (0.0, 255.0))
     norm: str | None = setting(None, "norm of the gradient", choices=("l1", "l2"))
     smoothing_size: int | None = setting(None, "side of the Gaussian mask, odd", "px", (1, 31))
@@ -26,10 +38,26 @@ class NormalFlow:
     join_distance: int | None = setting(None, "gap across which the hull joins edges", "px", (1, 512))
     brightness_gate: bool | None = setting(None, "drop moving pixels never brighter than the background: shadows")
 
+    def resolve(self, period: float = VISION_PERIOD) -> "NormalFlowParameters":
+        """Returns the `NormalFlowParameters`: the values of the preset, replaced by every setting that is not empty.
+
+        Args:
+            period: time between consecutive images [s].
+
+        Raises DrakeTrackerError on a value outside its range.
+        """
+        from drake_tracker.vision.check_settings import check_settings
+        from drake_tracker.vision.normal_flow_parameters import PRESETS, NormalFlowParameters
+
+        check_settings(self, "normal flow")
+        values = {name: value for name, value in asdict(self).items() if value is not None}
+        preset = values.pop("preset")
+        return NormalFlowParameters(**{**PRESETS[preset], **values}, period=period)
+
 
 @dataclass(frozen=True)
 class BinaryImage:
-    """What all detectors share that make a binary image."""
+    """What all detectors share that threshold a single binary image."""
 
     smoothing_size: int = setting(3, "side of the Gaussian mask, odd", "px", (1, 31))
     smoothing_sigma: float = setting(1.0, "standard deviation of the Gaussian", "px", (0.1, 10.0))
@@ -40,11 +68,13 @@ class BinaryImage:
 
 @dataclass(frozen=True)
 class FrameDifference(BinaryImage):
-    """Two consecutive images subtracted: the method that the paper chose."""
+    """The difference of two images of the sequence: the method that the paper chose."""
 
-    stride: int = setting(2, "cycles between the two images; 2 as interlaced, 1 every one", "cycles", (1, 4))
+    stride: int = setting(
+        2, "cycles between the two images; 2 for interlaced images, 1 for every image", "cycles", (1, 4)
+    )
     threshold: float = setting(5.0, "change that counts as motion", "grey levels", (1.0, 255.0))
-    normalise_gain: bool = setting(True, "take out changes of the whole image's brightness; the paper does not")
+    normalise_gain: bool = setting(True, "compensate for changes of the whole image's brightness; the paper does not")
 
 
 @dataclass(frozen=True)
@@ -58,4 +88,12 @@ class BackgroundDifference(BinaryImage):
 class StaticThreshold(BinaryImage):
     """A plain threshold of the image: cannot find white on white, as the paper says."""
 
-    level: float = setting(200.0, "pixels that are brighter are taken for the ball", "grey levels", (0.0, 255.0))
+    level: float = setting(200.0, "brightness above which a pixel counts as the ball", "grey levels", (0.0, 255.0))
+
+
+DetectorSettings = FrameDifference | NormalFlow | BackgroundDifference | StaticThreshold
+"""Settings of every motion detector, for a scenario's field. The detectors are registered in
+`drake_tracker.vision.detectors`."""
+SequenceDetector = NormalFlow | FrameDifference
+"""Settings of the detectors that need only the images of the sequence, and neither an image of the empty scene nor the
+brightness of the object."""

@@ -1,37 +1,53 @@
-"""Builds the motion detector that a scenario, or an option, names by its tag."""
+"""The registry of the motion detectors: which settings stand for which detector."""
 
-from dataclasses import asdict
+from typing import Any
 
-import cv2
+import numpy as np
 
+from drake_tracker.core.kinds import Kinds
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.background_difference import BackgroundDifference, BackgroundDifferenceParameters
-from drake_tracker.vision.frame_difference import FrameDifference, FrameDifferenceParameters
-from drake_tracker.vision.normal_flow import NormalFlow
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
-from drake_tracker.vision.static_threshold import StaticThreshold, StaticThresholdParameters
+from drake_tracker.vision.background_difference import BackgroundDifferenceDetector
+from drake_tracker.vision.config import (
+    BackgroundDifference,
+    DetectorSettings,
+    FrameDifference,
+    NormalFlow,
+    StaticThreshold,
+)
+from drake_tracker.vision.frame_difference import FrameDifferenceDetector
+from drake_tracker.vision.motion_detector import MotionDetector
+from drake_tracker.vision.normal_flow import NormalFlowDetector
+from drake_tracker.vision.static_threshold import StaticThresholdDetector
+
+DETECTORS: Kinds[MotionDetector] = Kinds(
+    "detector",
+    {
+        NormalFlow: NormalFlowDetector,
+        FrameDifference: FrameDifferenceDetector,
+        BackgroundDifference: BackgroundDifferenceDetector,
+        StaticThreshold: StaticThresholdDetector,
+    },
+)
+"""Every motion detector of the package by its settings. `config.DetectorSettings` lists the settings alone; it is kept
+apart because reading a scenario must not load OpenCV."""
 
 
-def make_detector(settings, window=None, image=None, period=VISION_PERIOD):
-    """Returns the motion detector of a dataclass of the scenarios (`NormalFlow`, `FrameDifference` and so on).
+def make_detector(
+    settings: DetectorSettings,
+    *,
+    window: np.ndarray | None = None,
+    image: np.ndarray | None = None,
+    period: float = VISION_PERIOD,
+) -> MotionDetector:
+    """Returns the `MotionDetector` of its settings.
 
     Args:
-        window: where to look, uint8 of the image's shape; None is everywhere.
-        image: the scene without the object, RGB, for `BackgroundDifference`.
-        period: time between images [s].
+        settings: such as ``NormalFlow()``.
+        window: uint8 (h, w) of the image's shape, 0 where motion is ignored; None uses the whole image.
+        image: the scene without the object, uint8, RGB or grey; only `BackgroundDifference` needs it.
+        period: time between consecutive images [s].
+
+    Raises DrakeTrackerError when the settings are of no detector, or a value is outside its range.
     """
-    kind, values = type(settings).__name__, asdict(settings)
-    if kind == "NormalFlow":
-        return NormalFlow(normal_flow_parameters(settings, period), window=window)
-    if kind == "BackgroundDifference":
-        background = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-        return BackgroundDifference(background, BackgroundDifferenceParameters(**values), window)
-    if kind == "StaticThreshold":
-        return StaticThreshold(StaticThresholdParameters(**values), window)
-    return FrameDifference(FrameDifferenceParameters(**values), window)
-
-
-def normal_flow_parameters(settings, period=VISION_PERIOD):
-    """Returns the `NormalFlowParameters` of the scenarios' `NormalFlow`: its preset, and what differs from it."""
-    values = asdict(settings)
-    return NormalFlowParameters.preset(values.pop("preset"), **values, period=period)
+    context: dict[str, Any] = {"window": window, "image": image, "period": period}
+    return DETECTORS.make(settings, **context)

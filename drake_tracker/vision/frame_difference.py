@@ -1,39 +1,23 @@
 """Motion as a change of intensity between two images (Nashman and Chaconas 1990, section 4, the method chosen)."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from drake_tracker.vision.binary_detector import BinaryDetector, BinaryDetectorParameters
+from drake_tracker.vision.binary_detector import BinaryDetector
+from drake_tracker.vision.config import FrameDifference
 from drake_tracker.vision.light_gain import light_gain
 
 
-@dataclass(frozen=True)
-class FrameDifferenceParameters(BinaryDetectorParameters):
-    """Settings of `FrameDifference`, besides those of `BinaryDetectorParameters`.
+class DifferenceImages(NamedTuple):
+    """What figure 4 of the paper shows, each uint8 (h, w).
 
     Attributes:
-        stride: cycles between the two images: 2 as in the paper, so that both are of the same field of an interlaced
-            camera, or 1.
-        threshold: a pixel moves when it changes by more [grey].
-        normalise_gain: scales the first image to the mean brightness of the second, so that flickering light does not
-            move. The paper does without.
-    """
-
-    stride: int = 2
-    threshold: float = 5.0
-    normalise_gain: bool = True
-
-    _LEAST = {**BinaryDetectorParameters._LEAST, "stride": 1, "threshold": 1}
-
-
-class DifferenceImages(NamedTuple):
-    """What figure 4 of the paper shows, each uint8 of the image's shape.
-
-    ``reference``, ``smoothed``: the image subtracted and the newest one; ``difference``: their absolute difference
-    [grey]; ``motion_energy``: the mask, 255 where something moves.
+        reference: the image that was subtracted, smoothed.
+        smoothed: the newest image, smoothed.
+        difference: their absolute difference [grey].
+        motion_energy: the mask, 255 where something moves.
     """
 
     reference: np.ndarray
@@ -42,52 +26,55 @@ class DifferenceImages(NamedTuple):
     motion_energy: np.ndarray
 
 
-class FrameDifference(BinaryDetector):
-    """The detector of section 4: smooth, subtract two images, threshold, take the centroid.
+class FrameDifferenceDetector(BinaryDetector[FrameDifference]):
+    """The `MotionDetector` of section 4: smooth, subtract two images, threshold, take the centroid.
 
-    A ball that moved by less than its diameter changes two crescents, before and behind it; one that moved farther
-    changes two discs. Either way the middle of all changed pixels is that between the ball's two places, and the stamp
-    lies midway between the two captures. A ball is not equally visible all over: light from one side shifts the
-    centroid in both places alike, for a ball of 8 px by some 0.6 px ("hull") or 0.8 px ("mean").
-
-    It holds no image: the caller keeps the last `buffer_length` smoothed images and passes every ``stride``-th of them.
+    A ball that moved by less than its diameter changes two crescents, in front of it and behind it; a ball that moved
+    farther changes two discs. In both cases the centre of all changed pixels is midway between the two positions of the
+    ball, and the stamp is midway between the two captures. A ball is not equally visible all over: light from one side
+    shifts the centroid at both positions alike, for a ball of 8 px by about 0.6 px ("hull") or 0.8 px ("mean").
 
     Args:
-        parameters: `FrameDifferenceParameters`.
-        window: uint8 of the image's shape, 0 where motion is not to be looked at; None looks everywhere.
+        settings: `FrameDifference`. The default stride of 2 is the paper's: both images are of the same field of an
+            interlaced camera.
+        window: uint8 (h, w) of the image's shape, 0 where motion is ignored; None uses the whole image.
+
+    Raises DrakeTrackerError when a setting is outside its range or the window is empty.
     """
 
-    def __init__(self, parameters=FrameDifferenceParameters(), window=None):
-        super().__init__(parameters, window)
-        self.stride = int(parameters.stride)
+    def __init__(self, settings: FrameDifference = FrameDifference(), *, window: np.ndarray | None = None) -> None:
+        super().__init__(settings, window=window)
+        self.stride = int(settings.stride)
 
     @property
-    def buffer_length(self):
-        """Images the caller must keep."""
+    def buffer_length(self) -> int:
+        """Images that the caller must keep."""
         return self.stride + 1
 
     @property
-    def stamp_age_cycles(self):
-        """Age of the midpoint of both captures when the second image is captured, in cycles: half of the stride."""
+    def stamp_age_cycles(self) -> float:
+        """Age of the midpoint between both captures when the second image is captured, in cycles: half the stride."""
         return self.stride / 2
 
-    def mask(self, image0, image1):
+    def mask(self, *images: np.ndarray) -> np.ndarray:
         """Returns the binary image of two smoothed images, uint8, 255 where the intensity changed."""
+        image0, image1 = images
         difference = self._difference(image0, image1)
         if difference is None:
             return np.zeros(image1.shape, np.uint8)
-        return self._binary(difference, self.parameters.threshold)
+        return self._binary(difference, self.settings.threshold)
 
-    def images(self, image0, image1):
+    def images(self, *images: np.ndarray) -> DifferenceImages:
         """Returns the `DifferenceImages` of two smoothed images."""
+        image0, image1 = images
         difference = self._difference(image0, image1)
         if difference is None:
             difference = np.zeros(image1.shape, np.uint8)
-        return DifferenceImages(image0, image1, difference, self._binary(difference, self.parameters.threshold))
+        return DifferenceImages(image0, image1, difference, self._binary(difference, self.settings.threshold))
 
-    def _difference(self, image0, image1):
-        """|I1 - I0|, or None when the light changed too much to compare the two."""
-        if self.parameters.normalise_gain:
+    def _difference(self, image0: np.ndarray, image1: np.ndarray) -> np.ndarray | None:
+        """Returns |I1 - I0|, or None when the light changed too much to compare the two."""
+        if self.settings.normalise_gain:
             gain = light_gain(self._level(image0), self._level(image1))
             if gain is None:
                 return None

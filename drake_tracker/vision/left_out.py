@@ -1,23 +1,41 @@
-"""How good a pair of calibrated cameras is, without anything else to compare it with: squares of pairs left out."""
+"""Leave-one-out cross-validation of a pair of calibrated cameras, with the chessboard's squares as the reference."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
 from drake_tracker.vision.calibration import MIN_LENS_VIEWS, stereo_from_corners
+from drake_tracker.vision.chessboard import Chessboard
 from drake_tracker.vision.triangulation import triangulate
 
 
-def left_out_errors(views_left, views_right, board, shape, shape_right=None, *, most=None, progress=None, **options):
-    """Returns by what share of a square's side the squares of each pair that was left out come out wrong, (m,).
+def left_out_errors(
+    views_left: Sequence[np.ndarray],
+    views_right: Sequence[np.ndarray],
+    board: Chessboard,
+    shape: tuple[int, int],
+    shape_right: tuple[int, int] | None = None,
+    *,
+    most: int | None = None,
+    progress: Callable[[int, int, str], object] | None = None,
+    **options: Any,
+) -> np.ndarray:
+    """Returns the relative error of the square's side for each pair of images that was left out, shape (m,).
 
-    One pair after the other is left out, the cameras are calibrated from the rest, its corners are triangulated, and
-    the mean distance between neighbours is compared with the square's side. Nothing is returned when the rest is too
-    few for a lens.
+    Each pair in turn is left out, the cameras are calibrated from the rest, its corners are triangulated, and the mean
+    distance between neighbours is compared with the square's side. The result is empty when the rest is too few for a
+    lens.
 
     Args:
-        views_left, views_right: corners (n, 2) [px] of the board in each pair. board: `Chessboard`.
-        shape, shape_right, options: as for `stereo_from_corners`.
-        most: pairs to leave out, spread over all of them; None is every one.
-        progress: called with (pairs left out so far, of how many, what is done).
+        views_left: corners (n, 2) [px] of the board in the left image of each pair.
+        views_right: corners (n, 2) [px] in the right images.
+        board: the chessboard.
+        shape: (h, w) of the left images [px].
+        shape_right: (h, w) of the right images [px], if it differs.
+        most: number of pairs to leave out, spread over all of them; None is every pair.
+        progress: called with (number of pairs done, number of pairs, what is being done).
+        **options: as for `lens_from_corners`.
     """
     count = len(views_left)
     if count - 1 < MIN_LENS_VIEWS:
@@ -31,8 +49,9 @@ def left_out_errors(views_left, views_right, board, shape, shape_right=None, *, 
         left, right, _ = stereo_from_corners(
             [views_left[i] for i in others], [views_right[i] for i in others], board, shape, shape_right, **options
         )
-        meetings = [triangulate(left, right, *uv) for uv in zip(views_left[k], views_right[k])]
-        if any(meeting is None for meeting in meetings):
+        pairs = list(zip(views_left[k], views_right[k]))
+        meetings = [meeting for uv in pairs if (meeting := triangulate(left, right, *uv)) is not None]
+        if len(meetings) < len(pairs):
             errors.append(np.inf)
             continue
         grid = np.array([meeting.p_WQ for meeting in meetings]).reshape(board.rows, board.columns, 3)

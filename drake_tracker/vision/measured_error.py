@@ -1,49 +1,54 @@
-"""The error of the triangulated point as it was measured in the camera loop, to be put on a true pose.
+"""The error of the triangulated point as it was measured in the camera loop, to be added to a true pose.
 
-Errors are those of the point against the centre of the object's body, along and across its heading (left positive) and
-vertical [m]. They have four parts:
+Errors are those of the point relative to the centre of the object's body, along and across its heading (left positive)
+and vertical [m]. They have four parts:
 
-- *bias*, a function of the heading, and with it of the curvature of the path (in proportion) and of the speed;
-- the *pattern* of the pixels, which comes back whenever the object passes the same place: smooth over one pixel's
+- *bias*, a function of the heading, of the curvature of the path (proportional to it) and of the speed;
+- the *pattern* of the pixels, which repeats whenever the object passes the same place: smooth over one pixel's
   footprint, otherwise random;
-- *jitter*, which does not come back and hangs together from cycle to cycle, as the images of a centroid overlap;
-- *drop-outs*: cycles without a point, in rows, and an object too slow to be seen.
+- *jitter*, which does not repeat and is correlated from cycle to cycle, as the images of successive centroids overlap;
+- *drop-outs*: runs of cycles without a point, and an object too slow to be seen.
 
-Nothing here has a memory: every random number is a function of the seed and of a counter (the cycle's number, the
-pixel's), so that the same run has the same errors and any copy of a Context goes on alike.
+Nothing here has a memory: every random number is a function of the seed and of a counter (the number of the cycle, or
+of the pixel), so that the same run has the same errors and any copy of a Context continues identically.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+
+from drake_tracker.core.frozen_state import FrozenState, read_only
 
 STREAM, PATTERN_STREAM = 50, 51
 """Streams of random numbers: default_rng([seed, STREAM, block]), default_rng([seed, PATTERN_STREAM, column, row])."""
 AXES = ("along", "across", "vertical")
+"""Directions of the errors, relative to the heading."""
 SHARPEST = 12.0
-"""Curvature of a path [1/m] beyond which the bias is held."""
+"""Curvature of a path [1/m] beyond which the bias stays constant."""
 LONGEST_GAP = 60
-"""Cycles that a drop-out lasts at most."""
+"""Largest length of a drop-out [cycles]."""
 CRAWL = 0.02
-"""Speed [m/s] below which the curvature of a path cannot be told from the turning of the body."""
+"""Speed [m/s] below which the curvature of a path cannot be distinguished from a rotation of the body."""
 _BLOCK = 256
 _TILE = 32
 _ORIGIN = 2**20
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredError:
-    """What `measure` found, at one or more speeds; between them everything is interpolated, outside it is held.
+class MeasuredError(FrozenState):
+    """The error model at one or more speeds, interpolated between them and constant outside their range.
 
     Attributes:
-        speeds: (s,) [m/s], rising.
-        bias: (s, 2, h, 3) at h headings in W, evenly spaced from 0: on a straight path [m], and what each 1/m of
-            curvature to the left adds [m^2].
-        pattern: (s, 3) [m] standard deviation of the part that comes back at the same place.
-        jitter: (s, 3, 2 q + 1) [m] weights of a moving average of unit white noise.
-        missing: (s, 2) share of the cycles without a point, and mean length of such a gap [cycles].
+        speeds: (s,) [m/s], increasing.
+        bias: (s, 2, h, 3) at h headings in W, evenly spaced from 0: on a straight path [m], and the increment for each
+            1/m of curvature to the left [m^2].
+        pattern: (s, 3) standard deviation of the part that repeats at the same place [m].
+        jitter: (s, 3, 2 q + 1) weights of a moving average of unit white noise [m].
+        missing: (s, 2) fraction of the cycles without a point, and mean length of such a gap [cycles].
         pixel: footprint of a pixel at the object [m].
         seen_from: speed [m/s] below which nothing is seen.
     """
@@ -56,14 +61,18 @@ class MeasuredError:
     pixel: float
     seen_from: float
 
-    def __deepcopy__(self, memo):
-        return self
+    def at(
+        self, seed: int, cycle: int, xy: Sequence[float], yaw: float, speed: float, yaw_rate: float
+    ) -> np.ndarray | None:
+        """Returns the error (3,) [m] along W's axes of the point seen in a cycle, or None in a drop-out.
 
-    def at(self, seed, cycle, xy, yaw, speed, yaw_rate):
-        """Returns the error (3,) [m] along W's axes of the point seen in a cycle, or None when none was found.
-
-        Args: seed, cycle: whole numbers from 0. xy: (x, y) [m] in W. yaw: heading in W [rad]. speed [m/s].
-        yaw_rate [rad/s].
+        Args:
+            seed: of all random numbers, 0 or more.
+            cycle: number of the cycle, 0 or more.
+            xy: true position (x, y) in W [m].
+            yaw: heading in W [rad].
+            speed: [m/s].
+            yaw_rate: [rad/s].
         """
         if speed < self.seen_from or self.drops(seed, cycle, speed):
             return None
@@ -71,22 +80,22 @@ class MeasuredError:
         cos, sin = math.cos(yaw), math.sin(yaw)
         return np.array([cos * along - sin * across, sin * along + cos * across, vertical])
 
-    def mean(self, yaw, speed, yaw_rate):
+    def mean(self, yaw: float, speed: float, yaw_rate: float) -> np.ndarray:
         """Returns the bias (3,) [m] along, across, vertical."""
         first, second, weight = heading_bin(yaw, self.bias.shape[2])
         here = (1.0 - weight) * self.bias[:, :, first] + weight * self.bias[:, :, second]
         straight, bent = self._between(here, speed)
         return straight + curvature(speed, yaw_rate) * bent
 
-    def noise(self, seed, cycle, xy, speed):
-        """Returns pattern and jitter (3,) [m] along, across, vertical."""
+    def noise(self, seed: int, cycle: int, xy: Sequence[float], speed: float) -> np.ndarray:
+        """Returns the sum of pattern and jitter (3,) [m] along, across, vertical."""
         reach = self.jitter.shape[2] // 2
         white = _rows(seed, cycle - reach, cycle + reach)[:, :3]
         jitter = (self._between(self.jitter, speed) * white.T).sum(axis=1)
         return jitter + self._between(self.pattern, speed) * pattern_at(seed, xy, self.pixel)
 
-    def drops(self, seed, cycle, speed):
-        """Whether a cycle falls into a drop-out."""
+    def drops(self, seed: int, cycle: int, speed: float) -> bool:
+        """Returns whether a cycle belongs to a drop-out."""
         if not self.missing[:, 0].any():
             return False
         share, length = self._between(self.missing, speed)
@@ -99,7 +108,8 @@ class MeasuredError:
         lasts = draws[:, 1] < (1.0 - 1.0 / max(length, 1.0)) ** np.arange(LONGEST_GAP)
         return bool(np.any(begins & lasts))
 
-    def _between(self, table, speed):
+    def _between(self, table: np.ndarray, speed: float) -> np.ndarray:
+        """Returns a table (s, ...) interpolated at a speed [m/s]."""
         if len(self.speeds) == 1:
             return table[0]
         k = min(max(int(self.speeds.searchsorted(speed)) - 1, 0), len(self.speeds) - 2)
@@ -108,12 +118,17 @@ class MeasuredError:
         return (1.0 - weight) * table[k] + weight * table[k + 1]
 
 
-def curvature(speed, yaw_rate):
-    """Returns the curvature [1/m] of the path of an object, positive to the left; arrays or numbers."""
+def curvature(speed: Any, yaw_rate: Any) -> Any:
+    """Returns the curvature [1/m] of the path of an object, positive to the left.
+
+    Args:
+        speed: number or array [m/s].
+        yaw_rate: the same [rad/s].
+    """
     return np.clip(yaw_rate / np.maximum(speed, CRAWL), -SHARPEST, SHARPEST)
 
 
-def heading_bin(yaw, count):
+def heading_bin(yaw: Any, count: int) -> tuple[Any, Any, Any]:
     """Returns (first, second, weight of the second) of the ``count`` table headings on both sides of ``yaw`` [rad]."""
     position = np.mod(yaw, 2.0 * np.pi) / (2.0 * np.pi) * count
     first = np.floor(position)
@@ -122,9 +137,13 @@ def heading_bin(yaw, count):
     return first, (first + 1) % count, weight
 
 
-def pattern_at(seed, xy, pixel):
-    """Returns the pattern (3,) of unit variance at ``xy`` [m]: random numbers on a grid of ``pixel`` [m], between them
-    smooth.
+def pattern_at(seed: int, xy: Sequence[float] | np.ndarray, pixel: float) -> np.ndarray:
+    """Returns the pattern (3,) of unit variance at a place: random numbers on a grid, smooth in between.
+
+    Args:
+        seed: of the random numbers.
+        xy: the place in W, shape (2,) [m].
+        pixel: side of the grid [m].
     """
     column, row = xy[0] / pixel, xy[1] / pixel
     i, j = math.floor(column), math.floor(row)
@@ -134,20 +153,19 @@ def pattern_at(seed, xy, pixel):
     return weights @ np.array(corners) / math.sqrt(weights @ weights)
 
 
-def _corner(seed, i, j):
+def _corner(seed: int, i: int, j: int) -> np.ndarray:
     return _tile(seed, i // _TILE, j // _TILE)[i % _TILE, j % _TILE]
 
 
 @lru_cache(maxsize=256)
-def _tile(seed, i, j):
+def _tile(seed: int, i: int, j: int) -> np.ndarray:
     tile = np.random.default_rng([seed, PATTERN_STREAM, i + _ORIGIN, j + _ORIGIN]).standard_normal((_TILE, _TILE, 3))
-    tile.setflags(write=False)
-    return tile
+    return read_only(tile)
 
 
-def _rows(seed, first, last):
-    """Returns rows of five random numbers, three normal and two uniform, of the cycles ``first`` to ``last``."""
-    first, last = first + _BLOCK, last + _BLOCK  # so that cycles before the first one have numbers too
+def _rows(seed: int, first: int, last: int) -> np.ndarray:
+    """Returns a row of five random numbers, three normal and two uniform, per cycle from ``first`` to ``last``."""
+    first, last = first + _BLOCK, last + _BLOCK  # cycles before the first one have numbers too
     blocks = range(first // _BLOCK, last // _BLOCK + 1)
     rows = np.concatenate([_block(seed, number) for number in blocks]) if len(blocks) > 1 else _block(seed, blocks[0])
     start = first - blocks[0] * _BLOCK
@@ -155,8 +173,7 @@ def _rows(seed, first, last):
 
 
 @lru_cache(maxsize=64)
-def _block(seed, number):
+def _block(seed: int, number: int) -> np.ndarray:
     rng = np.random.default_rng([seed, STREAM, number])
     block = np.column_stack([rng.standard_normal((_BLOCK, 3)), rng.random((_BLOCK, 2))])
-    block.setflags(write=False)
-    return block
+    return read_only(block)

@@ -1,27 +1,35 @@
-"""The file that keeps a `MeasuredError`: YAML, lengths in m, for people to read as well."""
+"""The YAML file that keeps a `MeasuredError`, lengths in m; readable for people too."""
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.calibration import check_rig
+from drake_tracker.core.frozen_state import read_only
+from drake_tracker.vision.calibration_file import check_rig
 from drake_tracker.vision.measured_error import AXES, MeasuredError
 
 _DIGITS = 7
 _HEADER = "# Error of the triangulated point in the camera loop, found by drake-tracker measure. Lengths in m.\n"
 
 
-def save_error(path, error, *, rig, notes):
+def save_error(path: str | Path, error: MeasuredError, *, rig: Mapping[str, Any], notes: Mapping[str, Any]) -> None:
     """Writes a `MeasuredError` to a YAML file.
 
-    ``rig`` {name: value} says for which cameras it holds, ``notes`` {name: value} how it was found: plain numbers,
-    texts and lists. Raises DrakeTrackerError when the file cannot be written.
+    Args:
+        path: of the file.
+        error: the error model.
+        rig: {setting: value}, the cameras for which it is valid: numbers, texts and lists.
+        notes: {name: value}, how it was found: numbers, texts and lists.
+
+    Raises DrakeTrackerError when the file cannot be written.
     """
-    data = {"rig": rig, "notes": notes, "pixel": _plain(error.pixel), "seen_from": _plain(error.seen_from)}
-    data["speeds"] = []
+    data: dict[str, Any] = {"rig": rig, "notes": notes}
+    data |= {"pixel": _plain(error.pixel), "seen_from": _plain(error.seen_from), "speeds": []}
     for k, speed in enumerate(error.speeds):
         data["speeds"].append(
             {
@@ -41,11 +49,15 @@ def save_error(path, error, *, rig, notes):
         raise DrakeTrackerError(f"{path}: cannot be written: {trouble.strerror}") from None
 
 
-def load_error(path, rig=None):
+def load_error(path: str | Path, rig: Mapping[str, Any] | None = None) -> MeasuredError:
     """Returns the `MeasuredError` of a file that `save_error` wrote.
 
+    Args:
+        path: of the file.
+        rig: {setting: value} that the file must agree with; None accepts any.
+
     Raises DrakeTrackerError, one line naming the file and the key, when it is missing or not YAML, when a value is
-    missing, of another shape, not finite or out of range, and when ``rig`` is given and differs.
+    missing, of another shape, not finite or out of range, and when the rig differs.
     """
     try:
         data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
@@ -66,15 +78,15 @@ def load_error(path, rig=None):
             raise DrakeTrackerError(f"{path}: the {name} must have the same length at every speed")
     speeds = np.array([part["speed"] for part in read])
     if np.any(np.diff(speeds) <= 0.0):
-        raise DrakeTrackerError(f"{path}: speeds must rise from entry to entry")
-    arrays = {name: np.array([part[name] for part in read]) for name in ("bias", "pattern", "jitter", "missing")}
-    for array in arrays.values():
-        array.setflags(write=False)
+        raise DrakeTrackerError(f"{path}: speeds must increase from entry to entry")
+    bias, pattern, jitter, missing = (
+        read_only(np.array([part[name] for part in read])) for name in ("bias", "pattern", "jitter", "missing")
+    )
     pixel, seen_from = _numbers(path, "", data, "pixel", None, low=1e-5), _numbers(path, "", data, "seen_from", None)
-    return MeasuredError(speeds, **arrays, pixel=float(pixel), seen_from=float(seen_from))
+    return MeasuredError(speeds, bias, pattern, jitter, missing, float(pixel), float(seen_from))
 
 
-def _read_speed(path, where, entry):
+def _read_speed(path: str | Path, where: str, entry: Mapping[str, Any]) -> dict[str, np.ndarray]:
     part = {name: _numbers(path, where, entry, name, None) for name in ("speed", "missing_share", "missing_length")}
     share, length = part.pop("missing_share"), part.pop("missing_length")
     if share > 1.0 or length < 1.0:
@@ -91,7 +103,8 @@ def _read_speed(path, where, entry):
     return part
 
 
-def _axes(path, where, entry, name):
+def _axes(path: str | Path, where: str, entry: Mapping[str, Any], name: str) -> np.ndarray:
+    """Returns the lists of the three axes, shape (3, n)."""
     table = entry.get(name)
     if not isinstance(table, dict):
         raise DrakeTrackerError(f"{path}: {where}.{name} must be a mapping with {', '.join(AXES)}")
@@ -101,8 +114,10 @@ def _axes(path, where, entry, name):
     return np.array(rows)
 
 
-def _numbers(path, where, entry, name, count, low=0.0):
-    """Returns a number (``count`` None), a list of so many, or a list of at least one (0)."""
+def _numbers(
+    path: str | Path, where: str, entry: Mapping[str, Any], name: str, count: int | None, low: float = 0.0
+) -> np.ndarray:
+    """Returns a number (``count`` None), a list of ``count`` numbers, or a list of at least one (``count`` 0)."""
     key = f"{where}.{name}" if where else name
     try:
         value = np.array(entry.get(name), dtype=float)
@@ -115,5 +130,5 @@ def _numbers(path, where, entry, name, count, low=0.0):
     return value
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     return np.round(value, _DIGITS).tolist()

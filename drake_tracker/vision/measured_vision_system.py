@@ -1,20 +1,22 @@
-"""The stand-in for cameras and image processing: the true pose with the measured error, as late as the centroid."""
+"""The stand-in for cameras and image processing: the true pose plus the measured error, as late as the centroid."""
 
 import math
 
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+from numpy.typing import ArrayLike
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import DiscreteTimeDelay
 
 from drake_tracker.core.messages import TrackPoint, message_size
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.vision.measured_error import MeasuredError
 
 TRUTH_PORT = "truth_train_state"
-"""The one input by which a controller's room may read truth, and only when the scenario says ``vision: !Measured``."""
+"""The only input through which a subsystem of the controller may read truth, and only with ``vision: !Measured``."""
 
 
 class MeasuredErrorSystem(LeafSystem):
-    """Puts the measured error on the train's true pose.
+    """Adds the measured error to the train's true pose.
 
     .. pydrake_system::
 
@@ -24,16 +26,28 @@ class MeasuredErrorSystem(LeafSystem):
         output_ports:
         - point
 
-    ``truth_train_state``: the free body's 13 numbers in W: quaternion w, x, y, z, position [m], angular velocity
-    [rad/s], velocity [m/s]. ``point`` is a `TrackPoint` of this very cycle, without the lag: zeros before the first
-    cycle, invalid where nothing is seen or the point lies outside the ``work_volume`` by more than ``margin`` [m].
-    There is no state; the errors are a function of the seed, the cycle and the train's state.
+    ``truth_train_state`` has the free body's 13 elements in W: quaternion w, x, y, z, position [m], angular velocity
+    [rad/s], velocity [m/s]. ``point`` is a `TrackPoint` vector in W [m] of the present cycle, without the lag: zeros
+    before the first cycle, invalid where nothing is seen or the point lies outside the work volume by more than
+    ``margin``. There is no state; the errors are a function of the seed, the cycle and the train's state.
 
     Args:
-      error: a `MeasuredError`. work_volume: lower and upper corner in W, (2, 3) [m]. seed: of all random numbers.
+        error: `MeasuredError`.
+        work_volume: lower and upper corner in W, shape (2, 3) [m].
+        seed: of all random numbers.
+        margin: by which a point may lie outside the work volume [m].
+        period: of a cycle [s].
     """
 
-    def __init__(self, error, work_volume, seed, *, margin=0.05, period=VISION_PERIOD):
+    def __init__(
+        self,
+        error: MeasuredError,
+        work_volume: ArrayLike,
+        seed: int,
+        *,
+        margin: float = 0.05,
+        period: float = VISION_PERIOD,
+    ) -> None:
         super().__init__()
         self._error, self._seed, self._period = error, int(seed), period
         lower, upper = np.asarray(work_volume, dtype=float)
@@ -43,7 +57,7 @@ class MeasuredErrorSystem(LeafSystem):
             "point", message_size(TrackPoint), self._calc_point, {self.time_ticket(), self._truth.ticket()}
         )
 
-    def _calc_point(self, context, output):
+    def _calc_point(self, context: Context, output: BasicVector) -> None:
         cycle = round(context.get_time() / self._period)
         point = TrackPoint(np.zeros(message_size(TrackPoint)))
         if cycle > 0:
@@ -70,18 +84,30 @@ class MeasuredVisionDiagram(Diagram):
         output_ports:
         - point
 
-    ``point`` is the `TrackPoint` of ``lag_cycles`` cycles ago, its stamp the time of that capture, read in the same
-    slot as that of the rendered vision. With 0 cycles it is of the present one, which no camera could do.
+    ``truth_train_state`` is that of `MeasuredErrorSystem`. ``point`` is the `TrackPoint` vector of ``lag_cycles``
+    cycles ago, its stamp the time of that capture, sampled every ``period`` at offset 0, in the same slot as that of
+    the rendered vision; all zeros before. With 0 cycles it is that of the present cycle, which no camera can do.
 
-    Unlike cameras this does not go blind when the hand comes between, and sees the train hanging in the hand where it
-    hangs. The loop uses no vision from the start of the descent on, so that only a look at the points of that time in
-    the log tells the difference.
+    Unlike cameras this is not blinded when the hand comes between, and it sees the train where it hangs in the hand.
+    The loop uses no vision from the start of the descent on, so that only the points of that time in the log differ.
 
     Args:
-      error: a `MeasuredError`. lag_cycles: cycles from capture to point, from 0. work_volume: box in W [m]. seed.
+        error: `MeasuredError`.
+        lag_cycles: cycles from capture to point, 0 or more.
+        work_volume: lower and upper corner in W, shape (2, 3) [m].
+        seed: of all random numbers.
+        period: of a cycle [s].
     """
 
-    def __init__(self, error, lag_cycles, work_volume, seed, *, period=VISION_PERIOD):
+    def __init__(
+        self,
+        error: MeasuredError,
+        lag_cycles: int,
+        work_volume: ArrayLike,
+        seed: int,
+        *,
+        period: float = VISION_PERIOD,
+    ) -> None:
         super().__init__()
         self.set_name("vision")
         builder = DiagramBuilder()

@@ -1,4 +1,4 @@
-"""One camera's motion centroid as a Drake System, and the delay line that makes it 15 cycles late."""
+"""The motion centroid of one camera as a Drake System, and the delay line that gives it the paper's lag."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -6,18 +6,22 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
-from pydrake.systems.primitives import DiscreteTimeDelay
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort, LeafSystem, OutputPort, State
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import Centroid, FrameInfo, message_size
-from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD, delay_cycles
+from drake_tracker.core.timing import VISION_PERIOD, delay_cycles
+from drake_tracker.vision.config import DetectorSettings, NormalFlow
+from drake_tracker.vision.delay_line_system import DelayLineSystem
+from drake_tracker.vision.detectors import make_detector
+from drake_tracker.vision.motion_detector import MotionDetector
+from drake_tracker.vision.predicted_window import PredictedWindow, Track
 
 
 @dataclass(frozen=True, eq=False)
-class MotionEnergy:
+class MotionEnergy(FrozenState):
     """What the detector saw at one instant, for figures and video.
 
     Attributes:
@@ -28,29 +32,28 @@ class MotionEnergy:
 
     stamp: float
     mask: np.ndarray
-    image_offset: tuple
-
-    def __deepcopy__(self, memo):
-        return self
+    image_offset: tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
-class _Memory:
-    """Smoothed images, oldest first, and the newest centroid with the images that it rests on and their mask.
+class _Memory(FrozenState):
+    """The state of a `MotionCentroidSystem`.
 
-    ``readings`` is what a predicted window remembers, ``stamps`` are those of the smoothed images. Never changed in
-    place, hence shared by copies.
+    Attributes:
+        smoothed: smoothed images, oldest first; None stands for a dropped or unread image.
+        described: those from which the newest centroid was computed; empty without one.
+        centroid: the newest `Centroid` vector.
+        energy: its mask.
+        track: what a predicted window remembers.
+        stamps: of the smoothed images [s], when they have stamps of their own.
     """
 
-    smoothed: tuple
-    described: tuple
+    smoothed: tuple[np.ndarray | None, ...]
+    described: tuple[np.ndarray, ...]
     centroid: np.ndarray
     energy: MotionEnergy
-    readings: tuple = ()
-    stamps: tuple = ()
-
-    def __deepcopy__(self, memo):
-        return self
+    track: Track = ()
+    stamps: tuple[float, ...] = ()
 
 
 class MotionCentroidSystem(LeafSystem):
@@ -66,56 +69,60 @@ class MotionCentroidSystem(LeafSystem):
         - motion_energy
         - motion_images
 
-    ``color_image`` is an `ImageRgba8U`, read every ``period`` [s] from time 0 in an unrestricted update. It may show
-    only a rectangle of the full frame whose top left pixel is ``image_offset`` = (u0, v0).
+    ``color_image`` is an `ImageRgba8U`, read every ``period`` at ``offset`` in an unrestricted update. It may show only
+    a rectangle of the full frame.
 
-    ``centroid`` is a `Centroid` vector in full-frame pixel coordinates, without the lag: it rests on the newest image,
-    while its stamp is that of the image it describes. It is zero until enough images are buffered; after that the stamp
-    is always set, and ``valid`` is 0 when too few pixels move. ``motion_energy`` is an abstract `MotionEnergy` of the
-    same instant. ``motion_images`` holds what the detector's ``images`` returns for the images used (for normal flow a
-    `MotionImages`), or None before there are enough; it costs nothing unless it is read.
+    ``centroid`` is a `Centroid` vector in full-frame pixel coordinates [px], without the lag: it is computed from the
+    newest image, while its stamp is that of the image it describes. It is all zeros until enough images are buffered;
+    from then on the stamp is always set, and ``valid`` is 0 when too few pixels move. ``motion_energy`` is an abstract
+    `MotionEnergy` of the same instant. ``motion_images`` holds what the detector's ``images`` returns for the images
+    used (for normal flow a `MotionImages`), or None before there are enough; it costs nothing unless it is read.
 
-    With ``update_cycles`` above 1 a new centroid is found only every so many cycles (Nashman and Chaconas 1990: an
-    update rate of 66.8 ms, 4 cycles); the outputs stay as they are meanwhile, and images that no centroid will rest on
-    are not read.
+    With ``update_cycles`` above 1 a new centroid is computed only every so many cycles (Nashman and Chaconas 1990: an
+    update rate of 66.8 ms, 4 cycles); the outputs hold their values in between, and images that no centroid needs are
+    not read.
 
-    With ``own_stamps`` there is one more input, ``frame``, a `FrameInfo`: for images from a camera that drops some or
-    takes them a little early or late. In a cycle without a fresh image nothing is put into the buffer, and each
-    centroid that would rest on that cycle is invalid: the image before, taken twice, would look as if everything had
-    stopped. The others count, since their images lie as far apart as ever. The stamp is then that of the images
-    described, interpolated between those used, instead of the cycle's.
+    With ``own_stamps`` there is one more input, ``frame``, a `FrameInfo` vector: for a camera that drops images or
+    captures them a little early or late. In a cycle without a fresh image nothing is put into the buffer, and every
+    centroid that would need that image is invalid: using the previous image twice would look as if everything had
+    stopped. The other centroids are valid, since their images have the usual spacing. The stamp is then that of the
+    image described, interpolated between the stamps of the images used, instead of the cycle's.
 
     Args:
-        detector: a `NormalFlow`, or another detector with its methods ``smooth``, ``mask``, ``centroid`` and ``images``
-            and its properties ``stride``, ``buffer_length`` and ``stamp_age_cycles``.
+        detector: `MotionDetector`.
+        image_offset: full-frame coordinates (u0, v0) [px] of the top left pixel of ``color_image``.
+        period: of a cycle [s].
+        offset: of the update within the cycle [s].
+        update_cycles: cycles from one centroid to the next.
+        follow: `PredictedWindow` outside of which motion is ignored, or None.
         own_stamps: whether there is the input ``frame``.
-        follow: a `PredictedWindow` outside of which nothing is looked at, or None.
 
     Raises DrakeTrackerError when ``update_cycles`` is not a whole number of at least 1.
     """
 
     def __init__(
         self,
-        detector,
+        detector: MotionDetector,
         *,
-        image_offset=(0, 0),
-        period=VISION_PERIOD,
-        update_cycles=1,
-        follow=None,
-        own_stamps=False,
-    ):
+        image_offset: tuple[int, int] = (0, 0),
+        period: float = VISION_PERIOD,
+        offset: float = 0.0,
+        update_cycles: int = 1,
+        follow: PredictedWindow | None = None,
+        own_stamps: bool = False,
+    ) -> None:
         super().__init__()
         if update_cycles != int(update_cycles) or update_cycles < 1:
             raise DrakeTrackerError(f"update_cycles is {update_cycles}; it must be a whole number, 1 or more")
         self._detector = detector
-        self._period = period
+        self._period, self._offset = period, offset
         self._follow = follow
         self._update_cycles = int(update_cycles)
-        self._offset = (int(image_offset[0]), int(image_offset[1]))
+        self._image_offset = (int(image_offset[0]), int(image_offset[1]))
         self._stamp_age = detector.stamp_age_cycles * period
         self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
         self._frame = self.DeclareVectorInputPort("frame", message_size(FrameInfo)) if own_stamps else None
-        nothing = MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._offset)
+        nothing = MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset)
         blank = _Memory((), (), read_only(np.zeros(message_size(Centroid))), nothing)
         self._memory = self.DeclareAbstractState(AbstractValue.Make(blank))
         from_memory = {self.abstract_state_ticket(self._memory)}
@@ -126,13 +133,13 @@ class MotionCentroidSystem(LeafSystem):
         self.DeclareAbstractOutputPort(
             "motion_images", lambda: AbstractValue.Make(blank), self._calc_motion_images, from_memory
         )
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
 
-    def _get_memory(self, context):
+    def _get_memory(self, context: Context) -> _Memory:
         return context.get_abstract_state(self._memory).get_value()
 
-    def _update(self, context, state):
-        cycle = round(context.get_time() / self._period)
+    def _update(self, context: Context, state: State) -> None:
+        cycle = round((context.get_time() - self._offset) / self._period)
         memory = self._get_memory(context)
         length, stride = self._detector.buffer_length, self._detector.stride
         frame = None if self._frame is None else FrameInfo(self._frame.Eval(context))
@@ -143,97 +150,147 @@ class MotionCentroidSystem(LeafSystem):
             newest = read_only(self._detector.smooth(grey))
         smoothed = (memory.smoothed + (newest,))[-length:]
         stamps = memory.stamps if frame is None else (memory.stamps + (float(frame.stamp),))[-length:]
-        described, centroid, energy, readings = memory.described, memory.centroid, memory.energy, memory.readings
+        described, centroid, energy, track = memory.described, memory.centroid, memory.energy, memory.track
         if len(smoothed) == length and cycle % self._update_cycles == 0:
             stamp = context.get_time() - self._stamp_age if frame is None else self._described_stamp(stamps)
-            described = smoothed[::stride]
-            if any(image is None for image in described):
+            used = smoothed[::stride]
+            described = tuple(image for image in used if image is not None)
+            if len(described) < len(used):
                 described, mask, region = (), np.zeros_like(energy.mask), None
             else:
                 mask = self._detector.mask(*described)
                 if self._follow is not None:
-                    mask = self._follow.apply(mask, readings, stamp)
+                    mask = self._follow.apply(mask, track, stamp)
                 region = self._detector.centroid(mask)
             if self._follow is not None:
-                readings = self._follow.remember(readings, stamp, region)
-            u0, v0 = self._offset
+                track = self._follow.remember(track, stamp, region)
+            u0, v0 = self._image_offset
             if region is None:
                 centroid = np.array([stamp, 0.0, 0.0, 0.0, 0.0])
             else:
                 centroid = np.array([stamp, region.u + u0, region.v + v0, region.pixel_count, 1.0])
-            energy = MotionEnergy(stamp, read_only(mask), self._offset)
-        memory = _Memory(smoothed, described, read_only(centroid), energy, readings, stamps)
+            energy = MotionEnergy(stamp, read_only(mask), self._image_offset)
+        memory = _Memory(smoothed, described, read_only(centroid), energy, track, stamps)
         state.get_mutable_abstract_state(self._memory).set_value(memory)
 
-    def _described_stamp(self, stamps):
+    def _described_stamp(self, stamps: tuple[float, ...]) -> float:
         """Returns the stamp [s] of the image described, interpolated between those of the images used."""
         used = stamps[:: self._detector.stride]
         position = (len(stamps) - 1 - self._detector.stamp_age_cycles) / self._detector.stride
         return float(np.interp(position, np.arange(len(used)), used))
 
-    def _calc_centroid(self, context, output):
+    def _calc_centroid(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._get_memory(context).centroid)
 
-    def _calc_motion_energy(self, context, output):
+    def _calc_motion_energy(self, context: Context, output: AbstractValue) -> None:
         output.set_value(self._get_memory(context).energy)
 
-    def _calc_motion_images(self, context, output):
+    def _calc_motion_images(self, context: Context, output: AbstractValue) -> None:
         described = self._get_memory(context).described
         output.set_value(self._detector.images(*described) if described else None)
 
 
 class LaggedCentroid(NamedTuple):
-    """The parts that `add_motion_centroid` made. ``output_port`` is the `Centroid` as late as the paper's."""
+    """The Systems that `add_motion_centroid` added.
+
+    Attributes:
+        system: finds the centroid.
+        delay: the delay line behind it.
+    """
 
     system: MotionCentroidSystem
-    delay: DiscreteTimeDelay
+    delay: DelayLineSystem
 
     @property
-    def image_input_port(self):
-        """Where the camera's image goes in."""
+    def image_input_port(self) -> InputPort:
+        """The input for the camera's `ImageRgba8U`."""
         return self.system.GetInputPort("color_image")
 
     @property
-    def frame_input_port(self):
-        """Where the image's own stamp goes in, if there is such a port."""
+    def frame_input_port(self) -> InputPort:
+        """The input for the image's `FrameInfo`, which exists only with ``own_stamps``."""
         return self.system.GetInputPort("frame")
 
     @property
-    def output_port(self):
-        """The lagged centroid."""
+    def output_port(self) -> OutputPort:
+        """The output with the `Centroid` vector, a lag after its stamp."""
         return self.delay.get_output_port()
 
 
 def add_motion_centroid(
-    builder,
-    name,
-    detector,
+    builder: DiagramBuilder,
     *,
-    image_offset=(0, 0),
-    lag_cycles=LAG_CYCLES,
-    period=VISION_PERIOD,
-    update_cycles=1,
-    follow=None,
-    own_stamps=False,
-):
-    """Adds a `MotionCentroidSystem` and the delay that makes each centroid appear ``lag_cycles`` after its stamp.
+    detector: MotionDetector | DetectorSettings = NormalFlow(),
+    image: OutputPort | None = None,
+    window: np.ndarray | None = None,
+    image_offset: tuple[int, int] = (0, 0),
+    lag_cycles: float | None = None,
+    period: float = VISION_PERIOD,
+    offset: float = 0.0,
+    update_cycles: int = 1,
+    follow: PredictedWindow | None = None,
+    own_stamps: bool = False,
+    name: str | None = None,
+) -> LaggedCentroid:
+    """Adds a `MotionCentroidSystem` and the delay line that outputs each centroid ``lag_cycles`` after its stamp.
 
     "The total associated delay time for finding the centroid of a moving object becomes 15 cycles or 0.25 seconds"
-    (section 3.1): part of it passes while the images after the described one arrive, the delay line adds the rest. The
-    centroid, not the image, is delayed, which costs less and comes to the same. Both Systems update at whole cycles,
-    the delay line after the centroid; read the result later in the plant step.
+    (Allen et al. 1991, section 3.1): part of it passes while the images after the described one arrive, the delay line
+    adds the rest. The centroid is delayed, not the image, which is cheaper and has the same effect. Both Systems update
+    at the same instants, the delay line after the centroid.
 
-    A throughput counted from the first image of several is turned into a lag by `timing.lag_of_throughput`. The lag is
-    one single value whatever ``update_cycles`` is: the delay line runs every cycle.
+    `timing.lag_of_throughput` converts a throughput that is counted from the first of several images to a lag. The lag
+    is the same whatever ``update_cycles`` is: the delay line runs every cycle.
 
-    Returns a `LaggedCentroid`. Raises DrakeTrackerError when the lag is too short for the detector's images.
+    Args:
+        builder: of the diagram.
+        detector: a `MotionDetector`, or the settings of one, such as `NormalFlow`.
+        image: output port with the camera's `ImageRgba8U`, such as the colour image of an `RgbdSensor`; None connects
+            nothing.
+        window: uint8 (h, w) of the image's shape, 0 where motion is ignored; None uses the whole image. Only for a
+            detector that is given by its settings.
+        image_offset: full-frame coordinates (u0, v0) [px] of the image's top left pixel.
+        lag_cycles: cycles from the stamp of a centroid until it is output; None is the shortest lag possible.
+        period: of a cycle [s].
+        offset: of the updates within the cycle [s].
+        update_cycles: cycles from one centroid to the next.
+        follow: `PredictedWindow` outside of which motion is ignored, or None.
+        own_stamps: whether there is an input for the images' own stamps.
+        name: of the System; the delay line has the same with ``_lag``. None is "motion", or "motion_2" and so on.
+
+    Raises DrakeTrackerError when the lag is too short for the detector's images, or when a setting is out of range.
     """
+    if isinstance(detector, DetectorSettings):
+        detector = make_detector(detector, window=window, period=period)
+    elif window is not None:
+        raise DrakeTrackerError("a detector object has a window of its own; pass the window to the detector")
+    if lag_cycles is None:
+        lag_cycles = detector.stamp_age_cycles + 1
     steps = delay_cycles(lag_cycles, detector.stamp_age_cycles)
     if steps == 0:
         raise DrakeTrackerError(f"a lag of {lag_cycles:g} cycles leaves nothing to the delay line; add 1 cycle or more")
-    settings = {"image_offset": image_offset, "period": period, "update_cycles": update_cycles, "follow": follow}
-    settings["own_stamps"] = own_stamps
-    system = builder.AddNamedSystem(name, MotionCentroidSystem(detector, **settings))
-    delay = builder.AddNamedSystem(f"{name}_lag", DiscreteTimeDelay(period, steps, message_size(Centroid)))
+    name = name or _free_name(builder, "motion")
+    system = MotionCentroidSystem(
+        detector,
+        image_offset=image_offset,
+        period=period,
+        offset=offset,
+        update_cycles=update_cycles,
+        follow=follow,
+        own_stamps=own_stamps,
+    )
+    delay = DelayLineSystem(message_size(Centroid), steps, period=period, offset=offset)
+    parts = LaggedCentroid(builder.AddNamedSystem(name, system), builder.AddNamedSystem(f"{name}_lag", delay))
     builder.Connect(system.GetOutputPort("centroid"), delay.get_input_port())
-    return LaggedCentroid(system, delay)
+    if image is not None:
+        builder.Connect(image, parts.image_input_port)
+    return parts
+
+
+def _free_name(builder: DiagramBuilder, name: str) -> str:
+    """Returns the name, or with a number the first one that no System of the diagram has."""
+    number, free = 1, name
+    while builder.HasSubsystemNamed(free):
+        number += 1
+        free = f"{name}_{number}"
+    return free

@@ -1,37 +1,60 @@
-"""From a mask of moving pixels to one centroid: the paper's histogram mean, and the convex hull of the region.
+"""From a mask of moving pixels to one centroid: the paper's histogram mean, or the convex hull of the region.
 
-A mask is a uint8 image, 255 where something moves and 0 elsewhere. Coordinates are those of the mask: whole numbers are
-pixel centres, (0, 0) is the top left pixel.
+A mask is a uint8 image (h, w), 255 where something moves and 0 elsewhere. Coordinates are those of the mask: whole
+numbers are pixel centres, (0, 0) is the top left pixel.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
 MINIMUM_FRAGMENT_PIXELS = 4
-"""Fragments of a moving region that are smaller than this are stray pixels."""
+"""Fragments of a moving region with fewer pixels are stray pixels."""
 MINIMUM_FRAGMENT_SHARE = 0.02
-"""Fragments that hold a smaller share of all moving pixels are stray pixels too."""
+"""Fragments with a smaller share of all moving pixels are stray pixels too."""
 BRIGHTNESS_PERCENTILE = 90
-"""Moving pixels as bright as this percentile are taken to show the object itself."""
+"""Moving pixels as bright as this percentile are assumed to show the object itself."""
 BRIGHTNESS_FRACTION = 0.2
-"""Share of the way from the still background to the object that a pixel must reach to pass the brightness gate."""
+"""A pixel passes the brightness gate when it lies at least this fraction of the way from the brightness of the still
+background to that of the object."""
 
 
 class RegionCentroid(NamedTuple):
-    """Centroid (u, v) [px] of a moving region and the number of moving pixels that it rests on."""
+    """Centroid of a moving region.
+
+    Attributes:
+        u: column of the centroid [px].
+        v: row of the centroid [px].
+        pixel_count: number of moving pixels from which it was computed.
+    """
 
     u: float
     v: float
     pixel_count: int
 
 
-def mean_centroid(mask):
-    """Returns the `RegionCentroid` of all moving pixels, or None when there are none.
+def find_centroid(mask: np.ndarray, kind: str, join_distance: float, min_pixels: int) -> RegionCentroid | None:
+    """Returns the `RegionCentroid` of a mask, or None when too few pixels move.
+
+    Args:
+        mask: uint8 (h, w).
+        kind: "mean" for `mean_centroid`, "hull" for `hull_centroid`.
+        join_distance: of the hull [px].
+        min_pixels: least number of moving pixels.
+    """
+    region = mean_centroid(mask) if kind == "mean" else hull_centroid(mask, join_distance)
+    if region is None or region.pixel_count < min_pixels:
+        return None
+    return region
+
+
+def mean_centroid(mask: np.ndarray) -> RegionCentroid | None:
+    """Returns the `RegionCentroid` of all moving pixels of a mask, or None when there are none.
 
     Steps 9-11 of figure 3 of Allen et al. 1991: each moving pixel is encoded with its coordinate by a ramp, the encoded
-    image is histogrammed and the mean of the histogram taken. The histogram of an image that holds its own column
+    image is histogrammed, and the mean of the histogram is taken. The histogram of an image that holds its own column
     numbers is the count of moving pixels per column, which is what is summed here; likewise for the rows.
     """
     columns = cv2.reduce(mask, 0, cv2.REDUCE_SUM, dtype=cv2.CV_32S).ravel()
@@ -44,16 +67,19 @@ def mean_centroid(mask):
     return RegionCentroid(u, v, total // 255)
 
 
-def hull_centroid(mask, join_distance):
+def hull_centroid(mask: np.ndarray, join_distance: float) -> RegionCentroid | None:
     """Returns the `RegionCentroid` of the convex hull of the largest moving region, or None when there is none.
 
-    Motion shows at edges only, so that the mean of the moving pixels leans towards whichever edges are strong, and
-    leans elsewhere as the object turns. The area within the outermost edges does not.
+    Motion is visible at edges only, so that the mean of the moving pixels is biased towards the strong edges, and the
+    bias changes as the object turns. The area inside the outermost edges has no such bias.
 
-    The hull believes its outermost pixels, so they must belong to the object. Fragments of a few pixels are dropped.
-    Fragments with at most ``join_distance`` pixels between them, horizontally and vertically, are taken as edges of one
-    region, and of the regions the one with most moving pixels is used. ``join_distance`` should be the longest gap
-    that a plain object leaves between its front and rear edges.
+    The hull depends on its outermost pixels, so these must belong to the object. Fragments of a few pixels are dropped.
+    Fragments at most ``join_distance`` apart, horizontally and vertically, are taken as edges of one region, and the
+    region with most moving pixels is used.
+
+    Args:
+        mask: uint8 (h, w).
+        join_distance: the longest gap [px] that an untextured object leaves between its front and rear edges.
     """
     u0, v0, width, height = cv2.boundingRect(mask)
     if width == 0:
@@ -79,8 +105,14 @@ def hull_centroid(mask, join_distance):
     return RegionCentroid(float(u) + u0, float(v) + v0, len(points))
 
 
-def _largest_region(points, fragments, side):
-    """Returns those of the points (n, 2) of ``fragments`` that hang together when each is grown to a square."""
+def _largest_region(points: np.ndarray, fragments: np.ndarray, side: int) -> np.ndarray:
+    """Returns the points (n, 2) of ``fragments`` that belong to the largest region once each is grown to a square.
+
+    Args:
+        points: pixels (u, v) of the fragments, shape (n, 2).
+        fragments: uint8 (h, w), 1 at these pixels.
+        side: of the square [px].
+    """
     joined = cv2.dilate(fragments, np.ones((side, side), np.uint8))
     count, regions = cv2.connectedComponents(joined, connectivity=8)
     if count == 2:  # The background and one region.
@@ -89,10 +121,11 @@ def _largest_region(points, fragments, side):
     return points[region_of_point == np.bincount(region_of_point).argmax()]
 
 
-def _row_ends(points):
+def _row_ends(points: np.ndarray) -> np.ndarray:
     """Returns the first and the last of the points (n, 2) of every row: no other can be a corner of their hull.
 
-    The points come row by row, from left to right. The ends are several times fewer, and a hull's time is sorting.
+    The points come row by row, from left to right. The ends are several times fewer, which saves the hull most of its
+    sorting.
     """
     rows = points[:, 1]
     ends = np.ones(len(points), bool)
@@ -100,16 +133,16 @@ def _row_ends(points):
     return points.compress(ends, axis=0)
 
 
-def brightness_gate(mask, images, background):
+def brightness_gate(mask: np.ndarray, images: Sequence[np.ndarray], background: float) -> np.ndarray:
     """Returns the mask without the moving pixels that are never clearly brighter than the background.
 
-    A cast shadow moves with the object and darkens the table: its pixels show the table or the shadow, no more. A pixel
-    on the object's outline shows the object in one of the images and what lies behind it in another, so that the
-    brightest is what counts. For objects that are brighter than what they move over, on all sides: a side that no lamp
+    A cast shadow moves with the object and darkens the table: its pixels show either the table or the shadow. A pixel
+    on the object's outline shows the object in one image and what lies behind it in another, so that the brightest of
+    the images decides. This is for objects that are brighter on all sides than the background: a side that no lamp
     reaches is dropped like a shadow.
 
     Args:
-        mask: the moving pixels.
+        mask: the moving pixels, uint8 (h, w).
         images: the images between which they move, each of the mask's shape, in any unit of brightness.
         background: brightness of what the object moves over, such as the median of the image.
     """

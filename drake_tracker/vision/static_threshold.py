@@ -1,43 +1,37 @@
 """A plain threshold of the scene (Nashman and Chaconas 1990, section 4: "not feasible" for a white ball on white)."""
 
-from dataclasses import dataclass
+import numpy as np
 
-from drake_tracker.vision.binary_detector import BinaryDetector, BinaryDetectorParameters
+from drake_tracker.vision.binary_detector import BinaryDetector
+from drake_tracker.vision.config import StaticThreshold
 from drake_tracker.vision.frame_difference import DifferenceImages
 
 
-@dataclass(frozen=True)
-class StaticThresholdParameters(BinaryDetectorParameters):
-    """Settings of `StaticThreshold`, besides those of `BinaryDetectorParameters`.
+class StaticThresholdDetector(BinaryDetector[StaticThreshold]):
+    """The `MotionDetector` that takes all bright pixels as the object; it cannot find a white ball on a white board.
 
-    Attributes:
-        level: pixels brighter than this [grey] are taken for the ball.
-    """
-
-    level: float = 200.0
-
-    _LEAST = {**BinaryDetectorParameters._LEAST, "level": 0}
-
-
-class StaticThreshold(BinaryDetector):
-    """Takes all that is bright for the ball; its stamp is the capture. It cannot tell a white ball from a white board.
+    The stamp is the capture time itself.
 
     Args:
-        parameters: `StaticThresholdParameters`.
-        window: uint8 of the image's shape, 0 where nothing is to be looked at; None looks everywhere.
+        settings: `StaticThreshold`.
+        window: uint8 (h, w) of the image's shape, 0 where pixels are ignored; None uses the whole image.
+
+    Raises DrakeTrackerError when a setting is outside its range or the window is empty.
     """
 
     stride = 1
     buffer_length = 1
     stamp_age_cycles = 0
 
-    def __init__(self, parameters=StaticThresholdParameters(), window=None):
-        super().__init__(parameters, window)
+    def __init__(self, settings: StaticThreshold = StaticThreshold(), *, window: np.ndarray | None = None) -> None:
+        super().__init__(settings, window=window)
 
-    def mask(self, image):
-        """Returns the binary image of a smoothed image, uint8, 255 where it is brighter than the level."""
-        return self._binary(image, self.parameters.level)
+    def mask(self, *images: np.ndarray) -> np.ndarray:
+        """Returns the binary image of one smoothed image, uint8, 255 where it is brighter than the level."""
+        (image,) = images
+        return self._binary(image, self.settings.level)
 
-    def images(self, image):
-        """Returns the `DifferenceImages` of a smoothed image, its own brightness in the difference's place."""
+    def images(self, *images: np.ndarray) -> DifferenceImages:
+        """Returns the `DifferenceImages` of one smoothed image; its own brightness stands for the difference."""
+        (image,) = images
         return DifferenceImages(image, image, image, self.mask(image))

@@ -1,24 +1,38 @@
 """From two centroids to a point: back-projection through calibrated cameras and the intersection of two rays."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+
+from drake_tracker.vision.camera_model import CameraModel
 
 PARALLEL_SINE_SQUARED = 1e-8
 """Rays whose directions make a smaller angle (sine squared) are taken as parallel: they do not fix a depth."""
 
 
 class RayIntersection(NamedTuple):
-    """Midpoint of the common perpendicular of two rays, p_WQ [m] of shape (3,), and its length [m]."""
+    """Where two rays meet, or pass each other.
+
+    Attributes:
+        p_WQ: midpoint of their common perpendicular, shape (3,) [m].
+        gap: length of the common perpendicular [m].
+    """
 
     p_WQ: np.ndarray
     gap: float
 
 
-def intersect_rays(ray_left, ray_right):
-    """Returns the `RayIntersection` of two rays (origin, unit direction), or None when they do not meet.
+def intersect_rays(
+    ray_left: tuple[np.ndarray, np.ndarray], ray_right: tuple[np.ndarray, np.ndarray]
+) -> RayIntersection | None:
+    """Returns the `RayIntersection` of two rays, or None when they do not meet.
 
     Rays do not meet when they are parallel or when they are closest behind either origin.
+
+    Args:
+        ray_left: (origin (3,) [m], unit direction (3,)).
+        ray_right: the same.
     """
     (a, d), (b, e) = ray_left, ray_right
     cosine = d @ e
@@ -34,14 +48,20 @@ def intersect_rays(ray_left, ray_right):
     return RayIntersection((nearest_left + nearest_right) / 2.0, float(np.linalg.norm(nearest_left - nearest_right)))
 
 
-def triangulate(camera_left, camera_right, uv_left, uv_right):
+def triangulate(
+    camera_left: CameraModel, camera_right: CameraModel, uv_left: Sequence[float], uv_right: Sequence[float]
+) -> RayIntersection | None:
     """Returns where two cameras see one point, as a `RayIntersection`, or None when the rays do not meet.
 
-    The cameras are `CameraModel`s; ``uv_left`` and ``uv_right`` are (u, v) [px], whole numbers being pixel centres.
+    Args:
+        camera_left: first camera.
+        camera_right: second camera.
+        uv_left: (u, v) [px] in the first image; whole numbers are pixel centres.
+        uv_right: (u, v) [px] in the second image.
     """
     return intersect_rays(_ray(camera_left, uv_left), _ray(camera_right, uv_right))
 
 
-def _ray(camera, uv):
+def _ray(camera: CameraModel, uv: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
     origin, directions = camera.rays([uv])
     return origin, directions[0]

@@ -1,18 +1,27 @@
 """The triangulator as a Drake System: two centroids in, one 3-D point out."""
 
+from collections.abc import Sequence
+
 import numpy as np
-from pydrake.systems.framework import LeafSystem
+from numpy.typing import ArrayLike
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort, LeafSystem, OutputPort
 
 from drake_tracker.core.messages import Centroid, TrackPoint, message_size
+from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.localiser_system import connect_centroids
 from drake_tracker.vision.triangulation import triangulate
 from drake_tracker.vision.window import check_box
 
 STAMP_TOLERANCE = 1e-9
-"""Stamps that differ by less [s] are of the same instant: both come from one 60 Hz clock."""
+"""Stamps that differ by less [s] belong to the same instant: both come from one 60 Hz clock."""
+MAX_GAP = 0.03
+"""Two rays that pass each other at a larger distance [m] are not of one point."""
+MARGIN = 0.05
+"""A point may lie outside the work volume by this much [m]."""
 
 
 class TriangulatorSystem(LeafSystem):
-    """Intersects the rays of two motion centroids (Allen et al. 1991, section 3.1, last paragraphs).
+    """Intersects the rays of two motion centroids (Allen et al. 1991, section 3.1, last paragraphs); a `Localiser`.
 
     .. pydrake_system::
 
@@ -23,26 +32,38 @@ class TriangulatorSystem(LeafSystem):
         output_ports:
         - point
 
-    Both inputs are `Centroid` vectors, the output is a `TrackPoint` vector in W [m]. There is no state and no clock:
-    the output follows the inputs at once. It is invalid when either centroid is, when their stamps differ, when the
-    rays do not meet or pass each other by more than ``max_gap`` [m], and, if a ``work_volume`` is given (shape (2, 3),
-    lower and upper corner in W [m]), when the point lies outside it by more than ``margin`` [m]. An invalid point
-    carries the newer of the two stamps and zeros, except for the gap where one was found.
+    Both inputs are `Centroid` vectors [px]; the output ``point`` is a `TrackPoint` vector in W [m]. There is no state
+    and no period: the output follows the inputs at once. The point is invalid when
 
-    Cameras that nothing synchronises take their images at somewhat different instants; ``stamp_tolerance`` [s] is what
-    passes for the same. The point's stamp is the middle between both.
+    - either centroid is invalid,
+    - their stamps differ by more than ``stamp_tolerance``,
+    - the rays do not meet, or pass each other at more than ``max_gap``, or
+    - it lies outside the work volume by more than ``margin``.
+
+    A valid point has the mean of both stamps. An invalid one has the newer of the two stamps, the gap if the rays meet,
+    and zeros otherwise; it is all zeros while both inputs are.
+
+    Args:
+        camera_left: calibrated camera of ``centroid_left``.
+        camera_right: calibrated camera of ``centroid_right``.
+        max_gap: largest distance between the two rays [m].
+        work_volume: lower and upper corner in W, shape (2, 3) [m]; None accepts points anywhere.
+        margin: by which a point may lie outside the work volume [m].
+        stamp_tolerance: largest difference of the stamps [s]; larger for cameras that are not synchronised.
+
+    Raises DrakeTrackerError when the work volume is not a box.
     """
 
     def __init__(
         self,
-        camera_left,
-        camera_right,
+        camera_left: CameraModel,
+        camera_right: CameraModel,
         *,
-        max_gap=0.03,
-        work_volume=None,
-        margin=0.05,
-        stamp_tolerance=STAMP_TOLERANCE,
-    ):
+        max_gap: float = MAX_GAP,
+        work_volume: ArrayLike | None = None,
+        margin: float = MARGIN,
+        stamp_tolerance: float = STAMP_TOLERANCE,
+    ) -> None:
         super().__init__()
         self._cameras = (camera_left, camera_right)
         self._max_gap = float(max_gap)
@@ -53,14 +74,24 @@ class TriangulatorSystem(LeafSystem):
             self._box = (lower - margin, upper + margin)
         self._left = self.DeclareVectorInputPort("centroid_left", message_size(Centroid))
         self._right = self.DeclareVectorInputPort("centroid_right", message_size(Centroid))
-        self.DeclareVectorOutputPort(
+        self._point = self.DeclareVectorOutputPort(
             "point",
             message_size(TrackPoint),
             self._calc_point,
             {self._left.ticket(), self._right.ticket()},
         )
 
-    def _calc_point(self, context, output):
+    @property
+    def centroid_ports(self) -> tuple[InputPort, ...]:
+        """The inputs ``centroid_left`` and ``centroid_right``."""
+        return self._left, self._right
+
+    @property
+    def point_port(self) -> OutputPort:
+        """The output ``point``."""
+        return self._point
+
+    def _calc_point(self, context: Context, output: BasicVector) -> None:
         left, right = Centroid(self._left.Eval(context)), Centroid(self._right.Eval(context))
         point = TrackPoint(np.zeros(message_size(TrackPoint)))
         point.stamp = max(left.stamp, right.stamp)
@@ -74,8 +105,45 @@ class TriangulatorSystem(LeafSystem):
                     point.valid = 1.0
         output.SetFromVector(point[:])
 
-    def _contains(self, p_WQ):
+    def _contains(self, p_WQ: np.ndarray) -> bool:
         if self._box is None:
             return True
         lower, upper = self._box
         return bool((p_WQ >= lower).all() and (p_WQ <= upper).all())
+
+
+def add_triangulator(
+    builder: DiagramBuilder,
+    *,
+    cameras: Sequence[CameraModel],
+    centroids: Sequence[OutputPort] = (),
+    work_volume: ArrayLike | None = None,
+    max_gap: float = MAX_GAP,
+    margin: float = MARGIN,
+    stamp_tolerance: float = STAMP_TOLERANCE,
+    name: str = "triangulator",
+) -> TriangulatorSystem:
+    """Adds a `TriangulatorSystem` and connects the centroids of its two cameras.
+
+    It has no period and no offset: its output follows its inputs at once.
+
+    Args:
+        builder: of the diagram.
+        cameras: the two calibrated cameras, first left, then right.
+        centroids: output ports with a `Centroid` vector, in the order of the cameras; empty connects nothing.
+        work_volume: lower and upper corner in W, shape (2, 3) [m]; None accepts points anywhere.
+        max_gap: largest distance between the two rays [m].
+        margin: by which a point may lie outside the work volume [m].
+        stamp_tolerance: largest difference of the stamps [s].
+        name: of the System.
+
+    Raises DrakeTrackerError when the work volume is not a box.
+    """
+    system: TriangulatorSystem = builder.AddNamedSystem(
+        name,
+        TriangulatorSystem(
+            *cameras, max_gap=max_gap, work_volume=work_volume, margin=margin, stamp_tolerance=stamp_tolerance
+        ),
+    )
+    connect_centroids(builder, centroids, system)
+    return system

@@ -1,11 +1,17 @@
 """The PIPE: two motion centroids with the paper's lag, and their triangulation, as a Diagram."""
 
+from collections.abc import Mapping
+
+from numpy.typing import ArrayLike
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
+from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
-from drake_tracker.vision.normal_flow import NormalFlow
-from drake_tracker.vision.triangulator_system import STAMP_TOLERANCE, TriangulatorSystem
+from drake_tracker.vision.motion_detector import MotionDetector
+from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE, add_triangulator
+
+SIDES = ("left", "right")
 
 
 class VisionDiagram(Diagram):
@@ -26,67 +32,65 @@ class VisionDiagram(Diagram):
         - motion_images_left
         - motion_images_right
 
-    ``camera_*`` are ImageRgba8U; ``point`` is a `TrackPoint`, ``centroid_*`` are `Centroid` vectors as they come out of
-    the pipeline, a lag after their stamp; ``motion_*`` is the `MotionEnergy` and ``motion_images_*`` all
-    intermediate images of the newest cycle, for pictures.
+    ``camera_*`` are `ImageRgba8U`, read every ``period`` at offset 0. ``centroid_*`` are `Centroid` vectors [px] at the
+    end of the pipeline, ``lag_cycles`` after their stamp; ``point`` is a `TrackPoint` vector in W [m] that follows them
+    at once. All are zeros until the first centroid has passed the delay line. ``motion_*`` is the `MotionEnergy` and
+    ``motion_images_*`` all intermediate images of the newest cycle, for pictures. With ``own_stamps`` there are the
+    inputs ``frame_left`` and ``frame_right`` too, a `FrameInfo` vector each.
 
     Args:
-      cameras: {"left": CameraModel, "right": CameraModel}, calibrated. windows: the same keys, `Window`.
-      image_windows: the same keys, (u0, v0, width, height) that the images cover.
-      flow: `NormalFlowParameters`. lag_cycles: cycles from capture to centroid. work_volume: box in W [m].
-      detectors: the same keys, motion detectors in place of normal flow with ``windows`` and ``flow``.
-      period: of a cycle [s]. own_stamps: whether there are inputs ``frame_left`` and ``frame_right``, `FrameInfo`.
-      max_gap [m], stamp_tolerance [s]: of the `TriangulatorSystem`.
+        cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
+        detectors: the same keys, a `MotionDetector` each, with its window.
+        image_windows: the same keys, rectangle (u0, v0, width, height) [px] of the full frame that the images cover;
+            None is the full frame.
+        lag_cycles: cycles from capture to centroid.
+        work_volume: lower and upper corner in W, shape (2, 3) [m]; None accepts points anywhere.
+        period: of a cycle [s].
+        own_stamps: whether the images have stamps of their own.
+        max_gap: of the `TriangulatorSystem` [m].
+        stamp_tolerance: of the `TriangulatorSystem` [s].
+
+    Raises DrakeTrackerError when the lag is too short for a detector's images, or the work volume is not a box.
     """
 
     def __init__(
         self,
-        cameras,
-        windows,
-        image_windows,
-        flow,
-        lag_cycles,
-        work_volume,
+        cameras: Mapping[str, CameraModel],
+        detectors: Mapping[str, MotionDetector],
         *,
-        detectors=None,
-        period=VISION_PERIOD,
-        own_stamps=False,
-        max_gap=0.03,
-        stamp_tolerance=STAMP_TOLERANCE,
-    ):
+        image_windows: Mapping[str, tuple[int, int, int, int]] | None = None,
+        lag_cycles: float = LAG_CYCLES,
+        work_volume: ArrayLike | None = None,
+        period: float = VISION_PERIOD,
+        own_stamps: bool = False,
+        max_gap: float = MAX_GAP,
+        stamp_tolerance: float = STAMP_TOLERANCE,
+    ) -> None:
         super().__init__()
         self.set_name("vision")
         builder = DiagramBuilder()
-        triangulator = builder.AddNamedSystem(
-            "triangulator",
-            TriangulatorSystem(
-                cameras["left"],
-                cameras["right"],
-                work_volume=work_volume,
-                max_gap=max_gap,
-                stamp_tolerance=stamp_tolerance,
-            ),
+        triangulator = add_triangulator(
+            builder,
+            cameras=[cameras[side] for side in SIDES],
+            work_volume=work_volume,
+            max_gap=max_gap,
+            stamp_tolerance=stamp_tolerance,
         )
-        builder.ExportOutput(triangulator.GetOutputPort("point"), "point")
-        for side in ("left", "right"):
-            u0, v0, _, _ = image_windows[side]
-            if detectors is None:
-                detector = NormalFlow(flow, window=windows[side].mask(image_windows[side]))
-            else:
-                detector = detectors[side]
+        builder.ExportOutput(triangulator.point_port, "point")
+        for side, centroid_port in zip(SIDES, triangulator.centroid_ports):
             centroid = add_motion_centroid(
                 builder,
-                f"motion_{side}",
-                detector,
-                image_offset=(u0, v0),
+                detector=detectors[side],
+                image_offset=(0, 0) if image_windows is None else image_windows[side][:2],
                 lag_cycles=lag_cycles,
                 period=period,
                 own_stamps=own_stamps,
+                name=f"motion_{side}",
             )
             builder.ExportInput(centroid.image_input_port, f"camera_{side}")
             if own_stamps:
                 builder.ExportInput(centroid.frame_input_port, f"frame_{side}")
-            builder.Connect(centroid.output_port, triangulator.GetInputPort(f"centroid_{side}"))
+            builder.Connect(centroid.output_port, centroid_port)
             builder.ExportOutput(centroid.output_port, f"centroid_{side}")
             builder.ExportOutput(centroid.system.GetOutputPort("motion_energy"), f"motion_{side}")
             builder.ExportOutput(centroid.system.GetOutputPort("motion_images"), f"motion_images_{side}")

@@ -1,14 +1,16 @@
-"""The polygon window of interest: the part of an image in which the work volume can appear.
+"""The polygonal window of interest: the part of an image in which the work volume can appear.
 
-Motion outside it (a passer-by, the arm's own links) is not looked at, and pixels outside it need not even be rendered.
+Motion outside it (a passer-by, the arm's own links) is ignored, and pixels outside it need not even be rendered.
 """
 
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.vision.camera_model import CameraModel
 
 POLYGON_SHIFT = 4
 """Fractional bits of the polygon's corners when it is filled."""
@@ -16,7 +18,7 @@ POLYGON_SHIFT = 4
 
 @dataclass(frozen=True, eq=False)
 class Window:
-    """A convex polygon in an image and the upright rectangle that holds it.
+    """A convex polygon in an image and the upright rectangle that contains it.
 
     Attributes:
         polygon: shape (n, 2), read-only: corners (u, v) in full-frame pixel coordinates.
@@ -24,9 +26,9 @@ class Window:
     """
 
     polygon: np.ndarray
-    bounds: tuple
+    bounds: tuple[int, int, int, int]
 
-    def mask(self, bounds=None):
+    def mask(self, bounds: tuple[int, int, int, int] | None = None) -> np.ndarray:
         """Returns the polygon drawn into a rectangle (u0, v0, width, height), by default the window's own.
 
         The mask is uint8 of shape (height, width), 255 inside the polygon and 0 outside.
@@ -38,7 +40,7 @@ class Window:
         return mask
 
 
-def check_box(box):
+def check_box(box: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Returns (lower, upper) corners, each of shape (3,), of a box given as [[x, y, z], [x, y, z]] [m].
 
     Raises DrakeTrackerError when it is not such a pair or the lower corner is not below the upper one.
@@ -52,11 +54,13 @@ def check_box(box):
     return box[0], box[1]
 
 
-def footprint(work_volume, outline):
+def footprint(work_volume: ArrayLike, outline: str) -> np.ndarray:
     """Returns the outline, shape (n, 2) [m], of a work volume seen from above.
 
-    ``outline`` "box": the box itself. "ellipse": the ellipse inscribed in it; an oval of track does not use a box's
-    corners, and the far ones lie where the arm's links move in the image.
+    Args:
+        work_volume: lower and upper corner in W, shape (2, 3) [m].
+        outline: "box" for the box itself, "ellipse" for the ellipse inscribed in it: an oval track does not use the
+            corners of a box, and the far corners lie where the arm's links move in the image.
 
     Raises DrakeTrackerError on another outline.
     """
@@ -70,27 +74,33 @@ def footprint(work_volume, outline):
     raise DrakeTrackerError(f"work volume outline is {outline!r}; it must be box or ellipse")
 
 
-def project_window(camera, work_volume, outline="box", *, padding=4):
+def project_window(camera: CameraModel, work_volume: ArrayLike, outline: str = "box", *, padding: int = 4) -> Window:
     """Returns the `Window` through which a camera sees a work volume.
 
     Args:
-        camera: a `CameraModel`.
-        work_volume: shape (2, 3), lower and upper corner of a box in W [m]. outline: of its `footprint`.
-        padding: pixels kept around the polygon, so that smoothing and gradients inside it do not see the border of an
-            image that is rendered through the window only.
+        camera: calibrated camera in W.
+        work_volume: lower and upper corner of a box in W, shape (2, 3) [m].
+        outline: of its `footprint`, "box" or "ellipse".
+        padding: width of the border kept around the polygon [px], so that smoothing and gradients inside it are not
+            affected by the edge of an image that is rendered through the window only.
 
     The rectangle lies within the full frame; its sides are even where the frame's are. Raises DrakeTrackerError when a
     corner of the volume is behind the camera or the camera does not see the volume.
     """
     ground = footprint(work_volume, outline)
-    rims = [np.column_stack([ground, np.full(len(ground), corner[2])]) for corner in work_volume]
+    rims = [np.column_stack([ground, np.full(len(ground), corner[2])]) for corner in np.asarray(work_volume)]
     return window_around(camera, np.vstack(rims), padding)
 
 
-def window_around(camera, points, padding=4):
-    """Returns the `Window` of a camera whose polygon is the hull of the images of points (n, 3) [m, W].
+def window_around(camera: CameraModel, points: ArrayLike, padding: int = 4) -> Window:
+    """Returns the `Window` of a camera whose polygon is the convex hull of the images of points.
 
-    ``padding`` and the errors raised as for `project_window`.
+    Args:
+        camera: calibrated camera.
+        points: shape (n, 3) [m], in the camera's world frame.
+        padding: width of the border kept around the polygon [px].
+
+    Raises DrakeTrackerError as `project_window` does.
     """
     corners = camera.project(points)
     if np.isnan(corners).any():
@@ -104,7 +114,7 @@ def window_around(camera, points, padding=4):
     return Window(polygon, (u0, v0, width, height))
 
 
-def _even_span(coordinates, size, padding):
+def _even_span(coordinates: np.ndarray, size: int, padding: int) -> tuple[int, int]:
     """Returns (first pixel, number of pixels) that cover the coordinates within an image side of ``size`` pixels."""
     first = max(0, int(np.floor(coordinates.min())) - padding) // 2 * 2
     end = min(size, int(np.ceil(coordinates.max())) + padding + 1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drake_tracker import cli
-from drake_tracker.vision.calibration import load_calibration, load_pose
+from drake_tracker.vision.calibration_file import load_calibration, load_pose
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.chessboard import Chessboard, draw_board
 

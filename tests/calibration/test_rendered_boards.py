@@ -4,7 +4,7 @@ import pytest
 from drake_tracker.calibration.rendered_boards import board_for, calibrate, calibrate_cameras, calibration_error
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.calibration import load_calibration
+from drake_tracker.vision.calibration_file import load_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.world.cameras import describe_rig, true_camera_models
 from drake_tracker.world.config import CamerasConfig, LightingConfig

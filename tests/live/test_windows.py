@@ -35,8 +35,8 @@ def test_a_window_is_read(question):
 @pytest.mark.parametrize(
     "window, said",
     [
-        ([40, 40, 10, 10], "holds no whole circle"),
-        ([5, 5, 90, 90], "holds 4 dark areas"),
+        ([40, 40, 10, 10], "contains no whole circle"),
+        ([5, 5, 90, 90], "contains 4 dark areas"),
         ([95, 95, 10, 10], "not within the image"),
         ([0, 0, 10], "four numbers"),
         ([0, 0, 10, float("nan")], "four numbers"),

@@ -21,7 +21,7 @@ from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.kinds import make_link
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
 ROOMS = ("film", "vision", "host", "link", "clock")
@@ -62,11 +62,14 @@ class Readings:
 
 def run(laboratory, duration, order=ROOMS, lag_cycles=LAG_CYCLES, time_step=TIME_STEP, path=None):
     """Returns {port: [(instant from which it could be read, vector), ...]}."""
-    flow = NormalFlowParameters.preset("scaled")
+    detectors = {
+        side: NormalFlowDetector(window=window.mask(laboratory.whole[side]))
+        for side, window in laboratory.windows.items()
+    }
     rooms = {
         "film": laboratory.film(path),
         "vision": VisionDiagram(
-            laboratory.cameras, laboratory.windows, laboratory.whole, flow, lag_cycles, laboratory.work_volume
+            laboratory.cameras, detectors, lag_cycles=lag_cycles, work_volume=laboratory.work_volume
         ),
         "host": EstimatorSystem(
             make_estimator("arc_length", ready_after=0.3), offset=vision_slot(ESTIMATOR_SLOT, time_step)

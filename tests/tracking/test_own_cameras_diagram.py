@@ -8,7 +8,7 @@ from drake_tracker.estimation import make_estimator
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.timeline import align
 from drake_tracker.tracking.own_cameras_diagram import OwnCamerasDiagram, Plane
-from drake_tracker.vision.frame_difference import FrameDifference
+from drake_tracker.vision.frame_difference import FrameDifferenceDetector
 
 LEFT = ["camera_left", "frame_left", "centroid_left", "motion_left"]
 RIGHT = ["camera_right", "frame_right", "centroid_right", "motion_right"]
@@ -20,7 +20,7 @@ def make(count, cameras, plane=None):
     black = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
     films = [Footage("a", (WIDTH, HEIGHT), lambda: ((t, black) for t in times), times) for _ in range(count)]
     estimator = make_estimator("coordinated_turn") if cameras else None
-    return OwnCamerasDiagram(align(films), [FrameDifference() for _ in films], cameras, estimator, plane=plane)
+    return OwnCamerasDiagram(align(films), [FrameDifferenceDetector() for _ in films], cameras, estimator, plane=plane)
 
 
 @pytest.mark.parametrize(

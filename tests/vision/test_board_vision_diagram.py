@@ -22,10 +22,11 @@ from pydrake.systems.sensors import ImageRgba8U
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import Centroid, TrackPoint
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
-from drake_tracker.vision.background_difference import BackgroundDifference
+from drake_tracker.vision.background_difference import BackgroundDifferenceDetector
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
-from drake_tracker.vision.frame_difference import FrameDifference, FrameDifferenceParameters
-from drake_tracker.vision.plane_projection import PlausibleReadings, board_window, camera_on_board
+from drake_tracker.vision.config import BackgroundDifference, FrameDifference
+from drake_tracker.vision.frame_difference import FrameDifferenceDetector
+from drake_tracker.vision.plane_projection import PlausiblePoints, board_window, camera_on_board
 from drake_tracker.vision.predicted_window import PredictedWindow
 
 TIME_STEP = 1 / 600
@@ -61,11 +62,11 @@ class Film(LeafSystem):
 def make_vision(detector=None, **settings):
     window = board_window(CAMERA, WIDTH, LENGTH, 2 * BALL_RADIUS).mask((0, 0, SIZE, SIZE))
     return BoardVisionDiagram(
-        detector or FrameDifference(window=window),
+        detector or FrameDifferenceDetector(window=window),
         CAMERA,
         board_pose(),
         BALL_RADIUS,
-        PlausibleReadings(WIDTH, LENGTH, INCLINE),
+        PlausiblePoints(WIDTH, LENGTH, INCLINE),
         time_step=TIME_STEP,
         **settings,
     )
@@ -112,7 +113,7 @@ def test_ports():
 @pytest.mark.parametrize("stride", [1, 2])
 def test_points_lie_where_the_ball_was_at_their_stamps(stride):
     window = board_window(CAMERA, WIDTH, LENGTH, 2 * BALL_RADIUS).mask((0, 0, SIZE, SIZE))
-    vision = make_vision(FrameDifference(FrameDifferenceParameters(stride=stride), window))
+    vision = make_vision(FrameDifferenceDetector(FrameDifference(stride=stride), window=window))
     simulator, logged = watch(vision)
     X_WB = board_pose()
     points = fresh(*logged["point"], TrackPoint)
@@ -143,7 +144,7 @@ def test_nothing_moves_before_the_release():
 
 
 def test_a_detector_of_single_images_has_the_whole_throughput_for_a_lag():
-    detector = BackgroundDifference(BOARD.astype(np.uint8))
+    detector = BackgroundDifferenceDetector(BackgroundDifference(threshold=6.0), image=BOARD.astype(np.uint8))
     vision = make_vision(detector, update_cycles=2)
     assert vision.lag == pytest.approx(6 * VISION_PERIOD)
     _, logged = watch(vision, 0.7)

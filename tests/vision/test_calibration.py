@@ -9,12 +9,10 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.calibration import (
     calibrate_intrinsics,
     lens_from_corners,
-    load_calibration,
-    load_pose,
     locate_camera,
-    save_calibration,
     stereo_from_corners,
 )
+from drake_tracker.vision.calibration_file import load_calibration, load_pose, save_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.chessboard import Chessboard, draw_board, find_corners
 from drake_tracker.vision.left_out import left_out_errors
@@ -152,9 +150,9 @@ def test_a_file_gives_back_the_cameras(tmp_path):
     ("change", "message"),
     [
         (("width: 240", "width: -3"), r"cameras.yaml: cameras.camera_left.width is -3; it must be a whole number"),
-        (("400.0", ".nan"), r"cameras.yaml: cameras.camera_left.K must hold 3 x 3 finite numbers"),
-        (("distortion: [0.0,", "distortion: [bent,"), r"camera_left.distortion must hold 5 finite numbers"),
-        (("X_CW:", "X_CV:"), r"camera_left.X_CW must hold 4 x 4 finite numbers"),
+        (("400.0", ".nan"), r"cameras.yaml: cameras.camera_left.K must contain 3 x 3 finite numbers"),
+        (("distortion: [0.0,", "distortion: [bent,"), r"camera_left.distortion must contain 5 finite numbers"),
+        (("X_CW:", "X_CV:"), r"camera_left.X_CW must contain 4 x 4 finite numbers"),
         (("3.0]", "3.0"), r"cameras.yaml line \d+: "),
         (("cameras:", "lenses:"), r"cameras.yaml: cameras is missing"),
         (("[400.0,", "[-400.0,"), r"camera_left.K must be \[\[fx"),
@@ -189,7 +187,7 @@ def test_a_pose_of_a_file_is_found_by_its_keys(tmp_path):
     path.write_text(f"notes: {{X_WP: {X.tolist()}, X_WQ: {(2 * X).tolist()}}}", encoding="utf-8")
     np.testing.assert_allclose(load_pose(path, "notes", "X_WP"), X)
     for keys in (("X_WP",), ("notes", "X_WQ"), ("notes", "X_WP", "more")):
-        with pytest.raises(DrakeTrackerError, match=f"plane.yaml: {'.'.join(keys)} must hold 4 x 4 numbers"):
+        with pytest.raises(DrakeTrackerError, match=f"plane.yaml: {'.'.join(keys)} must contain 4 x 4 numbers"):
             load_pose(path, *keys)
 
 

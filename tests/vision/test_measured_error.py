@@ -167,7 +167,7 @@ def test_a_file_gives_back_what_was_saved(tmp_path):
     "old, new, said",
     [
         ("speed: 0.1\n", "speed: .nan\n", r"speeds\[0\].speed must be a finite number"),
-        ("speed: 0.1\n", "speed: 0.3\n", "speeds must rise"),
+        ("speed: 0.1\n", "speed: 0.3\n", "speeds must increase"),
         ("missing_share: 0.0", "missing_share: 1.5", "missing_share must be at most 1"),
         ("pattern: [", "pattern: [x, ", r"speeds\[0\].pattern must be 3 finite numbers"),
         ("bias_straight:", "bias_other:", "bias_straight must be a mapping with along, across, vertical"),

@@ -17,10 +17,10 @@ from drake_tracker.core.timing import (
     lag_of_throughput,
     vision_slot,
 )
-from drake_tracker.vision.frame_difference import FrameDifference, FrameDifferenceParameters
+from drake_tracker.vision.config import FrameDifference, NormalFlow
+from drake_tracker.vision.frame_difference import FrameDifferenceDetector
 from drake_tracker.vision.motion_centroid_system import MotionCentroidSystem, add_motion_centroid
-from drake_tracker.vision.normal_flow import MotionImages, NormalFlow
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.normal_flow import MotionImages, NormalFlowDetector
 
 WIDTH, HEIGHT = 120, 96
 SPEED_U, SPEED_V = 48.0, 12.0
@@ -64,8 +64,10 @@ def run(film, duration, detector=None, image_offset=(0, 0), sample=VISION_PERIOD
     """Simulates a film and its lagged centroid; returns (diagram, simulator, parts, [(time, Centroid)])."""
     builder = DiagramBuilder()
     camera = builder.AddNamedSystem("camera", film)
-    parts = add_motion_centroid(builder, "motion", detector or NormalFlow(), image_offset=image_offset, **lag)
-    builder.Connect(camera.get_output_port(), parts.image_input_port)
+    settings = {"image_offset": image_offset, "lag_cycles": LAG_CYCLES, **lag}
+    parts = add_motion_centroid(
+        builder, detector=detector or NormalFlowDetector(), image=camera.get_output_port(), **settings
+    )
     recorder = builder.AddNamedSystem("recorder", Recorder(sample, sample_offset))
     builder.Connect(parts.output_port, recorder.get_input_port())
     diagram = builder.Build()
@@ -76,7 +78,7 @@ def run(film, duration, detector=None, image_offset=(0, 0), sample=VISION_PERIOD
 
 @pytest.mark.parametrize("preset_stride", [1, 2, 3])
 def test_centroid_appears_exactly_15_cycles_after_its_stamp(preset_stride):
-    detector = NormalFlow(NormalFlowParameters.preset("scaled", stride=preset_stride))
+    detector = NormalFlowDetector(NormalFlow(stride=preset_stride))
     # The estimator's slot: a quarter of a plant step after the images.
     offset = vision_slot(ESTIMATOR_SLOT)
     _, _, _, rows = run(Film(), 0.7, detector, sample_offset=offset)
@@ -108,7 +110,7 @@ def test_centroid_is_where_the_body_was_at_its_stamp():
 
 def test_cropped_image_reports_full_frame_coordinates():
     # Without the guards, whose statistics would be of different sets of pixels.
-    detector = NormalFlow(NormalFlowParameters.preset("scaled", normalise_gain=False, noise_factor=0.0))
+    detector = NormalFlowDetector(NormalFlow(normalise_gain=False, noise_factor=0.0))
     _, whole_simulator, whole, rows = run(Film(), 0.6, detector)
     offset = (6, 20)
     film = Film(offset, (90, 60))
@@ -164,18 +166,18 @@ def test_all_memory_is_in_the_context():
 
 
 def test_ports_do_not_feed_through():
-    assert not MotionCentroidSystem(NormalFlow()).HasAnyDirectFeedthrough()
+    assert not MotionCentroidSystem(NormalFlowDetector()).HasAnyDirectFeedthrough()
 
 
 def test_shortest_lag_is_the_age_of_the_described_image():
     _, _, _, rows = run(Film(), 0.3, lag_cycles=3)
     assert {round((t - c.stamp) / VISION_PERIOD, 6) for t, c in rows if c.valid} == {4.0}  # Logged before the update.
     with pytest.raises(DrakeTrackerError, match="lag of 1 cycles"):
-        add_motion_centroid(DiagramBuilder(), "motion", NormalFlow(), lag_cycles=1)
+        add_motion_centroid(DiagramBuilder(), lag_cycles=1)
 
 
 @pytest.mark.parametrize(
-    "detector", [NormalFlow(), FrameDifference(), FrameDifference(FrameDifferenceParameters(stride=1))]
+    "detector", [NormalFlowDetector(), FrameDifferenceDetector(), FrameDifferenceDetector(FrameDifference(stride=1))]
 )
 def test_a_new_centroid_every_few_cycles_with_the_same_lag(detector):
     lag = lag_of_throughput(6, detector.buffer_length - 1, detector.stamp_age_cycles)
@@ -199,7 +201,7 @@ def test_a_new_centroid_every_few_cycles_with_the_same_lag(detector):
 @pytest.mark.parametrize(("stride", "lag"), [(1, 5.5), (2, 5.0)])
 def test_a_difference_shows_6_cycles_after_its_first_image(stride, lag):
     """Nashman and Chaconas 1990, section 4: a throughput of 100.2 ms; the stamp is the middle of the two captures."""
-    detector = FrameDifference(FrameDifferenceParameters(stride=stride))
+    detector = FrameDifferenceDetector(FrameDifference(stride=stride))
     assert lag_of_throughput(6, detector.buffer_length - 1, detector.stamp_age_cycles) == lag
     offset = vision_slot(ESTIMATOR_SLOT)
     _, _, _, rows = run(Film(), 0.6, detector, sample_offset=offset, lag_cycles=lag, update_cycles=4)
@@ -213,7 +215,7 @@ def test_a_difference_shows_6_cycles_after_its_first_image(stride, lag):
 
 
 def test_images_that_no_centroid_rests_on_are_not_read():
-    class Counting(FrameDifference):
+    class Counting(FrameDifferenceDetector):
         smoothed = 0
 
         def smooth(self, grey):
@@ -232,7 +234,7 @@ def test_images_that_no_centroid_rests_on_are_not_read():
 @pytest.mark.parametrize("cycles", [0, 1.5, -4])
 def test_a_number_of_update_cycles_that_is_none_is_refused(cycles):
     with pytest.raises(DrakeTrackerError, match="update_cycles is"):
-        MotionCentroidSystem(FrameDifference(), update_cycles=cycles)
+        MotionCentroidSystem(FrameDifferenceDetector(), update_cycles=cycles)
 
 
 class Shutter(LeafSystem):
@@ -254,9 +256,9 @@ class Shutter(LeafSystem):
 @pytest.mark.parametrize(
     "detector, described_by",
     [
-        (NormalFlow(), (-2, 0, 2)),
-        (FrameDifference(FrameDifferenceParameters(stride=2)), (-1, 1)),
-        (FrameDifference(FrameDifferenceParameters(stride=1)), (-0.5, 0.5)),
+        (NormalFlowDetector(), (-2, 0, 2)),
+        (FrameDifferenceDetector(FrameDifference(stride=2)), (-1, 1)),
+        (FrameDifferenceDetector(FrameDifference(stride=1)), (-0.5, 0.5)),
     ],
 )
 def test_a_dropped_image_makes_the_centroids_invalid_that_would_rest_on_it(detector, described_by):

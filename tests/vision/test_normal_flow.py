@@ -3,8 +3,8 @@ import pytest
 from scipy import ndimage
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.normal_flow import NormalFlow, erode_isolated
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.config import NormalFlow
+from drake_tracker.vision.normal_flow import NormalFlowDetector, erode_isolated
 
 PERIOD = 1.0 / 60.0
 ROWS, COLUMNS = np.mgrid[0:120, 0:160].astype(float)
@@ -40,9 +40,7 @@ def detect(flow, pictures):
 
 def test_integer_path_agrees_with_the_float_path():
     for overrides in ({}, {"norm": "l2"}, {"centroid": "hull"}, {"threshold_px": 0.25}):
-        flows = [
-            NormalFlow(NormalFlowParameters.preset("scaled", path=path, **overrides)) for path in ("integer", "float")
-        ]
+        flows = [NormalFlowDetector(NormalFlow(path=path, **overrides)) for path in ("integer", "float")]
         for k in range(12):
 
             def pictures(cycle, k=k):
@@ -57,7 +55,7 @@ def test_integer_path_agrees_with_the_float_path():
 @pytest.mark.parametrize("preset", ["paper_literal", "paper_interlaced"])
 @pytest.mark.parametrize("path", ["integer", "float"])
 def test_threshold_is_10_px_per_60_ms(preset, path):
-    flow = NormalFlow(NormalFlowParameters.preset(preset, path=path))
+    flow = NormalFlowDetector(NormalFlow(preset, centroid="mean", path=path))
     inner = np.s_[50:70, 70:90]  # Away from the ramp's ends.
     for px_per_60ms, moves in ((9.5, False), (10.5, True)):
         speed = px_per_60ms / 0.060
@@ -70,14 +68,14 @@ def test_l1_norm_is_the_larger_one_across_a_diagonal():
     inner = np.s_[50:70, 70:90]
     speed = 12.0 / 0.060
     for norm, moves in (("l1", False), ("l2", True)):
-        flow = NormalFlow(NormalFlowParameters.preset("paper_literal", norm=norm))
+        flow = NormalFlowDetector(NormalFlow("paper_literal", centroid="mean", norm=norm))
         mask, _ = detect(flow, lambda cycle: ramp(speed * PERIOD * cycle, **diagonal))
         assert (mask[inner] == (255 if moves else 0)).all()
 
 
 def test_intermediate_images_are_in_grey_levels_and_pixels():
     for path in ("integer", "float"):
-        flow = NormalFlow(NormalFlowParameters.preset("scaled", path=path, normalise_gain=False))
+        flow = NormalFlowDetector(NormalFlow(path=path, normalise_gain=False))
         pictures = [flow.smooth(ramp(1.5 * cycle, 3.0, 4.0)) for cycle in (-2, 0, 2)]
         images = flow.images(*pictures)
         inner = np.s_[50:70, 70:90]
@@ -103,14 +101,14 @@ def test_erosion_takes_exactly_the_isolated_pixels():
 
 def test_whole_coordinates_are_pixel_centres():
     for centroid in ("mean", "hull"):
-        flow = NormalFlow(NormalFlowParameters.preset("scaled", centroid=centroid, join_distance=40))
+        flow = NormalFlowDetector(NormalFlow(centroid=centroid, join_distance=40))
         _, region = detect(flow, lambda cycle: box(70.0 + 1.0 * cycle, 50.0, texture=0.0))
         assert (region.u, region.v) == pytest.approx((70.0, 50.0), abs=0.15)
 
 
 @pytest.mark.parametrize("centroid", ["mean", "hull"])
 def test_follows_a_textured_body_under_noise(centroid):
-    flow = NormalFlow(NormalFlowParameters.preset("scaled", centroid=centroid))
+    flow = NormalFlowDetector(NormalFlow(centroid=centroid))
     errors = []
     for k in range(15):
 
@@ -125,7 +123,7 @@ def test_follows_a_textured_body_under_noise(centroid):
 
 def test_guards_hold_against_flicker_and_noise():
     def worst(light, noise, table, **overrides):
-        flow = NormalFlow(NormalFlowParameters.preset("scaled", centroid="mean", **overrides))
+        flow = NormalFlowDetector(NormalFlow(centroid="mean", **overrides))
         distance = 0.0
         for k in range(6):
 
@@ -151,12 +149,13 @@ def test_no_motion_no_centroid():
     dark = np.zeros_like(still)
     for preset in ("scaled", "paper_literal", "paper_interlaced"):
         for path in ("integer", "float"):
-            flow = NormalFlow(NormalFlowParameters.preset(preset, path=path))
+            centroid = "hull" if preset == "scaled" else "mean"
+            flow = NormalFlowDetector(NormalFlow(preset, centroid=centroid, path=path))
             pictures = {cycle: box(80.0, 60.0, noise=2.0, seed=cycle + 9) for cycle in range(-2, 3)}
             assert detect(flow, pictures.get)[1] is None
             assert detect(flow, lambda cycle: dark)[1] is None
     # A light switched off and on again is not an object as large as the image.
-    flow = NormalFlow(NormalFlowParameters.preset("scaled"))
+    flow = NormalFlowDetector()
     for sequence in ((still, still, dark), (still, dark, dark), (dark, dark, still), (dark, still, still)):
         noisy = [np.clip(image + rng.integers(0, 3, still.shape), 0, 255).astype(np.uint8) for image in sequence]
         images = [flow.smooth(image) for image in noisy]
@@ -171,21 +170,20 @@ def test_only_the_window_is_looked_at():
         return np.maximum(box(40.0 + cycle, 50.0), box(120.0, 60.0 + cycle))
 
     for path in ("integer", "float"):
-        parameters = NormalFlowParameters.preset("scaled", path=path, centroid="mean")
-        whole, _ = detect(NormalFlow(parameters), two_bodies)
-        mask, region = detect(NormalFlow(parameters, window), two_bodies)
+        settings = NormalFlow(path=path, centroid="mean")
+        whole, _ = detect(NormalFlowDetector(settings), two_bodies)
+        mask, region = detect(NormalFlowDetector(settings, window=window), two_bodies)
         assert whole[:, 90:].any()
         assert not mask[:, 80:].any()
         assert (region.u, region.v) == pytest.approx((40.0, 50.0), abs=1.0)
     with pytest.raises(DrakeTrackerError, match="window of interest is empty"):
-        NormalFlow(parameters, np.zeros(ROWS.shape, np.uint8))
+        NormalFlowDetector(settings, window=np.zeros(ROWS.shape, np.uint8))
 
 
 @pytest.mark.parametrize("preset", ["scaled", "paper_literal", "paper_interlaced"])
 def test_smallest_visible_speed_bounds_what_an_edge_shows(preset):
-    parameters = NormalFlowParameters.preset(preset)
-    flow = NormalFlow(parameters)
-    speed = parameters.smallest_visible_speed(contrast=150.0)
+    flow = NormalFlowDetector(NormalFlow(preset))
+    speed = flow.parameters.smallest_visible_speed(contrast=150.0)
 
     def seen(factor):
         shift = factor * speed * PERIOD
@@ -206,28 +204,35 @@ def test_smallest_visible_speed_bounds_what_an_edge_shows(preset):
 
 def test_smallest_visible_speed_of_the_presets():
     speeds = {
-        name: NormalFlowParameters.preset(name).smallest_visible_speed()
+        name: NormalFlow(name).resolve().smallest_visible_speed()
         for name in ("scaled", "paper_literal", "paper_interlaced")
     }
     assert speeds["scaled"] < speeds["paper_interlaced"] < speeds["paper_literal"] < 10.0 / 0.060
-    assert NormalFlowParameters.preset("scaled").smallest_visible_speed(contrast=5.0) == np.inf
+    assert NormalFlow().resolve().smallest_visible_speed(contrast=5.0) == np.inf
 
 
 def test_presets_and_overrides():
-    literal = NormalFlowParameters.preset("paper_literal")
+    literal = NormalFlow("paper_literal").resolve()
     assert literal.displacement_threshold == pytest.approx(10.0 * (2 / 60) / 0.060)
-    assert NormalFlowParameters.preset("paper_interlaced").displacement_threshold == pytest.approx(11.11, abs=0.01)
-    changed = NormalFlowParameters.preset("paper_literal", stride=2, threshold_px=None)
-    assert changed == NormalFlowParameters.preset("paper_interlaced")
-    for bad, complaint in (
-        ({"stride": 0}, "stride is 0; it must be at least 1"),
+    assert NormalFlow("paper_interlaced").resolve().displacement_threshold == pytest.approx(11.11, abs=0.01)
+    changed = NormalFlow("paper_literal", stride=2, threshold_px=None)
+    assert changed.resolve() == NormalFlow("paper_interlaced").resolve()
+    assert NormalFlow(normalise_gain=False).resolve().normalise_gain is False
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"stride": 0}, "stride is 0; it must be a whole number from 1 to 4 cycles"),
         ({"stride": 1.5}, "whole number"),
         ({"threshold_px": float("nan")}, "threshold_px is nan"),
         ({"norm": "l3"}, "must be one of l1, l2"),
         ({"smoothing_size": 4}, "must be odd"),
-        ({"gate": 3}, "unknown setting 'gate'"),
-    ):
-        with pytest.raises(DrakeTrackerError, match=complaint):
-            NormalFlowParameters.preset("scaled", **bad)
-    with pytest.raises(DrakeTrackerError, match="must be one of scaled, paper_literal, paper_interlaced"):
-        NormalFlowParameters.preset("papr")
+        ({"denominator_floor": 0.05}, "denominator_floor is 0.05; it must be at least 0.1"),
+        ({"preset": "papr"}, "must be one of scaled, paper_literal, paper_interlaced"),
+        ({"centroid": None}, "centroid is None"),
+    ],
+)
+def test_settings_out_of_range_are_refused(settings, message):
+    with pytest.raises(DrakeTrackerError, match=f"normal flow: .*{message}"):
+        NormalFlowDetector(NormalFlow(**settings))

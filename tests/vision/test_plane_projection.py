@@ -5,8 +5,8 @@ from ball_pictures import BALL_RADIUS, INCLINE, LENGTH, SIZE, WIDTH, camera_pose
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.plane_projection import (
     ROLL,
-    LastReading,
-    PlausibleReadings,
+    LastPoint,
+    PlausiblePoints,
     board_window,
     camera_on_board,
     project_to_plane,
@@ -14,16 +14,16 @@ from drake_tracker.vision.plane_projection import (
 )
 
 CAMERA = camera_on_board(intrinsics(), camera_pose(), SIZE, SIZE)
-PLAUSIBLE = PlausibleReadings(WIDTH, LENGTH, INCLINE)
+PLAUSIBLE = PlausiblePoints(WIDTH, LENGTH, INCLINE)
 PERIOD = 4 / 60
 
 
-def judge_all(readings, plausible=PLAUSIBLE):
-    """Which of the readings (stamp, x, y) are believed."""
-    last, verdicts = LastReading(), []
-    for stamp, x, y in readings:
-        believed, last = plausible.judge(last, stamp, np.array([x, y, BALL_RADIUS]))
-        verdicts.append(believed)
+def judge_all(points, plausible=PLAUSIBLE):
+    """Which of the points (stamp, x, y) are accepted."""
+    last, verdicts = LastPoint(), []
+    for stamp, x, y in points:
+        accepted, last = plausible.judge(last, stamp, np.array([x, y, BALL_RADIUS]))
+        verdicts.append(accepted)
     return verdicts
 
 
@@ -45,24 +45,24 @@ def test_a_ray_away_from_the_board_meets_nothing():
     assert project_to_plane(CAMERA, uv - (0.0, 40.0), BALL_RADIUS) is None
 
 
-def test_readings_beyond_the_board_are_not_believed():
+def test_points_beyond_the_board_are_rejected():
     assert judge_all([(0.1, 0.0, LENGTH + 0.01), (0.2, 0.31, 0.4), (0.3, -0.31, 0.4), (0.4, 0.0, -0.01)]) == [False] * 4
     assert judge_all([(0.1, 0.29, 0.01)]) == [True]
 
 
-def test_a_ball_that_rolls_is_believed_and_a_jump_is_not():
-    """A hollow sphere rolls with 3/5 of g sin a; a reading in between jumps across the board."""
+def test_a_rolling_ball_is_accepted_and_a_jump_is_rejected():
+    """A hollow sphere rolls with 3/5 of g sin a; one point in between jumps across the board."""
     stamps = PERIOD * np.arange(1, 20)
     y = 0.84 - 0.3 * 9.81 * np.sin(INCLINE) * stamps**2
-    readings = [(t, 0.1, place) for t, place in zip(stamps, y) if place > 0.0]
-    assert len(readings) > 15 and all(judge_all(readings))
-    readings[8] = (readings[8][0], -0.25, readings[8][2])
-    assert judge_all(readings) == [True] * 8 + [False] + [True] * (len(readings) - 9)
+    points = [(t, 0.1, place) for t, place in zip(stamps, y) if place > 0.0]
+    assert len(points) > 15 and all(judge_all(points))
+    points[8] = (points[8][0], -0.25, points[8][2])
+    assert judge_all(points) == [True] * 8 + [False] + [True] * (len(points) - 9)
 
 
 def test_after_several_rejections_in_a_row_it_starts_again():
-    readings = [(0.1, -0.25, 0.8)] + [(0.1 + k * 0.02, 0.2, 0.8) for k in range(1, 7)]
-    assert judge_all(readings) == [True] + 3 * [False] + 3 * [True]
+    points = [(0.1, -0.25, 0.8)] + [(0.1 + k * 0.02, 0.2, 0.8) for k in range(1, 7)]
+    assert judge_all(points) == [True] + 3 * [False] + 3 * [True]
 
 
 def test_the_limit_is_the_speed_of_free_sliding():
@@ -106,4 +106,4 @@ def test_a_ball_is_seen_whole_from_where_its_outline_leaves_the_rim():
 @pytest.mark.parametrize("change", [{"width": 0.0}, {"incline": -0.1}, {"tolerance": np.nan}, {"restart_after": 0}])
 def test_settings_out_of_range_are_refused(change):
     with pytest.raises(DrakeTrackerError, match=f"plane projection: {next(iter(change))} is"):
-        PlausibleReadings(**{"width": WIDTH, "length": LENGTH, "incline": INCLINE, **change})
+        PlausiblePoints(**{"width": WIDTH, "length": LENGTH, "incline": INCLINE, **change})

@@ -9,7 +9,7 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_tracker.core.messages import Centroid, TrackPoint, message_size
 from drake_tracker.core.timing import ESTIMATOR_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
-from drake_tracker.vision.plane_projection import PlausibleReadings, camera_on_board
+from drake_tracker.vision.plane_projection import PlausiblePoints, camera_on_board
 from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
 
 CAMERA = camera_on_board(intrinsics(), camera_pose(), SIZE, SIZE)
@@ -17,9 +17,9 @@ LAG = 5 * VISION_PERIOD
 
 
 def path(stamp):
-    """p_BQ [m] of a ball that runs down the board, but for one spurious reading."""
-    spurious = 10.5 < stamp / VISION_PERIOD < 11.5
-    return np.array([-0.25 if spurious else 0.1, 0.8 - 0.5 * stamp, BALL_RADIUS])
+    """p_BQ [m] of a ball that runs down the board, except for one outlier."""
+    outlier = 10.5 < stamp / VISION_PERIOD < 11.5
+    return np.array([-0.25 if outlier else 0.1, 0.8 - 0.5 * stamp, BALL_RADIUS])
 
 
 class Centroids(LeafSystem):
@@ -41,7 +41,7 @@ class Centroids(LeafSystem):
 
 
 def make():
-    return PlaneProjectorSystem(CAMERA, board_pose(), BALL_RADIUS, PlausibleReadings(WIDTH, LENGTH, INCLINE))
+    return PlaneProjectorSystem(CAMERA, board_pose(), BALL_RADIUS, PlausiblePoints(WIDTH, LENGTH, INCLINE))
 
 
 def run(duration=0.6, blind=()):

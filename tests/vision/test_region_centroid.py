@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from drake_tracker.vision.normal_flow import NormalFlow
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.config import NormalFlow
+from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.region_centroid import brightness_gate, hull_centroid, mean_centroid
 
 SIZE = 200
@@ -49,7 +49,7 @@ def draw(kind, centre, heading, shadow=None, seed=0):
 
 def errors(kind, shadow=None, **overrides):
     """Centroid minus centre, turned into the body's frame (front, side) [px], for every heading; shape (n, 2)."""
-    flow = NormalFlow(NormalFlowParameters.preset("scaled", **overrides))
+    flow = NormalFlowDetector(NormalFlow(**overrides))
     found = []
     for k, heading in enumerate(HEADINGS):
         direction = np.array([np.cos(heading), np.sin(heading)])

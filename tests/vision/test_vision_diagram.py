@@ -7,7 +7,7 @@ from pydrake.systems.primitives import LogVectorOutput
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import Centroid, TrackPoint
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
 PORTS = [
@@ -18,18 +18,21 @@ PORTS = [
 
 
 def make_vision(laboratory, image_windows=None, lag_cycles=LAG_CYCLES):
+    image_windows = image_windows or laboratory.whole
     return VisionDiagram(
         laboratory.cameras,
-        laboratory.windows,
-        image_windows or laboratory.whole,
-        NormalFlowParameters.preset("scaled"),
-        lag_cycles,
-        laboratory.work_volume,
+        {
+            side: NormalFlowDetector(window=window.mask(image_windows[side]))
+            for side, window in laboratory.windows.items()
+        },
+        image_windows=image_windows,
+        lag_cycles=lag_cycles,
+        work_volume=laboratory.work_volume,
     )
 
 
 def watch(laboratory, duration, path=None, image_windows=None, **options):
-    """Returns (diagram, simulator, {port: rows}) of a film that the vision room watched, a row each cycle."""
+    """Returns (diagram, simulator, {port: rows}) of a film that the vision subsystem watched, a row each cycle."""
     builder = DiagramBuilder()
     film = builder.AddSystem(laboratory.film(path, image_windows))
     vision = builder.AddSystem(make_vision(laboratory, image_windows, **options))

@@ -96,7 +96,7 @@ def test_the_hand_waits_beyond_the_edge_and_then_says_that_it_is_ready(hand_eye)
 def test_each_detector_can_be_chosen(kind):
     scenario = load_scenario("ball", overrides=[f"vision.detector=!{kind} {{}}"])
     diagram = make_ball_diagram(scenario, true_poses(scenario))
-    assert type(diagram.vision.GetSubsystemByName("motion")._detector).__name__ == kind
+    assert type(diagram.vision.GetSubsystemByName("motion")._detector).__name__ == f"{kind}Detector"
 
 
 def test_the_seven_joint_arm_takes_the_place_of_the_other():
