@@ -25,7 +25,8 @@ from pydrake.systems.sensors import ImageRgba8U
 from speed_tables import loops_table, stages_table
 
 from drake_tracker import load_scenario, make_diagram
-from drake_tracker.arm.description import PUMA560, make_arm_model
+from drake_tracker.arm.arm_model import make_arm_model
+from drake_tracker.arm.description import PUMA560
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.tasks.train.world import make_train_world

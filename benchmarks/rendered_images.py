@@ -16,12 +16,12 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker import load_scenario
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.crossing import HAND_YAW
-from drake_tracker.arm.description import joints_for, make_arm_model
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.grasp.crossing import HAND_YAW
 from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.tasks.train.reach import home_reference
 from drake_tracker.tasks.train.track_placement import place_track

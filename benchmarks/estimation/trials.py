@@ -17,7 +17,8 @@ from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.rice import mean_factor
 from drake_tracker.estimation.turn_model import turn_step
-from drake_tracker.link.lossy_link import LinkState, LossyLink, newest_arrived
+from drake_tracker.link.config import Lossy
+from drake_tracker.link.lossy_link import LossyLink
 
 SIGMA_MM = 1.0
 SIGMA = 1e-3 * SIGMA_MM
@@ -162,7 +163,7 @@ def link(seed, parameters):
             packets.append((time + LAG, pack_prediction(time, seq, knots)))
     found = {}
     for name, faults in LINKS.items():
-        due, places = _serve(LossyLink(**faults, seed=seed), packets, world.times[-1])
+        due, places = _serve(LossyLink(Lossy(**faults), seed), packets, world.times[-1])
         error = 1e3 * np.hypot(*(places - world.pose(due)[:, :2]).T)[due >= 2.0]
         found[name] = [rounded(np.mean(error**2)), rounded(np.max(error))]
     return found
@@ -171,14 +172,14 @@ def link(seed, parameters):
 def _serve(line, packets, until):
     """Returns the instants [s] for which the servo gave a target, and its places (n, 2) [m]."""
     servo = Servo()
-    state, on_line, held, sent = servo.initial_state(), LinkState(), None, 0
+    state, on_line, held, sent = servo.initial_state(), line.initial_state(), None, 0
     due, places = [], []
     for tick in range(1, int(until / SERVO_PERIOD)):
         now = tick * SERVO_PERIOD
         while sent < len(packets) and packets[sent][0] <= now:
             on_line = line.post(on_line, packets[sent][1], packets[sent][0])
             sent += 1
-        held = newest_arrived(on_line, now)
+        held = line.delivered(on_line, now)
         if held is not None:
             state = servo.update(state, now, held, False)
             due.append(state.due)

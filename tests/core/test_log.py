@@ -7,7 +7,9 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.tasks.train.task import TASK
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
+from drake_tracker.arm.arm_model import make_arm_model
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal, load_log, save_log
 from drake_tracker.run.log_recorder import add_loggers, read_log, tool_signal

@@ -10,8 +10,9 @@ import pytest
 
 from drake_tracker.tasks.train.task import TASK
 from drake_tracker import load_scenario, simulate
-from drake_tracker.arm.description import PUMA560, make_arm_model
-from drake_tracker.arm.joint_servo import actuators_of
+from drake_tracker.arm.arm_model import make_arm_model
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.plant import actuators_of
 from drake_tracker.core.log import load_log
 from drake_tracker.core.timing import ESTIMATOR_SLOT, TIME_STEP
 from drake_tracker.grasp.schema import Phase

@@ -7,7 +7,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import VectorLogSink
 
-from drake_tracker.arm.description import models_parser
+from drake_tracker.arm.plant import models_parser
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.world.ball_board import (
     BALL_RADIUS,

@@ -5,8 +5,9 @@ from ball_scenario import make_scenario
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560_CUP, joints_for, make_arm_model
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.description import PUMA560_CUP
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLES, draw_board_pose
 from drake_tracker.world.ball_fixtures import KNOCK

@@ -10,8 +10,9 @@ from pydrake.multibody.plant import ContactResults
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560_CUP, joints_for, make_arm_model
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.description import PUMA560_CUP
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.world.ball_board import BALL_RADIUS

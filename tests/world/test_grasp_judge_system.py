@@ -13,8 +13,9 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.messages import JawState, Verdict
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
 from drake_tracker.world.grasp_judge_system import HELD, LIFTED, OFF_TRACK, GraspJudgeSystem, add_grasp_judge

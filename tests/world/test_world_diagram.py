@@ -3,8 +3,9 @@ import pytest
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, joints_for, make_arm_model
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.description import PUMA560
+from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.messages import JawState, Verdict
 from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
 from drake_tracker.world.config import CamerasConfig
