@@ -1,15 +1,11 @@
 """What a scenario file may say, and what is said of one that is wrong."""
 
 import dataclasses
-import inspect
 import typing
 
 import pytest
 import yaml
 
-from drake_tracker import estimation
-from drake_tracker.arm.config import ServoConfig
-from drake_tracker.arm.servo import ServoConfig as ServoFilter
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn
 from drake_tracker.link.config import Lossy, Perfect
@@ -18,7 +14,6 @@ from drake_tracker.tasks import list_scenarios, load_scenario, save_scenario, sc
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.vision.config import NormalFlow
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 
 
 def errors_of(*args, **kwargs):
@@ -68,24 +63,6 @@ def test_every_setting_says_what_it_is_and_its_default_is_allowed():
     for estimator in (ArcLength, AlphaBetaGamma, CoordinatedTurn, ClosedPath):
         for link in (Perfect, Lossy):
             validate(TrainScenario(estimator=estimator(), link=link()))
-
-
-@pytest.mark.parametrize(
-    "config, arithmetic",
-    [
-        (ArcLength, estimation.ArcLength),
-        (AlphaBetaGamma, estimation.AlphaBetaGamma),
-        (CoordinatedTurn, estimation.CoordinatedTurn),
-        (ServoConfig, ServoFilter),
-        (NormalFlow, NormalFlowParameters),
-    ],
-)
-def test_the_defaults_are_those_of_the_arithmetic(config, arithmetic):
-    parameters = inspect.signature(arithmetic).parameters
-    for name, value in dataclasses.asdict(config()).items():
-        if name != "preset":
-            assert name in parameters
-            assert value is None or value == parameters[name].default, name
 
 
 def test_parts_share_no_lists():
