@@ -32,6 +32,8 @@ default_role = "code"
 """In docstrings, text between single backticks is code."""
 myst_heading_anchors = 3
 myst_enable_extensions = ["colon_fence"]
+highlight_language = "none"
+smartquotes = False
 nb_execution_mode = "off"
 """The notebooks are stored with their output."""
 autodoc_member_order = "bysource"

@@ -1,6 +1,6 @@
 """Runs the notebooks and stores them with their output, for the tutorials of the documentation.
 
-    python docs/run_notebooks.py [NAME ...]     all notebooks, or those whose file names begin with NAME
+python docs/run_notebooks.py [NAME ...]     all notebooks, or those whose file names begin with NAME
 """
 
 import argparse

@@ -19,6 +19,7 @@ from sphinx.util.docutils import SphinxDirective
 
 from drake_tracker import cli
 from drake_tracker.core.setting import kinds_of, settings_of
+from drake_tracker.scenarios.base import Custom
 from drake_tracker.scenarios.reader import describe_settings
 
 PACKAGE = Path(__file__).parents[2] / "drake_tracker"
@@ -87,19 +88,23 @@ class Settings(SphinxDirective):
 
         scenario = load_scenario(self.arguments[0])
         self.env.note_dependency(str(PACKAGE / "tasks" / self.arguments[0] / "scenario.py"))
+        all_rows = describe_settings(scenario)
         sections = {"Run": []}
         for field in settings_of(scenario):
             value = getattr(scenario, field.name)
             kinds = [kind for kind in kinds_of(field.type) if dataclasses.is_dataclass(kind)]
             if not kinds:
-                sections["Run"] += [row for row in describe_settings(scenario) if row[0] == field.name]
+                sections["Run"] += [row for row in all_rows if row[0] == field.name]
             elif len(kinds) == 1:
                 sections[field.name] = describe_settings(value, f"{field.name}.")
             else:
                 for kind in kinds:
                     default = " (default)" if kind is type(value) else ""
-                    part = value if default else defaults_of(kind)
-                    sections[f"{field.name}: !{kind.__name__}{default}"] = describe_settings(part, f"{field.name}.")
+                    rows = custom_rows(field.name) if kind is Custom else None
+                    part = value if default else kind()
+                    sections[f"{field.name}: !{kind.__name__}{default}"] = rows or describe_settings(
+                        part, f"{field.name}."
+                    )
         lines = []
         for title, rows in sections.items():
             lines += [title, "-" * len(title), "", *(table(rows) if rows else ["No settings."]), ""]
@@ -157,14 +162,10 @@ def messages_in(path):
             yield name, shown, inspect.cleandoc(below.value.value)
 
 
-def defaults_of(kind):
-    """Returns an instance of a dataclass; a setting without a default is empty."""
-    required = [
-        field.name
-        for field in dataclasses.fields(kind)
-        if field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
-    ]
-    return kind(**dict.fromkeys(required, ""))
+def custom_rows(name):
+    """Returns the rows of a custom part, whose parameters are those of the user's class."""
+    kinds = {"call": "text", "parameters": "a mapping", "folder": "text"}
+    return [(f"{name}.{field.name}", "", kinds[field.name], field.metadata["help"]) for field in settings_of(Custom)]
 
 
 def table(rows):
