@@ -1,61 +1,81 @@
-"""Measures the error of a scenario's camera loop and keeps it in a file, from which `Measured` vision is made."""
+"""Measures the error of a scenario's camera loop, and writes it to the file that `Measured` vision reads."""
 
 import sys
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, EventStatus
+from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 
+from drake_tracker.calibration.error_tables import print_fits
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.log import add_loggers, read_log
+from drake_tracker.core.log import Signal
 from drake_tracker.core.machine import require_renderer
 from drake_tracker.core.progress import Progress
-from drake_tracker.tasks.episode import errors, train_pose
-from drake_tracker.tasks.train.diagram import flow_parameters, load_cameras, make_diagram, slowest_seen
-from drake_tracker.tasks.train.scenario import Rendered
-from drake_tracker.tasks.train.track_placement import draw_track
-from drake_tracker.vision.measured_error import AXES
+from drake_tracker.run.log_recorder import add_loggers, read_log
+from drake_tracker.tasks.registry import require_task
+from drake_tracker.tasks.train.diagram import make_train_diagram
+from drake_tracker.tasks.train.episode import errors, train_pose
+from drake_tracker.tasks.train.scenario import Rendered, TrainScenario
+from drake_tracker.tasks.train.task import TASK
+from drake_tracker.tasks.train.track_placement import place_track
+from drake_tracker.tasks.train.vision_parts import flow_parameters, load_cameras, slowest_seen
+from drake_tracker.vision.measured_error import MeasuredError
 from drake_tracker.vision.measured_error_file import save_error
-from drake_tracker.vision.measured_error_fit import HEADINGS, Sighting, combine, fit_speed
+from drake_tracker.vision.measured_error_fit import Sighting, SpeedFit, combine, fit_speed
 from drake_tracker.world.cameras import describe_rig, focal_length
+from drake_tracker.world.config import CamerasConfig
 
 SEEDS, LAPS = 2, 2
 MOST_SEEDS = 100
-"""Seeds from here on belong to benchmarks."""
+"""Seeds from here on are reserved for benchmarks."""
 SPEEDS = (0.05, 0.10, 0.15, 0.20, 0.30, 0.45, 0.60)
-"""Of the train [m/s]; the error depends on it."""
+"""Speeds of the train [m/s]; the error depends on the speed."""
 SETTLED = 1.0
-"""Time [s] at the start of each run that does not count: the train gathers speed."""
-_SHOWN = 12
-_BEND_RADIUS = 0.12
-"""Radius [m] of the tightest bends that are grasped in."""
+"""Time [s] at the start of each run that does not count: the train accelerates."""
 
 
-def measure(scenario, path, seeds=SEEDS, laps=LAPS, speeds=SPEEDS, progress=True):
-    """Runs the camera loop of a `TrainScenario` without a grasp, fits the error of its points, prints it, writes it.
+def measure(
+    scenario: TrainScenario,
+    path: str | Path,
+    seeds: int = SEEDS,
+    laps: int = LAPS,
+    speeds: Sequence[float] = SPEEDS,
+    progress: bool = True,
+) -> MeasuredError:
+    """Runs the camera loop of a scenario without a grasp, fits the error of its points, prints it and writes it.
 
-    Each speed [m/s] is run with each seed from 0 on for so many laps, seeds in turn forward and backward where the
-    scenario leaves the direction open. Returns the `MeasuredError`. Raises DrakeTrackerError on bad input, before the
-    first run where that can be known.
+    Where the scenario leaves the direction open, even seeds run forward and odd seeds backward.
+
+    Args:
+        scenario: of the train, with `Rendered` vision.
+        path: of the file to write.
+        seeds: number of runs at each speed, with the seeds from 0 on.
+        laps: laps of each run.
+        speeds: speeds of the train [m/s].
+        progress: whether to print progress to standard error.
+
+    Raises DrakeTrackerError on bad input, before the first run where possible.
     """
-    check_request(scenario, path, seeds, laps, speeds)
+    vision = check_request(scenario, path, seeds, laps, speeds)
     require_renderer()
-    fits, runs = {}, len(speeds) * seeds
+    fits: dict[float, SpeedFit] = {}
+    runs = len(speeds) * seeds
     start, pixel = time.monotonic(), pixel_footprint(scenario.cameras)
     for k, speed in enumerate(sorted(speeds)):
-        sightings = []
+        sightings: list[Sighting] = []
         for seed in range(seeds):
             done = k * seeds + seed
             if progress:
-                spent = f", {time.monotonic() - start:.0f} s so far" if done else ""
-                print(f"[{done + 1}/{runs}] {speed:g} m/s, seed {seed}{spent}", file=sys.stderr, flush=True)
+                elapsed = f", {time.monotonic() - start:.0f} s so far" if done else ""
+                print(f"[{done + 1}/{runs}] {speed:g} m/s, seed {seed}{elapsed}", file=sys.stderr, flush=True)
             sightings += watch(scenario, seed, laps, speed, progress)
         try:
             fits[speed] = fit_speed(sightings, pixel)
-        except DrakeTrackerError as error:
-            raise DrakeTrackerError(f"at {speed:g} m/s {error}") from None
+        except DrakeTrackerError as caught:
+            raise DrakeTrackerError(f"at {speed:g} m/s {caught}") from None
     seen_from = slowest_seen(scenario, load_cameras(scenario), flow_parameters(scenario))
     print_fits(fits)
     error = combine(fits, pixel, seen_from)
@@ -63,8 +83,8 @@ def measure(scenario, path, seeds=SEEDS, laps=LAPS, speeds=SPEEDS, progress=True
         "scenario": scenario.name,
         "track": scenario.track.kind,
         "body": scenario.train.body,
-        "detector": scenario.vision.detector.preset,
-        "centroid": scenario.vision.detector.centroid,
+        "detector": vision.detector.preset,
+        "centroid": vision.detector.centroid,
         "seeds": seeds,
         "laps": laps,
         "points": {f"{speed:g}": fit.points for speed, fit in fits.items()},
@@ -75,12 +95,16 @@ def measure(scenario, path, seeds=SEEDS, laps=LAPS, speeds=SPEEDS, progress=True
     return error
 
 
-def check_request(scenario, path, seeds, laps, speeds):
-    """Raises DrakeTrackerError, in one line, when `measure` cannot do what it is asked."""
-    if scenario.task != "train":
-        raise DrakeTrackerError(f"{scenario.name}: only the error of the train's cameras is measured")
+def check_request(
+    scenario: TrainScenario, path: str | Path, seeds: int, laps: int, speeds: Sequence[float]
+) -> Rendered:
+    """Checks the arguments of `measure`, and returns the vision of the scenario.
+
+    Raises DrakeTrackerError, in one line, when `measure` cannot run.
+    """
+    require_task(scenario, "train", "only the error of the train's cameras can be measured")
     if not isinstance(scenario.vision, Rendered):
-        raise DrakeTrackerError(f"{scenario.where('vision')} must be !Rendered: only cameras can be measured")
+        raise DrakeTrackerError(f"{scenario.where('vision')} must be !Rendered: the error of cameras is measured")
     if not 1 <= seeds <= MOST_SEEDS:
         raise DrakeTrackerError(f"--seeds {seeds}: must be from 1 to {MOST_SEEDS}")
     if not laps >= 1:
@@ -91,40 +115,59 @@ def check_request(scenario, path, seeds, laps, speeds):
     path = Path(path)
     if path.is_dir() or not path.absolute().parent.is_dir():
         raise DrakeTrackerError(f"-o {path}: must be a file in a folder that exists")
+    return scenario.vision
 
 
-def pixel_footprint(cameras):
-    """Returns the width [m] that a pixel covers at the point the cameras look at."""
+def pixel_footprint(cameras: CamerasConfig) -> float:
+    """Returns the width [m] that a pixel covers at the point at which the cameras look."""
     return float(cameras.distance / focal_length(cameras.height, cameras.fov_deg))
 
 
-def watch(scenario, seed, laps, speed, progress=False):
-    """Runs the loop without a grasp; returns the list of `Sighting` of the run."""
+def watch(scenario: TrainScenario, seed: int, laps: int, speed: float, progress: bool = False) -> list[Sighting]:
+    """Runs the loop without a grasp, and returns the sightings of the run.
+
+    Args:
+        scenario: of the train.
+        seed: of the run.
+        laps: number of laps; an open track is travelled once.
+        speed: of the train [m/s].
+        progress: whether to show progress.
+    """
     direction = scenario.track.direction
     if direction == "random":
         direction = "backward" if seed % 2 else "forward"
     scenario = scenario.with_settings({"seed": seed, "track.speed": speed, "track.direction": direction})
-    track, start = draw_track(scenario)
-    way = laps * track.length if track.closed else track.length - start
-    duration = float(way / speed + SETTLED)
+    track, start = place_track(scenario)
+    distance = laps * track.length if track.closed else track.length - start
+    duration = float(distance / speed + SETTLED)
     scenario = scenario.with_settings({"duration": duration, "grasp.settle_time": 2.0 * duration})  # no grasp
-    hand_eye = make_diagram(scenario)
+    hand_eye = make_train_diagram(scenario)
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
-    loggers = add_loggers(builder, hand_eye)
+    loggers = add_loggers(builder, hand_eye, TASK)
     simulator = Simulator(builder.Build())
     line = Progress(scenario.duration)
+
+    def report(context: Context) -> EventStatus:
+        line(context.get_time(), "watching")
+        return EventStatus.DidNothing()
+
     if progress:
-        simulator.set_monitor(lambda context: line(context.get_time(), "watching") or EventStatus.DidNothing())
+        simulator.set_monitor(report)
     try:
         simulator.AdvanceTo(scenario.duration)
     finally:
         line.close()
-    return sightings_of(read_log(loggers, simulator.get_context()), scenario.track.speed)
+    return sightings_of(read_log(loggers, simulator.get_context(), TASK), scenario.track.speed)
 
 
-def sightings_of(log, speed):
-    """Returns the stretches of a log over which the train ran, as a list of `Sighting`."""
+def sightings_of(log: Mapping[str, Signal], speed: float) -> list[Sighting]:
+    """Returns the stretches of a log in which the train was running.
+
+    Args:
+        log: with the signals ``point`` and ``truth_train_state``.
+        speed: of the train [m/s].
+    """
     point, truth = log["point"], log["truth_train_state"]
     fresh = np.concatenate([[True], np.diff(point["stamp"]) > 0.0]) & (point["stamp"] > SETTLED)
     stamps = point["stamp"][fresh]
@@ -140,35 +183,3 @@ def sightings_of(log, speed):
         for k in np.split(np.arange(len(stamps)), cuts)
         if len(k) and running[k[0]]
     ]
-
-
-def print_fits(fits):
-    """Prints {speed: SpeedFit} as tables: jitter, correlation and drop-outs over the speed, bias over the heading."""
-    print("what the bias leaves, along, across, vertical: std; its correlation 1, 2, 5 cycles later; share that comes")
-    print("back at the same place; and cycles without a point")
-    for speed, fit in fits.items():
-        std = ", ".join(f"{1e3 * x:.2f}" for x in fit.std)
-        later = "  ".join(", ".join(f"{x:+.2f}" for x in fit.correlation[lag]) for lag in (1, 2, 5))
-        again = ", ".join(f"{x:.2f}" for x in fit.returns)
-        print(f"{speed:5.2f} m/s  {std} mm  {later}  {again}  missing {fit.missing[0]:.1%}  {fit.points} points")
-    middle = sorted(fits)[len(fits) // 2]
-    table = 1e3 * fits[middle].bias[:, :: HEADINGS // _SHOWN]
-    print(f"bias at {middle:g} m/s over the heading, {', '.join(AXES)} [mm]: straight on; bending left, right at 6 1/m")
-    for k in range(_SHOWN):
-        parts = [table[0, k] + bend * table[1, k] for bend in (0.0, 6.0, -6.0)]
-        shown = "   ".join(", ".join(f"{x:+5.1f}" for x in part) for part in parts)
-        print(f"{k * 360 // _SHOWN:4d} deg  {shown}")
-    print(f"bias over all headings, rms (mean) [mm]: {', '.join(AXES)}; inwards in a bend of {_BEND_RADIUS:g} m")
-    for speed, fit in sorted(fits.items()):
-        rms, mean = bias_over_headings(fit.bias)
-        print(f"{speed:5.2f} m/s  " + "  ".join(f"{1e3 * a:.1f} ({1e3 * b:+.1f})" for a, b in zip(rms, mean)))
-
-
-def bias_over_headings(bias, radius=_BEND_RADIUS):
-    """Returns (rms, mean), each (4,) [m], of a `SpeedFit`'s bias over all headings: along, across and vertical on a
-    straight path, and across it, inwards positive, in bends of ``radius`` [m] to either side.
-    """
-    straight, per_curvature = bias[0], bias[1, :, 1] / radius
-    inwards = np.concatenate([straight[:, 1] + per_curvature, per_curvature - straight[:, 1]])
-    parts = [*straight.T, inwards]
-    return np.array([np.sqrt(np.mean(part**2)) for part in parts]), np.array([np.mean(part) for part in parts])

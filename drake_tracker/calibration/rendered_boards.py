@@ -1,51 +1,70 @@
-"""Calibrates a scenario's cameras from rendered images of a chessboard, and says how good the result is."""
+"""Calibrates a scenario's cameras from rendered images of a chessboard, and reports the accuracy of the result."""
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from pydrake.math import RigidTransform
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.machine import require_renderer
 from drake_tracker.tasks import scenario_file
-from drake_tracker.vision.calibration import calibrate_intrinsics, locate_camera, save_calibration
+from drake_tracker.tasks.registry import require_task
+from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.vision.calibration import calibrate_intrinsics, locate_camera
+from drake_tracker.vision.calibration_file import save_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.chessboard import Chessboard
 from drake_tracker.vision.triangulation import triangulate
 from drake_tracker.world.calibration_board import BOARD_THICKNESS, CalibrationScene, held_pose, lying_pose
 from drake_tracker.world.cameras import CAMERA_NAMES, camera_poses, describe_rig, true_camera_models
+from drake_tracker.world.config import CamerasConfig, LightingConfig
 
 LENS_VIEWS = 16
+"""Views of the held board from which a lens is calibrated."""
 LYING_YAWS = (0.0, np.pi / 2)
+"""Rotations [rad] of the board on the table, from which a camera is located."""
 _SQUARE_OF_FIELD = 0.06
-_TILT = 0.6
-_ROLL = 0.3
+"""Side of a square as a fraction of the width of the cameras' field."""
+_TILT, _ROLL = 0.6, 0.3
+"""Largest tilt and roll of the held board [rad]."""
+
+Volume = tuple[tuple[float, ...], ...]
+"""Lowest and highest corner (3,) [m, W] of a box."""
 
 
 @dataclasses.dataclass(frozen=True)
 class CameraCalibration:
-    """One camera's result: model, and the reprojection errors [px rms] of its lens and of its place."""
+    """The calibration of one camera.
+
+    Attributes:
+        model: the calibrated camera.
+        lens_rms: reprojection error of the views of the held board [px rms].
+        place_rms: reprojection error of the views of the lying board [px rms].
+    """
 
     model: CameraModel
     lens_rms: float
     place_rms: float
 
 
-def calibrate(scenario, path=None):
-    """Calibrates the cameras of a `TrainScenario`, prints the errors, and writes the calibration file.
+def calibrate(scenario: TrainScenario, path: str | Path | None = None) -> dict[str, CameraModel]:
+    """Calibrates the cameras of a scenario, prints the errors, and writes the calibration file.
 
-    ``path`` is the file to write; None is the one that the scenario names. Returns {name: CameraModel}. Raises
-    DrakeTrackerError for another task, for cameras that do not see the work volume, and without a renderer.
+    Args:
+        scenario: of the train.
+        path: of the file to write; None for the file that the scenario names.
+
+    Returns {name: CameraModel}. Raises DrakeTrackerError for another task, for cameras that do not see the work volume,
+    and without a renderer.
     """
-    if scenario.task != "train":
-        raise DrakeTrackerError(
-            f"{scenario.name}: only the train's two cameras are calibrated; the ball's finds its board in each run"
-        )
+    require_task(scenario, "train", "the ball's camera is not calibrated; each run finds the board in its image")
     cameras, truth = scenario.cameras, true_camera_models(scenario.cameras)
     path = Path(path or scenario_file(cameras.calibration))
     check_request(scenario, path, truth)
     board = board_for(cameras)
-    results = calibrate_cameras(cameras, scenario.lighting, scenario.table_height, board=board)
+    results = calibrate_cameras(cameras, scenario.lighting, table_height=scenario.table_height, board=board)
     models = {name: result.model for name, result in results.items()}
     errors = calibration_error(models, truth, scenario.vision.work_volume)
     for name, result in results.items():
@@ -65,39 +84,57 @@ def calibrate(scenario, path=None):
     return models
 
 
-def board_for(cameras):
-    """Returns the `Chessboard` that suits the width of the cameras' field at the point they look at."""
+def board_for(cameras: CamerasConfig) -> Chessboard:
+    """Returns the chessboard that suits the width of the cameras' field at the point at which they look."""
     field = 2.0 * cameras.distance * np.tan(np.deg2rad(cameras.fov_deg) / 2.0)
     return Chessboard(square=round(float(_SQUARE_OF_FIELD * field), 3))
 
 
-def check_request(scenario, path, truth):
-    """Raises DrakeTrackerError, in one line, when `calibrate` cannot do what it is asked."""
+def check_request(scenario: TrainScenario, path: Path, truth: Mapping[str, CameraModel]) -> None:
+    """Checks, before anything is rendered, that a calibration is possible.
+
+    Args:
+        scenario: of the train.
+        path: of the file to write.
+        truth: {name: CameraModel} of the simulator itself.
+
+    Raises DrakeTrackerError, in one line, when it is not.
+    """
     if path.is_dir() or not path.absolute().parent.is_dir():
         raise DrakeTrackerError(f"-o {path}: must be a file in a folder that exists")
     if not len(points_seen(truth, scenario.vision.work_volume)):
         raise DrakeTrackerError(
-            f"{scenario.where('cameras.look_at')}: no part of vision.work_volume is in both cameras' view"
+            f"{scenario.where('cameras.look_at')}: no part of vision.work_volume is in view of both cameras"
         )
     require_renderer()
 
 
-def calibrate_cameras(cameras, lighting, table_height, *, board=None, lens_views=LENS_VIEWS, seed=0):
-    """Returns {name: CameraCalibration}, found from rendered images alone.
+def calibrate_cameras(
+    cameras: CamerasConfig,
+    lighting: LightingConfig,
+    *,
+    table_height: float,
+    board: Chessboard | None = None,
+    lens_views: int = LENS_VIEWS,
+    seed: int = 0,
+) -> dict[str, CameraCalibration]:
+    """Calibrates two cameras from rendered images alone. Returns {name: CameraCalibration}.
 
-    Parameters:
-        cameras, lighting: the scenario's ``cameras`` and ``lighting``.
-        table_height: height of the table's top [m].
-        board: the `Chessboard`; None is `board_for` the cameras.
-        lens_views: how many views of the held board each lens is calibrated from.
-        seed: draws the poses of the held board and the sensor noise.
+    The true pose of a camera serves only to hold the board where the camera can see it, as a person would. The
+    calibration knows only the size of the board and where it lies on the table.
 
-    The camera's true pose serves only to hold the board where the camera can see it, as a person would. What the
-    calibration is told is the size of the board and where it lies on the table. Raises DrakeTrackerError when the board
-    is not found.
+    Args:
+        cameras: where the cameras stand, their images and their noise.
+        lighting: the lamps.
+        table_height: height of the table's top in W [m].
+        board: the chessboard; None for that of `board_for`.
+        lens_views: number of views of the held board per lens.
+        seed: of the poses of the held board, and of the sensor noise.
+
+    Raises DrakeTrackerError when the board is not found.
     """
     board = board or board_for(cameras)
-    scene = CalibrationScene(board, cameras, lighting, seed=seed)
+    scene = CalibrationScene(board=board, cameras=cameras, lighting=lighting, seed=seed)
     rng = np.random.default_rng(seed)
     frames = iter(range(len(CAMERA_NAMES) * (lens_views + len(LYING_YAWS))))
     lying = [lying_pose(board, [*cameras.look_at[:2], table_height + BOARD_THICKNESS], yaw) for yaw in LYING_YAWS]
@@ -113,27 +150,44 @@ def calibrate_cameras(cameras, lighting, table_height, *, board=None, lens_views
     return results
 
 
-def _draw_held_pose(rng, board, X_WC, cameras):
-    """Draws X_WB of a board that fills most of a camera's image, tilted and rolled."""
+def _draw_held_pose(
+    rng: np.random.Generator, board: Chessboard, X_WC: RigidTransform, cameras: CamerasConfig
+) -> RigidTransform:
+    """Returns a random X_WB of a board that fills most of a camera's image, tilted and rolled."""
     depth = cameras.distance * rng.uniform(0.72, 1.0)
     centre = X_WC @ np.array([*rng.uniform(-board.square, board.square, 2), depth])
-    return held_pose(board, X_WC, centre, rng.uniform(-_TILT, _TILT, 2), rng.uniform(-_ROLL, _ROLL))
+    tilt, roll = rng.uniform(-_TILT, _TILT, 2), rng.uniform(-_ROLL, _ROLL)
+    return held_pose(board, X_WC=X_WC, centre=centre, tilt=tilt, roll=roll)
 
 
-def points_seen(truth, volume):
-    """Returns points p_WQ (n, 3) [m] that fill ``volume``, two corners (3,) [m, W], as far as both cameras see it."""
+def points_seen(truth: Mapping[str, CameraModel], volume: Volume) -> np.ndarray:
+    """Returns points p_WQ (n, 3) [m] that fill the part of a volume that both cameras see.
+
+    Args:
+        truth: {name: CameraModel} of the simulator itself.
+        volume: lowest and highest corner (3,) [m, W].
+    """
     axes = [np.linspace(low, high, count) for low, high, count in zip(*volume, (7, 7, 3))]
     p_WQ = np.array(np.meshgrid(*axes)).reshape(3, -1).T
     return p_WQ[np.all([truth[name].sees(p_WQ) for name in CAMERA_NAMES], axis=0)]
 
 
-def calibration_error(models, truth, volume):
-    """Returns the errors p_WQ' - p_WQ (n, 3) [m] of `points_seen` that are triangulated through calibrated cameras.
+def calibration_error(
+    models: Mapping[str, CameraModel], truth: Mapping[str, CameraModel], volume: Volume
+) -> np.ndarray:
+    """Returns the errors (n, 3) [m] of points that are triangulated through calibrated cameras.
 
-    Their true pixels are back-projected through ``models``; ``models`` and ``truth`` are {name: CameraModel}.
+    The true pixels of `points_seen` are back-projected through the calibrated models; the error is the resulting point
+    minus the true one. It is infinite where two rays do not meet.
+
+    Args:
+        models: {name: CameraModel} of the calibration.
+        truth: {name: CameraModel} of the simulator itself.
+        volume: lowest and highest corner (3,) [m, W].
     """
     left, right = CAMERA_NAMES
     p_WQ = points_seen(truth, volume)
     pixels = [truth[name].project(p_WQ) for name in CAMERA_NAMES]
-    found = [triangulate(models[left], models[right], *uv).p_WQ for uv in zip(*pixels)]
+    meetings = [triangulate(models[left], models[right], *uv) for uv in zip(*pixels)]
+    found = [np.full(3, np.inf) if meeting is None else meeting.p_WQ for meeting in meetings]
     return np.array(found) - p_WQ

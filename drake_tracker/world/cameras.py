@@ -1,8 +1,7 @@
 """The geometry of the simulated cameras: where they stand, what lens they have, what part of an image is rendered.
 
-`CameraInfo` and the pixel coordinates of this project differ by half a pixel. `CameraInfo` calls the centre of the
-image (w/2, h/2), because its pixel (0, 0) spans 0..1. OpenCV calls the same point ((w-1)/2, (h-1)/2), because its pixel
-centres have whole numbers. The renderer follows the first convention, all pixel coordinates of this project the second.
+`CameraInfo` and the pixel coordinates of this project differ by half a pixel; the rule is in
+`vision.camera_model.opencv_intrinsics`.
 """
 
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.sensors import CameraInfo
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.camera_model import CameraModel, opencv_intrinsics
 from drake_tracker.world.config import CamerasConfig
 
 CAMERA_NAMES = ("camera_left", "camera_right")
@@ -120,8 +119,7 @@ def camera_info(
 
 def lens_matrix(config: ImageSize) -> np.ndarray:
     """Returns the intrinsic matrix (3, 3) [px] of a simulated camera."""
-    f = focal_length(config.height, config.fov_deg)
-    return np.array([[f, 0.0, 0.5 * (config.width - 1)], [0.0, f, 0.5 * (config.height - 1)], [0.0, 0.0, 1.0]])
+    return opencv_intrinsics(camera_info(config.width, config.height, config.fov_deg))
 
 
 def true_camera_models(config: CamerasConfig) -> dict[str, CameraModel]:
@@ -131,7 +129,7 @@ def true_camera_models(config: CamerasConfig) -> dict[str, CameraModel]:
 
 def true_camera_model(config: ImageSize, X_WC: RigidTransform) -> CameraModel:
     """Returns the `CameraModel` of the simulator itself for a camera at X_WC."""
-    return CameraModel(lens_matrix(config), np.zeros(5), X_WC.inverse().GetAsMatrix4(), config.width, config.height)
+    return CameraModel.from_camera_info(camera_info(config.width, config.height, config.fov_deg), X_WC)
 
 
 def renderable_window(window: Sequence[float], width: int, height: int) -> ImageWindow:

@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 
 from drake_tracker import cli, load_scenario, make_diagram, simulate
-from drake_tracker.calibration.measure_vision import bias_over_headings, check_request, pixel_footprint, sightings_of
+from drake_tracker.calibration.error_tables import bias_over_headings
+from drake_tracker.calibration.measure_vision import check_request, pixel_footprint, sightings_of
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal, load_log
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks import load_scenario as load
 from drake_tracker.tasks import save_scenario, scenario_file
-from drake_tracker.tasks.train.diagram import load_cameras
 from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
+from drake_tracker.tasks.train.vision_parts import load_cameras
 from drake_tracker.vision.measured_error_file import load_error
 from drake_tracker.world.cameras import describe_rig
 from drake_tracker.world.config import CamerasConfig
@@ -38,7 +40,7 @@ def test_the_tag_chooses_the_kind_and_survives_a_file(tmp_path):
         ([MEASURED, "track.speed=0.001"], "the measured vision sees nothing below"),
     ],
 )
-def test_what_cannot_be_used_is_one_line(overrides, said):
+def test_unusable_settings_give_a_message_of_one_line(overrides, said):
     with pytest.raises(DrakeTrackerError) as caught:
         make_diagram(load("train", overrides=overrides))
     assert said in str(caught.value) and "\n" not in str(caught.value)
@@ -54,7 +56,7 @@ def test_the_packages_file_is_for_the_default_cameras_and_says_what_they_are_lik
     assert np.all((size > 1e-4) & (size < 4e-3))
 
 
-def test_a_bias_over_all_headings_is_told_by_its_rms_and_its_mean():
+def test_rms_and_mean_of_a_bias_over_all_headings():
     headings = np.radians(np.arange(0.0, 360.0, 15.0))
     bias = np.zeros((2, 24, 3))
     bias[0, :, 0] = -2e-3
@@ -76,7 +78,7 @@ def test_without_cameras_there_are_no_images_and_nothing_to_render_with():
 
 def test_the_hand_lifts_the_train_on_measured_vision(tmp_path):
     scenario = load_scenario("train", seed=1, overrides=[MEASURED, "track.speed=0.2"])
-    summary = simulate(scenario, out=tmp_path, record=False)
+    summary = simulate(scenario, tmp_path, RunOptions(record=False))
     assert summary["success"], summary["failure_reason"]
     assert summary["lag_s"]["min"] == pytest.approx(0.250833, abs=1e-6) == summary["lag_s"]["max"]
     assert 0.0005 < summary["triangulation_jitter_m"] < 0.003 and summary["triangulation_rms_m"] < 0.006
@@ -103,14 +105,14 @@ def test_a_recording_has_no_camera_video(tmp_path):
         ("-o x.yaml --set vision=!Measured", "must be !Rendered"),
     ],
 )
-def test_bad_requests_are_one_line(arguments, said, tmp_path, monkeypatch, capsys):
+def test_bad_requests_give_a_message_of_one_line(arguments, said, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert cli.main(["measure", "train", *arguments.split()]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line and list(tmp_path.iterdir()) == []
 
 
-def test_a_fair_request_is_let_through(tmp_path):
+def test_a_good_request_is_accepted(tmp_path):
     check_request(load("train"), tmp_path / "x.yaml", 2, 2, (0.1, 0.2))
 
 
@@ -119,7 +121,7 @@ def test_sightings_are_errors_at_the_stamp_along_and_across():
     truth = np.zeros((240, 13))
     truth[:, 0], truth[:, 4], truth[:, 5], truth[:, 6] = np.cos(np.pi / 4), 0.5, 0.1 * times, 0.485
     truth[:, 3], truth[:, 11] = np.sin(np.pi / 4), 0.1  # heads along y
-    names = tuple(["qw", "qx", "qy", "qz", "x", "y", "z", "wx", "wy", "wz", "vx", "vy", "vz"])
+    names = ("qw", "qx", "qy", "qz", "x", "y", "z", "wx", "wy", "wz", "vx", "vy", "vz")
     stamps = np.maximum(times - 0.25, 0.0)
     point = np.column_stack([stamps, 0.5 + 0 * times, 0.1 * stamps + 0.003, 0.484 + 0 * times, 0 * times, times > 0])
     point[200, -1] = 0.0

@@ -1,4 +1,4 @@
-"""The calibration of one's own cameras, from image files to a file, by the command line."""
+"""The calibration of your own cameras, from image files to a calibration file, through the command line."""
 
 import os
 from pathlib import Path
@@ -76,7 +76,7 @@ def test_a_pair_of_cameras(shots, capsys):
     np.testing.assert_allclose(X_WP[:3, 3], HELD[0][:3, 3], atol=0.01)
     assert X_WP[2, 2] < -0.5  # z of the board's plane looks at the camera
     said = capsys.readouterr().out
-    assert "(7 pairs)" in said and "a square of a pair that was left out is off by 0." in said
+    assert "(7 pairs)" in said and "relative error of a square in a pair that was left out: 0." in said
 
 
 def test_the_world_may_be_the_board_of_the_first_pair(shots):
@@ -96,11 +96,11 @@ def test_a_single_camera(shots):
     assert name == "camera_left" and camera.K[0, 0] == pytest.approx(300.0, rel=0.03)
 
 
-def test_a_pair_without_the_board_is_named_and_passed_over(shots, capsys):
+def test_a_pair_without_the_board_is_named_and_skipped(shots, capsys):
     cv2.imwrite("right/8.png", np.full(SIZE[::-1], 90, np.uint8))
     assert calibrate("left", "right") == 0
     said = capsys.readouterr().out
-    assert "passed over left/8.png and right/8.png: no board in right/8.png" in said and "(6 pairs)" in said
+    assert "skipped left/8.png and right/8.png: no board in right/8.png" in said and "(6 pairs)" in said
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_a_pair_without_the_board_is_named_and_passed_over(shots, capsys):
         (lambda: None, "left right", {"square": "0"}, "--square 0: the side of a square must lie in 0.0001..1 m"),
         (lambda: None, "left right", {"square": "30"}, "--square 30: the side of a square must lie in 0.0001..1 m"),
         (lambda: None, "left left", {}, "left and left: these are the same images"),
-        (lambda: alike(0), "left right", {}, "left: the board is held alike in all images, within 0 deg"),
+        (lambda: alike(0), "left right", {}, "left: the board is held at the same angle in all images, within 0 deg"),
         (lambda: None, "left nowhere", {}, "nowhere: there is no such folder of images"),
         (lambda: None, "left right left", {}, "3 image sets; give one or two"),
         (lambda: None, "left right --set a=b", {}, "--set changes a scenario"),
@@ -174,7 +174,7 @@ def test_photographs_a_square_of_a_pair_left_out_is_off_by_a_few_thousandths(tmp
     arguments = ["calibrate", f"{folder}/left*.jpg", f"{folder}/right*.jpg", "--board", "9x6", "--square", "0.025"]
     assert cli.main([*arguments, "-o", str(file)]) == 0
     said = capsys.readouterr().out
-    mean, worst = (float(text.split()[-1]) for text in said.split("left out is off by")[1].split("%")[:2])
+    mean, worst = (float(text.split()[-1]) for text in said.split("left out:")[1].split("%")[:2])
     assert mean <= 0.2 and worst <= 0.6
     cameras = load_calibration(file)
     assert np.linalg.norm(cameras["camera_right"].X_WC[:3, 3]) == pytest.approx(0.0833, abs=0.0005)

@@ -18,12 +18,12 @@ def rms(errors):
 
 def test_a_moved_camera_is_recovered_from_images_alone():
     moved = CamerasConfig(azimuth_deg=[63.0, -45.0], distance=1.25)
-    results = calibrate_cameras(moved, LightingConfig(), 0.45, lens_views=8, seed=5)
+    results = calibrate_cameras(moved, LightingConfig(), table_height=0.45, lens_views=8, seed=5)
     models = {name: result.model for name, result in results.items()}
     errors = calibration_error(models, true_camera_models(moved), VOLUME)
     assert len(errors) > 80
     assert rms(errors) <= 0.0015
-    # The old place does not pass for the new one.
+    # The old pose does not fit.
     assert rms(calibration_error(models, true_camera_models(CamerasConfig()), VOLUME)) > 0.05
 
 
@@ -50,7 +50,9 @@ def test_the_command_writes_a_file_that_loads(tmp_path, capsys):
 def test_cameras_that_do_not_see_the_work_volume_are_refused_before_anything_is_rendered(tmp_path, monkeypatch):
     monkeypatch.setattr("drake_tracker.calibration.rendered_boards.calibrate_cameras", None)
     scenario = TrainScenario(cameras=CamerasConfig(look_at=[0.4, 2.0, 0.47], distance=1.0))
-    with pytest.raises(DrakeTrackerError, match="cameras.look_at .* no part of vision.work_volume is in both cameras"):
+    with pytest.raises(
+        DrakeTrackerError, match="cameras.look_at .* is in view of both cameras"
+    ):
         calibrate(scenario, tmp_path / "cameras.yaml")
     with pytest.raises(DrakeTrackerError, match="must be a file in a folder that exists"):
         calibrate(TrainScenario(), tmp_path / "none" / "cameras.yaml")

@@ -1,0 +1,7 @@
+from .measure_vision import measure as measure
+from .photographs import calibrate_photographs as calibrate_photographs
+from .photographs import parse_board as parse_board
+from .rendered_boards import CameraCalibration as CameraCalibration
+from .rendered_boards import calibrate as calibrate
+from .rendered_boards import calibrate_cameras as calibrate_cameras
+from .rendered_boards import calibration_error as calibration_error
