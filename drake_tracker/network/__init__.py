@@ -1,1 +1,10 @@
-"""The network between the host's process and the arm's: LCM channels, messages, and Drake's Systems that carry them."""
+"""The network between the process of the host and that of the arm.
+
+In go the ports of a hand-eye diagram: vectors with named fields, and images. Out come LCM messages on one channel for
+each port, and the same ports in the other process. `HostSideDiagram` and `ArmSideDiagram` are the two processes as
+Diagrams; `open_bus` joins the bus, and `Mailbox` and `CycleCollector` collect what arrives.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

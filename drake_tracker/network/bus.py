@@ -12,22 +12,25 @@ from drake_tracker.network.channels import DEFAULT_URL
 
 _URL = re.compile(r"udpm://([0-9.]+):([0-9]+)(\?.*)?")
 _BUFFER = 4_000_000
-"""Bytes of received images that may wait [bytes]; those of both cameras are 150 000 a cycle."""
+"""Size of the receive buffer [bytes]; the images of both cameras take 150 000 bytes a cycle."""
 _PROBE = b"drake-tracker asks itself"
 _REMEDY = (
-    "where there is no network, this lets one machine talk to itself, as root: ip link set lo up multicast on && "
+    "on a machine without a network, this lets it send messages to itself, as root: ip link set lo up multicast on && "
     "ip route add 224.0.0.0/4 dev lo"
 )
 
 
-def open_bus(url=None):
-    """Returns a DrakeLcm on an address as LCM writes it, udpm://GROUP:PORT?ttl=N; None is `channels.DEFAULT_URL`.
+def open_bus(url: str | None = None) -> DrakeLcm:
+    """Returns a connection to the bus.
 
-    Without a route LCM falls back to a bus of its own within the process, on which nobody is heard; hence the question
-    is put to the machine first.
+    Without a route for multicast LCM silently falls back to a bus within the process, which no other process receives;
+    hence this tests multicast first.
 
-    Raises DrakeTrackerError when the address is none, or the environment forbids it; MachineError when multicast does
-    not come back to this machine.
+    Args:
+        url: address as LCM writes it, udpm://GROUP:PORT?ttl=N; None is `channels.DEFAULT_URL`.
+
+    Raises DrakeTrackerError when the address is not valid, or the environment forbids the network; MachineError when
+    multicast messages do not come back to this machine.
     """
     url = DEFAULT_URL if url is None else url
     match = _URL.fullmatch(url)
@@ -45,10 +48,14 @@ def open_bus(url=None):
         raise DrakeTrackerError(f"--lcm {url}: {error}") from None
 
 
-def with_buffer(url, most=Path("/proc/sys/net/core/rmem_max")):
-    """Returns the address with as large a receive buffer as the kernel grants, unless it names one itself.
+def with_buffer(url: str, most: Path = Path("/proc/sys/net/core/rmem_max")) -> str:
+    """Returns the address with as large a receive buffer as the kernel allows, unless the address names one.
 
-    Of images in the usual buffer, 212992 bytes, a busy machine loses some. ``most``: where the kernel's limit stands.
+    With the usual buffer, 212992 bytes, a busy machine loses some images.
+
+    Args:
+        url: the address.
+        most: file with the kernel's limit [bytes].
     """
     if "recv_buf_size" in url or not most.is_file():
         return url
@@ -56,7 +63,7 @@ def with_buffer(url, most=Path("/proc/sys/net/core/rmem_max")):
     return f"{url}{'&' if '?' in url else '?'}recv_buf_size={size}"
 
 
-def multicast_trouble(group):
+def multicast_trouble(group: str) -> str | None:
     """Returns why a message to a multicast group does not come back to this machine, None when it does."""
     any_interface = socket.inet_aton(group) + socket.inet_aton("0.0.0.0")
     with (
@@ -69,14 +76,14 @@ def multicast_trouble(group):
             listener.settimeout(1.0)
             speaker.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
             speaker.sendto(_PROBE, (group, listener.getsockname()[1]))
-            return None if listener.recv(len(_PROBE)) == _PROBE else "something else came back"
+            return None if listener.recv(len(_PROBE)) == _PROBE else "another message came back"
         except TimeoutError:
-            return "nothing came back"
+            return "no message came back"
         except OSError as error:
             return error.strerror
 
 
-def _is_group(address):
+def _is_group(address: str) -> bool:
     try:
         return ipaddress.IPv4Address(address).is_multicast
     except ValueError:

@@ -1,6 +1,6 @@
 """The LCM channels between the two processes; docs/reference/lcm.md describes them for authors of a driver.
 
-A channel carries what a port of `HandEyeDiagram` carries, under the port's name: a vector as `lcmt_drake_signal`
+A channel carries the values of a port of `HandEyeDiagram`, under the port's name: a vector as `lcmt_drake_signal`
 (`signal_message.py`), a camera's images as `lcmt_image_array`.
 """
 
@@ -13,41 +13,52 @@ DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 """LCM's own group and port; with ttl 0 nothing leaves this machine."""
 PREFIX = "DRAKE_TRACKER_"
 CAMERAS = ("camera_left", "camera_right")
+"""Ports with the images of the cameras."""
 
 POINT = ("point",)
-"""What the host needs where points are sent to it."""
+"""Ports that the host receives when points are sent to it."""
 FROM_VISION = ("point", "centroid_left", "centroid_right")
-"""What the host finds in images and says for the log."""
+"""Ports that the host computes from images and sends for the log."""
 FROM_HOST = ("prediction", "filtered")
+"""Ports that the host always sends."""
 FROM_ARM = ("arm_state", "jaws", "q_commanded", "command")
-"""What the arm says of itself."""
+"""Ports that the arm sends to any listener."""
 
 
 @dataclass(frozen=True)
 class Vector:
-    """A channel of vectors: names of the fields, period and offset [s] at which they are published."""
+    """A channel of vectors.
 
-    fields: tuple
+    Attributes:
+        fields: names of the fields, in order.
+        period: period at which the vector is published [s].
+        offset: time of the first publication [s].
+    """
+
+    fields: tuple[str, ...]
     period: float
     offset: float
 
 
-def channel_of(port):
-    """Returns the channel's name."""
+def channel_of(port: str) -> str:
+    """Returns the name of a port's channel."""
     return PREFIX + port.upper()
 
 
-def vectors(time_step, num_joints=6):
+def vectors(time_step: float, num_joints: int = 6) -> dict[str, Vector]:
     """Returns {port: `Vector`} of every channel of vectors.
 
-    What the host sends it sends after its own slot, what it reads was sent just before it.
-    ``time_step`` [s]: the plant's, of which the slots are parts.
+    The host sends its results after its own slot; what it reads is sent just before its slot.
+
+    Args:
+        time_step: the plant's step [s], of which the slots are fractions.
+        num_joints: number of the arm's joints.
     """
     q, v = ([f"{letter}{i + 1}" for i in range(num_joints)] for letter in "qv")
     after_vision = (VISION_PERIOD, vision_slot(ESTIMATOR_SLOT, time_step))
     after_host = (VISION_PERIOD, vision_slot(LINK_SLOT, time_step))
     at_once = (VISION_PERIOD, 0.0)
-    # Sampled as the joint spline samples them: at the end of the period in which they were made.
+    # Sampled as the joint spline samples them: at the end of the period in which they were computed.
     set_point = (SERVO_PERIOD, 0.0)
     rows = {
         "point": (TrackPoint.get_fields(), *after_vision),

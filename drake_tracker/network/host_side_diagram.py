@@ -1,16 +1,19 @@
-"""The host's process as a Diagram: the network to the arm, the image processor, the host's computer."""
+"""The process of the host as a Diagram: the network to the arm, vision, and the host's computer."""
+
+from collections.abc import Mapping
 
 from drake import lcmt_image_array
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.lcm import DrakeLcm
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.lcm import LcmSubscriberSystem
 from pydrake.systems.sensors import LcmImageArrayToImages
 
-from drake_tracker.network.channels import FROM_HOST, FROM_VISION, POINT, channel_of
+from drake_tracker.network.channels import FROM_HOST, FROM_VISION, POINT, Vector, channel_of
 from drake_tracker.network.signal_system import add_receiver, add_sender
 
 
 class HostSideDiagram(Diagram):
-    """From what the laboratory's sensors send to packets of predicted path.
+    """From the messages of the laboratory's sensors to packets of predicted path.
 
     .. pydrake_system::
 
@@ -21,47 +24,66 @@ class HostSideDiagram(Diagram):
         output_ports:
         - prediction
 
-    It hears images or, without a ``vision``, points, and sends `channels.FROM_HOST`, with a vision `FROM_VISION` as
-    well. ``frame_*`` is a `FrameInfo`: whether there was an image in this cycle; without a vision there are no inputs.
-    ``heard`` names the ports whose channels it hears.
+    - ``frame_left``, ``frame_right``: a `FrameInfo`, which says whether there was an image in this cycle. Without
+      vision there are no inputs.
+    - ``prediction``: the host's newest packet, a `Prediction`. All zeros: there is none yet.
+
+    The diagram receives images or, without vision, points. It sends `channels.FROM_HOST` and, with vision,
+    `channels.FROM_VISION`.
 
     Args:
-      vision: a `VisionDiagram` with stamps of its own, or None. host: an `EstimatorSystem`.
-      incoming: the DrakeLcm from which messages come. outgoing: the one to which they go. vectors: {port: `Vector`}.
+        vision: a `VisionDiagram` that takes stamps from its inputs, or None.
+        host: an `EstimatorSystem`.
+        incoming: connection on which messages arrive.
+        outgoing: connection on which messages are sent.
+        vectors: {port: fields, period and offset of its channel}.
+
+    Attributes:
+        heard: names of the ports whose channels are received.
     """
 
-    def __init__(self, vision, host, incoming, outgoing, vectors):
+    def __init__(
+        self,
+        vision: Diagram | None,
+        host: System,
+        incoming: DrakeLcm,
+        outgoing: DrakeLcm,
+        vectors: Mapping[str, Vector],
+    ) -> None:
         super().__init__()
         self.set_name("host_side")
+        self.heard: tuple[str, ...]
         builder = DiagramBuilder()
         builder.AddSystem(host)
         if vision is None:
             self.heard = POINT
-            builder.Connect(add_receiver(builder, incoming, "point", vectors["point"]), host.GetInputPort("point"))
+            point = add_receiver(builder, lcm=incoming, port="point", vector=vectors["point"])
+            builder.Connect(point, host.GetInputPort("point"))
             sent = dict.fromkeys(FROM_HOST, host)
         else:
             builder.AddSystem(vision)
-            sides = [name.removeprefix("camera_") for name in port_names(vision) if name.startswith("camera_")]
+            sides = [name.removeprefix("camera_") for name in _input_names(vision) if name.startswith("camera_")]
             self.heard = tuple(f"camera_{side}" for side in sides)
             for side in sides:
-                image = _add_image_receiver(builder, incoming, f"camera_{side}")
+                image = _add_image_receiver(builder, lcm=incoming, port=f"camera_{side}")
                 builder.Connect(image, vision.GetInputPort(f"camera_{side}"))
                 builder.ExportInput(vision.GetInputPort(f"frame_{side}"), f"frame_{side}")
             builder.Connect(vision.GetOutputPort("point"), host.GetInputPort("point"))
             sent = dict.fromkeys(FROM_HOST, host) | dict.fromkeys(FROM_VISION, vision)
         for port, system in sent.items():
-            builder.Connect(system.GetOutputPort(port), add_sender(builder, outgoing, port, vectors[port]))
+            sender = add_sender(builder, lcm=outgoing, port=port, vector=vectors[port])
+            builder.Connect(system.GetOutputPort(port), sender)
         builder.ExportOutput(host.GetOutputPort("prediction"), "prediction")
         builder.BuildInto(self)
 
 
-def port_names(system):
+def _input_names(system: System) -> list[str]:
     """Returns the names of a System's input ports."""
     return [system.get_input_port(index).get_name() for index in range(system.num_input_ports())]
 
 
-def _add_image_receiver(builder, lcm, port):
-    """Adds what holds the newest image of a camera's channel. Returns the output port."""
+def _add_image_receiver(builder: DiagramBuilder, *, lcm: DrakeLcm, port: str) -> OutputPort:
+    """Adds the Systems that hold the newest image of a camera's channel. Returns the output port of the image."""
     subscriber = builder.AddNamedSystem(
         f"{port}_subscriber", LcmSubscriberSystem.Make(channel_of(port), lcmt_image_array, lcm, use_cpp_serializer=True)
     )

@@ -1,53 +1,57 @@
-"""Keeps every message that comes until somebody has time for it."""
+"""Keeps every message that arrives until the caller collects it."""
 
 import queue
 import threading
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+
+from pydrake.lcm import DrakeLcm
 
 from drake_tracker.network.channels import channel_of
 
-_LOOK = 0.002
-"""Wall time [s] between two looks at the bus."""
+_POLL_PERIOD = 0.002
+"""Wall time [s] between two polls of the bus."""
 
 
 class Mailbox:
-    """What came on some channels, in the order in which it came.
+    """The messages that arrived on some channels, in order of arrival.
 
-    Between two looks at the bus Drake keeps the oldest message of a channel, and drops the others. A host that works on
-    one image for longer than a cycle would lose the next; hence `listening`, which leaves the looking to a thread.
+    Between two polls of the bus Drake keeps the oldest message of a channel and drops the others. A host that works on
+    one image for longer than a cycle would lose the next one; hence `listening`, which polls the bus in a thread.
 
     Args:
-      lcm: a DrakeLcm, which is nobody else's while `listening`. ports: those whose channels are meant.
+        lcm: connection to the bus, which nothing else may use while `listening`.
+        ports: names of the ports whose channels are received.
     """
 
-    def __init__(self, lcm, ports):
+    def __init__(self, lcm: DrakeLcm, ports: Iterable[str]) -> None:
         self._lcm = lcm
-        self._came = queue.SimpleQueue()
+        self._arrived: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
         self._listening = False
         for port in ports:
-            lcm.Subscribe(channel_of(port), lambda data, port=port: self._came.put((port, data)))
+            lcm.Subscribe(channel_of(port), lambda data, port=port: self._arrived.put((port, data)))
 
-    def collect(self, timeout):
-        """Returns [(port, message in bytes), ...], all that has come; waits up to ``timeout`` [s] for a first one."""
+    def collect(self, timeout: float) -> list[tuple[str, bytes]]:
+        """Returns all messages that have arrived, as (port, message); waits up to ``timeout`` [s] for the first."""
         messages = []
         if not self._listening:
             self._lcm.HandleSubscriptions(round(1e3 * timeout))
-        elif self._came.empty():
+        elif self._arrived.empty():
             try:
-                messages.append(self._came.get(timeout=timeout))
+                messages.append(self._arrived.get(timeout=timeout))
             except queue.Empty:
                 return []
-        while not self._came.empty():
-            messages.append(self._came.get())
+        while not self._arrived.empty():
+            messages.append(self._arrived.get())
         return messages
 
     @contextmanager
-    def listening(self):
-        """As long as this lasts a thread looks at the bus, so that nothing is lost while the caller works."""
+    def listening(self) -> Iterator[None]:
+        """A context in which a thread polls the bus, so that no message is lost while the caller works."""
         over = threading.Event()
 
-        def listen():
-            while not over.wait(_LOOK):  # not by waiting at the bus: it would keep Python to itself
+        def listen() -> None:
+            while not over.wait(_POLL_PERIOD):  # waiting at the bus would hold Python's global lock
                 self._lcm.HandleSubscriptions(0)
 
         thread = threading.Thread(target=listen, name="mailbox", daemon=True)

@@ -1,17 +1,20 @@
-"""What stands in the arm's process for the image processor and the host: what it sends to them, and hears from them."""
+"""Replacements of vision and host in the process of the arm: they send to the real ones, and receive from them."""
+
+from collections.abc import Iterable, Mapping
 
 from drake import lcmt_image_array
+from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.lcm import LcmPublisherSystem
 from pydrake.systems.sensors import ImageToLcmImageArrayT, PixelType
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.network.channels import channel_of
+from drake_tracker.network.channels import Vector, channel_of
 from drake_tracker.network.signal_system import add_receiver, add_sender
 
 
 class ImageSenderDiagram(Diagram):
-    """Sends the cameras' images, in the place of vision.
+    """Sends the images of the cameras, in place of vision.
 
     .. pydrake_system::
 
@@ -20,13 +23,15 @@ class ImageSenderDiagram(Diagram):
         - camera_left
         - camera_right
 
-    Both are ImageRgba8U and go out 60 times a second, in the slot in which vision would read them.
+    - ``camera_left``, ``camera_right``: an ImageRgba8U, published 60 times a second in the slot in which vision would
+      read it.
 
     Args:
-      lcm: a DrakeLcm. cameras: names of the ports.
+        lcm: connection to the bus.
+        cameras: names of the ports.
     """
 
-    def __init__(self, lcm, cameras):
+    def __init__(self, lcm: DrakeLcm, cameras: Iterable[str]) -> None:
         super().__init__()
         self.set_name("image_sender")
         builder = DiagramBuilder()
@@ -45,7 +50,7 @@ class ImageSenderDiagram(Diagram):
 
 
 class RemoteHostDiagram(Diagram):
-    """Stands for a host in another process.
+    """Represents a host in another process.
 
     .. pydrake_system::
 
@@ -56,20 +61,26 @@ class RemoteHostDiagram(Diagram):
         - prediction
         - filtered
 
-    The inputs are what is ``sent``, the outputs what is ``heard``, all zeros until it is; these are the ports where
-    vision is measured. Where there are cameras there is no input, and `channels.FROM_VISION` are outputs as well.
+    - ``point``: a `TrackPoint`, published 60 times a second just before the host's slot. All zeros: no point yet.
+    - ``prediction``: the newest `Prediction` received. All zeros: none yet.
+    - ``filtered``: the newest `Filtered` received. All zeros: none yet.
+
+    These are the ports with measured vision: the inputs are the ports that are sent, the outputs those that are
+    received. With cameras there is no input, and `channels.FROM_VISION` are outputs too.
 
     Args:
-      lcm: a DrakeLcm, to which somebody else's LcmInterfaceSystem attends. sent, heard: ports by their names.
-      vectors: {port: `Vector`}.
+        lcm: connection to the bus, with an LcmInterfaceSystem elsewhere.
+        sent: names of the ports that are sent.
+        heard: names of the ports that are received.
+        vectors: {port: fields, period and offset of its channel}.
     """
 
-    def __init__(self, lcm, sent, heard, vectors):
+    def __init__(self, lcm: DrakeLcm, sent: Iterable[str], heard: Iterable[str], vectors: Mapping[str, Vector]) -> None:
         super().__init__()
         self.set_name("remote_host")
         builder = DiagramBuilder()
         for port in sent:
-            builder.ExportInput(add_sender(builder, lcm, port, vectors[port]), port)
+            builder.ExportInput(add_sender(builder, lcm=lcm, port=port, vector=vectors[port]), port)
         for port in heard:
-            builder.ExportOutput(add_receiver(builder, lcm, port, vectors[port]), port)
+            builder.ExportOutput(add_receiver(builder, lcm=lcm, port=port, vector=vectors[port]), port)
         builder.BuildInto(self)

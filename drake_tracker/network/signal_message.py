@@ -1,12 +1,20 @@
-"""A vector with named fields as an `lcmt_drake_signal`, and back."""
+"""Converts a vector with named fields to an `lcmt_drake_signal`, and back."""
+
+from collections.abc import Sequence
 
 import numpy as np
 from drake import lcmt_drake_signal
 
+from drake_tracker.core.frozen_state import read_only
 
-def encode_signal(values, fields, time):
-    """Returns the `lcmt_drake_signal` of a vector: ``val`` the values, ``coord`` the names of its ``fields``,
-    ``timestamp`` the sender's time in ms, as Drake has it. ``time`` in [s].
+
+def encode_signal(values: Sequence[float] | np.ndarray, fields: Sequence[str], time: float) -> lcmt_drake_signal:
+    """Returns the message of a vector: ``val`` holds the values and ``coord`` the names of the fields.
+
+    Args:
+        values: the vector.
+        fields: names of its fields.
+        time: the sender's time [s]; ``timestamp`` is in milliseconds, as in Drake.
     """
     message = lcmt_drake_signal()
     message.dim = len(fields)
@@ -16,10 +24,13 @@ def encode_signal(values, fields, time):
     return message
 
 
-def decode_signal(message, fields):
-    """Returns the vector (read-only) in an `lcmt_drake_signal`, None when its fields are not these ``fields``."""
+def decode_signal(message: lcmt_drake_signal, fields: Sequence[str]) -> np.ndarray | None:
+    """Returns the vector in a message, read-only, or None when the message has other fields.
+
+    Args:
+        message: the message.
+        fields: names of the expected fields.
+    """
     if message.dim != len(fields) or list(message.coord) != list(fields):
         return None
-    values = np.array(message.val)
-    values.setflags(write=False)
-    return values
+    return read_only(np.array(message.val))

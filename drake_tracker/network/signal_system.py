@@ -1,17 +1,21 @@
-"""Vectors on ports and vectors on LCM channels: the Systems between Drake's own publishers, subscribers and ours."""
+"""Vectors on ports and vectors on LCM channels: the Systems between Drake's publishers and subscribers and ours."""
+
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from drake import lcmt_drake_signal
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
+from pydrake.lcm import DrakeLcm
+from pydrake.systems.framework import Context, DiagramBuilder, InputPort, LeafSystem, OutputPort
 from pydrake.systems.lcm import LcmPublisherSystem, LcmSubscriberSystem, PySerializer
 
-from drake_tracker.network.channels import channel_of
+from drake_tracker.network.channels import Vector, channel_of
 from drake_tracker.network.signal_message import decode_signal, encode_signal
 
 
 class SignalEncoder(LeafSystem):
-    """Makes an LCM message of a vector.
+    """Converts a vector to an LCM message.
 
     .. pydrake_system::
 
@@ -21,10 +25,14 @@ class SignalEncoder(LeafSystem):
         output_ports:
         - message
 
-    ``signal`` has the given ``fields``; ``message`` is an `lcmt_drake_signal` with the Context's time. No state.
+    - ``signal``: a vector with the given fields.
+    - ``message``: an `lcmt_drake_signal` with the Context's time, computed when it is read. There is no state.
+
+    Args:
+        fields: names of the vector's fields.
     """
 
-    def __init__(self, fields):
+    def __init__(self, fields: Iterable[str]) -> None:
         super().__init__()
         self._fields = tuple(fields)
         self._signal = self.DeclareVectorInputPort("signal", len(self._fields))
@@ -35,12 +43,12 @@ class SignalEncoder(LeafSystem):
             {self._signal.ticket(), self.time_ticket()},
         )
 
-    def _calc_message(self, context, output):
+    def _calc_message(self, context: Context, output: Any) -> None:
         output.set_value(encode_signal(self._signal.Eval(context), self._fields, context.get_time()))
 
 
 class SignalDecoder(LeafSystem):
-    """Makes a vector of an LCM message.
+    """Converts an LCM message to a vector.
 
     .. pydrake_system::
 
@@ -50,39 +58,47 @@ class SignalDecoder(LeafSystem):
         output_ports:
         - signal
 
-    ``message`` is an `lcmt_drake_signal`; ``signal`` has the given ``fields``. It is all zeros, which is nothing yet,
-    before the first message and where a message has other fields. No state.
+    - ``message``: an `lcmt_drake_signal`.
+    - ``signal``: a vector with the given fields, computed when it is read. All zeros: there was no message yet, or it
+      has other fields. There is no state.
+
+    Args:
+        fields: names of the vector's fields.
     """
 
-    def __init__(self, fields):
+    def __init__(self, fields: Iterable[str]) -> None:
         super().__init__()
         self._fields = tuple(fields)
         self._message = self.DeclareAbstractInputPort("message", AbstractValue.Make(lcmt_drake_signal()))
         self.DeclareVectorOutputPort("signal", len(self._fields), self._calc_signal, {self._message.ticket()})
 
-    def _calc_signal(self, context, output):
+    def _calc_signal(self, context: Context, output: Any) -> None:
         values = decode_signal(self._message.Eval(context), self._fields)
         output.SetFromVector(np.zeros(len(self._fields)) if values is None else values)
 
 
 class ForgivingSerializer(PySerializer):
-    """Takes bytes that are no `lcmt_drake_signal` for an empty one: who shares the bus cannot end this process."""
+    """Reads bytes that are no `lcmt_drake_signal` as an empty one: no sender on the bus can end this process."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__(lcmt_drake_signal)
 
-    def Deserialize(self, buffer, abstract_value):
+    def Deserialize(self, buffer: bytes, abstract_value: AbstractValue) -> None:
+        """Sets the value to the message in the buffer, or to an empty message."""
         try:
             super().Deserialize(buffer, abstract_value)
-        except Exception:  # whatever garbage makes of a decoder that somebody else generated
+        except Exception:  # garbage can raise anything in the generated decoder
             abstract_value.set_value(lcmt_drake_signal())
 
 
-def add_sender(builder, lcm, port, vector):
-    """Adds what publishes a vector on its channel. Returns the input port.
+def add_sender(builder: DiagramBuilder, *, lcm: DrakeLcm, port: str, vector: Vector) -> InputPort:
+    """Adds the Systems that publish a vector on its channel. Returns the input port of the vector.
 
     Args:
-      lcm: a DrakeLcm. port: name of the `HandEyeDiagram`'s port whose channel it is. vector: `channels.Vector`.
+        builder: the diagram's builder.
+        lcm: connection to the bus.
+        port: name of the port of `HandEyeDiagram` to which the channel belongs.
+        vector: fields, period and offset of the channel.
     """
     encoder = builder.AddNamedSystem(f"{port}_to_message", SignalEncoder(vector.fields))
     publisher = builder.AddNamedSystem(
@@ -95,8 +111,15 @@ def add_sender(builder, lcm, port, vector):
     return encoder.GetInputPort("signal")
 
 
-def add_receiver(builder, lcm, port, vector):
-    """Adds what holds the newest vector of a channel. Returns the output port. Arguments as of `add_sender`."""
+def add_receiver(builder: DiagramBuilder, *, lcm: DrakeLcm, port: str, vector: Vector) -> OutputPort:
+    """Adds the Systems that hold the newest vector of a channel. Returns the output port of the vector.
+
+    Args:
+        builder: the diagram's builder.
+        lcm: connection to the bus, which needs an LcmInterfaceSystem.
+        port: name of the port of `HandEyeDiagram` to which the channel belongs.
+        vector: fields of the channel; period and offset are not used.
+    """
     subscriber = builder.AddNamedSystem(
         f"{port}_subscriber", LcmSubscriberSystem(channel_of(port), ForgivingSerializer(), lcm)
     )

@@ -44,8 +44,8 @@ def test_through_drakes_systems_a_signal_arrives_and_is_zero_before():
     builder = DiagramBuilder()
     builder.AddSystem(LcmInterfaceSystem(lcm))
     source = builder.AddSystem(ConstantVectorSource([0.08, -0.1, 25.0]))
-    builder.Connect(source.get_output_port(), add_sender(builder, lcm, "jaws", vector))
-    builder.ExportOutput(add_receiver(builder, lcm, "jaws", vector), "heard")
+    builder.Connect(source.get_output_port(), add_sender(builder, lcm=lcm, port="jaws", vector=vector))
+    builder.ExportOutput(add_receiver(builder, lcm=lcm, port="jaws", vector=vector), "heard")
     simulator = Simulator(builder.Build())
     heard = simulator.get_system().GetOutputPort("heard")
     assert not np.any(heard.Eval(simulator.get_context()))
@@ -54,7 +54,7 @@ def test_through_drakes_systems_a_signal_arrives_and_is_zero_before():
 
 
 def test_every_channel_and_every_field_is_documented():
-    text = (Path(__file__).parents[2] / "docs" / "lcm.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "docs" / "reference" / "lcm.md").read_text(encoding="utf-8")
     known = vectors(TIME_STEP)
     documented = set(re.findall(r"`(DRAKE_TRACKER_[A-Z_]+)`", text))
     assert documented == {channel_of(port) for port in (*known, *CAMERAS)}
