@@ -33,11 +33,13 @@ default_role = "code"
 myst_heading_anchors = 3
 myst_enable_extensions = ["colon_fence"]
 highlight_language = "none"
-smartquotes = False
 nb_execution_mode = "off"
 """The notebooks are stored with their output."""
 autodoc_member_order = "bysource"
-autodoc_typehints = "none"
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
+python_use_unqualified_type_names = True
 autodoc_preserve_defaults = True
 toc_object_entries = False
-napoleon_use_param = False
+napoleon_use_param = True
+napoleon_use_ivar = True

@@ -25,6 +25,7 @@ from drake_tracker.scenarios.reader import describe_settings
 PACKAGE = Path(__file__).parents[2] / "drake_tracker"
 BLOCK = ".. pydrake_system::"
 EXPORT = re.compile(r"^from \.([\w.]+) import (\w+) as \w+", re.MULTILINE)
+OPTION = re.compile(r"(--[\w-]+)")
 SHOWN_FIELDS = 20
 """Fields of a message that are listed; of a longer message, the first ten are."""
 
@@ -54,15 +55,12 @@ class Exports(SphinxDirective):
         folder = PACKAGE.joinpath(*self.arguments[0].split("."))
         stub = folder / "__init__.pyi"
         self.env.note_dependency(str(stub))
-        lines = []
+        lines = ["Other public names", "------------------", ""]
         for module, name in EXPORT.findall(stub.read_text(encoding="utf-8")):
             path = folder.joinpath(*module.split(".")).with_suffix(".py")
-            if path.is_file() and name in systems_in(path):
-                continue
-            lines += [*documented(f"drake_tracker.{self.arguments[0]}.{module}", name), ""]
-        if not lines:
-            return []
-        return self.parse_text_to_nodes("\n".join(lines))
+            if not (path.is_file() and name in systems_in(path)):
+                lines += [*documented(f"drake_tracker.{self.arguments[0]}.{module}", name), ""]
+        return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True) if len(lines) > 3 else []
 
 
 class Messages(SphinxDirective):
@@ -125,7 +123,8 @@ class Options(SphinxDirective):
             if "--help" not in action.option_strings:
                 value = f" {action.metavar}" if isinstance(action.metavar, str) and action.option_strings else ""
                 shown = ", ".join(action.option_strings) or action.metavar or action.dest
-                lines += [f"   * - ``{shown}{value}``", f"     - {escape(action.help or '')}"]
+                text = OPTION.sub(r"``\1``", escape(action.help or ""))
+                lines += [f"   * - ``{shown}{value}``", f"     - {text}"]
         return self.parse_text_to_nodes("\n".join(lines))
 
 
@@ -145,7 +144,8 @@ def documented(module, name):
     value = getattr(importlib.import_module(module), name)
     if inspect.isclass(value):
         kind = "autoexception" if issubclass(value, Exception) else "autoclass"
-        members = [] if dataclasses.is_dataclass(value) or kind == "autoexception" else ["   :members:"]
+        plain = dataclasses.is_dataclass(value) or issubclass(value, (tuple, Exception))
+        members = [] if plain else ["   :members:"]
         return [f".. {kind}:: {module}.{name}", *members]
     return [f".. {'autofunction' if callable(value) else 'autodata'}:: {module}.{name}"]
 

@@ -52,7 +52,7 @@ class LiveState:
             self._news.notify_all()
 
     def add_sample(self, sample: Sequence[Any]) -> None:
-        """Appends a sample of the strips: (time [s], number of the phase, *values, None where unknown)."""
+        """Appends a sample of the strips: (time [s], number of the phase, values..., None where unknown)."""
         with self._news:
             self._count += 1
             if self._count % self._every:
