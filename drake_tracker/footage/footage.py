@@ -1,7 +1,7 @@
-"""What every kind of footage is: a sequence of images, each with the time at which it was taken."""
+"""The images of one camera, each with its capture time."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,24 +15,23 @@ class Footage:
         size: (width, height) [px].
         frames: function that returns a new iterator over (time [s], RGB image uint8 (h, w, 3)), in the order of time,
             which counts from the first image. It may raise DrakeTrackerError midway, when a file is damaged.
-        times: (n,) [s] of all images, known beforehand; None for a live camera.
-        epoch: time of the first image [s] on a clock that other footage shares, or None: a clock of its own.
-        counted: whether that clock is a count of images, which other footage that is counted shares if it counts
-            through the same numbers.
+        times: (n,) of all images, known beforehand [s]; None for a live camera.
+        epoch: time of the first image on a clock that other footage shares [s], or None: a clock of its own.
+        counted: whether that clock counts images; other counted footage shares it if the numbers overlap.
         rate: images per second that a live camera announces.
-        close: function that lets go of the source.
+        close: function that releases the source.
     """
 
     name: str
-    size: tuple
-    frames: Callable
+    size: tuple[int, int]
+    frames: Callable[[], Iterator[tuple[float, np.ndarray]]]
     times: np.ndarray | None = None
     epoch: float | None = None
     counted: bool = False
     rate: float | None = None
-    close: Callable = field(default=lambda: None)
+    close: Callable[[], object] = lambda: None
 
     @property
-    def live(self):
-        """Whether the images are only just being taken."""
+    def live(self) -> bool:
+        """Whether the images are being captured now, not read from a recording."""
         return self.times is None

@@ -1,16 +1,22 @@
-"""The image of each tick of a clock, read one after the other as they are asked for."""
+"""The image of each tick of a clock, read one after the other on demand."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.footage.footage import Footage
+from drake_tracker.footage.frame_clock import FrameClock
 
 
 @dataclass(frozen=True, eq=False)
 class Tick:
-    """What there is at one tick: RGB image uint8 (h, w, 3), the newest so far; its own stamp [s], or the tick's where
-    nothing was taken; whether an image was taken.
+    """What there is at one tick.
+
+    Attributes:
+        image: the newest image so far, RGB uint8 (h, w, 3).
+        stamp: capture time of the image, or the time of the tick when no image was captured in it [s].
+        fresh: whether an image was captured in this tick.
     """
 
     image: np.ndarray
@@ -19,39 +25,47 @@ class Tick:
 
 
 class FrameSequence:
-    """A function of the tick's number, `at`, that holds no more than two images of its footage.
+    """The ticks of some footage by number (`at`); holds at most two images in memory.
 
-    Ticks are asked for in order. One that has gone by makes it begin anew, which a live camera cannot.
+    Ticks are requested in order. A request for an earlier tick reads the footage again from its beginning, which is not
+    possible with a live camera.
 
     Args:
-        footage: `Footage`. clock: `FrameClock` in the footage's times.
-        shift: ticks by which this camera began later than the one whose ticks are counted.
-        zero: time of this footage [s] at which stamps are 0.
+        footage: of one camera.
+        clock: in the footage's times.
+        shift: number of ticks by which this camera began later than the one whose ticks are counted.
+        zero: time of this footage at which stamps are 0 [s]; None is the first counted tick.
     """
 
-    def __init__(self, footage, clock, shift=0, zero=None):
+    def __init__(self, footage: Footage, clock: FrameClock, shift: int = 0, zero: float | None = None) -> None:
         self.footage, self.clock, self.shift = footage, clock, shift
         self._zero = clock.time(-shift) if zero is None else zero
         self._rewind()
 
-    def _rewind(self):
+    def _rewind(self) -> None:
         self._frames = self.footage.frames()
-        self._next, self._ended = None, False
-        self._number, self._previous = -1, None
+        self._next: tuple[int, float, np.ndarray] | None = None
+        self._ended = False
+        self._number = -1
+        self._previous: int | None = None
         self._image = np.zeros((*self.footage.size[::-1], 3), np.uint8)
-        self._current = None
+        self._current: Tick | None = None
 
-    def at(self, number):
-        """Returns the `Tick` with a number, counted from 0. Raises DrakeTrackerError when the footage is damaged."""
+    def at(self, number: int) -> Tick:
+        """Returns the `Tick` with a number, counted from 0.
+
+        Raises DrakeTrackerError when the footage is damaged, or is live and would have to be rewound.
+        """
         if number < self._number:
             if self.footage.live:
                 raise DrakeTrackerError(f"{self.footage.name}: a live camera cannot be rewound")
             self._rewind()
         while self._number < number:
-            self._step()
+            self._current = self._step()
+        assert self._current is not None  # number 0 was requested before
         return self._current
 
-    def _step(self):
+    def _step(self) -> Tick:
         self._number += 1
         wanted = self._number - self.shift
         while not self._ended and (self._next is None or self._next[0] < wanted):
@@ -59,11 +73,10 @@ class FrameSequence:
         if self._next is not None and self._next[0] == wanted:
             _, time, self._image = self._next
             self._next = None
-            self._current = Tick(self._image, time - self._zero, True)
-        else:
-            self._current = Tick(self._image, self.clock.time(wanted) - self._zero, False)
+            return Tick(self._image, time - self._zero, True)
+        return Tick(self._image, self.clock.time(wanted) - self._zero, False)
 
-    def _read(self):
+    def _read(self) -> tuple[int, float, np.ndarray] | None:
         """Returns (tick, time [s], image) of the next image that has a tick, or None when there is none."""
         for time, image in self._frames:
             tick = self.clock.tick(time, -(10**9) if self._previous is None else self._previous)

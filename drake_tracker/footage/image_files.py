@@ -1,7 +1,9 @@
-"""Which files a folder of images, or a pattern, means, and in which order."""
+"""The image files of a folder or a pattern, in order, and how they are read."""
 
+import contextlib
 import glob
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -12,10 +14,10 @@ from drake_tracker.core.errors import DrakeTrackerError
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")
 
 
-def list_images(spec):
-    """Returns the image files (`Path`) that a folder holds or a pattern such as ``'shots/left*.jpg'`` means.
+def list_images(spec: str | Path) -> list[Path]:
+    """Returns the image files in a folder, or those that match a pattern such as ``'shots/left*.jpg'``.
 
-    They come in the order of the numbers in their names. Raises DrakeTrackerError when there is none.
+    They are in the order of the numbers in their names. Raises DrakeTrackerError when there is none.
     """
     path = Path(spec)
     if path.is_dir():
@@ -23,17 +25,21 @@ def list_images(spec):
         nothing = f"{spec}: there are no images ({', '.join(SUFFIXES)}) in this folder"
     else:
         files = [Path(file) for file in glob.glob(str(spec)) if _is_image(Path(file))]
-        nothing = f"{spec}: there is no such folder of images, and no file that fits it as a pattern"
+        nothing = f"{spec}: there is no such folder of images, and no file matches it as a pattern"
     if not files:
         raise DrakeTrackerError(nothing)
     return sorted(files, key=_natural)
 
 
-def read_image(path, flags=cv2.IMREAD_COLOR, bits=None):
-    """Returns an image file as OpenCV reads it, BGR (h, w, 3) or, as ``flags`` say, grey (h, w), uint8.
+def read_image(path: str | Path, flags: int = cv2.IMREAD_COLOR, bits: int | None = None) -> np.ndarray:
+    """Returns an image file with 8 bits, as OpenCV reads it.
 
-    ``bits``: that the pixels have; None: as many as those of this image (`bits_of`). Raises DrakeTrackerError when it
-    cannot be read.
+    Args:
+        path: of the file.
+        flags: OpenCV's: colour gives BGR (h, w, 3), grey (h, w).
+        bits: of the pixels in the file; None determines it from this image (`bits_of`).
+
+    Raises DrakeTrackerError when it cannot be read.
     """
     image = read_whole(path, flags)
     if image.dtype == np.uint8:
@@ -41,8 +47,8 @@ def read_image(path, flags=cv2.IMREAD_COLOR, bits=None):
     return np.minimum(image >> ((bits or bits_of(image)) - 8), 255).astype(np.uint8)
 
 
-def read_whole(path, flags=cv2.IMREAD_COLOR):
-    """Returns an image file likewise, with all its bits: uint8 or uint16."""
+def read_whole(path: str | Path, flags: int = cv2.IMREAD_COLOR) -> np.ndarray:
+    """Returns an image file as `read_image` does, but with all its bits: uint8 or uint16."""
     with quiet_opencv():
         try:
             image = cv2.imread(str(path), flags | cv2.IMREAD_ANYDEPTH)
@@ -55,30 +61,30 @@ def read_whole(path, flags=cv2.IMREAD_COLOR):
     return image
 
 
-def bits_of(image):
-    """Returns how many bits the pixels of an image have: 16, 12 (of cameras that leave the upper four empty), or 8."""
+def bits_of(image: np.ndarray) -> int:
+    """Returns the number of bits of an image's pixels: 16, 12 (cameras that leave the upper four empty), or 8."""
     if image.dtype == np.uint8:
         return 8
     return 12 if image.max() < 4096 else 16
 
 
-class quiet_opencv:
-    """Within it OpenCV prints no warnings of its own: what goes wrong is said in one line."""
+@contextlib.contextmanager
+def quiet_opencv() -> Iterator[None]:
+    """A context in which OpenCV prints no warnings: our own error message has one line."""
+    level = cv2.utils.logging.getLogLevel()
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    try:
+        yield
+    finally:
+        cv2.utils.logging.setLogLevel(level)
 
-    def __enter__(self):
-        self._level = cv2.utils.logging.getLogLevel()
-        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
-    def __exit__(self, *_):
-        cv2.utils.logging.setLogLevel(self._level)
-
-
-def _is_image(file):
-    """False for folders, and for the files that systems hide beside images (._0001.png)."""
+def _is_image(file: Path) -> bool:
+    """Returns False for folders, and for hidden files that operating systems put beside images (._0001.png)."""
     return file.is_file() and not file.name.startswith(".")
 
 
-def _natural(path):
-    """Sorts left2 before left10."""
-    parts = re.split("([0-9]+)", path.name)  # texts and numbers by turns
+def _natural(path: Path) -> list[tuple[int, str]]:
+    """Returns a key that sorts left2 before left10."""
+    parts = re.split("([0-9]+)", path.name)  # texts and numbers alternate
     return [(int(part), "") if k % 2 else (-1, part) for k, part in enumerate(parts)]

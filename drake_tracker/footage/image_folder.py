@@ -1,6 +1,8 @@
-"""A folder of images as footage; their times are the numbers in their names, or those numbers over a rate."""
+"""A folder of images as footage; their times are the numbers in their names, or these numbers divided by a rate."""
 
 import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -10,18 +12,22 @@ from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.image_files import bits_of, list_images, read_image, read_whole
 
 _UNITS = {13: 1e-3, 16: 1e-6, 19: 1e-9}
-"""Unit [s] of a whole number that is a time since 1970, by its digits."""
+"""{number of digits of a time since 1970: its unit [s]}."""
 
 
-def open_images(spec, fps=None):
-    """Returns the `Footage` of a folder, or of a quoted pattern, of images.
+def open_images(spec: str | Path, fps: float | None = None) -> Footage:
+    """Returns the `Footage` of a folder of images, or of a pattern.
 
-    A name that ends in a number of 13, 16 or 19 digits says when the image was taken, in ms, us or ns, one that ends in
-    one with a decimal point (1305031102.175304.png), or is one (2.175.png), in s; such folders share a clock. Any other
-    number counts the images, at ``fps`` per second: one that is missing was dropped. Without numbers, or with a time of
-    day (12-01-00.0333.png), the images follow each other in the order of their names.
+    A name that ends in a number of 13, 16 or 19 digits is the capture time in ms, us or ns; one that ends in a number
+    with a decimal point (1305031102.175304.png), or is one (2.175.png), is the time in s. Such folders share a clock.
+    Any other number counts the images: a missing number is a dropped image. Without numbers, or with a time of day
+    (12-01-00.0333.png), the images are consecutive in the order of their names.
 
-    Raises DrakeTrackerError when there are none, two have the same time, one has no number and others do, or ``fps`` is
+    Args:
+        spec: folder or pattern.
+        fps: images per second, for names that are not capture times.
+
+    Raises DrakeTrackerError when there are no images, two have the same time, only some have a number, or ``fps`` is
     missing.
     """
     files = list_images(spec)
@@ -30,24 +36,23 @@ def open_images(spec, fps=None):
     files, times = [files[i] for i in order], times[order] - times.min()
     same = np.flatnonzero(np.diff(times) <= 0.0)
     if len(same):
-        first, second = files[same[0]], files[same[0] + 1]
-        raise DrakeTrackerError(f"{spec}: {first.name} and {second.name} have the same number")
+        one, other = files[same[0]], files[same[0] + 1]
+        raise DrakeTrackerError(f"{spec}: {one.name} and {other.name} have the same number")
     first = read_whole(files[0])
     height, width = first.shape[:2]
-    bits = bits_of(first)  # and not of each by itself: it would flicker
+    bits = bits_of(first)  # of all images: determined for each of them, the brightness would flicker
     return Footage(
         str(spec), (width, height), lambda: _frames(files, times, (width, height), bits), times, epoch, counted
     )
 
 
-def _stamps(spec, files, fps):
-    """Returns (times (n,) [s], epoch or None, whether counted) that the names of files tell, relative to the earliest
-    if it has one."""
-    texts = [re.search(r"([0-9]+(?:\.[0-9]+)?)$", file.stem) for file in files]
-    texts = [match[1] if match else "" for match in texts]
+def _stamps(spec: str | Path, files: Sequence[Path], fps: float | None) -> tuple[np.ndarray, float | None, bool]:
+    """Returns (times (n,) [s], epoch or None [s], whether counted) from the names of files."""
+    matches = [re.search(r"([0-9]+(?:\.[0-9]+)?)$", file.stem) for file in files]
+    texts = [match[1] if match else "" for match in matches]
     if any(texts) and not all(texts):
         odd = files[texts.index("")]
-        raise DrakeTrackerError(f"{spec}: {odd.name} has no number and others have; name the others by a pattern")
+        raise DrakeTrackerError(f"{spec}: {odd.name} has no number and others have; select the others by a pattern")
     if all("." in text and (len(text.split(".")[0]) > 8 or text == file.stem) for text, file in zip(texts, files)):
         seconds = [int(text.split(".")[0]) for text in texts]
         fractions = np.array([float("0." + text.split(".")[1]) for text in texts])
@@ -59,14 +64,16 @@ def _stamps(spec, files, fps):
         numbers = [int(text) for text in texts]
         return unit * np.array([number - min(numbers) for number in numbers], dtype=float), unit * min(numbers), False
     if fps is None:
-        raise DrakeTrackerError(f"{spec}: these images do not tell when they were taken; say --fps N")
+        raise DrakeTrackerError(f"{spec}: the names of these images do not contain capture times; add --fps N")
     if all(text and "." not in text for text in texts):
         counts = np.array([int(text) for text in texts], dtype=float)
         return counts / fps, counts.min() / fps, True
     return np.arange(len(files)) / fps, None, False
 
 
-def _frames(files, times, size, bits):
+def _frames(
+    files: Sequence[Path], times: Sequence[float] | np.ndarray, size: tuple[int, int], bits: int
+) -> Iterator[tuple[float, np.ndarray]]:
     for file, time in zip(files, times):
         image = read_image(file, bits=bits)
         if image.shape[1::-1] != size:

@@ -1,7 +1,9 @@
-"""An image topic of a ROS 2 bag in MCAP, as footage. Needs the packages of the extra ``rosbag``."""
+"""An image topic of a ROS 2 bag in MCAP format as footage. Needs the packages of the extra ``rosbag``."""
 
 import struct
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -24,18 +26,23 @@ _CODES = {
     "bayer_gbrg8": cv2.COLOR_BayerGR2RGB,
     "bayer_grbg8": cv2.COLOR_BayerGB2RGB,
 }
-"""How an encoding becomes RGB."""
+"""{encoding: OpenCV's conversion to RGB}."""
 _CHANNELS = {"rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4}
+"""{encoding: channels}; the others have one."""
 
 
-def open_bag(path, topic=None):
-    """Returns the `Footage` of an image topic of a bag: a file ``.mcap``, or the folder that holds one.
+def open_bag(path: str | Path, topic: str | None = None) -> Footage:
+    """Returns the `Footage` of an image topic of a bag.
 
-    Image and CompressedImage of sensor_msgs are understood. Times are those of the messages' headers, which cameras
-    share, or where a header has none those of the recording.
+    Image and CompressedImage of sensor_msgs are supported. Times are those of the messages' headers, which cameras
+    share, or those of the recording where a header has none.
 
-    Raises DrakeTrackerError when the extra is not installed, when the bag cannot be read, or when ``topic`` is missing
-    while there are several, or is not there.
+    Args:
+        path: file ``.mcap``, or the folder that contains one.
+        topic: image topic; None is the only one in the bag.
+
+    Raises DrakeTrackerError when the extra is not installed, when the bag cannot be read, or when the topic is not in
+    it or is ambiguous.
     """
     make_reader, factory, broken = _packages()
     file = _bag_file(path)
@@ -46,22 +53,22 @@ def open_bag(path, topic=None):
             schemas = {} if summary is None else {key: schema.name for key, schema in summary.schemas.items()}
             channels = [] if summary is None else summary.channels.values()
             topics = sorted({c.topic for c in channels if schemas.get(c.schema_id) in (IMAGE, COMPRESSED)})
-            topic = _choose(path, topics, topic)
-            stamps = [_stamp(m) for _, _, m in bag.iter_messages(topics=[topic])]
+            chosen = _choose(path, topics, topic)
+            stamps = [_stamp(m) for _, _, m in bag.iter_messages(topics=[chosen])]
     except broken as error:
         raise DrakeTrackerError(f"{path}: this bag cannot be read: {_words(error)}") from None
     if not stamps:
-        raise DrakeTrackerError(f"{path}: there is no message of {topic} in this bag")
+        raise DrakeTrackerError(f"{path}: there is no message of {chosen} in this bag")
     first = min(stamps)
     times = np.array(sorted({(stamp - first) * 1e-9 for stamp in stamps}))
-    name = f"{path}:{topic}"
+    name = f"{path}:{chosen}"
 
-    def frames():
+    def frames() -> Iterator[tuple[float, np.ndarray]]:
         last = -1.0
         try:
             with open(file, "rb") as stream:
                 bag = make_reader(stream, decoder_factories=[factory()])
-                for schema, _, message, decoded in bag.iter_decoded_messages(topics=[topic]):
+                for schema, _, message, decoded in bag.iter_decoded_messages(topics=[chosen]):
                     time = (_stamp(message) - first) * 1e-9
                     if time > last:
                         last = time
@@ -70,11 +77,11 @@ def open_bag(path, topic=None):
             raise DrakeTrackerError(f"{name}: this bag is damaged after {last:.2f} s: {_words(error)}") from None
 
     _, image = next(frames())
-    return Footage(name, image.shape[1::-1], frames, times, first * 1e-9)
+    return Footage(name, (image.shape[1], image.shape[0]), frames, times, first * 1e-9)
 
 
-def _packages():
-    """Returns (make_reader, DecoderFactory, errors of a bag that is broken) of the optional packages."""
+def _packages() -> tuple[Any, Any, tuple[type[Exception], ...]]:
+    """Returns (make_reader, DecoderFactory, exceptions that a damaged bag raises) of the optional packages."""
     try:
         from mcap.exceptions import McapError
         from mcap.reader import make_reader
@@ -86,17 +93,17 @@ def _packages():
     return make_reader, DecoderFactory, (McapError, OSError, ValueError, IndexError, struct.error, EOFError)
 
 
-def _bag_file(path):
+def _bag_file(path: str | Path) -> Path:
     path = Path(path)
     if not path.is_dir():
         return path
     files = sorted(path.glob("*.mcap"))
     if len(files) != 1:
-        raise DrakeTrackerError(f"{path}: this folder holds {len(files)} files .mcap; name one of them")
+        raise DrakeTrackerError(f"{path}: this folder contains {len(files)} files .mcap; name one of them")
     return files[0]
 
 
-def _choose(path, topics, topic):
+def _choose(path: str | Path, topics: Sequence[str], topic: str | None) -> str:
     if not topics:
         raise DrakeTrackerError(f"{path}: there is no topic with images in this bag")
     if topic is None and len(topics) > 1:
@@ -106,14 +113,14 @@ def _choose(path, topics, topic):
     return topic or topics[0]
 
 
-def _stamp(message):
-    """Returns the stamp [ns] of a message's header, with which both kinds of image begin, or else of its recording."""
+def _stamp(message: Any) -> int:
+    """Returns the stamp [ns] of a message's header, with which both types of image begin, or that of its recording."""
     order = "<" if message.data[1] & 1 else ">"
     seconds, nanoseconds = struct.unpack_from(f"{order}iI", message.data, 4)
-    return seconds * 1_000_000_000 + nanoseconds or message.log_time
+    return int(seconds * 1_000_000_000 + nanoseconds or message.log_time)
 
 
-def _image(message, kind, name):
+def _image(message: Any, kind: str, name: str) -> np.ndarray:
     data = np.frombuffer(bytes(message.data), np.uint8)
     if kind == COMPRESSED:
         image = cv2.imdecode(data, cv2.IMREAD_COLOR)
@@ -121,12 +128,12 @@ def _image(message, kind, name):
             raise DrakeTrackerError(f"{name}: an image ({message.format}) cannot be read")
         return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
     if message.encoding not in _CODES:
-        raise DrakeTrackerError(f"{name}: encoding {message.encoding} is not understood; {', '.join(_CODES)} are")
+        raise DrakeTrackerError(f"{name}: encoding {message.encoding} is not supported; {', '.join(_CODES)} are")
     channels, code = _CHANNELS.get(message.encoding, 1), _CODES[message.encoding]
     rows = data.reshape(message.height, message.step)[:, : message.width * channels]
     image = rows.reshape(message.height, message.width, channels) if channels > 1 else rows
     return np.ascontiguousarray(image) if code is None else cv2.cvtColor(np.ascontiguousarray(image), code)
 
 
-def _words(error):
+def _words(error: BaseException) -> str:
     return getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__

@@ -1,65 +1,75 @@
-"""One clock for one camera or two, and the images of each in its ticks."""
+"""One clock for one or two cameras, and the image of each camera at each tick."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.frame_clock import FrameClock, fit_clock
 from drake_tracker.footage.frame_sequence import FrameSequence
 
 MOST_RATE_DIFFERENCE = 0.005
-"""Share by which the frame rates of two cameras may differ and still be the same."""
+"""Largest relative difference between frame rates that count as the same."""
 MOST_END_DIFFERENCE = 2
-"""Ticks by which one of two videos may be longer."""
+"""Largest difference between the lengths of two videos [ticks]."""
 MOST_STAMP_DIFFERENCE = 0.75
-"""Part of a tick by which the stamps of two images of one tick may differ: half of one between cameras that nothing
-synchronises, and jitter."""
+"""Largest difference between the stamps of two images of one tick, as a fraction of the period: half a period between
+unsynchronised cameras, and jitter."""
 
 
 @dataclass(frozen=True, eq=False)
 class Timeline:
-    """The ticks of all cameras: their period [s], how many there are (None: until somebody stops), and the
-    `FrameSequence` of each camera.
+    """The ticks of all cameras.
+
+    Attributes:
+        period: from tick to tick [s].
+        count: number of ticks; None without an end.
+        sequences: `FrameSequence` of each camera.
     """
 
     period: float
     count: int | None
-    sequences: tuple
+    sequences: tuple[FrameSequence, ...]
 
     @property
-    def duration(self):
-        """Time that the ticks take [s], infinite for live cameras."""
+    def duration(self) -> float:
+        """Duration of all ticks [s], infinite for live cameras."""
         return float("inf") if self.count is None else self.count * self.period
 
 
-def align(footage, *, offset=0.0, duration=None):
-    """Returns the `Timeline` of one or two `Footage`.
+def align(footage: Sequence[Footage], *, offset: float = 0.0, duration: float | None = None) -> Timeline:
+    """Returns the `Timeline` of the footage of one or two cameras.
 
-    Stamps are 0 at the first image of the first camera. Two cameras whose times are of one clock (live cameras, a bag,
-    images named by the time since 1970, images counted through the same numbers) keep them. Else both recordings are
-    taken to begin at the same instant, or the second ``offset`` [s] later.
+    Stamps are 0 at the first image of the first camera. Two cameras that share a clock (live cameras, a bag, images
+    named by the time since 1970, images with overlapping numbers) keep its times. Otherwise both recordings are assumed
+    to begin at the same instant.
 
     Args:
-        duration: no more than this is used [s].
+        footage: of one or two cameras.
+        offset: time by which the second recording begins later [s].
+        duration: largest duration used [s]; None uses all of it.
 
-    Raises DrakeTrackerError, one line, when one of two is live and the other is not, when their frame rates or, of
-    recordings with clocks of their own, their lengths differ, or when they have no time in common.
+    Raises DrakeTrackerError, one line, when only one of two is live, when their frame rates differ, when recordings
+    without a shared clock differ in length, or when they have no time in common.
     """
     first, others = footage[0], footage[1:]
     if len({each.live for each in footage}) > 1:
         raise DrakeTrackerError(f"{footage[0].name} and {footage[1].name}: one is live and the other is not")
-    clocks = [FrameClock(1.0 / each.rate) if each.live else fit_clock(each.times, each.name) for each in footage]
+    clocks = [_clock(each) for each in footage]
     period, start = clocks[0].period, clocks[0].start
     sequences = [FrameSequence(first, clocks[0])]
-    ends = [_last_tick(first, clocks[0])]
+    ends = [] if first.live else [_last_tick(first, clocks[0])]
     for other, clock in zip(others, clocks[1:]):
         if abs(clock.period / period - 1.0) > MOST_RATE_DIFFERENCE:
             raise DrakeTrackerError(
-                f"{first.name} has {1.0 / period:.2f} images a second, {other.name} has {1.0 / clock.period:.2f}; "
+                f"{first.name} has {1.0 / period:.2f} images per second, {other.name} has {1.0 / clock.period:.2f}; "
                 "both cameras must have the same rate"
             )
         clock = FrameClock(period, clock.start)
         shared = _share_a_clock(first, other)
-        lag = offset + (other.epoch - first.epoch + clock.start - start if shared else 0.0)
+        lag = offset + (_epoch(other) - _epoch(first) + clock.start - start if shared else 0.0)
         shift = round(lag / period)
         sequences.append(FrameSequence(other, clock, shift, clock.start - lag))
         if not other.live:
@@ -72,27 +82,51 @@ def align(footage, *, offset=0.0, duration=None):
     return Timeline(period, count, tuple(sequences))
 
 
-def _share_a_clock(first, other):
+def _clock(footage: Footage) -> FrameClock:
+    if footage.times is None:
+        assert footage.rate is not None  # every live camera announces one
+        return FrameClock(1.0 / footage.rate)
+    return fit_clock(footage.times, footage.name)
+
+
+def _epoch(footage: Footage) -> float:
+    return footage.epoch or 0.0
+
+
+def _share_a_clock(first: Footage, other: Footage) -> bool:
     if first.epoch is None or other.epoch is None or first.counted != other.counted:
         return False
     if not first.counted:
         return True
-    ends = [each.epoch + each.times[-1] for each in (first, other)]
+    ends = [_epoch(each) + _last_time(each) for each in (first, other)]
     return max(first.epoch, other.epoch) < min(ends)
 
 
-def _last_tick(footage, clock):
-    return None if footage.live else round((footage.times[-1] - clock.start) / clock.period)
+def _last_time(footage: Footage) -> float:
+    return np.inf if footage.times is None else footage.times[-1]
 
 
-def _check_common(first, other, ends, shift, period, shared, duration):
-    """Raises DrakeTrackerError when two recordings do not cover one time."""
+def _last_tick(footage: Footage, clock: FrameClock) -> int:
+    return round((_last_time(footage) - clock.start) / clock.period)
+
+
+def _check_common(
+    first: Footage,
+    other: Footage,
+    ends: Sequence[int],
+    shift: int,
+    period: float,
+    shared: bool,
+    duration: float | None,
+) -> None:
+    """Raises DrakeTrackerError when two recordings do not cover the same time."""
     if shift > ends[0] or ends[-1] < 0:
         raise DrakeTrackerError(f"{first.name} and {other.name} have no time in common; their clocks differ")
     enough = duration is not None and min(ends[0], ends[-1]) + 1 >= round(duration / period)
     if not shared and not enough and abs(ends[0] - ends[-1]) > MOST_END_DIFFERENCE:
         lengths = [(end + 1) * period for end in (ends[0], ends[-1])]
         raise DrakeTrackerError(
-            f"{first.name} lasts {lengths[0]:.2f} s and {other.name} ends after {lengths[1]:.2f} s; both must be of "
-            f"one moment and one length, or say how much of both to use: --duration {int(100 * min(lengths)) / 100:g}"
+            f"{first.name} lasts {lengths[0]:.2f} s and {other.name} ends after {lengths[1]:.2f} s; both must show the "
+            "same moment and have the same length; if they do not, set how much of both to use: "
+            f"--duration {int(100 * min(lengths)) / 100:g}"
         )

@@ -1,21 +1,22 @@
-"""Footage as a Drake System, in place of the simulated cameras."""
+"""Footage as a Drake System, in place of a simulated camera."""
 
 from functools import partial
 
 import cv2
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.messages import FrameInfo, message_size
+from drake_tracker.footage.frame_sequence import FrameSequence, Tick
 
 _BEFORE = 0.125
-"""Part of a period by which a reader may come early and still read the tick that is due."""
+"""Fraction of a period by which a reader may be early and still read the tick that is due."""
 
 
 class VideoSource(LeafSystem):
-    """Shows the images of one camera, one a tick.
+    """Outputs the images of one camera, one per tick.
 
     .. pydrake_system::
 
@@ -24,16 +25,18 @@ class VideoSource(LeafSystem):
         - image
         - frame
 
-    ``image`` is an `ImageRgba8U`, the newest image taken; ``frame`` is a `FrameInfo`: its own stamp [s], and whether it
-    was taken in this tick. Where none was, the image before stays, and the stamp is the tick's. Both are functions of
-    the time alone: the footage is on disk, or is what the camera sees. It is read in order, so that a Context that goes
-    back in time makes a file be read anew from its beginning.
+    ``image`` is an `ImageRgba8U`, the newest image captured; ``frame`` is a `FrameInfo` vector: its own stamp [s], and
+    whether it was captured in this tick. In a tick without a new image the previous image stays, and the stamp is that
+    of the tick. Both are functions of time alone: they have no state, no period and no offset, and are never all zeros,
+    except that the image is black before the first one. The footage is read in order, so that a Context that goes back
+    in time makes a file be read again from its beginning.
 
     Args:
-        sequence: `FrameSequence`. period: of its ticks [s].
+        sequence: the images by tick.
+        period: of the ticks [s].
     """
 
-    def __init__(self, sequence, period):
+    def __init__(self, sequence: FrameSequence, period: float) -> None:
         super().__init__()
         self._sequence, self._period = sequence, period
         width, height = sequence.footage.size
@@ -42,12 +45,12 @@ class VideoSource(LeafSystem):
         )
         self.DeclareVectorOutputPort("frame", message_size(FrameInfo), self._calc_frame, {self.time_ticket()})
 
-    def _tick(self, context):
+    def _tick(self, context: Context) -> Tick:
         return self._sequence.at(int(np.floor(context.get_time() / self._period + _BEFORE)))
 
-    def _calc_image(self, context, output):
+    def _calc_image(self, context: Context, output: AbstractValue) -> None:
         cv2.cvtColor(self._tick(context).image, cv2.COLOR_RGB2RGBA, dst=output.get_mutable_value().mutable_data)
 
-    def _calc_frame(self, context, output):
+    def _calc_frame(self, context: Context, output: BasicVector) -> None:
         tick = self._tick(context)
         output.SetFromVector([tick.stamp, float(tick.fresh)])

@@ -91,7 +91,7 @@ def test_a_shared_clock_is_kept():
     [
         (footage(range(25), name="b"), r"a lasts 2.00 s and b ends after 2.50 s; .* --duration 2"),
         (footage(range(20), live=True, rate=10.0, name="b"), "a and b: one is live"),
-        (footage(range(0, 40, 2), name="b"), "a has 10.00 images a second, b has 5.00"),
+        (footage(range(0, 40, 2), name="b"), "a has 10.00 images per second, b has 5.00"),
         (footage(range(20), epoch=500.0, name="b"), "no time in common"),
     ],
 )

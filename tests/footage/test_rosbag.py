@@ -6,7 +6,7 @@ import pytest
 from mcap_ros2.writer import Writer
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.footage.open_footage import open_footage
+from drake_tracker.footage.sources import open_footage
 
 HEADER = """std_msgs/Header header
 {}

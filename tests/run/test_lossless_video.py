@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drake_tracker.footage.open_footage import open_footage
+from drake_tracker.footage.sources import open_footage
 from drake_tracker.run.lossless_video import LosslessVideo
 
 

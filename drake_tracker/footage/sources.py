@@ -1,21 +1,25 @@
-"""From what the user wrote to footage: a number, a folder, a pattern, a bag or a video file."""
+"""Opens footage from what the user wrote: a camera number, a folder, a pattern, a bag or a video file."""
 
 import re
 from pathlib import Path
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.image_folder import open_images
 from drake_tracker.footage.live_camera import open_camera
 from drake_tracker.footage.rosbag import open_bag
 from drake_tracker.footage.video import open_video
 
 
-def open_footage(spec, fps=None):
-    """Returns the `Footage` that ``spec`` means: "0" (a camera), a folder or 'a/pattern*.png' of images, BAG.mcap,
-    BAG.mcap:/topic (a ROS 2 bag, or its folder), or a video file.
+def open_footage(spec: str, fps: float | None = None) -> Footage:
+    """Returns the `Footage` of a source.
 
-    ``fps``: images per second, where the source does not tell, or in place of what a video file tells. Raises
-    DrakeTrackerError, one line, when it cannot be read.
+    Args:
+        spec: "0" (a camera), a folder of images or a pattern such as 'shots/left*.png', BAG.mcap or BAG.mcap:/topic (a
+            ROS 2 bag, or its folder), or a video file.
+        fps: images per second, for a source without capture times; replaces those of a video file.
+
+    Raises DrakeTrackerError, one line, when it cannot be read.
     """
     if re.fullmatch("[0-9]{1,4}", spec):
         return open_camera(spec, fps)
