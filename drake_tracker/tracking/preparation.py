@@ -12,7 +12,7 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.parts import estimator_of
 from drake_tracker.estimation.config import CoordinatedTurn, PathEstimator
 from drake_tracker.footage.footage import Footage
-from drake_tracker.footage.open_footage import open_footage
+from drake_tracker.footage.sources import open_footage
 from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.scenarios.base import Custom
 from drake_tracker.scenarios.option import read_option

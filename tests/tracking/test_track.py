@@ -14,7 +14,7 @@ import yaml
 from films import BALL, CAMERAS, film, on_circle, read_track, write_calibration, write_images, write_video
 
 from drake_tracker import cli
-from drake_tracker.footage import open_footage
+from drake_tracker.footage import sources
 from drake_tracker.footage.live_camera import open_camera
 from drake_tracker.tracking import table as track_table
 from drake_tracker.vision.camera_model import CameraModel
@@ -139,8 +139,8 @@ def test_swapped_cameras_are_suspected(folder, capsys):
 
 def test_an_estimator_that_raises_midway_leaves_the_track_so_far(folder, monkeypatch, capfd):
     (folder / "late.py").write_text(
-        "from drake_tracker.estimation.coordinated_turn import CoordinatedTurn\n"
-        "class Late(CoordinatedTurn):\n"
+        "from drake_tracker.estimation.coordinated_turn import CoordinatedTurnEstimator\n"
+        "class Late(CoordinatedTurnEstimator):\n"
         "    def update(self, state, stamp, p_WQ):\n"
         "        if stamp > 1.5:\n"
         "            raise ValueError('too late')\n"
@@ -194,7 +194,7 @@ def test_no_motion_is_not_a_success(folder, capsys):
         ("left.mkv --calibration stereo.yaml", ["--plane"]),
         ("left.mkv --calibration nowhere.yaml --plane board", ["nowhere.yaml", "cannot be read"]),
         ("left.mkv --calibration stereo.yaml --plane nowhere.yaml", ["nowhere.yaml"]),
-        ("left.mkv --calibration stereo.yaml --plane stereo.yaml", ["stereo.yaml: X_WP must hold 4 x 4"]),
+        ("left.mkv --calibration stereo.yaml --plane stereo.yaml", ["stereo.yaml: X_WP must contain 4 x 4"]),
         ("left.mkv --calibration stereo.yaml --plane board --camera top", ["there is no top; found camera_left"]),
         ("left.mkv --plane board", ["single camera with --calibration"]),
         ("left.mkv short.mkv --calibration stereo.yaml", ["lasts 1.00 s", "ends after 0.67 s", "--duration 0.66"]),
@@ -259,7 +259,7 @@ def plugged_in(monkeypatch):
         clock = itertools.count()
         return open_camera(number, fps, device=Device, clock=lambda: 100.0 + next(clock) / 30.0)
 
-    monkeypatch.setattr(open_footage, "open_camera", opened)
+    monkeypatch.setattr(sources, "open_camera", opened)
 
 
 def test_two_live_cameras_for_a_duration(folder, plugged_in):
@@ -270,7 +270,7 @@ def test_two_live_cameras_for_a_duration(folder, plugged_in):
 
 def test_an_unplugged_camera_leaves_the_track_so_far(folder, plugged_in, capfd):
     assert track("0", "--no-overlay") == 2
-    one_line(capfd, "camera 0: it gives no more images")
+    one_line(capfd, "camera 0: it delivers no more images")
     assert len(read_track(folder / "out")["stamp"]) > 30
 
 
