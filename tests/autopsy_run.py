@@ -1,16 +1,17 @@
-"""A run that was never simulated, with one thing wrong on purpose: a train on a straight line, and one descent."""
+"""A synthetic run with one deliberate fault: a train on a straight line, and one descent of the hand."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from drake_tracker.arm.transform_equation import share_done
-from drake_tracker.core.log import Signal, signals
+from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, Prediction, evaluate_prediction, pack_prediction
 from drake_tracker.core.timing import SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.estimation import make_estimator
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.task import TASK
 from drake_tracker.vision.triangulation import triangulate
 from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
 
@@ -20,17 +21,25 @@ LAUNCH, END = 3.0, 4.5
 
 
 def read(packet, time):
-    """Returns where a packet has the train (x, y, z, yaw), zeros before the first one."""
+    """Returns the predicted pose (x, y, z, yaw) of the train, zeros before the first packet."""
     return evaluate_prediction(packet, time)[:4] if packet[4] else np.zeros(4)
 
 
 @dataclass
 class AutopsyRun:
-    """What is wrong, each thing by itself; lengths in m, times in s.
+    """The faults of a run.
 
-    noise: of the left centroid [px]. shift: of every point. lag: of the filtered state. slower: share by which the
-    train is predicted too slow. age: of the packet in force. beside: the hand, to the left of its target. early: the
-    closing. slow: share of their speed that the jaws have lost. lifted: whether the train is taken.
+    Attributes:
+        noise: standard deviation of the noise of the left centroid [px].
+        shift: of every point [m].
+        lag: of the filtered state [s].
+        slower: speed by which the train is predicted too slow, as a fraction of its speed.
+        age: of the packet in force [s].
+        beside: offset of the hand to the left of its target [m].
+        early: time by which the closing is too early [s].
+        slow: fraction of their speed that the jaws have lost.
+        lifted: whether the train is lifted.
+        attempts: whether the hand is sent down.
     """
 
     noise: float = 0.0
@@ -57,7 +66,7 @@ class AutopsyRun:
         packets = self._packets(points)
         phases, close = self._phases(ticks, grasp)
 
-        # A packet shows in the log a cycle after it was made, and the servo had it at once.
+        # The log shows a packet one cycle after it was made; the servo has it at once.
         newest = np.clip(np.floor((ticks - self.age + 1e-9) / VISION_PERIOD).astype(int) + 1, 0, len(cycles) - 1)
         launched = np.searchsorted(ticks, LAUNCH)
         if self.attempts:
@@ -81,19 +90,19 @@ class AutopsyRun:
 
         width = grasp.jaw_opening - (1.0 - self.slow) * grasp.jaw_speed * np.clip(cycles - close - 0.015, 0.0, None)
         width = np.maximum(width, grasp.object_width if self.lifted else 0.0)
-        taken = self.lifted & (cycles > close + 0.5)
+        lifted = self.lifted & (cycles > close + 0.5)
         contact = self.lifted & (cycles > close + 0.135)
-        verdict = np.zeros((len(cycles), len(signals()["truth_verdict"][1])))
-        verdict[:, 0] = 0.15 * taken
+        verdict = np.zeros((len(cycles), len(TASK.signals()["truth_verdict"][1])))
+        verdict[:, 0] = 0.15 * lifted
         verdict[:, 1] = verdict[:, 2] = contact
-        verdict[:, 5] = taken
+        verdict[:, 5] = lifted
         half = 0.25 * np.pi
         zero = np.zeros(len(cycles))
         train = np.column_stack(
             [zero + np.cos(half), zero, zero, zero + np.sin(half), self._truth(cycles), np.zeros((len(cycles), 6))]
         )
         status = np.zeros((len(ticks), 8))
-        status[10:, 1] = known[:-10]  # the hand takes a while to get there
+        status[10:, 1] = known[:-10]  # the hand needs some time to reach the train
         command = np.column_stack([phases, np.zeros((len(ticks), 6))])
         attempts = (np.arange(len(ticks)) >= launched) * float(self.attempts)
         data = {
@@ -113,7 +122,7 @@ class AutopsyRun:
             "truth_train_state": (cycles, train),
             "truth_verdict": (cycles, verdict),
         }
-        log = {name: Signal(times, rows, tuple(signals()[name][1])) for name, (times, rows) in data.items()}
+        log = {name: Signal(times, rows, tuple(TASK.signals()[name][1])) for name, (times, rows) in data.items()}
         log["tool"] = Signal(cycles, tool, ("x", "y", "z", "yaw"))
         return log
 
@@ -164,7 +173,7 @@ class AutopsyRun:
         return np.array(packets[:-1])
 
     def _phases(self, ticks, grasp):
-        """Returns the phase at each tick, and when the jaws began to close."""
+        """Returns the phase at each tick, and the start of the closing [s]."""
         close = LAUNCH + grasp.descent_duration - grasp.closing_lead - self.early
         changes = [(Phase.ACQUIRE, 0.0), (Phase.TRACK, 1.02)]
         if self.attempts:

@@ -1,4 +1,4 @@
-"""Stand-ins for the trials of a campaign: fast, and with an outcome that is known."""
+"""Substitutes for the trials of a campaign: fast, with a known outcome."""
 
 import os
 import signal
@@ -8,7 +8,7 @@ from drake_tracker.campaign.trial import Lost
 
 
 def line(trial, **more):
-    """A line of the record: faster trains are taken by odd seeds alone."""
+    """A line of the record: every seed lifts a slow train, only odd seeds a fast one."""
     seed = trial.scenario.seed
     speed = getattr(getattr(trial.scenario, "track", None), "speed", 0.0)
     success = speed < 0.25 or seed % 2 == 1
@@ -25,7 +25,7 @@ def lose_seed_1(trial):
 
 
 def die_of_seed_1(trial):
-    """Kills its process after a while: a nanny whose worker dies before it has come up starts none any more."""
+    """Kills its process after a second: a nanny does not restart a worker that dies while it is starting."""
     if trial.scenario.seed == 1:
         time.sleep(1.0)
         os.kill(os.getpid(), signal.SIGKILL)
@@ -38,7 +38,7 @@ def slow(trial):
 
 
 def here(work, jobs):
-    """A runner in this very process."""
+    """A runner in this process."""
     for job in jobs:
         yield job, work(job)
 

@@ -1,6 +1,7 @@
 """The grid of a campaign: the varied settings, their values, and the scenario of each combination."""
 
 import itertools
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +15,8 @@ from drake_tracker.tasks import load_scenario
 _OWN = {"seed": "every trial has a seed of its own; use --trials and --first-seed"}
 _OPENING = (yaml.FlowSequenceStartToken, yaml.FlowMappingStartToken)
 _CLOSING = (yaml.FlowSequenceEndToken, yaml.FlowMappingEndToken)
+_BARE_TAG = re.compile(r"(!\w+),")
+"""A tag without a value; YAML would read the comma, without a space before it, as part of the tag."""
 
 
 @dataclass(frozen=True)
@@ -34,15 +37,12 @@ def split_values(text: str) -> list[str]:
 
     Raises yaml.YAMLError when the text is not part of such a sequence.
     """
-    sequence = f"[{text} ]"
+    sequence = _BARE_TAG.sub(r"\1 ,", f"[{text} ]")
     depth, commas = 0, [0]
     for token in yaml.scan(sequence):
         depth += isinstance(token, _OPENING) - isinstance(token, _CLOSING)
-        start, end = token.start_mark.index, token.end_mark.index
         if depth == 1 and isinstance(token, yaml.FlowEntryToken):
-            commas.append(start)
-        elif depth == 1 and isinstance(token, yaml.TagToken):  # to YAML, a comma right after a tag belongs to the tag
-            commas += [k for k in range(start, end) if sequence[k] == ","]
+            commas.append(token.start_mark.index)
     return [sequence[a + 1 : b].strip() for a, b in itertools.pairwise([*commas, len(sequence) - 1])]
 
 

@@ -201,7 +201,7 @@ def _run(
 
 def _check_parts(plan: Plan) -> None:
     """Raises DrakeTrackerError when a custom part of a cell cannot be made; loading a scenario imports none."""
-    from drake_tracker.diagrams.custom import check_custom_parts
+    from drake_tracker.diagrams.parts import check_custom_parts
 
     for cell in plan.cells:
         check_custom_parts(cell.scenario)

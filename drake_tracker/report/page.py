@@ -1,213 +1,177 @@
-"""Writes the page of a run: HTML without scripts, whose links lead to the files beside it."""
+"""Makes the page of a run: HTML without scripts, with links to the files beside it.
 
-from html import escape
-from pathlib import Path
+The templates are in the folder ``templates``. Jinja2 escapes everything that they insert.
+"""
 
-from drake_tracker.core.timing import BALL_TIME_STEP, TIME_STEP
-from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.grasp.schema import Phase
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
 from drake_tracker.report.autopsy.autopsy import perform
 from drake_tracker.report.autopsy.normal import NORMAL_ATTEMPT, NORMAL_TRACKING
-from drake_tracker.report.bars import by_word, contribution_bars
+from drake_tracker.report.autopsy.stages import WORDS, Stage
+from drake_tracker.report.bars import Bar, by_word, contribution_bars
+from drake_tracker.report.run_files import RunFiles
 from drake_tracker.report.summary_table import summary_rows
-from drake_tracker.report.timeline import phase_legend, timeline_svg
-from drake_tracker.tasks.episode import phase_spans
+from drake_tracker.report.timeline import Timeline, make_timeline
 
-CAPTIONS = {
-    "tracking.png": "The track from above, errors over time, phases.",
-    "ball_path.png": "The board from above: the ball's way, what was foreseen of it, the crossing and the cup.",
-    "motion.png": "What the motion detector made of the images at one instant.",
-    "board.png": "The initialisation's first image with what was found in it.",
-}
-"""The pictures of a run, in the order of the page."""
+MOTION_CAPTION = "Result of the motion detection in the images of one instant."
 
 
-def page_of(run):
-    """Returns the page, a text of HTML, of a `run_files.RunFiles`."""
+@dataclass(frozen=True)
+class AttemptSection:
+    """One attempt on the page.
+
+    Attributes:
+        sentence: on the attempt.
+        bars: contributions of the stages; empty where the log does not tell.
+    """
+
+    sentence: str
+    bars: list[Bar]
+
+
+@dataclass(frozen=True)
+class TrackingSection:
+    """The contributions while tracking.
+
+    Attributes:
+        moments: number of moments that were evaluated.
+        bars: contributions of the stages.
+    """
+
+    moments: int
+    bars: list[Bar]
+
+
+def page_of(run: RunFiles) -> str:
+    """Returns the page of a run as a text of HTML. Adds to the notes of the run when there is no autopsy."""
     autopsy = _autopsy(run)
-    title = f"{_name(run)}, seed {_seed(run)}"
-    parts = [
-        _header(run, title),
-        _lead(run, autopsy),
-        _notes(run),
-        _media(run),
-        _timeline(run, autopsy),
-        _attempts(autopsy),
-        _tracking(autopsy),
-        _pictures(run),
-        _numbers(run),
-        _footer(run),
-    ]
-    css = (Path(__file__).parent / "page.css").read_text(encoding="utf-8")
+    captions = {**run.task.pictures, "motion.png": MOTION_CAPTION}
     return (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>\n'
-        '<meta name="viewport" content="width=device-width"><link rel="icon" href="data:,">\n'
-        f"<style>\n{css}</style></head>\n<body><main>\n"
-        + "\n".join(part for part in parts if part)
-        + "\n</main></body></html>\n"
+        _templates()
+        .get_template("page.html")
+        .render(
+            css=Markup((files("drake_tracker.report") / "page.css").read_text("utf-8")),  # a file of this package
+            title=f"{_name(run)}, seed {_seed(run)}",
+            outcome=_outcome(run),
+            folder=str(run.folder),
+            lead=_lead(run, autopsy),
+            notes=run.notes,
+            names=run.names,
+            timeline=_timeline(run, autopsy),
+            attempts=_attempts(autopsy),
+            tracking=_tracking(autopsy),
+            pictures={name: caption for name, caption in captions.items() if name in run.names},
+            rows=summary_rows(run.summary or {}, run.task.summary_rows),
+            versions={name: version for name, version in _versions(run).items() if version},
+        )
     )
 
 
-def _autopsy(run):
-    """Returns the autopsy of a train's run, or None; a log of which it cannot be made is noted."""
-    if run.task != "train" or run.log is None:
+@cache
+def _templates() -> Environment:
+    return Environment(
+        loader=PackageLoader("drake_tracker.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def _autopsy(run: RunFiles) -> dict[str, Any] | None:
+    """Returns the autopsy of a run, or None when there is none; why it cannot be made is noted."""
+    if not run.task.has_autopsy or run.log is None:
         return None
     if run.scenario is None:
-        run.notes.append("Without a scenario that this version understands there is no autopsy.")
+        run.notes.append("There is no autopsy, because the scenario cannot be read.")
         return None
     try:
         return perform(run.scenario, run.log)
     except (KeyError, ValueError, IndexError) as error:
-        run.notes.append(f"The log does not have what the autopsy needs ({error}).")
+        run.notes.append(f"There is no autopsy, because the log lacks data that it needs ({error}).")
         return None
 
 
-def _name(run):
-    return (run.summary or {}).get("scenario") or (run.scenario.name if run.scenario is not None else run.folder.name)
+def _name(run: RunFiles) -> str:
+    name = (run.summary or {}).get("scenario") or (run.scenario.name if run.scenario is not None else run.folder.name)
+    return str(name)
 
 
-def _seed(run):
+def _seed(run: RunFiles) -> str:
     seed = (run.summary or {}).get("seed")
-    return seed if seed is not None else run.scenario.seed if run.scenario is not None else "unknown"
+    if seed is None:
+        seed = run.scenario.seed if run.scenario is not None else "unknown"
+    return str(seed)
 
 
-def _header(run, title):
+def _outcome(run: RunFiles) -> tuple[str, str]:
+    """Returns (CSS class, words) of the outcome of a run."""
     success = (run.summary or {}).get("success")
-    words = {"train": ("lifted", "not lifted"), "ball": ("caught", "not caught")}[run.task]
-    kind, outcome = ("open", "no verdict") if success is None else ("good", words[0]) if success else ("bad", words[1])
-    return (
-        f'<header><h1>{escape(str(title))}</h1><span class="outcome {kind}">{outcome}</span>'
-        f'<span class="sub">{escape(str(run.folder))}</span></header>'
-    )
+    if success is None:
+        return "open", "no verdict"
+    return "good" if success else "bad", run.task.outcomes[bool(success)]
 
 
-def _lead(run, autopsy):
+def _lead(run: RunFiles, autopsy: dict[str, Any] | None) -> list[str]:
+    """Returns the sentences with which the page begins."""
     summary = run.summary or {}
-    sentences = []
+    sentences: list[str | None] = []
     if summary.get("failure_reason"):
         reason = str(summary["failure_reason"])
         sentences.append(reason[0].upper() + reason[1:] + ".")
-    elif run.task == "ball" and summary.get("success"):
-        sentences.append(tell_catch(summary))
-    elif summary.get("success") and summary.get("time_to_grasp_s") is not None:
-        count = summary.get("attempts")
-        which = "at the first attempt" if count == 1 else f"at attempt {count}"
-        sentences.append(f"The train was lifted {which}, {summary['time_to_grasp_s']:.1f} s after the start.")
-    if autopsy is not None and autopsy["verdict"]:
+    elif summary.get("success"):
+        sentences.append(run.task.success_sentence(summary))
+    if autopsy is not None:
         sentences.append(autopsy["verdict"])
-    return "".join(f'<p class="lead">{escape(sentence)}</p>' for sentence in sentences)
+    return [sentence for sentence in sentences if sentence]
 
 
-def tell_catch(summary):
-    """Returns the sentence on a run whose ball was caught, from its summary."""
-    parts = ["The ball was caught"]
-    if summary.get("roll_s") is not None and summary.get("exit_speed_m_s") is not None:
-        left = f"{summary['roll_s']:.2f} s after its release at {summary['exit_speed_m_s']:.2f} m/s"
-        parts.append(f"it left the board {left}")
-    if summary.get("hand_error_m") is not None:
-        parts.append(f"the middle of the cup was {1e3 * abs(summary['hand_error_m']):.0f} mm beside it")
-    return f"{parts[0]}{': ' if parts[1:] else ''}{', and '.join(parts[1:])}."
-
-
-def _notes(run):
-    if not run.notes:
-        return ""
-    return f'<ul class="notes">{"".join(f"<li>{escape(note)}</li>" for note in run.notes)}</ul>'
-
-
-def _media(run):
-    figures = []
-    if "recording.html" in run.names:
-        figures.append(
-            '<figure><iframe src="recording.html" title="recording" loading="lazy"></iframe>'
-            '<figcaption>The scene. Drag to turn it, <a href="recording.html">open it alone</a>.</figcaption></figure>'
-        )
-    if "cameras.mp4" in run.names:
-        figures.append(
-            '<figure><video src="cameras.mp4" controls muted preload="metadata"></video>'
-            "<figcaption>What the cameras saw, and what was made of it.</figcaption></figure>"
-        )
-    if not figures:
-        return ""
-    return f'<section><div class="media{" one" if len(figures) == 1 else ""}">{"".join(figures)}</div></section>'
-
-
-def _timeline(run, autopsy):
+def _timeline(run: RunFiles, autopsy: dict[str, Any] | None) -> Timeline | None:
     if run.log is None or "command" not in run.log:
-        return ""
-    if run.task == "ball":
-        spans = phase_spans(run.log, BALL_TIME_STEP, CatchPhase)
-    else:
-        spans = phase_spans(run.log, TIME_STEP, Phase)
-    if not spans:
-        return ""
-    attempts = autopsy["attempts"] if autopsy is not None else ()
-    return f"<section><h2>Phases</h2>{timeline_svg(spans, attempts)}{phase_legend(spans)}</section>"
+        return None
+    time_step = run.task.time_step if run.scenario is None else run.scenario.time_step
+    spans = run.task.phase_spans(run.log, time_step)
+    return make_timeline(spans, autopsy["attempts"] if autopsy is not None else ()) if spans else None
 
 
-def _attempts(autopsy):
-    if autopsy is None or not autopsy["attempts"]:
-        return ""
-    normal = by_word(NORMAL_ATTEMPT)
-    parts = []
+def _attempts(autopsy: dict[str, Any] | None) -> list[AttemptSection]:
+    if autopsy is None:
+        return []
+    sections = []
     for attempt in autopsy["attempts"]:
-        bars = ""
+        bars = []
         if "size_m" in attempt:
             bars = contribution_bars(
-                attempt["size_m"], normal, attempt["contributions"], attempt["ages_s"], attempt["culprit"]
+                attempt["size_m"],
+                by_word(NORMAL_ATTEMPT),
+                attempt["contributions"],
+                attempt["ages_s"],
+                attempt["culprit"],
             )
-        parts.append(f'<div class="attempt"><p>{escape(attempt["sentence"])}</p>{bars}</div>')
-    return (
-        f"<section><h2>{'Attempts' if len(parts) > 1 else 'The attempt'}: where the offset of the hand came from</h2>"
-        + "".join(parts)
-        + _key("Offsets of the hand from the train when the jaws closed, seen in its direction of travel; they add up.")
-        + "</section>"
-    )
+        sections.append(AttemptSection(attempt["sentence"], bars))
+    return sections
 
 
-def _tracking(autopsy):
+def _tracking(autopsy: dict[str, Any] | None) -> TrackingSection | None:
     if autopsy is None or not autopsy["tracking"]["moments"]:
-        return ""
+        return None
     tracking = autopsy["tracking"]
-    culprit = None if autopsy["verdict"] is None else autopsy["culprit"]
-    sizes = {stage: size for stage, size in tracking["size_m"].items() if stage != "grasp timing"}
-    ages = {"link": tracking["age_s"]}
-    bars = contribution_bars(sizes, by_word(NORMAL_TRACKING), tracking["rms"], ages, culprit, signed=False)
-    words = (
-        f"Had the hand been sent down at any of {tracking['moments']} moments: 68 of 100 are within (mm), the rest are "
-        "root mean squares."
+    bars = contribution_bars(
+        {stage: size for stage, size in tracking["size_m"].items() if stage != WORDS[Stage.TIMING]},
+        by_word(NORMAL_TRACKING),
+        tracking["rms"],
+        {WORDS[Stage.LINK]: tracking["age_s"]},
+        None if autopsy["verdict"] is None else autopsy["culprit"],
+        signed=False,
     )
-    return f"<section><h2>The same while tracking</h2>{bars}{_key(words)}</section>"
+    return TrackingSection(tracking["moments"], bars)
 
 
-def _key(words):
-    return (
-        f'<p class="legend"><span>{words}</span><span><i class="tick"></i>the largest that is normal</span>'
-        '<span><i style="background:#d55e00"></i>most beyond what is normal</span></p>'
-    )
-
-
-def _pictures(run):
-    figures = [
-        f'<figure><a href="{name}"><img src="{name}" alt="{escape(words)}"></a>'
-        f"<figcaption>{escape(words)}</figcaption></figure>"
-        for name, words in CAPTIONS.items()
-        if name in run.names
-    ]
-    return f'<section><div class="pictures">{"".join(figures)}</div></section>' if figures else ""
-
-
-def _numbers(run):
-    rows = summary_rows(run.summary or {}, run.task)
-    if not rows:
-        return ""
-    cells = "".join(f"<div><span>{escape(a)}</span><b>{escape(f'{b} {c}'.strip())}</b></div>" for a, b, c in rows)
-    return f'<section><h2>Summary</h2><div class="numbers">{cells}</div></section>'
-
-
-def _footer(run):
-    files = ", ".join(f'<a href="{name}">{name}</a>' for name in run.names)
-    summary = run.summary or {}
-    versions = summary.get("package_versions") or {}
-    made = ", ".join(f"{escape(str(name))} {escape(str(version))}" for name, version in versions.items() if version)
-    return f"<footer>Files: {files}{f'<br>Made by {made}' if made else ''}</footer>"
+def _versions(run: RunFiles) -> dict[str, Any]:
+    return (run.summary or {}).get("package_versions") or {}

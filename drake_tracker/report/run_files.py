@@ -1,107 +1,115 @@
-"""Reads a run directory as it is: whole, half-written, or of another version."""
+"""Reads a run directory, which may be complete, half-written, or of another version."""
 
 import json
+import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, TypeVar
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.log import load_log
+from drake_tracker.core.log import Signal, load_log
+from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks import load_scenario
-from drake_tracker.tasks.train.summary import package_versions
+from drake_tracker.tasks.registry import TASKS, task_named, task_of
+from drake_tracker.tasks.results import package_versions
+from drake_tracker.tasks.task import CAMERA_FILES, Task
 
-EXPECTED = {
-    "train": (
-        *("summary.json", "log.npz", "scenario.yaml", "recording.html", "cameras.mp4", "tracking.png"),
-        "motion.png",
-    ),
-    "ball": (
-        *("summary.json", "log.npz", "scenario.yaml", "recording.html", "cameras.mp4", "ball_path.png", "board.png"),
-        "motion.png",
-    ),
-}
-"""What the run of a task leaves."""
 SIGNS = ("summary.json", "log.npz", "scenario.yaml")
-"""A directory with none of these is no run."""
+"""A directory with none of these files is not a run directory."""
 _UNREADABLE = (OSError, ValueError, KeyError)
+_Content = TypeVar("_Content")
 
 
 @dataclass
 class RunFiles:
-    """A run directory: ``folder``, ``task``, what could be read of it (else None), the names of the files of a run that
-    are there, and ``notes``, a sentence for each thing that is not as it should be.
+    """A run directory.
+
+    Attributes:
+        folder: the directory.
+        task: of the run.
+        scenario: of the task; None when it could not be read.
+        summary: the summary, None when it could not be read.
+        log: {name: Signal}, None when it could not be read.
+        names: names of the files of the run that exist.
+        notes: a sentence for each thing that is wrong.
     """
 
     folder: Path
-    task: str = "train"
-    scenario: object = None
-    summary: dict | None = None
-    log: dict | None = None
-    names: tuple = ()
-    notes: list = field(default_factory=list)
+    task: Task
+    scenario: Any = None
+    summary: dict[str, Any] | None = None
+    log: dict[str, Signal] | None = None
+    names: tuple[str, ...] = ()
+    notes: list[str] = field(default_factory=list)
 
 
-def read_run(folder):
+def read_run(folder: str | os.PathLike[str]) -> RunFiles:
     """Returns the `RunFiles` of a run directory.
 
-    Raises DrakeTrackerError when there is no such directory, or nothing of a run in it.
+    Raises DrakeTrackerError when there is no such directory, or when it is not a run directory.
     """
     folder = Path(folder)
     if not folder.is_dir():
         raise DrakeTrackerError(f"{folder}: there is no such run directory")
     if not any((folder / name).is_file() for name in SIGNS):
-        raise DrakeTrackerError(f"{folder} is no run directory: it has none of {', '.join(SIGNS)}")
-    run = RunFiles(folder)
-    run.summary = _read(run, "summary.json", lambda path: _mapping(json.loads(path.read_text(encoding="utf-8"))))
-    run.log = _read(run, "log.npz", load_log)
-    run.scenario = _read(run, "scenario.yaml", lambda path: load_scenario(str(path.absolute())))
-    run.task = _task(run)
-    everything = dict.fromkeys(name for names in EXPECTED.values() for name in names)
-    run.names = tuple(name for name in everything if is_own_file(folder, name))
+        raise DrakeTrackerError(f"{folder} is not a run directory: it contains none of {', '.join(SIGNS)}")
+    notes: list[str] = []
+    summary = _read(folder, "summary.json", lambda path: _mapping(json.loads(path.read_text("utf-8"))), notes)
+    log = _read(folder, "log.npz", load_log, notes)
+    scenario = _read(folder, "scenario.yaml", lambda path: load_scenario(str(path.absolute())), notes)
+    task = _task(scenario, log, summary)
+    run = RunFiles(folder, task, scenario, summary, log, notes=notes)
+    run.names = tuple(name for name in task.files if is_own_file(folder, name))
     _note(run)
     return run
 
 
-def is_own_file(folder, name):
-    """Whether a run directory has a file of this name that lies in it, and not elsewhere by way of a link."""
+def is_own_file(folder: str | os.PathLike[str], name: str) -> bool:
+    """Returns whether a directory contains a file of this name itself, and not through a link to another directory."""
     path = Path(folder) / name
     return path.is_file() and path.resolve().parent == Path(folder).resolve()
 
 
-def _read(run, name, reader):
-    if not is_own_file(run.folder, name):
+def _read(folder: Path, name: str, reader: Callable[[Path], _Content], notes: list[str]) -> _Content | None:
+    """Returns what a reader returns for a file, or None when there is no such file or it cannot be read."""
+    if not is_own_file(folder, name):
         return None
     try:
-        return reader(run.folder / name)
+        return reader(folder / name)
     except (DrakeTrackerError, *_UNREADABLE) as error:
         reason = (str(error).splitlines() or [type(error).__name__])[0]
-        run.notes.append(f"{name} cannot be read: {reason}.")
+        notes.append(f"{name} cannot be read: {reason}.")
         return None
 
 
-def _mapping(value):
+def _mapping(value: Any) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise ValueError("it is not a mapping")
     return value
 
 
-def _task(run):
-    if run.scenario is not None:
-        return run.scenario.task
-    if run.log is not None:
-        return "ball" if "truth_ball_state" in run.log else "train"
-    return "ball" if str((run.summary or {}).get("scenario", "")).startswith("ball") else "train"
+def _task(scenario: BaseScenario | None, log: dict[str, Signal] | None, summary: dict[str, Any] | None) -> Task:
+    """Returns the task of a run; the first task when the files do not tell."""
+    if scenario is not None:
+        return task_of(scenario)
+    tasks = [task_named(name) for name in TASKS]
+    if log is not None:
+        found = [task for task in tasks if task.truth_signal in log]
+    else:
+        found = [task for task in tasks if str((summary or {}).get("scenario", "")).startswith(task.name)]
+    return (found or tasks)[0]
 
 
-def _note(run):
+def _note(run: RunFiles) -> None:
     if run.summary is None:
-        run.notes.insert(0, "There is no summary: the run goes on still, or was ended before it could write one.")
+        run.notes.insert(0, "There is no summary: the run is still going on, or was stopped before it could write one.")
     versions = (run.summary or {}).get("package_versions") or {}
     made, here = versions.get("drake_tracker"), package_versions()["drake_tracker"]
     if made and here and made != here:
-        run.notes.insert(0, f"This run was made by version {made}; the page is of version {here}.")
-    measured = run.scenario is not None and type(getattr(run.scenario, "vision", None)).__name__ == "Measured"
-    missing = [name for name in EXPECTED[run.task] if not (run.folder / name).exists() and name != "summary.json"]
-    if measured:  # without cameras there is neither
-        missing = [name for name in missing if name not in ("cameras.mp4", "motion.png")]
+        run.notes.insert(0, f"This run was made by version {made}, this page by version {here}.")
+    missing = [name for name in run.task.files if not (run.folder / name).exists() and name != "summary.json"]
+    if run.scenario is not None and not run.task.uses_cameras(run.scenario):
+        missing = [name for name in missing if name not in CAMERA_FILES]
     if missing:
         run.notes.append(f"Not in the directory: {', '.join(missing)}.")

@@ -1,11 +1,13 @@
-"""Shows one page and the files beside it to this machine alone.
+"""Serves one page, and the files beside it, to this machine only.
 
-What may be asked for is a list of names, made before the server starts. A path from the network is looked up in it and
-never used for anything else.
+The names of the files that may be requested are fixed before the server starts. The path of a request is looked up
+among them and never used for anything else.
 """
 
 import mimetypes
+import os
 import re
+from collections.abc import Iterable, Mapping
 from http import HTTPStatus
 from pathlib import Path
 
@@ -17,14 +19,16 @@ _RANGE = re.compile(r"bytes=(\d*)-(\d*)$")
 _RANGES = {"Accept-Ranges": "bytes"}
 
 
-def make_server(page, folder, names, port):
-    """Returns a server of a page and of files of a folder, bound to loopback; `serve_forever` answers.
+def make_server(page: str, folder: str | os.PathLike[str], names: Iterable[str], port: int) -> LoopbackServer:
+    """Returns a server of a page and of files, bound to loopback; `serve_forever` answers requests.
+
+    Raises DrakeTrackerError when the port is taken or does not exist.
 
     Args:
-      page: text of HTML, shown at /. folder: of the files. names: those that may be asked for. port: 0 is any that is
-      free.
-
-    Raises DrakeTrackerError when the port is taken, or none of this machine's.
+        page: text of HTML, served at /.
+        folder: of the files.
+        names: of the files that may be requested.
+        port: to listen at; 0 takes a free one.
     """
     files = {f"/{name}": Path(folder) / name for name in names}
     return LoopbackServer(type("Handler", (_Handler,), {"page": page.encode("utf-8"), "files": files}), port)
@@ -32,10 +36,11 @@ def make_server(page, folder, names, port):
 
 class _Handler(LoopbackHandler):
     policy = "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; frame-ancestors 'self'"
-    """Recordings carry their scripts within them; nothing may be fetched from elsewhere."""
-    page, files = b"", {}
+    """Recordings contain their scripts; nothing may be loaded from another host."""
+    page: bytes = b""
+    files: Mapping[str, Path] = {}
 
-    def do_GET(self):
+    def do_GET(self) -> None:
         if not self.is_addressed():
             return
         path = self.path.split("?")[0]
@@ -49,33 +54,34 @@ class _Handler(LoopbackHandler):
 
     do_HEAD = do_GET
 
-    def _send_file(self, file):
-        kind = mimetypes.guess_type(file.name)[0] or "application/octet-stream"
+    def _send_file(self, file: Path) -> None:
+        media_type = mimetypes.guess_type(file.name)[0] or "application/octet-stream"
         with file.open("rb") as stream:
             size = stream.seek(0, 2)
-            first, last = self._range(size)
-            if first is None:
-                self.head(HTTPStatus.OK, kind, size, _RANGES)
+            requested = self._range(size)
+            if requested is None:
+                self.head(HTTPStatus.OK, media_type, size, _RANGES)
                 first, last = 0, size - 1
-            elif first > last:
-                status = HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE
-                self.refuse(status, "there are no such bytes", {"Content-Range": f"bytes */{size}"})
-                return
             else:
+                first, last = requested
+                if first > last:
+                    status = HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE
+                    self.refuse(status, "the file has no such bytes", {"Content-Range": f"bytes */{size}"})
+                    return
                 span = _RANGES | {"Content-Range": f"bytes {first}-{last}/{size}"}
-                self.head(HTTPStatus.PARTIAL_CONTENT, kind, last - first + 1, span)
+                self.head(HTTPStatus.PARTIAL_CONTENT, media_type, last - first + 1, span)
             stream.seek(first)
             left = last - first + 1 if self.command != "HEAD" else 0
             while left > 0 and (chunk := stream.read(min(left, _CHUNK))):
                 self.wfile.write(chunk)
                 left -= len(chunk)
 
-    def _range(self, size):
-        """Returns the first and the last byte that are asked for, (None, None) for all, first > last for none."""
-        asked = _RANGE.match(self.headers.get("Range", ""))
-        if asked is None or asked.groups() == ("", ""):
-            return None, None
-        first, last = asked.groups()
+    def _range(self, size: int) -> tuple[int, int] | None:
+        """Returns the first and last requested byte; None when all are requested, first > last when there are none."""
+        requested = _RANGE.match(self.headers.get("Range", ""))
+        if requested is None or requested.groups() == ("", ""):
+            return None
+        first, last = requested.groups()
         if first == "":
             return max(size - int(last), 0), size - 1
         return int(first), min(int(last), size - 1) if last else size - 1

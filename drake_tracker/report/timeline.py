@@ -1,82 +1,152 @@
-"""The phases of a run as a picture: a bar of colours over time, the attempts marked on it."""
+"""The phases of a run as a picture: a bar of colours over time, with a mark for each attempt.
 
-from html import escape
+Lengths are in units of the picture's view box.
+"""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, ClassVar
+
+from drake_tracker.tasks.episode import PhaseSpan
 from drake_tracker.tasks.style import INK, SOFT_INK, phase_colour
 
-_WIDTH, _LEFT, _RIGHT = 1160, 0, 0
-_BAR_TOP, _BAR, _HEIGHT = 34, 30, 92
 _MARKS = {"lifted": "#009e73", "missed": "#d55e00", "dropped": "#cc79a7"}
 _GREY = "#8a9099"
 
 
-def timeline_svg(spans, attempts=()):
-    """Returns an SVG of phases, `PhaseSpan`s, with a mark where the jaws of each attempt closed.
+@dataclass(frozen=True)
+class Text:
+    """A text in the picture.
 
-    ``attempts``: dicts as in `autopsy.perform`; of one whose jaws never closed the launch is marked.
+    Attributes:
+        x: position.
+        y: of the baseline.
+        words: the text.
+        colour: "#rrggbb".
+        size: of the type.
+        anchor: "start", "middle" or "end": what of the text is at ``x``.
+        bold: whether the type is bold.
     """
-    if not spans:
-        return ""
+
+    x: float
+    y: float
+    words: str
+    colour: str
+    size: int
+    anchor: str
+    bold: bool = False
+
+
+@dataclass(frozen=True)
+class Block:
+    """The part of the bar that shows one phase.
+
+    Attributes:
+        x: left end.
+        width: of the block.
+        colour: "#rrggbb".
+        hint: name and times of the phase.
+    """
+
+    x: float
+    width: float
+    colour: str
+    hint: str
+
+
+@dataclass(frozen=True)
+class Mark:
+    """The mark of an attempt, above the bar.
+
+    Attributes:
+        x: of its tip.
+        colour: "#rrggbb".
+        hint: sentence on the attempt.
+    """
+
+    x: float
+    colour: str
+    hint: str
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """The picture.
+
+    Attributes:
+        top: upper edge of the view box.
+        blocks: phases.
+        ticks: positions of the ticks below the bar.
+        marks: attempts.
+        texts: all texts.
+        legend: (colour, name, total time [s]) of each phase that occurred.
+    """
+
+    WIDTH: ClassVar[int] = 1160
+    HEIGHT: ClassVar[int] = 92
+    BAR_TOP: ClassVar[int] = 34
+    BAR_HEIGHT: ClassVar[int] = 30
+    GREY: ClassVar[str] = _GREY
+
+    top: float
+    blocks: tuple[Block, ...]
+    ticks: tuple[float, ...]
+    marks: tuple[Mark, ...]
+    texts: tuple[Text, ...]
+    legend: tuple[tuple[str, str, float], ...]
+
+
+def make_timeline(spans: Sequence[PhaseSpan], attempts: Sequence[Mapping[str, Any]] = ()) -> Timeline:
+    """Returns the picture of the phases, with a mark where the jaws of each attempt began to close.
+
+    Args:
+        spans: phases of the run, at least one.
+        attempts: dicts of `autopsy.perform`. An attempt whose jaws never closed is marked at its launch.
+    """
     end = max(spans[-1].end, 1e-3)
-    top = 0 if attempts else _BAR_TOP - 4
-
-    def at(time):
-        return _LEFT + (_WIDTH - _LEFT - _RIGHT) * time / end
-
-    parts = [
-        f'<svg class="timeline" viewBox="0 {top} {_WIDTH} {_HEIGHT - top}" role="img" aria-label="phases over time">',
-    ]
+    scale = Timeline.WIDTH / end
+    texts: list[Text] = []
+    blocks = []
     for span in spans:
-        x, width = at(span.start), max(at(span.end) - at(span.start), 0.5)
+        x, width = scale * span.start, max(scale * span.end - scale * span.start, 0.5)
         name = span.phase.name.lower()
-        words = f"{name}, {span.start:.2f} to {span.end:.2f} s"
-        parts.append(
-            f'<rect x="{x:.1f}" y="{_BAR_TOP}" width="{width:.1f}" height="{_BAR}" fill="{phase_colour(span.phase)}">'
-            f"<title>{escape(words)}</title></rect>"
-        )
+        blocks.append(Block(x, width, phase_colour(span.phase), f"{name}, {span.start:.2f} to {span.end:.2f} s"))
         if width > 9.0 * len(name):
-            parts.append(_text(x + 0.5 * width, _BAR_TOP + 20, name, "#ffffff", 13, "middle", bold=True))
-    for time in _ticks(end):
-        x = at(time)
-        parts.append(f'<path d="M{x:.1f} {_BAR_TOP + _BAR}v6" stroke="{_GREY}"/>')
-        anchor = "start" if time == 0 else "end" if x > _WIDTH - 10 else "middle"
-        parts.append(_text(x, _BAR_TOP + _BAR + 21, f"{time:g}{' s' if time == 0 else ''}", SOFT_INK, 12, anchor))
+            texts.append(Text(x + 0.5 * width, Timeline.BAR_TOP + 20, name, "#ffffff", 13, "middle", bold=True))
+    ticks = _ticks(end)
+    for time in ticks:
+        anchor = "start" if time == 0 else "end" if scale * time > Timeline.WIDTH - 10 else "middle"
+        words = f"{time:g}{' s' if time == 0 else ''}"
+        texts.append(Text(scale * time, Timeline.BAR_TOP + Timeline.BAR_HEIGHT + 21, words, SOFT_INK, 12, anchor))
+    marks = []
     last = -100.0
     for attempt in attempts:
-        x = at(attempt["close_s"] if attempt["close_s"] is not None else attempt["launch_s"])
-        colour = _MARKS.get(attempt["outcome"], _GREY)
-        parts.append(
-            f'<path d="M{x:.1f} {_BAR_TOP - 2}l-6 -9h12z" fill="{colour}">'
-            f"<title>{escape(attempt['sentence'])}</title></path>"
-        )
+        x = scale * (attempt["close_s"] if attempt["close_s"] is not None else attempt["launch_s"])
+        marks.append(Mark(x, _MARKS.get(attempt["outcome"], _GREY), attempt["sentence"]))
         if x - last > 18.0:
-            words = f"attempt {attempt['number']}: {attempt['outcome']}" if len(attempts) <= 3 else attempt["number"]
-            anchor = "end" if x > 0.9 * _WIDTH else "start" if x < 0.1 * _WIDTH else "middle"
-            parts.append(_text(x, _BAR_TOP - 16, words, INK, 13, anchor))
+            number = str(attempt["number"])
+            words = f"attempt {number}: {attempt['outcome']}" if len(attempts) <= 3 else number
+            anchor = "end" if x > 0.9 * Timeline.WIDTH else "start" if x < 0.1 * Timeline.WIDTH else "middle"
+            texts.append(Text(x, Timeline.BAR_TOP - 16, words, INK, 13, anchor))
             last = x
-    return "".join(parts) + "</svg>"
+    return Timeline(
+        top=0 if attempts else Timeline.BAR_TOP - 4,
+        blocks=tuple(blocks),
+        ticks=tuple(scale * time for time in ticks),
+        marks=tuple(marks),
+        texts=tuple(texts),
+        legend=_legend(spans),
+    )
 
 
-def phase_legend(spans):
-    """Returns the phases of a run as a line of HTML: colour, name, and how long each took in all."""
-    times = {}
+def _legend(spans: Sequence[PhaseSpan]) -> tuple[tuple[str, str, float], ...]:
+    times: dict[IntEnum, float] = {}
     for span in spans:
         times[span.phase] = times.get(span.phase, 0.0) + span.end - span.start
-    items = (
-        f'<span><i style="background:{phase_colour(phase)}"></i>{phase.name.lower()} {time:.1f} s</span>'
-        for phase, time in sorted(times.items())
-    )
-    return f'<p class="legend">{"".join(items)}</p>'
+    return tuple((phase_colour(phase), phase.name.lower(), time) for phase, time in sorted(times.items()))
 
 
-def _ticks(end):
+def _ticks(end: float) -> list[float]:
     step = next(step for step in (0.5, 1, 2, 5, 10, 20, 60, 300, 1800, 7200) if end / step <= 14 or step == 7200)
     return [k * step for k in range(int(end / step) + 1)]
-
-
-def _text(x, y, words, colour, size, anchor, bold=False):
-    weight = ' font-weight="600"' if bold else ""
-    return (
-        f'<text x="{x:.1f}" y="{y}" fill="{colour}" font-size="{size}" text-anchor="{anchor}"{weight}>'
-        f"{escape(str(words))}</text>"
-    )

@@ -1,4 +1,4 @@
-"""A campaign on a cluster: a real scheduler, and two workers that are processes of their own, one of them killed."""
+"""A campaign on a cluster: a real scheduler and worker processes, some of which are killed."""
 
 import json
 import os
@@ -21,11 +21,11 @@ from drake_tracker.core.errors import DrakeTrackerError
 
 TESTS = Path(__file__).parents[1]
 FEW_FAILURES = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1"}
-"""A trial is lost with the second worker: to start one takes seconds."""
+"""A trial is lost with the second worker that it kills, since starting a worker takes seconds."""
 
 
 class Engine:
-    """A scheduler and workers, started as anybody would start them."""
+    """A scheduler and workers, started as a user starts them."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -59,7 +59,7 @@ class Engine:
         raise AssertionError("it did not come up")
 
     def close(self):
-        for process in reversed(self.processes):  # the workers of a nanny end when they miss it
+        for process in reversed(self.processes):  # workers end when their nanny is gone
             process.kill()
             process.wait()
 
@@ -67,7 +67,7 @@ class Engine:
 def address_in(path):
     try:
         return json.loads(path.read_text())["address"]
-    except (FileNotFoundError, ValueError):  # not yet written, or half
+    except (FileNotFoundError, ValueError):  # not yet written, or only in part
         return None
 
 
@@ -83,7 +83,7 @@ def plan(trials):
     return make_plan("train", trials, {"track.speed": ["0.1", "0.3"]})
 
 
-def test_a_worker_that_is_killed_costs_no_other_trial(engine, tmp_path):
+def test_a_killed_worker_costs_no_trial(engine, tmp_path):
     workers = {process.pid: process for process in (engine.worker("--no-nanny"), engine.worker("--no-nanny"))}
     killed = []
 
@@ -101,7 +101,7 @@ def test_a_worker_that_is_killed_costs_no_other_trial(engine, tmp_path):
     assert campaign.lost == [] and {line["process"] for line in lines[-4:]} == {survivor}
 
 
-def test_a_trial_that_kills_whoever_runs_it_is_lost_alone(engine, tmp_path):
+def test_only_the_trial_that_kills_its_workers_is_lost(engine, tmp_path):
     engine.worker("--nworkers", "2")
     campaign = carry_out(make_plan("train", 4), cluster(engine.address), tmp_path / "c", work=die_of_seed_1)
     assert [row["seed"] for row in campaign.rows] == [0, 2, 3]
@@ -109,7 +109,7 @@ def test_a_trial_that_kills_whoever_runs_it_is_lost_alone(engine, tmp_path):
     assert trial.scenario.seed == 1 and "KilledWorker" in reason
 
 
-def test_a_scheduler_that_dies_is_one_line_and_the_campaign_goes_on_elsewhere(engine, tmp_path):
+def test_after_the_scheduler_dies_the_campaign_continues_elsewhere(engine, tmp_path):
     engine.worker("--no-nanny")
 
     def progress(ended, trials, taken):
@@ -142,7 +142,7 @@ def test_a_scheduler_without_workers_is_one_line(engine, tmp_path, monkeypatch):
         ("nonsense", "scheduler"),
     ],
 )
-def test_a_scheduler_that_is_not_there_is_one_line(address, said, tmp_path, monkeypatch):
+def test_a_missing_scheduler_is_one_line(address, said, tmp_path, monkeypatch):
     monkeypatch.setattr(cluster_module, "CONNECT_TIMEOUT", 0.5)
     with pytest.raises(DrakeTrackerError, match=said) as caught:
         carry_out(plan(1), cluster(address), tmp_path / "c", work=quick)

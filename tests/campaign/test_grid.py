@@ -1,4 +1,4 @@
-"""The grid of a campaign: what is varied, and that every error is named before anything runs."""
+"""The grid of a campaign: combinations of settings, and errors before anything runs."""
 
 import pytest
 
@@ -16,9 +16,11 @@ from drake_tracker.core.errors import DrakeTrackerError
         ("[0.5, 0.0],[0.6, 0.0]", ["[0.5, 0.0]", "[0.6, 0.0]"]),
         ("'a,b',\"c,d\"", ["'a,b'", '"c,d"']),
         ("1,,2", ["1", "", "2"]),
+        ("!ArcLength,!ClosedPath {},!A", ["!ArcLength", "!ClosedPath {}", "!A"]),
+        ("", [""]),
     ],
 )
-def test_values_are_split_at_their_own_commas(text, values):
+def test_values_are_split_at_top_level_commas(text, values):
     assert split_values(text) == values
 
 
@@ -44,6 +46,7 @@ def test_without_a_grid_there_is_one_cell():
         (["track.sped=0.1,0.2"], ["--vary track.sped=0.1: there is no", "--vary track.sped=0.2: there is no"]),
         (["track.speed=0.1,9"], ["--vary track.speed=9: track.speed must be a number from 0 to 1 m/s, not 9"]),
         (["track.speed=0.1,,0.2"], ["--vary track.speed: a value is empty"]),
+        (["track.kind=oval,'circle"], ["--vary track.kind=oval,'circle: not valid YAML"]),
         (["track.speed=0.1,0.1"], ["--vary track.speed: 0.1 is given twice"]),
         (["seed=1,2"], ["--vary seed: every trial has a seed of its own"]),
         (["estimator=!Arc {}"], ["--vary estimator=!Arc {}: estimator must be one of"]),
@@ -58,7 +61,7 @@ def test_bad_grids_are_one_line_each(texts, said):
     assert all(words in line for words, line in zip(said, lines))
 
 
-def test_an_error_of_many_cells_is_told_once():
+def test_an_error_in_many_cells_is_reported_once():
     with pytest.raises(DrakeTrackerError) as caught:
         make_cells("train", [], parse_vary(["track.speed=9", "track.kind=oval,circle,line"]))
     assert len(str(caught.value).splitlines()) == 1
@@ -82,7 +85,7 @@ def test_bad_plans_are_one_line(arguments, said):
     assert said in str(caught.value) and "\n" not in str(caught.value)
 
 
-def test_trials_go_seed_by_seed_and_the_vision_can_be_set_further():
+def test_trials_run_seed_by_seed_and_measured_vision_has_settings():
     plan = make_plan("train", 2, {"track.speed": [0.1, 0.2]}, ["vision.lag_cycles=6"], 7, "measured")
     assert [(t.scenario.seed, t.scenario.track.speed) for t in plan.jobs()] == [(7, 0.1), (7, 0.2), (8, 0.1), (8, 0.2)]
     assert {type(t.scenario.vision).__name__ for t in plan.jobs()} == {"Measured"}
@@ -93,11 +96,11 @@ def test_trials_go_seed_by_seed_and_the_vision_can_be_set_further():
 @pytest.mark.parametrize(
     "value, text", [(0.2, "0.2"), (3, "3"), (True, "true"), ([0.5, 1.0], "[0.5, 1.0]"), ("x y", "x y")]
 )
-def test_values_of_python_are_written_as_yaml(value, text):
+def test_python_values_are_written_as_yaml(value, text):
     assert yaml_text(value) == text
 
 
-def test_texts_are_read_as_numbers_where_they_are():
+def test_numeric_texts_are_read_as_numbers():
     assert [plain_value(text) for text in ("0.20", "3", "1e-3", "false", "oval", "!ArcLength {}", "[1, 2]")] == [
         0.2,
         3,

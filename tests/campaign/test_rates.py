@@ -1,4 +1,4 @@
-"""Rates and their intervals, the table, and the pictures."""
+"""Rates and their intervals, the table, and the plots."""
 
 import csv
 import math
@@ -21,14 +21,14 @@ from drake_tracker.campaign.wilson import wilson
         (1, 29, 0.0061, 0.1718),
     ],
 )
-def test_wilson_is_that_of_published_values(successes, trials, low, high):
+def test_wilson_agrees_with_published_values(successes, trials, low, high):
     found = wilson(successes, trials)
     assert found == pytest.approx((low, high), abs=5e-5)
     mirrored = wilson(trials - successes, trials)
     assert mirrored == pytest.approx((1 - high, 1 - low), abs=5e-5)
 
 
-def test_wilson_without_trials_knows_nothing():
+def test_wilson_without_trials_is_the_whole_range():
     assert wilson(0, 0) == (0.0, 1.0)
 
 
@@ -50,7 +50,7 @@ def test_rates_are_counted_cell_by_cell():
     assert lines[-1][:4] == ["all", "5", "8", "62"]
 
 
-def test_the_table_has_settings_first_and_names_what_is_nested():
+def test_the_table_has_settings_first_and_flattens_nested_values():
     rows = [
         {
             "settings": {"track.speed": "0.1", "track.kind": "oval"},
@@ -101,7 +101,7 @@ def rate(taken, **settings):
     return Rate({key.replace("_", "."): text for key, text in settings.items()}, taken, 10, *wilson(taken, 10))
 
 
-def test_one_number_is_drawn_as_a_line_with_its_intervals():
+def test_a_numeric_setting_is_drawn_as_a_line_with_intervals():
     plan_rates = [rate(2, track_speed="0.3"), rate(9, track_speed="0.1")]
     (axes,) = draw_rates(plan_rates, ["track.speed"], {"track.speed": "m/s"}).axes
     ((line, _, (bars,)),) = axes.containers
@@ -111,26 +111,26 @@ def test_one_number_is_drawn_as_a_line_with_its_intervals():
     assert axes.get_xlabel() == "track.speed  [m/s]"
 
 
-def test_words_are_lines_of_their_own_over_a_number():
+def test_a_setting_of_words_gives_one_line_per_word():
     rates = [rate(5, estimator=kind, track_speed=speed) for kind in ("!A {}", "!B {}") for speed in ("0.1", "0.2")]
     (axes,) = draw_rates(rates, ["estimator", "track.speed"]).axes
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["estimator !A {}", "estimator !B {}"]
 
 
-def test_words_alone_are_points():
+def test_a_single_setting_of_words_gives_points():
     (axes,) = draw_rates([rate(5, track_kind="oval"), rate(6, track_kind="line")], ["track.kind"]).axes
     assert [label.get_text() for label in axes.get_xticklabels()] == ["oval", "line"]
 
 
-def test_two_numbers_are_a_map_and_cells_without_trials_stay_white():
+def test_two_numeric_settings_give_a_map_with_white_empty_cells():
     rates = [rate(3, a_b=x, c_d=y) for x in ("1", "2") for y in ("10", "5")]
     rates[0] = Rate(rates[0].settings, 0, 0, 0.0, 1.0)
-    axes, bar = draw_rates(rates, ["a.b", "c.d"]).axes
+    axes, _ = draw_rates(rates, ["a.b", "c.d"]).axes
     data = axes.images[0].get_array()
     assert data.shape == (2, 2) and [label.get_text() for label in axes.get_yticklabels()] == ["5", "10"]
     assert data.mask.sum() == 1 and data.mask[1, 0]
 
 
-def test_there_is_nothing_to_draw_of_one_cell():
+def test_one_cell_gives_no_plot():
     assert draw_rates([Rate({}, 1, 2, *wilson(1, 2))], []) is None
     assert make_plan("train", 1).vary == {}

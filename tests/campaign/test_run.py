@@ -28,7 +28,7 @@ def contents(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-def test_a_campaign_leaves_its_record_tables_and_picture(tmp_path):
+def test_a_campaign_writes_its_record_tables_and_plot(tmp_path):
     told = []
     campaign = carry_out(plan(), here, tmp_path / "c", progress=lambda *now: told.append(now), work=quick)
     assert [(rate.successes, rate.trials) for rate in campaign.rates] == [(3, 3), (1, 3)]
@@ -44,13 +44,13 @@ def test_a_campaign_leaves_its_record_tables_and_picture(tmp_path):
     assert "all" in campaign.lines()[-1]
 
 
-def test_without_a_directory_nothing_is_left(tmp_path, monkeypatch):
+def test_without_a_directory_nothing_is_written(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert len(carry_out(plan(), here, work=quick).rows) == 6
     assert contents(tmp_path) == {}
 
 
-def test_an_interrupted_campaign_goes_on_and_ends_as_if_it_had_not_been(tmp_path):
+def test_an_interrupted_campaign_can_be_continued(tmp_path):
     first = Stops(4)
     stopped = carry_out(plan(), first, tmp_path / "a", work=quick)
     assert stopped.interrupted and len(stopped.rows) == 4
@@ -67,7 +67,7 @@ def test_an_interrupted_campaign_goes_on_and_ends_as_if_it_had_not_been(tmp_path
     assert carry_out(plan(), Stops(0, AssertionError("nothing is left to run")), tmp_path / "a", work=quick).rows
 
 
-def test_a_campaign_can_be_asked_for_more_trials(tmp_path):
+def test_a_campaign_can_be_extended(tmp_path):
     carry_out(plan(2), here, tmp_path, work=quick)
     runner = Stops(99)
     assert len(carry_out(plan(3), runner, tmp_path, work=quick).rows) == 6 and len(runner.run) == 2
@@ -81,7 +81,7 @@ def test_a_lost_trial_has_no_line_and_is_run_again(tmp_path):
     assert [row["seed"] for row in carry_out(plan(vary={}), here, tmp_path, work=quick).rows] == [0, 1, 2]
 
 
-def test_a_worker_that_dies_costs_its_own_trial_alone(tmp_path):
+def test_a_worker_that_dies_costs_only_its_own_trial(tmp_path):
     campaign = carry_out(plan(4, vary={}), pool(2), tmp_path, work=die_of_seed_1)
     assert [row["seed"] for row in campaign.rows] == [0, 2, 3]
     ((trial, reason),) = campaign.lost
@@ -98,7 +98,7 @@ def test_a_worker_that_dies_costs_its_own_trial_alone(tmp_path):
         (lambda: plan(overrides=["duration=9"]), 'its overrides is [], not ["duration=9"]'),
     ],
 )
-def test_another_campaign_is_never_mixed_in(tmp_path, change, said):
+def test_campaigns_are_never_mixed(tmp_path, change, said):
     carry_out(plan(), here, tmp_path, work=quick)
     before = contents(tmp_path)
     with pytest.raises(DrakeTrackerError) as caught:
@@ -133,7 +133,7 @@ def test_a_campaign_of_another_version_or_scenario_file_is_refused(tmp_path, key
         (TRIALS, '{"seed": 0, "settings": {}}\n', "trials.jsonl: result 1 is not the result of a trial"),
     ],
 )
-def test_a_damaged_directory_is_refused_and_left_as_it_is(tmp_path, name, text, said):
+def test_a_damaged_directory_is_refused_and_unchanged(tmp_path, name, text, said):
     carry_out(plan(), here, tmp_path, work=quick)
     (tmp_path / name).unlink()
     if text is not None:
@@ -144,7 +144,7 @@ def test_a_damaged_directory_is_refused_and_left_as_it_is(tmp_path, name, text, 
     assert contents(tmp_path) == before
 
 
-def test_a_line_half_written_is_the_only_thing_dropped(tmp_path):
+def test_only_an_incomplete_last_line_is_dropped(tmp_path):
     carry_out(plan(), here, tmp_path, work=quick)
     whole = (tmp_path / TRIALS).read_bytes()
     (tmp_path / TRIALS).write_bytes(whole[:-20])
@@ -153,18 +153,18 @@ def test_a_line_half_written_is_the_only_thing_dropped(tmp_path):
     assert len(runner.run) == 1 and (tmp_path / TRIALS).read_bytes() == whole
 
 
-def test_a_line_without_its_end_is_kept(tmp_path):
+def test_a_complete_last_line_without_newline_is_kept(tmp_path):
     (tmp_path / "r.jsonl").write_text('{"a":1}\n{"a":2}')
     with Record(tmp_path / "r.jsonl") as record:
         record.append({"a": 3})
     assert read_lines(tmp_path / "r.jsonl") == [{"a": 1}, {"a": 2}, {"a": 3}]
 
 
-def test_a_full_disk_ends_it_in_one_line_and_keeps_whole_lines(tmp_path):
+def test_a_full_disk_is_one_line_and_whole_lines_are_kept(tmp_path):
     carry_out(plan(), Stops(2), tmp_path, work=quick)
     size = (tmp_path / TRIALS).stat().st_size
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size + size // 2 + 30, hard))  # room for a line and a piece of another
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size + size // 2 + 30, hard))  # space for one line and part of another
     try:
         with pytest.raises(DrakeTrackerError) as caught:
             carry_out(plan(), here, tmp_path, work=quick)
@@ -182,7 +182,7 @@ def test_two_campaigns_do_not_share_a_directory(tmp_path):
     assert len(read_lines(tmp_path / TRIALS)) == 1
 
 
-def test_a_campaign_that_could_not_begin_leaves_no_directory(tmp_path):
+def test_a_campaign_that_cannot_start_leaves_no_directory(tmp_path):
     with pytest.raises(DrakeTrackerError, match="^no scheduler$"):
         carry_out(plan(), Stops(0, DrakeTrackerError("no scheduler")), tmp_path / "c", work=quick)
     assert contents(tmp_path) == {}
@@ -205,7 +205,7 @@ def test_bad_runners_are_one_line(options, said, monkeypatch):
         ("distributed", lambda: make_runner(scheduler="tcp://localhost:1")),
     ],
 )
-def test_an_extra_that_is_missing_is_one_line(package, call, monkeypatch):
+def test_a_missing_optional_package_is_one_line(package, call, monkeypatch):
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(DrakeTrackerError, match=r"pip install 'drake-tracker\[(cluster|parquet)\]'"):
         call()
@@ -230,7 +230,7 @@ def test_a_trial_is_a_line_with_the_summary_of_its_run(simulated):
     assert line == {"settings": {"track.speed": "0.2"}, **simulated.effect}
 
 
-def test_a_run_that_breaks_took_nothing_and_one_without_a_machine_says_nothing(simulated):
+def test_an_exception_is_a_failed_run_and_a_machine_error_a_lost_trial(simulated):
     (job,) = plan(1, vary={}).jobs()
     simulated.effect = RuntimeError("no\nsolution")
     line = run_trial(job)
@@ -240,7 +240,7 @@ def test_a_run_that_breaks_took_nothing_and_one_without_a_machine_says_nothing(s
         assert isinstance(run_trial(job), Lost)
 
 
-def test_a_machine_without_a_renderer_is_found_out_first(monkeypatch, tmp_path):
+def test_a_missing_renderer_is_reported_before_the_first_trial(monkeypatch, tmp_path):
     def refuse():
         raise MachineError("the renderer does not work")
 
@@ -250,7 +250,7 @@ def test_a_machine_without_a_renderer_is_found_out_first(monkeypatch, tmp_path):
     assert contents(tmp_path) == {}
 
 
-def test_a_trial_in_a_worker_runs_the_real_thing(tmp_path):
+def test_a_worker_runs_a_real_simulation(tmp_path):
     overrides = ["track.kind=circle", "track.speed=0.3", "duration=0.5"]
     campaign = run_campaign("train", 1, overrides=overrides, vision="measured", workers=1, out=tmp_path)
     (row,) = campaign.rows

@@ -1,4 +1,4 @@
-"""The command `drake-tracker figures`: what it draws, and how it answers bad input."""
+"""The command `drake-tracker figures`: its figures and numbers, and its answers to bad input."""
 
 import json
 from functools import partial
@@ -28,7 +28,7 @@ def test_every_figure_is_drawn_with_its_numbers(tmp_path, monkeypatch, capsys):
     for name in NAMES:
         image = cv2.imread(str(out / f"{name}.png"))
         assert image.shape[0] > 600 and image.shape[1] > 1000
-        assert (image < 250).any(axis=2).mean() > 0.02, f"{name} is as good as empty"
+        assert (image < 250).any(axis=2).mean() > 0.02, f"{name} is almost empty"
     numbers = json.loads((out / "figures.json").read_text())
     assert set(NAMES) <= set(numbers) and numbers["seed"] == 3
     assert 0.0 < numbers["figure_07"]["kolmogorov_smirnov"] < 1.0
@@ -43,12 +43,12 @@ def test_every_figure_is_drawn_with_its_numbers(tmp_path, monkeypatch, capsys):
     "content, said",
     [
         (None, "cannot be read"),
-        ("{", "no JSON"),
+        ("{", "not valid JSON"),
         ("{}", "must hold a list"),
         ('[{"name": "x"}]', "curve 1: a key is missing"),
         (json.dumps([CURVE, {**CURVE, "stage": "later"}]), "curve 2: stage is 'later'"),
-        (json.dumps([{**CURVE, "rms_m": [1.0]}]), "of one length"),
-        (json.dumps([{**CURVE, "rms_m": ["1", 2]}]), "rms_m is no list of finite numbers"),
+        (json.dumps([{**CURVE, "rms_m": [1.0]}]), "the same length"),
+        (json.dumps([{**CURVE, "rms_m": ["1", 2]}]), "rms_m is not a list of finite numbers"),
     ],
 )
 def test_bad_bounds_are_one_line_and_leave_nothing(tmp_path, capsys, content, said):
@@ -61,14 +61,14 @@ def test_bad_bounds_are_one_line_and_leave_nothing(tmp_path, capsys, content, sa
     assert not (tmp_path / "new").exists()
 
 
-def test_the_bounds_of_the_figures_own_world_come_with_the_package():
+def test_the_package_contains_bounds_for_its_own_drives():
     curves = {curve["stage"]: curve for curve in read_bounds(OWN)}
     assert set(curves) == {"first_lap", "after_closure", "both"}
     at_grasp = {stage: dict(zip(curve["horizon_s"], curve["rms_m"]))[0.75] for stage, curve in curves.items()}
     assert at_grasp["after_closure"] < 0.001 < at_grasp["both"] < at_grasp["first_lap"]
 
 
-def test_bounds_come_back_as_they_are(tmp_path):
+def test_bounds_are_read_unchanged(tmp_path):
     path = tmp_path / "bounds.json"
     path.write_text(json.dumps([CURVE]))
     assert read_bounds(path) == [CURVE]

@@ -1,9 +1,9 @@
-"""Numbers of the figures that are made of a log, on logs whose truth is known."""
+"""Numbers of the figures that come from a log, computed from logs whose truth is known."""
 
 import numpy as np
 import pytest
 
-from drake_tracker.core.log import Signal, signals
+from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.estimation.rice import mean_factor
 from drake_tracker.figures.grasp_frames import moments, shown_moments
@@ -12,12 +12,13 @@ from drake_tracker.figures.measured_arc import arc_lengths, filter_arc_lengths, 
 from drake_tracker.figures.trajectory import trajectory
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.task import TASK
 
 SPEED, RADIUS, SIGMA = 0.15, 0.2, 0.001
 
 
 def signal(name, times, **fields):
-    names = tuple(signals()[name][1])
+    names = tuple(TASK.signals()[name][1])
     data = np.zeros((len(times), len(names)))
     for field, row in fields.items():
         data[:, names.index(field)] = row
@@ -26,7 +27,7 @@ def signal(name, times, **fields):
 
 @pytest.fixture
 def log():
-    """A train on a circle, seen with white noise of 1 mm, and a command 5 mm to its left."""
+    """A train on a circle, measured with white noise of 1 mm, and a command 5 mm to its left."""
     times = VISION_PERIOD * np.arange(1500)
     angle = SPEED / RADIUS * times
     x, y, yaw = RADIUS * np.cos(angle), RADIUS * np.sin(angle), angle + 0.5 * np.pi
@@ -55,7 +56,7 @@ def test_figure_7_finds_the_arc_length_that_its_mean_misses(log):
     assert found["low"] < found["coefficient"] < found["high"] and abs(found["coefficient"]) < 0.1
 
 
-def test_chords_over_a_gap_do_not_count():
+def test_chords_across_a_gap_do_not_count():
     stamps = VISION_PERIOD * np.array([0, 1, 2, 7, 8])
     times, s = arc_lengths(stamps, np.column_stack([0.1 * stamps, 0.0 * stamps]))
     assert times == pytest.approx(stamps[[1, 2, 4]])
@@ -63,14 +64,14 @@ def test_chords_over_a_gap_do_not_count():
 
 
 def test_the_filter_of_figure_12_is_the_mean_of_noiseless_input_and_holds_without_a_root():
-    s_1, s_0, sigma = filter_arc_lengths(np.full(40, 0.0025))
+    s_1, s_0, _ = filter_arc_lengths(np.full(40, 0.0025))
     assert np.isnan(s_0[:30]).all()
     assert s_1[30:] == pytest.approx(0.0025) and s_0[30:] == pytest.approx(0.0025)
-    jump = np.concatenate([np.full(40, 0.0025), [0.5]])  # one wild chord: a ratio that no Rice distribution has
+    jump = np.concatenate([np.full(40, 0.0025), [0.5]])  # one outlier: a ratio that no Rice distribution has
     assert filter_arc_lengths(jump)[1, -1] == pytest.approx(0.0025)
 
 
-def test_figure_12_takes_the_bias_off(log):
+def test_figure_12_removes_most_of_the_bias(log):
     numbers = filtered_arc(log)
     assert numbers["bias_s_1"] > 0.10
     assert abs(numbers["bias_s_0"]) < 0.5 * numbers["bias_s_1"]
@@ -108,7 +109,7 @@ def test_a_run_without_a_lift_still_has_three_moments():
 
 
 class Oracle:
-    """Knows the drive; is ready after a second."""
+    """An estimator that knows the drive; it is ready after a second."""
 
     def __init__(self, drive, offset=0.0):
         self.drive, self.offset = drive, offset
@@ -127,7 +128,7 @@ class Oracle:
         return np.column_stack([x + self.offset, y, 0.0 * x, yaw])
 
 
-def test_errors_against_the_horizon_are_distances_from_what_came():
+def test_errors_over_the_horizon_are_distances_from_the_truth():
     drive = make_drive(1, laps=0.3)
     times, errors = horizon_errors(Oracle(drive, offset=0.003), drive)
     assert errors.shape == (len(times), len(HORIZONS)) and times[0] >= 1.0

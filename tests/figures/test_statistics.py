@@ -20,14 +20,14 @@ def test_the_distribution_is_the_integral_of_the_density(s_0, sigma):
         assert rice_distribution(s, s_0, sigma) == pytest.approx(area, rel=1e-6)
 
 
-def test_the_distance_of_rice_samples_is_small_and_of_others_large():
+def test_the_distance_is_small_for_the_right_distribution_only():
     n = 4000
     samples = rice_samples(0.0025, 0.001, n, seed=1)
     assert kolmogorov_smirnov(samples, lambda s: rice_distribution(s, 0.0025, 0.001)) < 1.63 / np.sqrt(n)
     assert kolmogorov_smirnov(samples, lambda s: rice_distribution(s, 0.0030, 0.001)) > 0.15
 
 
-def test_the_distance_of_one_sample_by_hand():
+def test_the_distance_agrees_with_hand_calculation():
     assert kolmogorov_smirnov(np.array([0.3]), lambda s: s) == pytest.approx(0.7)
     assert kolmogorov_smirnov(np.array([0.25, 0.75]), lambda s: s) == pytest.approx(0.25)
 
@@ -40,7 +40,7 @@ def overlapping(rng, n, rho, width):
 
 
 @pytest.mark.parametrize("rho, width", [(0.15, 1), (0.15, 4), (-0.3, 8)])
-def test_the_interval_of_a_correlation_covers_it_however_much_the_samples_overlap(rho, width):
+def test_the_interval_of_a_correlation_covers_it_for_overlapping_samples(rho, width):
     rng = np.random.default_rng(3)
     found = [correlation(*overlapping(rng, 1500, rho, width)) for _ in range(200)]
     covered = np.mean([each.low <= rho <= each.high for each in found])
@@ -57,3 +57,8 @@ def test_the_interval_of_a_mean_covers_it():
         low, high = mean_interval(rng.standard_normal((30, 1)), rng, draws=200)
         covered += low[0] <= 0.0 <= high[0]
     assert covered >= 85
+
+
+def test_the_interval_of_one_row_is_the_row():
+    low, high = mean_interval([[1.0, 2.0]], np.random.default_rng(5))
+    assert list(low) == list(high) == [1.0, 2.0]

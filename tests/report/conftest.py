@@ -1,4 +1,4 @@
-"""A run directory as a run leaves it, of a run that was never simulated."""
+"""The directory of a synthetic run."""
 
 import json
 
@@ -7,12 +7,12 @@ from autopsy_run import AutopsyRun
 
 from drake_tracker.core.log import save_log
 from drake_tracker.tasks import save_scenario
-from drake_tracker.tasks.train.summary import package_versions, tidy
+from drake_tracker.tasks.results import package_versions, tidy
 
 
 @pytest.fixture(scope="session")
 def made_up():
-    """(scenario, log) of a run whose hand goes down beside the train."""
+    """(scenario, log) of a run in which the hand goes down beside the train."""
     run = AutopsyRun(beside=0.04)
     return run.scenario(), run.log()
 

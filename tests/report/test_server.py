@@ -1,4 +1,4 @@
-"""Tests of the server: loopback, a list of names, ranges, and nothing else."""
+"""The server: it serves listed files and ranges of them, on loopback only."""
 
 import http.client
 import socket
@@ -44,7 +44,7 @@ def ask(server, path, method="GET", host=None, **headers):
     return found
 
 
-def test_the_page_and_the_files(server):
+def test_the_page_and_its_files_are_served(server):
     assert server.server_address[0] == "127.0.0.1"
     status, headers, body = ask(server, "/")
     assert (status, body) == (200, b"<p>the page</p>")
@@ -73,7 +73,7 @@ def test_the_page_and_the_files(server):
         "http://elsewhere/log.npz",
     ],
 )
-def test_no_path_leads_out(server, path):
+def test_no_path_leads_out_of_the_directory(server, path):
     status, _, body = ask(server, path)
     assert (status, body) == (404, b"there is no such file\n")
 
@@ -91,7 +91,7 @@ def test_another_host_is_refused(server, host):
 
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "OPTIONS"])
-def test_nothing_can_be_sent(server, method):
+def test_only_get_and_head_are_allowed(server, method):
     assert ask(server, "/", method)[0] == 501
 
 
@@ -111,7 +111,7 @@ def test_nothing_can_be_sent(server, method):
         ("bytes=-", 200, 0, 1023),
     ],
 )
-def test_a_video_can_be_sought_in(server, asked, status, first, last):
+def test_ranges_of_a_video_are_served(server, asked, status, first, last):
     found, headers, body = ask(server, "/cameras.mp4", Range=asked)
     assert found == status
     if status == 416:
@@ -122,7 +122,7 @@ def test_a_video_can_be_sought_in(server, asked, status, first, last):
         assert headers["Content-Range"] == f"bytes {first}-{last}/1024"
 
 
-def test_a_port_that_is_taken(run_folder, capsys):
+def test_a_taken_port_is_one_line(run_folder, capsys):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -134,7 +134,7 @@ def test_a_port_that_is_taken(run_folder, capsys):
 
 
 @pytest.mark.parametrize("port", [-1, 65536])
-def test_a_port_that_is_none(run_folder, port):
+def test_a_port_that_does_not_exist_is_refused(run_folder, port):
     with pytest.raises(DrakeTrackerError, match=f"port {port}"):
         make_server("", run_folder, (), port)
 
@@ -151,7 +151,7 @@ def test_the_command_writes_the_page_and_serves_it(run_folder, capsys, monkeypat
     assert "Attempt 1 missed" in (run_folder / "report.html").read_text()
 
 
-def test_no_run_is_one_line(tmp_path, capsys):
+def test_a_missing_run_is_one_line(tmp_path, capsys):
     assert cli.main(["view", str(tmp_path)]) == 2
     error = capsys.readouterr().err
     assert error.startswith("drake-tracker: ") and error.count("\n") == 1

@@ -1,53 +1,60 @@
-"""The autopsy of a run: its attempts, the stage to blame, and both in words."""
+"""The autopsy of a run: its attempts, the stage that caused a failure, and both in words."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.report.autopsy.blame import attempt_excess, run_excess, sizes, usual_sizes
-from drake_tracker.report.autopsy.evidence import Evidence
+from drake_tracker.report.autopsy.evidence import Attempt, Evidence
 from drake_tracker.report.autopsy.sentences import tell_attempt, tell_run
 from drake_tracker.report.autopsy.stages import WORDS, Stage
-from drake_tracker.tasks.episode import phase_spans
+from drake_tracker.tasks.train.episode import phase_spans
+from drake_tracker.tasks.train.scenario import TrainScenario
 
 LEAST_BLAME = 0.002
-"""A stage that contributed less than this [m] more than normal is not to blame for anything."""
+"""A stage whose excess is less than this [m] is not blamed."""
 LATE = 0.1
-"""Jaws that come to the train's width this much [s] after they were meant to are late; up to half of it is normal.
-So is a link over which packets are older on average than the host's newest: over one that works they are no older."""
+"""Jaws that reach the train's width this much [s] after the planned time are late; up to half of it is normal. So is a
+link whose packets are on average this much older than the host's newest; those of a working link are no older."""
 
 
-def perform(scenario, log):
+def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any]:
     """Returns the autopsy of a run of the train as a dict of numbers and texts, fit for JSON. Lengths in m, times in s.
 
-    - ``culprit``: name of the stage that did most of what was not normal, None when the train was lifted or no stage
-      did; ``excess_m``: {stage: by how much it did}, largest first.
+    - ``culprit``: name of the stage that contributed most of what was not normal; None when the train was lifted or no
+      stage did. ``excess_m``: {stage: its excess over normal}, largest first.
     - ``verdict``: a sentence on the run, None when the train was lifted.
     - ``attempts``: a dict for each descent: ``sentence``, ``outcome``, its times, ``culprit``, ``offset`` and
       ``contributions`` {stage: (along, across, up, yaw)}, which add up to it, ``size_m`` {stage: m}, ``ages_s``.
-    - ``tracking``: what the stages did while tracking: ``moments`` looked at, ``size_m`` {stage: within which 68 of 100
-      are}, ``rms`` {stage: (along, across, up, yaw)}, ``age_s`` of the packets in force behind the host's newest, the
-      mean.
+    - ``tracking``: the contributions while tracking: number of ``moments`` evaluated, ``size_m`` {stage: 68th
+      percentile}, ``rms`` {stage: (along, across, up, yaw)}, ``age_s``: mean age of the packet in force relative to the
+      host's newest.
 
     Args:
-      scenario: the run's TrainScenario. log: {name: Signal}.
+        scenario: of the run.
+        log: {name: Signal}.
     """
     spans = phase_spans(log, scenario.time_step)
     evidence = Evidence(scenario, log, spans)
     attempts, tracking = evidence.attempts(), evidence.tracking()
     lifted = any(attempt.outcome == "lifted" for attempt in attempts)
     failed = _judged(attempts)
-    # After a miss the train may stand, or lie beside its track: that is a consequence, and no cause.
+    # After a miss the train may stand still or lie beside its track: that is a consequence, not a cause.
     before = tracking.times < attempts[0].launch if attempts else np.full(len(tracking.times), True)
-    found = run_excess([attempt.rows for attempt in failed], tracking.rows[before])
+    found = run_excess([attempt.rows for attempt in failed if attempt.rows is not None], tracking.rows[before])
     broken = broken_stage(log)
     lateness = float(np.median([attempt.timing for attempt in failed])) if failed else 0.0
     age = float(tracking.ages[before].mean()) if before.any() else 0.0
     culprit = None if lifted else broken if broken is not None else _worst(found, lateness, age)
     told = [_attempt(scenario, attempt) for attempt in attempts]
+    order = np.argsort(-found)
     return {
         "culprit": None if culprit is None else WORDS[culprit],
         "verdict": None if lifted else tell_run(culprit, found, broken, told),
-        "excess_m": _named(found[order], order) if len(order := np.argsort(-found)) else {},
+        "excess_m": _named(found[order], order),
         "attempts": told,
         "tracking": {
             "moments": len(tracking.times),
@@ -58,15 +65,15 @@ def perform(scenario, log):
     }
 
 
-def _judged(attempts):
-    """Returns the attempts that failed; if none did, those that the run's end cut off."""
+def _judged(attempts: Sequence[Attempt]) -> list[Attempt]:
+    """Returns the attempts that failed; when none failed, those that the end of the run interrupted."""
     known = [attempt for attempt in attempts if attempt.rows is not None]
     failed = [attempt for attempt in known if attempt.outcome in ("missed", "dropped")]
     return failed or [attempt for attempt in known if attempt.outcome == "ended"]
 
 
-def broken_stage(log):
-    """Returns the first stage from which nothing of use ever came in a run, or None when the servo had a target."""
+def broken_stage(log: Mapping[str, Signal]) -> Stage | None:
+    """Returns the first stage that never produced valid output in a run, or None when the servo had a target."""
     if (log["target"]["valid"] > 0).any():
         return None
     if (log["delivered"]["valid"] > 0).any():
@@ -79,18 +86,25 @@ def broken_stage(log):
     return Stage.TRIANGULATION if len(sides) == 2 and (sides[0] & sides[1]).any() else Stage.VISION
 
 
-def _outdated(log):
-    """Whether what came over the link had mostly run out by then, when the host's newest had not."""
+def _outdated(log: Mapping[str, Signal]) -> bool:
+    """Returns whether the paths of most packets from the link had ended, while those of the host's newest had not."""
     delivered, prediction = log["delivered"], log["prediction"]
     here = delivered["valid"] > 0
     ends = [signal["first_time"][here] + KNOT_SPACING * (KNOT_COUNT - 1) for signal in (delivered, prediction)]
     times = delivered.times[here]
-    return np.mean((ends[0] < times) & (ends[1] >= times)) > 0.5
+    return bool(np.mean((ends[0] < times) & (ends[1] >= times)) > 0.5)
 
 
-def _worst(found, lateness, age=0.0):
-    """Returns the stage with the largest excess; of jaws that came late to a train in the right place, the timing; of
-    packets that were old, and right all the same, the link."""
+def _worst(found: np.ndarray, lateness: float, age: float = 0.0) -> Stage | None:
+    """Returns the stage with the largest excess.
+
+    When no excess is large enough, it is the timing if the jaws were late, or the link if its packets were old.
+
+    Args:
+        found: excess, shape (7,) [m].
+        lateness: of the jaws [s].
+        age: of the packets relative to the host's newest [s].
+    """
     worst = Stage(int(np.argmax(found)))
     if found[worst] >= LEAST_BLAME:
         return worst
@@ -99,9 +113,9 @@ def _worst(found, lateness, age=0.0):
     return Stage.LINK if age > LATE else None
 
 
-def _attempt(scenario, attempt):
+def _attempt(scenario: TrainScenario, attempt: Attempt) -> dict[str, Any]:
     """Returns an attempt as a dict, see `perform`."""
-    told = {
+    told: dict[str, Any] = {
         "number": attempt.number,
         "outcome": attempt.outcome,
         "launch_s": attempt.launch,
@@ -124,10 +138,11 @@ def _attempt(scenario, attempt):
     return told | {"sentence": tell_attempt(scenario, told)}
 
 
-def _named(rows, order=Stage):
+def _named(rows: np.ndarray, order: Iterable[int] = Stage) -> dict[str, Any]:
+    """Returns {name of the stage: row, as plain numbers}, for rows in an order of stages."""
     return {WORDS[Stage(int(stage))]: np.asarray(row).tolist() for stage, row in zip(order, rows)}
 
 
-def _rms(rows):
+def _rms(rows: np.ndarray) -> np.ndarray:
     known = np.maximum(np.count_nonzero(np.isfinite(rows), axis=0), 1)
     return np.sqrt(np.nansum(rows**2, axis=0) / known)

@@ -1,4 +1,6 @@
-"""From contributions to blame: how much more a stage contributed than it does in a healthy run."""
+"""From contributions to blame: by how much the contribution of a stage exceeds that in a healthy run."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -6,48 +8,55 @@ from drake_tracker.report.autopsy.normal import NORMAL_ATTEMPT, NORMAL_TRACKING
 from drake_tracker.report.autopsy.stages import Stage
 
 YAW_ARM = 0.05
-"""Distance [m] from the middle at which a turn of the hand counts as an offset: half the train's length that is
-gripped."""
+"""Distance [m] from the middle at which a yaw of the hand counts as an offset: half the gripped length of the train."""
 
 
-def sizes(rows):
-    """Returns the lengths [m] of contributions (..., 4): along, across, up, and what the turn moves at `YAW_ARM`."""
+def sizes(rows: np.ndarray) -> np.ndarray:
+    """Returns the lengths of contributions, shape (...) [m]; yaw counts as the displacement at `YAW_ARM`.
+
+    Args:
+        rows: along, across, up [m], yaw [rad], shape (..., 4).
+    """
     return np.sqrt(np.sum((rows * [1.0, 1.0, 1.0, YAW_ARM]) ** 2, axis=-1))
 
 
-def usual_sizes(rows):
-    """Returns the lengths (7,) [m] within which 68 of 100 of the contributions (n, 7, 4) are; of unknown ones none, 0.
+def usual_sizes(rows: np.ndarray) -> np.ndarray:
+    """Returns the 68th percentiles of the lengths of contributions, shape (7,) [m]; 0 where all are unknown.
 
-    Of errors that spread evenly that is their root mean square, and a single jump, as when a lap closes, changes
-    nothing.
+    For normally distributed errors the percentile is about their root mean square, and it is insensitive to a single
+    jump, as when a lap closes.
+
+    Args:
+        rows: shape (n, 7, 4), NaN where unknown.
     """
     found = [column[np.isfinite(column)] for column in sizes(rows).T]
     return np.array([np.quantile(column, 0.68) if len(column) else 0.0 for column in found])
 
 
-def excess(size, normal):
-    """Returns by how much a length [m] is more than normal: the root of the difference of the squares."""
+def excess(size: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Returns the excess of a length over the normal one [m]: the root of the difference of their squares, or 0."""
     return np.sqrt(np.maximum(np.square(size) - np.square(normal), 0.0))
 
 
-def attempt_excess(rows):
+def attempt_excess(rows: np.ndarray) -> np.ndarray:
     """Returns the excess (7,) [m] of an attempt's contributions (7, 4)."""
     return excess(sizes(rows), np.array(NORMAL_ATTEMPT))
 
 
-def tracking_excess(rows):
-    """Returns the excess (7,) [m] of the contributions (n, 7, 4) over the time of tracking."""
+def tracking_excess(rows: np.ndarray) -> np.ndarray:
+    """Returns the excess (7,) [m] of the contributions (n, 7, 4) while tracking."""
     return excess(usual_sizes(rows), np.array(NORMAL_TRACKING))
 
 
-def run_excess(attempts, tracking):
+def run_excess(attempts: Sequence[np.ndarray], tracking: np.ndarray) -> np.ndarray:
     """Returns the excess (7,) [m] by which each stage is judged over a whole run.
 
-    The larger of two: over the time of tracking, and the median over the attempts. One that hardly saw the train
-    disturbed is worth as much as another.
+    It is the larger of two: the excess while tracking, and the median excess over the failed attempts. The median keeps
+    one unusual attempt from deciding.
 
     Args:
-      attempts: contributions (7, 4) of those attempts that failed. tracking: contributions (n, 7, 4).
+        attempts: contributions (7, 4) of each failed attempt.
+        tracking: contributions while tracking, shape (n, 7, 4).
     """
     found = tracking_excess(tracking) if len(tracking) else np.zeros(len(Stage))
     if len(attempts):

@@ -1,4 +1,4 @@
-"""The stages from the train to the jaws, in the order in which an error can come in."""
+"""The stages from the train to the jaws, in the order in which an error can occur."""
 
 from enum import IntEnum
 
@@ -24,18 +24,18 @@ WORDS = {
     Stage.SERVO: "servo",
     Stage.TIMING: "grasp timing",
 }
-"""What a stage is called."""
+"""Name of each stage."""
 
 MEANINGS = {
-    Stage.VISION: "the motion centroids were off the train",
-    Stage.TRIANGULATION: "the calibration put the centroids in the wrong place",
-    Stage.FILTER: "the filter had a wrong idea of where the train was",
-    Stage.PREDICTION: "the train did not go where it was predicted to go",
-    Stage.LINK: "the arm worked with predictions older than the host's newest",
-    Stage.SERVO: "the hand was not where the arm's computer sent it",
-    Stage.TIMING: "the jaws closed at the wrong time for the descent",
+    Stage.VISION: "the motion centroids were not on the train",
+    Stage.TRIANGULATION: "the calibration mapped the centroids to the wrong points",
+    Stage.FILTER: "the filtered state of the train was wrong",
+    Stage.PREDICTION: "the train did not move as predicted",
+    Stage.LINK: "the arm used predictions that were older than the host's newest one",
+    Stage.SERVO: "the hand was not where the arm's controller sent it",
+    Stage.TIMING: "the jaws closed at the wrong time of the descent",
 }
-"""What it means when a stage is to blame, as a clause."""
+"""What it means that a stage is the main cause, as a clause."""
 
 AXES = ("along", "across", "up", "yaw")
-"""Columns of an array of contributions: [m] along the train's direction, to its left and up, and [rad]."""
+"""Columns of an array of contributions: along the train's direction of travel, to its left, and up [m]; yaw [rad]."""

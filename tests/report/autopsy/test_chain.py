@@ -1,4 +1,4 @@
-"""Tests of the chain of differences."""
+"""The chain of differences."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def packet(rng, stamp=1.0):
 
 
 @pytest.mark.parametrize("ready", [True, False])
-def test_whatever_the_packets_the_rows_add_up(ready):
+def test_the_rows_add_up_for_any_packets(ready):
     rng = np.random.default_rng(3)
     yardsticks = [packet(rng) if ready else None for _ in range(3)]
     train, hand = rng.normal(0.0, 0.3, (2, 4))
@@ -27,8 +27,8 @@ def test_whatever_the_packets_the_rows_add_up(ready):
     assert rows[Stage.VISION].any() == ready
 
 
-def test_a_filtered_pose_that_is_turned_carries_its_error_ahead():
-    """10 deg off in direction at the stamp is 10 deg off, and sideways, where the way of 0.1 m ends."""
+def test_an_error_in_the_filtered_yaw_grows_along_the_path():
+    """An error of 10 deg in yaw at the stamp is one of 10 deg, and of position, at the end of a path of 0.1 m."""
     straight = np.zeros((KNOT_COUNT, 5))
     straight[:, 0] = 0.005 * np.arange(KNOT_COUNT)  # 0.1 m/s along x
     turn = np.deg2rad(10.0)

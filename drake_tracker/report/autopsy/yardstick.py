@@ -1,0 +1,95 @@
+"""What a healthy estimator would have made of a run's points: the yardstick of the autopsy.
+
+An error grows along the chain: noise of a centroid becomes a wrong speed, which becomes a wrong position two thirds of
+a second ahead. To find the stage that caused it, the default estimator filters the points of the log again: as they
+were, as they would have been with perfectly calibrated cameras, and on the true path of the train. The difference
+between two of its predictions is the contribution of the stage between them.
+"""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from drake_tracker.core.log import Signal
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
+from drake_tracker.estimation.kinds import make_estimator
+from drake_tracker.tasks.train.episode import train_pose
+from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.triangulation import triangulate
+
+YARDSTICK = "closed_path"
+"""The default estimator."""
+_SAME_STAMP = 1e-6
+
+
+def point_rows(log: Mapping[str, Signal]) -> tuple[np.ndarray, np.ndarray]:
+    """Returns (stamps (n,) [s], points (n, 3) [m, W]) of the valid points of a run, each once."""
+    point = log["point"]
+    stamps = point["stamp"]
+    new = (point["valid"] > 0) & (np.diff(stamps, prepend=-1.0) > _SAME_STAMP)
+    return stamps[new], point.view("x", "y", "z")[new]
+
+
+def seen_by(
+    cameras: tuple[CameraModel, CameraModel], log: Mapping[str, Signal], stamps: np.ndarray, points: np.ndarray
+) -> np.ndarray:
+    """Returns the points that exactly known cameras triangulate from the centroids of these stamps, (n, 3) [m, W].
+
+    Where the log has no centroids, or their rays do not meet, a point stays as it was.
+
+    Args:
+        cameras: exact models of the left and the right camera.
+        log: {name: Signal}.
+        stamps: shape (n,) [s].
+        points: of the run, shape (n, 3) [m, W].
+    """
+    seen = np.array(points)
+    if "centroid_left" not in log:
+        return seen
+    left, right = (_pixels(log[f"centroid_{side}"], stamps) for side in ("left", "right"))
+    for row in np.nonzero(~np.isnan(left + right).any(axis=1))[0]:
+        meeting = triangulate(*cameras, left[row], right[row])
+        if meeting is not None:
+            seen[row] = meeting.p_WQ
+    return seen
+
+
+def true_points(log: Mapping[str, Signal], stamps: np.ndarray) -> np.ndarray:
+    """Returns the true position of the train at these stamps, shape (n, 3) [m, W]."""
+    return train_pose(log, stamps)[:, :3]
+
+
+def refilter(stamps: np.ndarray, points: np.ndarray, wanted: Iterable[float]) -> dict[float, np.ndarray]:
+    """Returns {stamp: `Prediction` vector} that the yardstick predicts from points.
+
+    Stamps at which it is not ready are omitted. The keys are rounded to a microsecond.
+
+    Args:
+        stamps: of the points, shape (n,) [s].
+        points: shape (n, 3) [m, W].
+        wanted: stamps [s] right after whose point a prediction is wanted.
+    """
+    estimator = make_estimator(YARDSTICK)
+    state = estimator.initial_state()
+    keys = {round(stamp, 6) for stamp in wanted}
+    packets = {}
+    for stamp, point in zip(stamps, points):
+        state = estimator.update(state, stamp, point)
+        key = round(float(stamp), 6)
+        if key in keys and estimator.ready(state):
+            times = state.stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
+            knots = np.column_stack([estimator.predict(state, times), np.zeros(KNOT_COUNT)])
+            packets[key] = pack_prediction(state.stamp, 0, knots)
+    return packets
+
+
+def _pixels(centroid: Signal, stamps: np.ndarray) -> np.ndarray:
+    """Returns the pixels of the valid centroids of these stamps, shape (n, 2), NaN where there is none."""
+    valid = centroid["valid"] > 0
+    known, uv = centroid["stamp"][valid], centroid.view("u", "v")[valid]
+    if len(known) == 0:
+        return np.full((len(stamps), 2), np.nan)
+    nearest = np.clip(np.searchsorted(known, stamps - _SAME_STAMP), 0, len(known) - 1)
+    found = np.array(uv[nearest])
+    found[np.abs(known[nearest] - stamps) > _SAME_STAMP] = np.nan
+    return found
