@@ -21,7 +21,13 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 SCRIPTS = sorted(path for folder in ("benchmarks", "docs", "models") for path in (REPOSITORY / folder).rglob("*.py"))
 ROOMS = ("vision", "estimation", "link", "arm", "grasp", "world", "footage", "network")
 CONTROLLER_ROOMS = ("vision", "estimation", "link", "arm", "grasp", "network")
-ASSEMBLIES = {"arm/joint_servo.py", "world/cameras.py", "world/calibration_board.py", "world/plant.py"}
+ASSEMBLIES = {
+    "arm/joint_servo.py",
+    "world/ball_plant.py",
+    "world/calibration_board.py",
+    "world/cameras.py",
+    "world/plant.py",
+}
 """Modules that put Drake's own Systems together."""
 DEFINITIONS = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.ClassDef, ast.Assign, ast.AnnAssign)
 
