@@ -68,7 +68,7 @@ class BallTask(Task):
     titles = ("The ball was not caught", "The ball was caught")
     outcomes = ("not caught", "caught")
     summary_rows = (
-        ("hand_error_m", "distance of the cup from the ball", _MM),
+        ("hand_error_m", "offset of the cup from the ball", _MM),
         ("hold_s", "held for", _SECONDS),
         ("roll_s", "rolling time", _SECONDS),
         ("exit_speed_m_s", "exit speed", (1.0, "m/s", 2)),
