@@ -17,15 +17,16 @@ from pathlib import Path
 
 import common
 from autopsy_faults import FAULTS
-from common import append_results, interval, print_table
+from autopsy_tables import faults_table, named_wrongly
+from common import append_results, print_table
 
-from drake_tracker.run.options import RunOptions
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import Lost
 from drake_tracker.core.errors import MachineError
 from drake_tracker.core.log import load_log
 from drake_tracker.report.autopsy.autopsy import perform
 from drake_tracker.report.autopsy.stages import WORDS
+from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.results import tidy
@@ -66,39 +67,11 @@ def outcome(row):
     return f"{row['fault']} {row['size']:g} seed {row['seed']}: failed after {attempts}, named {row['named']}"
 
 
-def failures(rows, name):
-    """Returns (runs, failed runs, failed runs of which the autopsy named the right stage) of a fault."""
-    runs = [row for row in rows if row["fault"] == name]
-    failed = [row for row in runs if not row["success"]]
-    stage = FAULTS[name].stage
-    return len(runs), len(failed), sum(stage is not None and row["named"] == WORDS[stage] for row in failed)
-
-
-def faults_table(rows):
-    """Returns (header, rows): for each fault how many runs failed, and in how many the right stage was named."""
-    lines, all_runs, all_failed, all_named = [], 0, 0, 0
-    for name, fault in FAULTS.items():
-        runs, failed, named = failures(rows, name)
-        if not runs:
-            continue
-        size, ends = "", ["", ""]
-        if fault.stage is not None:
-            all_runs, all_failed, all_named = all_runs + runs, all_failed + failed, all_named + named
-            size = f"{_size(rows, name):g} {fault.unit}".strip()
-            ends = [named, interval(named, failed)] if failed else ["", ""]
-        stage = "none" if fault.stage is None else WORDS[fault.stage]
-        lines.append([stage, fault.what, size, runs, failed, *ends])
-    lines.append(["all seven faults", "", "", all_runs, all_failed, all_named, interval(all_named, all_failed)])
-    return ["stage at fault", "fault", "size", "runs", "failed", "named correctly", "Wilson 95 %"], lines
-
-
 def print_results(rows):
     """Prints the table of the faults, and the failed runs in which another stage was named."""
     print_table(*faults_table(rows))
-    for row in rows:
-        stage = FAULTS[row["fault"]].stage
-        if not row["success"] and stage is not None and row["named"] != WORDS[stage]:
-            print(f"named wrongly: {row['fault']} seed {row['seed']}: {row['named']}")
+    for row in named_wrongly(rows):
+        print(f"named wrongly: {row['fault']} seed {row['seed']}: {row['named']}")
 
 
 def print_normal(rows):
@@ -109,10 +82,6 @@ def print_normal(rows):
         tracking = max(row["autopsy"]["tracking"]["size_m"][word] for row in rows)
         lines.append((word, f"{1e3 * attempt:.2f}", f"{1e3 * tracking:.2f}"))
     print_table(("stage", "attempt [mm]", f"tracking [mm], {len(rows)} runs"), lines)
-
-
-def _size(rows, name):
-    return next(row["size"] for row in rows if row["fault"] == name)
 
 
 def main():

@@ -11,40 +11,39 @@ from drake_tracker.arm import servo_system
 from drake_tracker.arm.servo import Servo
 from drake_tracker.report.autopsy.stages import Stage
 from drake_tracker.tasks.train import diagram as train
-from drake_tracker.vision.normal_flow import NormalFlow
+from drake_tracker.tasks.train import vision_parts
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
 MEASURED = "vision=!Measured {}"
 
 
-class ShiftedFlow(NormalFlow):
-    """Normal flow whose centroid is shifted by ``shift`` [px] to the right, as by a second moving object."""
+class ShiftedDetector:
+    """A motion detector whose centroid is shifted by ``shift`` [px] to the right, as by a second moving object."""
 
-    shift = 0.0
+    def __init__(self, detector, shift):
+        self._detector, self._shift = detector, shift
+
+    def __getattr__(self, name):
+        return getattr(self._detector, name)
 
     def centroid(self, mask):
-        region = super().centroid(mask)
-        return None if region is None else region._replace(u=region.u + self.shift)
+        region = self._detector.centroid(mask)
+        return None if region is None else region._replace(u=region.u + self._shift)
 
 
 def shifted_vision(shift):
     """Replaces `VisionDiagram` by one whose left camera's centroids are shifted by ``shift`` [px]."""
 
-    def make(cameras, windows, image_windows, flow, *rest, **settings):
-        detectors = {
-            side: (ShiftedFlow if side == "left" else NormalFlow)(flow, window=windows[side].mask(image_windows[side]))
-            for side in cameras
-        }
-        detectors["left"].shift = shift
-        return VisionDiagram(cameras, windows, image_windows, flow, *rest, detectors=detectors, **settings)
+    def make(cameras, detectors, **settings):
+        return VisionDiagram(cameras, detectors | {"left": ShiftedDetector(detectors["left"], shift)}, **settings)
 
-    return mock.patch.object(train, "VisionDiagram", make)
+    return mock.patch.object(vision_parts, "VisionDiagram", make)
 
 
 @contextlib.contextmanager
 def turned_camera(angle):
     """Rotates the right camera's calibration by ``angle`` [rad] about the vertical axis through the camera."""
-    whole = train.load_cameras
+    whole = vision_parts.load_cameras
 
     def load(scenario):
         cameras = whole(scenario)
@@ -54,7 +53,7 @@ def turned_camera(angle):
         X_WC[:3, :3] = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ X_WC[:3, :3]
         return cameras | {"right": replace(right, X_CW=np.linalg.inv(X_WC))}
 
-    with mock.patch.object(train, "load_cameras", load):
+    with mock.patch.object(vision_parts, "load_cameras", load):
         yield
 
 
@@ -142,49 +141,29 @@ class Fault:
 
     Attributes:
         stage: the stage that the autopsy should name; None without a fault.
-        size: the size of the fault in ``unit``.
-        unit: the unit of the size.
-        what: the fault in words.
+        size: the size of the fault, in the unit that `autopsy_tables` names.
         overrides: a function of the size that returns settings of the scenario.
         part: a function of the size that returns a context in which a part is replaced.
     """
 
     stage: Stage | None
     size: float
-    unit: str
-    what: str
     overrides: Any = lambda size: [MEASURED]
     part: Any = lambda size: contextlib.nullcontext()
 
 
 FAULTS = {
-    "vision": Fault(Stage.VISION, 16.0, "px", "left camera's centroids shifted", lambda size: [], shifted_vision),
-    "triangulation": Fault(
-        Stage.TRIANGULATION, 0.02, "rad", "right camera's calibration rotated", lambda size: [], turned_camera
-    ),
-    "filter": Fault(
-        Stage.FILTER,
-        0.42,
-        "s",
-        "low-pass filter before the estimator",
-        part=lambda size: wrapped_estimator(Smoothed, size),
-    ),
-    "prediction": Fault(
-        Stage.PREDICTION,
-        0.62,
-        "",
-        "prediction mixed with constant velocity, weight",
-        part=lambda size: wrapped_estimator(Straightened, size),
-    ),
+    "vision": Fault(Stage.VISION, 16.0, lambda size: [], shifted_vision),
+    "triangulation": Fault(Stage.TRIANGULATION, 0.02, lambda size: [], turned_camera),
+    "filter": Fault(Stage.FILTER, 0.42, part=lambda size: wrapped_estimator(Smoothed, size)),
+    "prediction": Fault(Stage.PREDICTION, 0.62, part=lambda size: wrapped_estimator(Straightened, size)),
     "link": Fault(
         Stage.LINK,
         0.77,
-        "",
-        "packets lost, 30 in a row on average, share",
         lambda size: [MEASURED, f"link=!Lossy {{drop: {size}, burst: 30}}"],
     ),
-    "servo": Fault(Stage.SERVO, 0.39, "s", "set-points read too early in the packet", part=late_servo),
-    "timing": Fault(Stage.TIMING, 0.24, "s", "closing_lead", lambda size: [MEASURED, f"grasp.closing_lead={size}"]),
-    "none": Fault(None, 0.0, "", "no fault, measured vision"),
-    "none-rendered": Fault(None, 0.0, "", "no fault, rendered images", lambda size: []),
+    "servo": Fault(Stage.SERVO, 0.39, part=late_servo),
+    "timing": Fault(Stage.TIMING, 0.24, lambda size: [MEASURED, f"grasp.closing_lead={size}"]),
+    "none": Fault(None, 0.0),
+    "none-rendered": Fault(None, 0.0, lambda size: []),
 }

@@ -1,0 +1,41 @@
+"""Generates the tables and numbers of the *Results* pages from the files in benchmarks/results.
+
+Each public function of the modules in `MODULES` returns the Markdown text of one block; its name is the block's name.
+"""
+
+import importlib
+import re
+import textwrap
+from collections.abc import Callable
+
+MODULES = (
+    *("headline", "train", "grasp_map", "vision", "estimators"),
+    *("ball", "autopsy", "tracking", "speed", "provenance"),
+)
+WIDTH = 120
+_KEEP_LINES = re.compile(r"\||- |\d+\. ")
+"""Beginning of a paragraph that is a table or a list."""
+
+
+def generators() -> dict[str, Callable[[], str]]:
+    """Returns {name of a block: function that returns its Markdown text}."""
+    found = {}
+    for name in MODULES:
+        module = importlib.import_module(f"tables.{name}")
+        for function in vars(module).values():
+            if getattr(function, "__module__", None) == module.__name__ and _makes_block(function):
+                found[function.__name__] = function
+    return found
+
+
+def wrapped(text: str) -> str:
+    """Returns Markdown with its paragraphs in lines of `WIDTH`; tables and lists keep their lines."""
+    parts = text.split("\n\n")
+    fill = textwrap.TextWrapper(WIDTH, break_long_words=False, break_on_hyphens=False).fill
+    return "\n\n".join(part if _KEEP_LINES.match(part) else fill(part) for part in parts)
+
+
+def _makes_block(function: object) -> bool:
+    """Returns whether a member of a module is a public function without parameters that returns a text."""
+    annotations = getattr(function, "__annotations__", {})
+    return not getattr(function, "__name__", "_").startswith("_") and annotations == {"return": str}

@@ -1,0 +1,118 @@
+"""Caught balls (`results/ball.jsonl`) and the detectors of the ball (`results/ball_detectors.json`)."""
+
+import statistics
+
+import ball as benchmark
+import ball_detector_tables as detectors
+
+from tables.results import block, commit_of, data, lines, listed, of, origin, ranges, table, where
+
+_DEFAULT = "frame difference, gain normalised"
+_SHORT = {
+    _DEFAULT: _DEFAULT,
+    "frame difference": "frame difference",
+    "frame difference, the paper's mean": "frame difference, paper's mean",
+    "frame difference, every image": "frame difference, every image",
+    "background difference": "background difference",
+    "static threshold": "static threshold",
+    "normal flow, as for the train": "normal flow, as for the train",
+    "normal flow, as the 1991 paper prints it": "normal flow, paper literal",
+    "MOG2 (OpenCV)": "MOG2 (OpenCV)",
+    "KNN (OpenCV)": "KNN (OpenCV)",
+}
+"""Rows of the short table: label, name in the result file."""
+
+
+def ball_cells() -> str:
+    rows = lines("ball")
+    return block(table(*benchmark.cells_table(rows, list(benchmark.CELLS))), origin(rows))
+
+
+def ball_summary() -> str:
+    texts = []
+    for cell, arm in (("puma", "the PUMA 560"), ("seven_joint", "the seven-joint arm")):
+        rows = where(lines("ball"), cell=cell)
+        texts.append(f"{arm} caught {of(sum(bool(row['success']) for row in rows), len(rows), ' balls')}")
+    return f"{texts[0][0].upper()}{texts[0][1:]}, {texts[1]}."
+
+
+def ball_board_pose() -> str:
+    found = benchmark.board_pose_errors(lines("ball")).values()
+    rows = [
+        [label, f"{position:.2f} mm", f"{rotation:.3f} deg", runs]
+        for label, (position, rotation, runs) in zip(("by camera", "by touch"), found)
+    ]
+    return table(["board located", "position error, rms", "rotation error, rms", "runs"], rows)
+
+
+def ball_limits() -> str:
+    rows = lines("ball")
+    accepted = statistics.median(benchmark.known(rows, "vision_valid_fraction"))
+    touched = sum(bool(row["board_touched"]) for row in rows)
+    arms = {}
+    for cell in ("puma", "seven_joint"):
+        runs = where(rows, cell=cell)
+        arms[cell] = listed([f"{lag:.2f}" for lag in benchmark.lags(runs)])
+    puma = 1e3 * max(row["longest_saturation_s"] for row in rows if row["cell"] != "seven_joint")
+    seven = 1e3 * max(row["longest_saturation_s"] for row in where(rows, cell="seven_joint"))
+    every = listed([f"{lag:.2f}" for lag in benchmark.lags(where(rows, cell="every image"))])
+    lag = arms["puma"] if arms["puma"] == arms["seven_joint"] else listed(list(arms.values()))
+    return (
+        f"While the ball rolls, {100 * accepted:.0f} % of its measurements are accepted (median of the runs). The time "
+        f"from a measurement's stamp to the prediction built on it is {lag} ms in every run with either arm, and "
+        f"{every} ms with every image used. The arm touched the board in {touched} of {len(rows)} runs. The longest "
+        f"saturation of a drive was {puma:.0f} ms with the PUMA 560 and {seven:.0f} ms with the seven-joint arm."
+    )
+
+
+def ball_failures() -> str:
+    failed = [row for row in lines("ball") if not row["success"] and row["cell"] != "stays in the middle"]
+    rows = [[row["cell"], row["seed"], f"`{commit_of(row)}`", row["failure_reason"]] for row in failed]
+    return table(["cell", "seed", "commit", "reason"], rows)
+
+
+def _detectors_origin() -> str:
+    found = data("ball_detectors")
+    versions = ", ".join(f"{name} {found[name]}" for name in ("python", "drake", "numpy", "opencv"))
+    seeds = f"Seeds of the ball {ranges(found['seeds'])}, of the train {found['train_seed']}"
+    return f"*{seeds}, commit `{found['commit']}`, {versions}.*"
+
+
+def ball_detectors() -> str:
+    found = data("ball_detectors")
+    images = [found[task]["steady light"][_DEFAULT]["images"] for task in ("ball", "train")]
+    text = f"{images[0]} images of the ball, {images[1]} of the train."
+    return block(table(*detectors.short_table(found, _SHORT, _DEFAULT)), text, _detectors_origin())
+
+
+def ball_detectors_both_tasks() -> str:
+    found = data("ball_detectors")
+    text = f"The default takes {found['time_us'][_DEFAULT]:.0f} us per image."
+    return block(table(*detectors.both_tasks_table(found, _DEFAULT)), text)
+
+
+def ball_detectors_conditions() -> str:
+    return table(*detectors.conditions_table(data("ball_detectors")["ball"]))
+
+
+def ball_detectors_conditions_train() -> str:
+    return table(*detectors.conditions_table(data("ball_detectors")["train"]))
+
+
+def ball_detectors_speed() -> str:
+    return table(*detectors.speeds_table(data("ball_detectors")["by_speed"]))
+
+
+def ball_detectors_literal() -> str:
+    found = data("ball_detectors")
+    counts = []
+    for task in ("ball", "train"):
+        row = found[task]["steady light"]["normal flow, paper literal"]
+        counts.append(f"{round(row['within'] * row['images'])} of {row['images']} images of the {task}")
+    return f"The literal preset finds the object in {listed(counts)}; its errors are those of these few images."
+
+
+def ball_detectors_mog2() -> str:
+    times = data("ball_detectors")["time_us"]
+    ratio = times["MOG2 (OpenCV)"] / times[_DEFAULT]
+    return f"The default is {ratio:.1f} times as fast as MOG2; the target was 5."

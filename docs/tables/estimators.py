@@ -1,0 +1,166 @@
+"""Estimators in synthetic worlds (`results/estimation.json`, `results/estimation.jsonl`)."""
+
+from tables.results import Row, block, commit_of, data, lines, listed, ranges, table
+
+_OURS = ("alpha_beta_gamma", "arc_length", "coordinated_turn", "closed_path")
+_HORIZONS = {"present": "0.25 s", "grasp": "0.75 s"}
+_LAWS = {"constant": "constant", "varying": "+-15 %", "stop_and_go": "stop and go"}
+_PATHS = ("stadium", "oval", "circle", "figure_eight", "spline")
+_NOISES = ("white", "autocorrelated", "anisotropic", "replayed")
+
+
+def estimators_noise() -> str:
+    cells = {f"{sigma} mm": f"stadium-white-{sigma}-constant" for sigma in ("0.5", "1", "2", "4")}
+    return block(_table("noise of a point", cells), _origin(list(cells.values())))
+
+
+def estimators_speed() -> str:
+    cells = {
+        f"{noise} | {shown}": f"stadium-{noise}-1-{law}" for noise in _NOISES for law, shown in _LAWS.items()
+    }  # a label of two cells
+    return block(_table("noise of 1 mm | speed", cells), _origin(list(cells.values())))
+
+
+def estimators_paths() -> str:
+    cells = {path: f"{path}-white-1-constant" for path in _PATHS[1:]}
+    return block(_table("path", cells), _origin(list(cells.values())))
+
+
+def estimators_literal() -> str:
+    cells = {f"{sigma} mm": f"stadium-white-{sigma}-constant" for sigma in ("0.5", "1", "2", "4")}
+    names = ("arc_length_literal",)
+    return block(_table("noise of a point", cells, names, stage="after"), _origin(list(cells.values()), names))
+
+
+def estimators_baselines() -> str:
+    names = ["coordinated_turn", *(name for name in _contestants() if name.startswith(("stonesoup", "filterpy")))]
+    cells = {shown: f"oval-white-1-{law}" for law, shown in _LAWS.items()}
+    rows = []
+    for name in names:
+        cells_of = [_cell(f"oval-white-1-{law}", name, horizon, "after") for law in _LAWS for horizon in _HORIZONS]
+        rows.append([name, *cells_of])
+    header = [f"{shown}, {ahead}" for shown in _LAWS.values() for ahead in _HORIZONS.values()]
+    return block(table(["filter", *header], rows), _origin(list(cells.values()), tuple(names)))
+
+
+def estimators_verdicts() -> str:
+    rows = []
+    for row in data("estimation")["verdicts"]:
+        value = "" if row["value"] is None else f"{row['value']:g}"
+        rows.append([row["claim"], value, row["wanted"], row["verdict"], row["note"]])
+    return table(["what", "value", "target", "verdict", "note"], rows)
+
+
+def estimators_verdicts_summary() -> str:
+    verdicts = data("estimation")["verdicts"]
+    met = sum(row["verdict"] == "met" for row in verdicts)
+    missed = [row for row in verdicts if row["verdict"] == "missed"]
+    return block(
+        f"{met} of {len(verdicts)} targets, which were set before the measurement, are met. Missed:",
+        "\n".join(
+            f"- {row['claim']}: {row['value']:g}, target {row['wanted']} {_note(row)}".rstrip() for row in missed
+        ),
+    )
+
+
+def _note(row: Row) -> str:
+    return f"({row['note']})" if row["note"] else ""
+
+
+def estimators_bounds() -> str:
+    claims = {
+        "closed path, to its bound after closure": "closed_path / its bound after closure, 1 mm",
+        "coordinated turn, to the bound of the first lap": "coordinated_turn / first-lap bound, 1 mm",
+    }
+    rows = []
+    for label, claim in claims.items():
+        found = [next(v for v in data("estimation")["verdicts"] if v["claim"] == f"{claim}, {h}") for h in _HORIZONS]
+        rows.append([label, *(f"{v['value']:.2f} ({v['note'].removeprefix('95 %: ')})" for v in found)])
+    return table(["ratio of the rms errors (95 % interval)", *(f"{ahead} ahead" for ahead in _HORIZONS.values())], rows)
+
+
+def estimators_ratios() -> str:
+    verdicts = {row["claim"]: row for row in data("estimation")["verdicts"]}
+    closed = verdicts["closed_path / alpha_beta_gamma after closure, 1 mm, grasp"]["value"]
+    baselines = [row["value"] for claim, row in verdicts.items() if "best baseline" in claim]
+    return (
+        f"At 1 mm of white noise, the closed path's error 0.75 s ahead is {closed:.3f} times that of alpha-beta-gamma. "
+        f"The coordinated turn's error is {min(baselines):.2f} to {max(baselines):.2f} times that of the best baseline "
+        "over three speed laws and both horizons."
+    )
+
+
+def estimators_coverage() -> str:
+    rows, constant = [], []
+    for path in _PATHS:
+        shares = [
+            100 * _row(f"{path}-replayed-1-{law}", "closed_path", horizon, "after")["inside"]
+            for law in _LAWS
+            for horizon in _HORIZONS
+        ]
+        constant += shares[: len(_HORIZONS)]
+        rows.append([path, *(f"{share:.1f} %" for share in shares)])
+    text = (
+        f"At constant speed, {min(constant):.1f} to {max(constant):.1f} % of the closed path's errors lie within its "
+        "own standard deviation, where 68 % are expected:"
+    )
+    header = [f"{shown}, {ahead}" for shown in _LAWS.values() for ahead in _HORIZONS.values()]
+    cells = [f"{path}-replayed-1-{law}" for path in _PATHS for law in _LAWS]
+    return block(text, table(["path", *header], rows), _origin(cells, ("closed_path",)))
+
+
+def estimators_moved_track() -> str:
+    verdict = next(row for row in data("estimation")["verdicts"] if "track was moved" in row["claim"])
+    return f"Laps until the closed path has found a moved track again: {verdict['value']:g} ({verdict['note']})."
+
+
+def estimators_update_time() -> str:
+    times = data("estimation")["update_us"]
+    rows = [[name, f"{mean:.0f}", f"{ratio:.1f}"] for name, (mean, ratio) in times.items()]
+    return table(["filter", "time of an update [us]", "Stone Soup's constant turn / this filter"], rows)
+
+
+def _contestants() -> list[str]:
+    return list(dict.fromkeys(row["contestant"] for row in data("estimation")["table"]))
+
+
+def _row(cell: str, name: str, horizon: str, stage: str) -> Row | None:
+    for row in data("estimation")["table"]:
+        if (row["cell"], row["contestant"], row["horizon"], row["stage"]) == (cell, name, horizon, stage):
+            return row
+    return None
+
+
+def _cell(cell: str, name: str, horizon: str, stage: str) -> str:
+    row = _row(cell, name, horizon, stage)
+    return "" if row is None else "{:.2f} ({:.2f}-{:.2f})".format(row["rms_mm"], *row["rms_mm_interval"])
+
+
+def _table(label: str, cells: dict[str, str], names: tuple[str, ...] = _OURS, stage: str = "after") -> str:
+    header = [f"{name}, {ahead}" for name in names for ahead in _HORIZONS.values()]
+    rows = [
+        [shown, *(_cell(cell, name, horizon, stage) for name in names for horizon in _HORIZONS)]
+        for shown, cell in cells.items()
+    ]
+    text = table([label, *header], rows)
+    return text.replace("|" + "---|" * (1 + len(header)), "|" + "---|" * (1 + len(header) + label.count("|")))
+
+
+def _origin(cells: list[str], names: tuple[str, ...] = _OURS) -> str:
+    """Returns seeds and the commits that made the results of each contestant in these cells."""
+    made: dict[str, set[str]] = {}
+    seeds = set()
+    newest: dict[tuple[str, int, str], str] = {}
+    for line in lines("estimation"):
+        if line["cell"] in cells and "results" in line:
+            seeds.add(line["seed"])
+            for name in line["results"]:
+                newest[line["cell"], line["seed"], name] = commit_of(line)
+    for (_, _, name), commit in newest.items():
+        if name in names:
+            made.setdefault(name, set()).add(commit)
+    by_commits: dict[str, list[str]] = {}
+    for name, found in made.items():
+        by_commits.setdefault(listed([f"`{commit}`" for commit in sorted(found)]), []).append(name)
+    texts = [f"{', '.join(found)}: {commit}" for commit, found in by_commits.items()]
+    return f"*Seeds {ranges(seeds)}, {len(seeds)} runs per cell. Commits: {'; '.join(texts)}.*"

@@ -1,0 +1,26 @@
+"""Computing time (`results/real_time.json`, `results/centroid_speed.json`)."""
+
+import speed_tables as benchmark
+
+from tables.results import block, data, sidecar, table
+
+
+def _origin(name: str) -> str:
+    made_by = sidecar(name)
+    return f"*Seed {made_by['seeds'][0]}, commit `{made_by['commit'][:7]}`, {made_by['date'][:10]}.*"
+
+
+def real_time() -> str:
+    return block(table(*benchmark.loops_table(data("real_time"))), _origin("real_time"))
+
+
+def real_time_stages() -> str:
+    found = data("real_time")
+    text = f"The whole loop runs at {found['ratio']:.2f} times the speed of the bare loop; the target was 0.65."
+    return block(table(*benchmark.stages_table(found)), text)
+
+
+def centroid_speed() -> str:
+    found = data("centroid_speed")
+    text = f"{found['frames']} images of a moving textured patch, OpenCV {found['opencv']}."
+    return block(table(*benchmark.methods_table(found["methods"])), text, _origin("centroid_speed"))

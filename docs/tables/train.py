@@ -1,0 +1,121 @@
+"""Lifted trains, with rendered images in the loop (`results/train_grasp.jsonl`)."""
+
+from train_grasp import CELLS, ESTIMATORS, cells_table, lifted, side_by_side_table
+
+from tables.results import Row, block, commit_of, lines, of, origin, seeds_between, table, where
+
+_GATED = "cast-shadows-gated"
+_BY_CAST_SHADOWS = (_GATED, "cast-shadows")
+
+
+def _runs(estimator: str, first: int, last: int) -> list[Row]:
+    rows = where(lines("train_grasp"), estimator=estimator, seed=seeds_between(first, last))
+    return sorted(rows, key=lambda row: (list(CELLS).index(row["cell"]), row["seed"]))
+
+
+def _main() -> list[Row]:
+    """The default estimator on seeds 500 to 519, every cell but those of cast shadows."""
+    return _runs("closed_path", 500, 519)
+
+
+def _gated() -> list[Row]:
+    return where(_runs("closed_path", 300, 319), cell=_GATED)
+
+
+def _of_1991() -> list[Row]:
+    return [row for row in _runs("arc_length", 200, 219) if commit_of(row) == "31ef9bf"]
+
+
+def train_cells() -> str:
+    header, rows = cells_table(_main() + _gated())
+    rows.append(["cast-shadows", 0, *[""] * (len(header) - 2)])
+    main = origin(_main(), f"The cell `{_GATED}`: s{origin(_gated())[2:-1]}")
+    return block(table(header, rows), main)
+
+
+def train_cells_summary() -> str:
+    return f"Without the cells of cast shadows, {_lifted(_main())}"
+
+
+def train_new_seeds() -> str:
+    rows = _runs("closed_path", 520, 523)
+    return block(f"On four more seeds of each cell, {_lifted(rows)}", origin(rows))
+
+
+def train_earlier_seeds() -> str:
+    rows = [row for row in _runs("closed_path", 300, 319) if row["cell"] not in _BY_CAST_SHADOWS]
+    return block(f"On the first published seeds, {_lifted(rows)}", _failures(rows), origin(rows))
+
+
+def train_limits() -> str:
+    rows = where(lines("train_grasp"), estimator="closed_path")
+    margin = min(row["joint_limit_margin_rad"] for row in rows)
+    speed = max(row["speed_share"] for row in rows)
+    longest = max(row["longest_saturation_s"] for row in rows)
+    touched = sum(row["table_touched"] for row in rows)
+    return (
+        f"In all {len(rows)} runs with the default estimator, the smallest distance to a joint limit was {margin:.4f} "
+        f"rad, the largest joint speed {100 * speed:.1f} % of the rated speed, and the longest saturation of a drive "
+        f"{1e3 * longest:.0f} ms. The arm touched the table in {touched} runs."
+    )
+
+
+def train_lag() -> str:
+    rows = lines("train_grasp")
+    values = sorted({1e3 * row["lag_s"][end] for row in rows for end in ("min", "max")})
+    shown = ", ".join(f"{value:.2f}" for value in values)
+    return (
+        f"The time from the capture of an image to the prediction built on it was {shown} ms in all {len(rows)} runs."
+    )
+
+
+def train_estimators() -> str:
+    rows = [row for name in ESTIMATORS for row in _runs(name, 500, 502) if row["cell"] not in _BY_CAST_SHADOWS]
+    rows.sort(key=lambda row: list(CELLS).index(row["cell"]))
+    return block(table(*side_by_side_table(rows, list(ESTIMATORS))), origin(rows))
+
+
+def train_estimators_failures() -> str:
+    rows = [row for name in ESTIMATORS for row in _runs(name, 500, 502)]
+    failed = [row["failure_reason"] for row in rows if not row["success"]]
+    shut = [reason for reason in failed if reason.startswith("the gate never opened")]
+    all_shut = "all" if len(shut) == len(failed) else len(shut)
+    causes = {text: sum(text in reason for reason in shut) for text in ("earlier predictions", "the jaws were turning")}
+    untrue, turning = causes.values()
+    later = sum(bool(row["success"]) and not row["first_attempt_success"] for row in rows)
+    return (
+        f"Of {len(rows)} runs {len(failed)} failed, {all_shut} of them because the launch gate did not open within the "
+        f"minute. The main reason was in {untrue} runs that earlier predictions from the same place had not come true, "
+        f"in {turning} that the jaws were turning over. {later or 'No'} train was lifted at a later attempt."
+    )
+
+
+def train_filter_of_1991() -> str:
+    rows = _of_1991()
+    even = [row for row in rows if row["cell"] not in _BY_CAST_SHADOWS]
+    parts = [table(*cells_table(rows)), origin(rows), "The runs that failed:", _failures(rows)]
+    return block(f"In even light, {_lifted(even)}", *parts)
+
+
+def train_shadows() -> str:
+    counts = []
+    for rows in (_gated(), where(_of_1991(), cell=_GATED), where(_of_1991(), cell="cast-shadows")):
+        counts.append((lifted(rows)[0], len(rows)))
+    return (
+        f"With the brightness gate, the closed path lifted {of(*counts[0], ' trains')} and the filter of 1991 "
+        f"{of(*counts[1])}. Without the gate, the filter of 1991 lifted {counts[2][0]} of {counts[2][1]}."
+    )
+
+
+def _lifted(rows: list[Row]) -> str:
+    total, first = lifted(rows)
+    attempts = "all" if first == total else f"{first} of them"
+    return f"the arm lifted {of(total, len(rows), ' trains')}, {attempts} at the first attempt."
+
+
+def _failures(rows: list[Row]) -> str:
+    failed = [row for row in rows if not row["success"]]
+    return table(
+        ["cell", "seed", "commit", "reason"],
+        [[row["cell"], row["seed"], f"`{commit_of(row)}`", row["failure_reason"]] for row in failed],
+    )

@@ -1,0 +1,82 @@
+"""Measured vision beside cameras (`results/measured_vision.jsonl`), and the cameras' bias."""
+
+import numpy as np
+import yaml
+from common import RESULTS, interval
+from measured_vision import PLAIN, cells_table, compare
+
+from tables.results import Row, block, commit_of, lines, origin, seeds_between, table, where
+
+_FIT = RESULTS.parents[1] / "drake_tracker" / "tasks" / "train" / "train_vision.yaml"
+_FIT_COMMIT = "b098b85"
+"""The commit that stored the fit (git log --follow)."""
+_SHOWN_SPEEDS = (0.10, 0.15, 0.20, 0.60)
+_BEND_RADIUS = 0.12
+_ORDER = ("closed_path", "coordinated_turn", "arc_length", "alpha_beta_gamma")
+
+
+def compared(first: int = 0, last: int = 1000) -> list[Row]:
+    """Returns what the benchmark's `compare` says about the seeds from ``first`` to ``last``."""
+    chosen = seeds_between(first, last)
+    cameras = [row for row in where(lines("train_grasp"), seed=chosen) if row["cell"] in PLAIN]
+    found = compare(cameras, where(lines("measured_vision"), seed=chosen))
+    return sorted(found, key=lambda entry: _ORDER.index(entry["estimator"]))
+
+
+def measured_vision() -> str:
+    rows = []
+    for seeds, found in (("500 to 523", compared(500, 523)), ("200 to 219", compared(200, 219))):
+        for entry in where(found, cell="all"):
+            runs, counts = entry["runs"], [entry[f"{name}_success_count"] for name in ("cameras", "measured")]
+            lifted = [f"{count} ({interval(count, runs)})" for count in counts]
+            errors = [
+                f"{1e3 * entry[f'{name}_{what}']:.2f} mm"
+                for what in ("triangulation_jitter_m", "prediction_rms_m")
+                for name in ("cameras", "measured")
+            ]
+            rows.append([entry["estimator"], seeds, runs, *lifted, f"{entry['difference_points']:+.0f}", *errors])
+    header = ["estimator", "seeds", "runs", "lifted, cameras", "lifted, measured vision", "difference [points]"]
+    header += ["jitter of a point, cameras", "measured vision", "prediction error, cameras", "measured vision"]
+    note = "Wilson 95 % intervals in brackets; jitter and prediction error (rms) are medians over the runs."
+    return block(table(header, rows), origin(lines("measured_vision"), note))
+
+
+def measured_vision_cells() -> str:
+    header, rows = cells_table([entry for entry in compared() if entry["cell"] != "all"])
+    return table(header, rows)
+
+
+def measured_vision_failures() -> str:
+    cameras = {(row["estimator"], row["cell"], row["seed"]): row for row in lines("train_grasp")}
+    rows = []
+    for row in lines("measured_vision"):
+        with_cameras = cameras[row["estimator"], row["cell"], row["seed"]]
+        if bool(row["success"]) != bool(with_cameras["success"]):
+            failed = with_cameras if row["success"] else row
+            kind = "cameras" if row["success"] else "measured vision"
+            commit = f"`{commit_of(failed)}`"
+            rows.append([row["estimator"], row["cell"], row["seed"], kind, commit, failed["failure_reason"]])
+    return table(["estimator", "cell", "seed", "failed with", "commit", "reason"], rows)
+
+
+def camera_bias() -> str:
+    fit = yaml.safe_load(_FIT.read_text(encoding="utf-8"))
+    rows = []
+    for entry in fit["speeds"]:
+        if entry["speed"] in _SHOWN_SPEEDS:
+            rms, mean = _over_headings(entry)
+            cells = [f"{1e3 * a:.1f} mm ({1e3 * b:+.1f})" for a, b in zip(rms, mean)]
+            rows.append([f"{entry['speed']:.2f} m/s", *(cells[k] for k in (0, 1, 3, 2))])
+    header = ["speed", "along", "across, on a straight", "across, inwards in a bend of 0.12 m", "vertical"]
+    notes = fit["notes"]
+    text = f"Seeds 0 to {notes['seeds'] - 1}, {notes['laps']} laps per speed and seed, commit `{_FIT_COMMIT}`."
+    return block(table(header, rows), f"*Rms over all headings, mean in brackets. {text}*")
+
+
+def _over_headings(entry: Row) -> tuple[list[float], list[float]]:
+    """Returns rms and mean [m] over all headings: along, across, vertical, across inwards in a bend."""
+    straight = {axis: np.array(values) for axis, values in entry["bias_straight"].items()}
+    bend = np.array(entry["bias_per_curvature"]["across"]) / _BEND_RADIUS
+    inwards = np.concatenate([straight["across"] + bend, bend - straight["across"]])
+    parts = [straight["along"], straight["across"], straight["vertical"], inwards]
+    return [float(np.sqrt(np.mean(part**2))) for part in parts], [float(np.mean(part)) for part in parts]

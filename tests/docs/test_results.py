@@ -1,0 +1,87 @@
+"""Documents and result files say the same, and every result file names its origin."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).parents[2]
+RESULTS = REPOSITORY / "benchmarks" / "results"
+PAGES = sorted((REPOSITORY / "docs" / "results").glob("*.md"))
+ORIGIN = """
+import sys
+sys.path[:0] = ["docs", "benchmarks"]
+from pathlib import Path
+from tables.provenance import origin_of
+for path in sys.argv[1:]:
+    found = origin_of(Path(path))
+    assert found.commits and found.seeds and found.versions and found.command
+"""
+"""In a process of its own: benchmarks/estimation has a module with the same name as the package docs/tables."""
+
+
+def run(*arguments):
+    return subprocess.run([sys.executable, *arguments], cwd=REPOSITORY, capture_output=True, text=True, check=False)
+
+
+def test_documents_and_results_agree():
+    check = run("docs/make_tables.py", "--check")
+    assert check.returncode == 0, f"python docs/make_tables.py writes the tables\n{check.stdout}{check.stderr}"
+
+
+def test_a_changed_number_is_named(tmp_path):
+    text = (REPOSITORY / "docs" / "results" / "ball.md").read_text(encoding="utf-8")
+    changed = tmp_path / "ball.md"
+    changed.write_text(text.replace("60 (98 %)", "61 (100 %)"), encoding="utf-8")
+    check = run("docs/make_tables.py", "--check", str(changed))
+    assert check.returncode == 1
+    assert "ball_cells differs" in check.stdout
+    assert "60 (98 %)" in check.stdout
+    assert changed.read_text(encoding="utf-8") != text, "--check changes nothing"
+
+
+def test_every_block_is_on_a_page_and_every_page_is_in_the_contents():
+    used = {name for page in PAGES for name in re.findall(r"<!-- table: (\S+) -->", page.read_text(encoding="utf-8"))}
+    listing = run("docs/make_tables.py", "--print", "?").stderr
+    assert used == set(re.search(r"there are (.+)", listing)[1].split(", "))
+    contents = (REPOSITORY / "docs" / "results" / "index.md").read_text(encoding="utf-8")
+    assert {page.stem for page in PAGES} - {"index"} == set(re.findall(r"^(\w+)$", contents, re.MULTILINE))
+
+
+def result_files():
+    return [path for path in sorted(RESULTS.glob("*.json*")) if not path.name.endswith(".meta.json")]
+
+
+def test_every_result_file_names_commit_seeds_versions_and_command():
+    check = run("-c", ORIGIN, *map(str, result_files()))
+    assert check.returncode == 0, check.stderr
+
+
+@pytest.mark.parametrize("missing", ["git_commit", "seed", "package_versions"])
+def test_a_line_without_its_origin_is_refused(missing, tmp_path):
+    line = json.loads((RESULTS / "ball.jsonl").read_text(encoding="utf-8").splitlines()[0])
+    del line[missing]
+    (tmp_path / "made_up.jsonl").write_text(json.dumps(line) + "\n", encoding="utf-8")
+    check = run("-c", ORIGIN, str(tmp_path / "made_up.jsonl"))
+    assert check.returncode != 0
+    assert "made_up.jsonl: no" in check.stderr
+
+
+def test_new_results_carry_their_origin(tmp_path):
+    code = (
+        "import sys; sys.path.insert(0, 'benchmarks')\n"
+        "from common import save_json\n"
+        f"save_json({{'time': 1.0}}, {str(tmp_path / 'one.json')!r}, [3])\n"
+        f"save_json([{{'time': 1.0}}], {str(tmp_path / 'several.json')!r}, [3])\n"
+    )
+    made = run("-c", code)
+    assert made.returncode == 0, made.stderr
+    one, several = (json.loads((tmp_path / f"{name}.json").read_text(encoding="utf-8")) for name in ("one", "several"))
+    for result in (one, several[0]):
+        assert result["time"] == 1.0
+        assert result["made_by"]["seeds"] == [3]
+        assert result["made_by"]["versions"]["numpy"]
+        assert {"commit", "command", "date"} <= set(result["made_by"])
