@@ -106,7 +106,7 @@ pins:
 	    --no-annotate $(UPGRADE) --output-file constraints.txt pyproject.toml
 	sed -i -E "s/implementation_name == 'cpython' and //; s/ (and|;) implementation_name == 'cpython'//
 	    s/platform_python_implementation != 'PyPy' and //; s/ (and|;) platform_python_implementation != 'PyPy'//
-	    s/ and sys_platform == 'linux'//" constraints.txt
+	    s/ (and|;) sys_platform == 'linux'//" constraints.txt
 
 clean:
 	@rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .coverage build dist docs/_build

@@ -7,9 +7,11 @@ Exit codes:
 - 2: bad input or a broken machine, reported in clear lines without a traceback.
 - 3: a fault of the program, with its traceback.
 - 130: interrupted; everything recorded so far is kept.
+- 141: the program that reads the output, such as ``head``, ended first.
 """
 
 import argparse
+import os
 import shutil
 import sys
 import textwrap
@@ -32,7 +34,7 @@ from drake_tracker.commands import (
     track,
     view,
 )
-from drake_tracker.commands.common import FAULT, INTERRUPTED, TROUBLE, quiet_graphics
+from drake_tracker.commands.common import BROKEN_PIPE, FAULT, INTERRUPTED, TROUBLE, quiet_graphics
 from drake_tracker.core.errors import DrakeTrackerError
 
 COMMANDS = (run, view, replay, list_scenarios, doctor, calibrate, track, measure, campaign, figures, host, arm)
@@ -58,6 +60,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("drake-tracker: interrupted", file=sys.stderr)
         return INTERRUPTED
+    except BrokenPipeError:  # the program that reads the output, such as head, ended first
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - Python flushes it at exit
+        return BROKEN_PIPE
     except ImportError as error:
         remedy = "`make setup` installs what is missing, `drake-tracker doctor` says more"
         print(f"drake-tracker: a package cannot be imported ({error}); {remedy}", file=sys.stderr)

@@ -43,7 +43,8 @@ def execute(options: Namespace) -> int:
         )
     if board is None:
         scenario = load_scenario(sources[0], overrides=options.overrides)
-        if options.out is None and scenario.task == "train" and in_package(scenario.cameras.calibration):
+        cameras = getattr(scenario, "cameras", None)  # the ball has none to calibrate, which `calibrate` reports
+        if options.out is None and cameras is not None and in_package(cameras.calibration):
             raise DrakeTrackerError("calibrate: -o FILE is missing; the package's own calibration is not overwritten")
 
         from drake_tracker.calibration.rendered_boards import calibrate

@@ -16,8 +16,8 @@ Commands = _SubParsersAction
 
 LONGEST_NAME = 100
 """Greatest number of characters that a scenario's name contributes to the name of a directory."""
-SUCCESS, NOT_TAKEN, TROUBLE, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
-"""Exit codes: success; the object was not grasped; bad input or a broken machine; a fault of the program; Ctrl-C."""
+SUCCESS, NOT_TAKEN, TROUBLE, FAULT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
+"""Exit codes, explained in `drake_tracker.cli`."""
 
 
 def add_command(

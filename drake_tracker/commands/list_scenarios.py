@@ -12,6 +12,8 @@ _WIDEST = 110
 """Greatest width of the text, however wide the terminal is."""
 _LONGEST_VALUE = 16
 """Longest value that is printed in its column; a longer one has lines of its own."""
+_NARROWEST = 24
+"""Least width of the column of texts; in a narrower terminal they stand below the values."""
 
 
 def register(commands: Commands) -> None:
@@ -89,8 +91,10 @@ def settings_lines(scenario: Any, width: int) -> list[str]:
 
 
 def _setting(key: str, value: str, text: str, key_width: int, value_width: int, width: int) -> list[str]:
-    """Returns the lines of one setting; a long value stands above the text."""
+    """Returns the lines of one setting: key, value and text in columns, as far as the width allows."""
     indent = 2 + key_width + 2
+    if width - (indent + value_width + 2) < _NARROWEST:
+        return [*_row(f"  {key}  ", value, 4 + len(key), width), *_row(" " * 6, text, 6, width)]
     if len(value) <= value_width:
         return _row(f"  {key:<{key_width}}  {value:<{value_width}}  ", text, indent + value_width + 2, width)
     lines = _row(f"  {key:<{key_width}}  ", value, indent, width)
@@ -99,5 +103,5 @@ def _setting(key: str, value: str, text: str, key_width: int, value_width: int, 
 
 def _row(start: str, text: str, indent: int, width: int) -> list[str]:
     """Returns the lines of a text after a start of ``indent`` characters, wrapped with a hanging indent."""
-    wrapped = textwrap.wrap(text, max(width - indent, 20), break_on_hyphens=False) or [""]
+    wrapped = textwrap.wrap(text, max(width - indent, 10), break_on_hyphens=False) or [""]
     return [f"{start}{wrapped[0]}".rstrip(), *(" " * indent + line for line in wrapped[1:])]

@@ -188,7 +188,7 @@ def test_a_port_that_is_taken_is_one_line_and_leaves_nothing(site, port, capsys,
     port = str(site.port) if port == "taken" else port
     assert cli.main(["run", "train", "--live", "--port", port]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert f"--port {port}: nothing can listen there" in line and "choose another port" in line
+    assert f"--port {port}: cannot listen there" in line and "choose another port" in line
     assert list(tmp_path.iterdir()) == []
 
 

@@ -5,6 +5,7 @@ import threading
 import time
 import urllib.error
 import urllib.request
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -14,15 +15,18 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker import load_scenario, simulate
-from drake_tracker.arm.description import make_arm_model
+from drake_tracker.arm.arm_model import make_arm_model
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
+from drake_tracker.core.setting import as_tuple
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.live.strips_system import add_strips
 from drake_tracker.live.view import LiveView
+from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks.ball.diagram import make_ball_diagram
 from drake_tracker.tasks.ball.initialisation import initialise_board
 from drake_tracker.tasks.ball.strips import BALL_STRIPS
+from drake_tracker.tasks.registry import task_of
 from drake_tracker.world.config import OperatorConfig
 
 
@@ -43,7 +47,9 @@ def events(url, enough):
 
 def test_watching_and_holding_a_run_does_not_change_it(tmp_path):
     overrides = ["vision=!Measured {}"]
-    alone = simulate(load_scenario("train", duration=1.5, overrides=overrides), tmp_path / "alone", record=False)
+    alone = simulate(
+        load_scenario("train", duration=1.5, overrides=overrides), tmp_path / "alone", RunOptions(record=False)
+    )
     told = {"time": [], "samples": [], "facts": {}}
 
     def enough(news):
@@ -61,7 +67,7 @@ def test_watching_and_holding_a_run_does_not_change_it(tmp_path):
         page = threading.Thread(target=events, args=(live.url, enough))
         page.start()
         scenario = load_scenario("train", duration=1.5, overrides=overrides)
-        watched = simulate(scenario, tmp_path / "watched", record=False, live=live)
+        watched = simulate(scenario, tmp_path / "watched", RunOptions(record=False), live=live)
         live.finish({"success": False})
     page.join(10.0)
     assert not page.is_alive() and told["time"]
@@ -138,8 +144,9 @@ def test_a_person_marks_windows_on_the_page():
     assert live.url in said[0]
 
 
-def test_windows_of_a_person_become_those_of_the_scenario():
+def test_windows_of_a_person_are_used_and_recorded():
     scenario, windows = make_scenario(seed=4), [[0.0, 0.0, 9.0, 9.0]] * 4
     with pytest.raises(DrakeTrackerError, match="no whole circle"):
         initialise_board(scenario, lambda images, operator: windows)
-    assert scenario.operator.windows == windows
+    resolved = task_of(scenario).resolved(scenario, SimpleNamespace(windows=windows))
+    assert resolved.operator.windows == as_tuple(windows) and scenario.operator.windows == ()

@@ -37,7 +37,7 @@ def test_a_window_is_read(question):
     [
         ([40, 40, 10, 10], "contains no whole circle"),
         ([5, 5, 90, 90], "contains 4 dark areas"),
-        ([95, 95, 10, 10], "not within the image"),
+        ([95, 95, 10, 10], "is not inside the image"),
         ([0, 0, 10], "four numbers"),
         ([0, 0, 10, float("nan")], "four numbers"),
         ([0, 0, 10, 1e30], "four numbers"),
