@@ -4,7 +4,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.arm.servo import Servo
-from drake_tracker.arm.servo_system import ServoSystem
+from drake_tracker.arm.servo_system import ServoSystem, add_servo
+from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -64,9 +65,9 @@ def build(until=np.inf, blind_from=np.inf, swapped=False):
     parts = [Host(until), ServoSystem(Servo(lead=0.031)), Blindfold(blind_from)]
     for part in reversed(parts) if swapped else parts:
         builder.AddSystem(part)
-    host, servo, freeze = parts
+    host, servo, blindfold = parts
     builder.Connect(host.GetOutputPort("packet"), servo.GetInputPort("packet"))
-    builder.Connect(freeze.GetOutputPort("command"), servo.GetInputPort("command"))
+    builder.Connect(blindfold.GetOutputPort("command"), servo.GetInputPort("command"))
     builder.ExportOutput(servo.GetOutputPort("target"), "target")
     builder.ExportOutput(servo.GetOutputPort("held_packet"), "held_packet")
     return builder.Build()
@@ -140,3 +141,21 @@ def test_outputs_are_state_and_a_clone_replays():
         each.AdvanceTo(1.6)
         ends.append(diagram.GetOutputPort("target").Eval(each.get_context()).copy())
     np.testing.assert_array_equal(*ends)
+
+
+@pytest.mark.parametrize("time_step, period", [(1.0 / 300.0, 0.06), (1.0 / 600.0, 0.005)])
+def test_it_is_added_to_a_diagram_with_any_step_and_period(time_step, period):
+    builder = DiagramBuilder()
+    host, blindfold = builder.AddSystem(Host(np.inf)), builder.AddSystem(Blindfold(np.inf))
+    servo = add_servo(
+        builder,
+        packet=host.GetOutputPort("packet"),
+        command=blindfold.GetOutputPort("command"),
+        time_step=time_step,
+        period=period,
+    )
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(2.0 - 1e-6)
+    target = ServoTarget(servo.GetOutputPort("target").Eval(servo.GetMyContextFromRoot(simulator.get_context())))
+    last = np.floor(2.0 / period + 1e-6) - 1  # of the ticks, each of which is just before the end of its period
+    assert target.valid and target.time == pytest.approx((last + 1 + SPLINE_DELAY) * period, abs=1e-9)

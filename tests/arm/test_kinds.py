@@ -1,0 +1,42 @@
+import subprocess
+import sys
+import typing
+from dataclasses import replace
+
+import pytest
+
+from drake_tracker.arm.config import ArmSettings, Hand, Puma560, SevenJoint
+from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT, Arm
+from drake_tracker.arm.kinds import ARMS, make_arm
+from drake_tracker.core.errors import DrakeTrackerError
+
+
+@pytest.mark.parametrize(
+    "settings, hand, expected",
+    [(Puma560(), Hand.GRIPPER, PUMA560), (Puma560(), Hand.CUP, PUMA560_CUP), (SevenJoint(), Hand.CUP, SEVEN_JOINT)],
+)
+def test_an_arm_is_chosen_by_its_settings_and_the_hand_of_the_task(settings, hand, expected):
+    arm = make_arm(settings, hand=hand)
+    assert arm is expected and arm.hand is hand
+    assert isinstance(arm, Arm)
+
+
+def test_a_hand_that_an_arm_does_not_have_is_refused():
+    with pytest.raises(DrakeTrackerError, match="the arm SevenJoint has no gripper; it has a cup"):
+        make_arm(SevenJoint(), hand=Hand.GRIPPER)
+    with pytest.raises(DrakeTrackerError, match="arm: kind is .*; allowed are puma560, seven_joint"):
+        make_arm(PUMA560, hand=Hand.CUP)
+
+
+def test_the_hand_follows_from_the_fingers():
+    assert replace(PUMA560, fingers=()).hand is Hand.CUP
+
+
+def test_the_type_of_the_settings_lists_every_registered_arm():
+    assert set(typing.get_args(ArmSettings)) == set(ARMS.makers)
+
+
+def test_settings_and_descriptions_do_not_load_drake():
+    names = "Hand, Puma560, ServoConfig, PUMA560"
+    code = f"import sys; from drake_tracker.arm import {names}; assert 'pydrake' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
