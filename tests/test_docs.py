@@ -117,7 +117,9 @@ def test_document_is_short(path):
     assert path.stat().st_size <= LARGEST[path], "move details to docs/"
 
 
-@pytest.mark.parametrize("path", [*DOCUMENTS, *NOTEBOOKS], ids=relative)
+@pytest.mark.parametrize(
+    "path", [path for path in (*DOCUMENTS, *NOTEBOOKS) if path.name != "CHANGELOG.md"], ids=relative
+)
 def test_english_is_idiomatic(path):
     text = re.sub(r"`[^`]*`", "", FENCE.sub("", text_of(path)))
     found = [match[0] for words in UNIDIOMATIC for match in re.finditer(rf"\b{words}\b", text, re.IGNORECASE)]
@@ -246,7 +248,9 @@ def test_make_targets_exist(path):
 
 @pytest.mark.parametrize("path", [path for path in DOCUMENTS if "`python benchmarks/" in text_of(path)], ids=relative)
 def test_scripts_named_exist_and_know_their_options(path):
-    for line in re.findall(r"`python ((?:benchmarks|docs)/[^`]+)`", text_of(path)):
+    for line in re.findall(
+        r"python ((?:benchmarks|docs)/[^`;]+)", " ".join(re.findall(r"`python [^`]+`", text_of(path)))
+    ):
         script, *arguments = shlex.split(line)
         source = text_of(REPOSITORY / script)
         for option in (argument for argument in arguments if argument.startswith("--")):
