@@ -104,7 +104,14 @@ class Track:
     def locate(
         self, x: float, y: float, heading_x: float, heading_y: float
     ) -> tuple[float, float, float, float, float]:
-        """As `nearest`, with the heading as a unit vector. Returns (s, lateral, tangent_x, tangent_y, curvature)."""
+        """As `nearest`, with everything that a rail needs. Returns (s, lateral, tangent_x, tangent_y, curvature).
+
+        Args:
+            x: of the point [m].
+            y: of the point [m].
+            heading_x: unit vector of the heading.
+            heading_y: the same.
+        """
         cost = self._cost_rows.dot((x, y, heading_x, heading_y))
         cost += self._cost_constant
         index = int(cost.argmin())

@@ -6,7 +6,8 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.world.camera_system import add_cameras
+from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.world.camera_system import add_camera, add_cameras, add_renderer
 from drake_tracker.world.cameras import (
     CAMERA_NAMES,
     camera_info,
@@ -15,6 +16,7 @@ from drake_tracker.world.cameras import (
     true_camera_models,
 )
 from drake_tracker.world.config import CamerasConfig, LightingConfig
+from drake_tracker.world.lighting import render_engine_params
 
 SPHERE_RADIUS = 0.03
 
@@ -133,3 +135,40 @@ def test_cameras_are_named_and_noise_is_added_only_where_asked_for():
         assert camera.image_port.get_system() is camera.sensor
     names = [system.get_name() for system in scene.diagram.GetSystems()]
     assert not [name for name in names if "noise" in name]
+
+
+def test_a_camera_can_be_added_to_any_plant():
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
+    plant.RegisterVisualGeometry(
+        plant.world_body(), RigidTransform([0.3, 0.1, 0.2]), Sphere(SPHERE_RADIUS), "ball", [0.9, 0.9, 0.9, 1.0]
+    )
+    plant.Finalize()
+    for _ in range(2):
+        add_renderer(
+            scene_graph,
+            params=render_engine_params(LightingConfig(), azimuths_deg=(30.0, -30.0), look_at=(0.3, 0.1, 0.2)),
+        )
+    assert scene_graph.RendererCount() == 1
+    X_WC = camera_pose(20.0, 30.0, 0.8, [0.3, 0.05, 0.2])
+    camera = add_camera(
+        builder,
+        scene_graph=scene_graph,
+        name="wrist",
+        X_WC=X_WC,
+        width=90,
+        height=60,
+        fov_deg=40.0,
+        window=(20, 10, 60, 40),
+        supersampling=2,
+        noise=1.0,
+    )
+    diagram = builder.Build()
+    assert camera.window == (20, 10, 60, 40) and diagram.HasSubsystemNamed("wrist_noise")
+    system = camera.image_port.get_system()
+    image = camera.image_port.Eval(system.GetMyContextFromRoot(diagram.CreateDefaultContext())).data
+    assert image.shape == (40, 60, 4)
+    rows, columns = np.nonzero(image[..., 0] > 80)
+    model = CameraModel.from_camera_info(camera_info(90, 60, 40.0), X_WC)
+    expected = model.project([[0.3, 0.1, 0.2]])[0] - camera.window[:2]
+    assert [columns.mean(), rows.mean()] == pytest.approx(expected, abs=0.5)

@@ -145,6 +145,11 @@ def test_taken_is_lifted_by_both_fingers_for_a_second(touch, contacts):
     assert start <= verdict.held_since <= start + 2 * VISION_PERIOD
 
 
+def test_the_period_can_be_chosen(touch):
+    judge = GraspJudgeSystem(laboratory=touch.laboratory, track=TRACK, rest_height=REST, period=0.1)
+    assert judge.GetUniquePeriodicDiscreteUpdateAttribute().period_sec() == 0.1
+
+
 @pytest.mark.parametrize(
     "contact, lift",
     [("nothing", 0.20), ("one", 0.20), ("other", 0.20), ("both", LIFTED - 0.001), ("both", 0.0)],

@@ -27,6 +27,12 @@ def test_noise_is_grey_white_and_of_the_asked_size():
     assert abs(neighbours) < 0.04
 
 
+def test_the_period_sets_the_frame():
+    first = noisy(time=VISION_PERIOD)
+    np.testing.assert_array_equal(first, noisy(time=0.1, period=0.1))
+    assert np.any(first != noisy(time=0.1))
+
+
 def test_noise_depends_on_frame_camera_and_seed_alone():
     reference = noisy(time=7 * VISION_PERIOD)
     np.testing.assert_array_equal(reference, noisy(time=7 * VISION_PERIOD + 1e-9))

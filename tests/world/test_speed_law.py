@@ -3,11 +3,11 @@ import pytest
 from scipy.integrate import quad
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.world.config import SPEED_LAWS
 from drake_tracker.world.speed_law import (
     GO_TIME,
     RAMP_TIME,
     REST_TIME,
-    SPEED_LAWS,
     STOP_AND_GO_PERIOD,
     VARYING_PERIOD,
     check_speed_law,

@@ -4,6 +4,7 @@ from pydrake.geometry import Mesh, Role
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_tracker.world.config import TRACK_KINDS
 from drake_tracker.world.track_visual import (
     GAUGE,
     RAIL_SIZE,
@@ -13,7 +14,7 @@ from drake_tracker.world.track_visual import (
     rail_mesh,
     sleeper_mesh,
 )
-from drake_tracker.world.tracks import TRACK_KINDS, make_track
+from drake_tracker.world.tracks import make_track
 
 KINDS = [kind for kind in TRACK_KINDS if kind != "csv"]
 

@@ -5,7 +5,8 @@ import pytest
 from scipy.special import ellipe
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.world.tracks import MAX_NODES, TRACK_KINDS, make_track
+from drake_tracker.world.config import TRACK_KINDS
+from drake_tracker.world.tracks import MAX_NODES, make_track
 
 KINDS = [kind for kind in TRACK_KINDS if kind != "csv"]
 
