@@ -256,3 +256,10 @@ def test_a_worker_runs_a_real_simulation(tmp_path):
     (row,) = campaign.rows
     assert row["scenario"] == "train" and row["simulated_s"] == 0.5 and row["failure_reason"]
     assert (campaign.table["success"], campaign.table["seed"]) == ([False], [0])
+
+
+def test_a_custom_part_that_cannot_be_made_is_reported_before_the_first_trial(tmp_path):
+    overrides = ["vision=!Measured {}", "estimator=!Custom {call: no_such_module.Estimator}"]
+    with pytest.raises(DrakeTrackerError, match="there is no module no_such_module"):
+        run_campaign("train", 1, overrides=overrides, workers=1, out=tmp_path / "c")
+    assert contents(tmp_path) == {}
