@@ -139,7 +139,7 @@ def test_points_lie_where_the_ball_was_at_their_stamps(stride):
 
 def test_nothing_moves_before_the_release():
     _, logged = watch(make_vision(), START)
-    times, rows = logged["point"]
+    _, rows = logged["point"]
     assert not any(TrackPoint(row).valid for row in rows) and rows[-1][0] > 0.1
 
 

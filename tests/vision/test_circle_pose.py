@@ -10,7 +10,7 @@ from drake_tracker.vision.circle_pose import image_centres, locate_board
 K = intrinsics()
 
 
-def deviation(X_CB, found):
+def pose_error(X_CB, found):
     """Distance [m] between two poses' origins and angle [deg] between their axes."""
     cosine = (np.trace(X_CB[:3, :3].T @ found[:3, :3]) - 1.0) / 2.0
     return np.linalg.norm(found[:3, 3] - X_CB[:3, 3]), np.degrees(np.arccos(min(cosine, 1.0)))
@@ -27,7 +27,7 @@ def test_exact_centroids_in_any_order_give_the_pose_exactly():
         X_CB = random_camera_pose(rng)
         uv = rng.permutation(image_centres(X_CB, CIRCLES, K, RADIUS))
         found = locate_board(uv, CIRCLES, K, radius=RADIUS)
-        metres, degrees = deviation(X_CB, found.X_CB)
+        metres, degrees = pose_error(X_CB, found.X_CB)
         assert metres < 1e-5 and degrees < 1e-3 and found.rms < 1e-3
 
 
@@ -45,21 +45,21 @@ def test_distortion_is_undone():
     X_CB = camera_pose()
     distortion = np.array([-0.2, 0.05, 0.001, -0.001, 0.0])
     uv = cv2.projectPoints(CIRCLES, cv2.Rodrigues(X_CB[:3, :3])[0], X_CB[:3, 3], K, distortion)[0][:, 0]
-    metres, degrees = deviation(X_CB, locate_board(uv, CIRCLES, K, distortion).X_CB)
+    metres, degrees = pose_error(X_CB, locate_board(uv, CIRCLES, K, distortion).X_CB)
     assert metres < 5e-5 and degrees < 5e-3
 
 
 def test_pictures_from_many_places():
-    """Ten readings of 256 x 256 px with noise: half a millimetre and a tenth of a degree rms."""
+    """Ten images of 256 x 256 px with noise: half a millimetre and a tenth of a degree rms."""
     rng = np.random.default_rng(5)
-    deviations = []
+    errors = []
     for _ in range(12):
         X_CB = random_camera_pose(rng)
         board = draw_board(X_CB)
         circles = find_circles([shoot(board, rng) for _ in range(10)])
         found = locate_board(circles, CIRCLES, K, radius=RADIUS)
-        deviations.append(deviation(X_CB, found.X_CB))
-    metres, degrees = np.sqrt(np.mean(np.square(deviations), axis=0))
+        errors.append(pose_error(X_CB, found.X_CB))
+    metres, degrees = np.sqrt(np.mean(np.square(errors), axis=0))
     assert metres < 0.0005 and degrees < 0.1
 
 
@@ -73,7 +73,7 @@ def test_the_boards_circles_are_told_from_other_dark_things():
         board[np.hypot(u - place[0], v - place[1]) < 2.6] = 40.0
     circles = find_circles([shoot(board, rng) for _ in range(10)])
     assert len(circles) > 10
-    metres, degrees = deviation(X_CB, locate_board(circles, CIRCLES, K, radius=RADIUS).X_CB)
+    metres, degrees = pose_error(X_CB, locate_board(circles, CIRCLES, K, radius=RADIUS).X_CB)
     assert metres < 0.001 and degrees < 0.1
     # A hidden circle is missed, however many other things there are.
     hidden = image_centres(X_CB, CIRCLES, K, RADIUS)[2]

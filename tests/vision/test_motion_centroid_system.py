@@ -281,3 +281,20 @@ def test_a_dropped_image_makes_the_centroids_invalid_that_would_rest_on_it(detec
             assert c.stamp == pytest.approx(described * VISION_PERIOD + Shutter.late, abs=1e-9)
             # The film goes on by the cycle's time.
             assert (c.u, c.v) == pytest.approx(true_centre(c.stamp - Shutter.late), abs=0.6)
+
+
+@pytest.mark.parametrize(("period", "offset"), [(1 / 50, 0.0), (1 / 50, 0.004), (VISION_PERIOD, 0.01)])
+def test_the_lag_is_exact_at_any_period_and_offset(period, offset):
+    read_late = offset + 0.2 * period
+    _, _, _, rows = run(Film(), 0.6, period=period, offset=offset, lag_cycles=7, sample=period, sample_offset=read_late)
+    valid = [(t - read_late + offset, c) for t, c in rows if c.valid]
+    assert len(valid) > 15
+    for time, c in valid:
+        assert time - c.stamp == pytest.approx(7 * period)
+        assert (c.stamp - offset) / period == pytest.approx(round((c.stamp - offset) / period))
+        assert (c.u, c.v) == pytest.approx(true_centre(c.stamp), abs=0.6)
+
+
+def test_without_a_lag_it_is_the_shortest():
+    _, _, _, rows = run(Film(), 0.3, FrameDifferenceDetector(), lag_cycles=None, sample_offset=VISION_PERIOD / 2)
+    assert {round((t - c.stamp) / VISION_PERIOD - 0.5, 6) for t, c in rows if c.valid} == {2.0}

@@ -59,7 +59,7 @@ def test_threshold_is_10_px_per_60_ms(preset, path):
     inner = np.s_[50:70, 70:90]  # Away from the ramp's ends.
     for px_per_60ms, moves in ((9.5, False), (10.5, True)):
         speed = px_per_60ms / 0.060
-        mask, _ = detect(flow, lambda cycle: ramp(speed * PERIOD * cycle, 2.0))
+        mask, _ = detect(flow, lambda cycle, speed=speed: ramp(speed * PERIOD * cycle, 2.0))
         assert (mask[inner] == (255 if moves else 0)).all()
 
 
@@ -116,7 +116,7 @@ def test_follows_a_textured_body_under_noise(centroid):
             t = cycle + 4.0 * k
             return np.array([45.0 + 0.87 * t, 40.0 + 0.55 * t])
 
-        _, region = detect(flow, lambda cycle: box(*centre(cycle), noise=2.0, seed=50 * k + cycle + 5))
+        _, region = detect(flow, lambda cycle, k=k: box(*centre(cycle), noise=2.0, seed=50 * k + cycle + 5))
         errors.append(np.array(region[:2]) - centre(0))
     assert np.sqrt(np.mean(np.square(errors))) < 0.5
 
@@ -187,16 +187,16 @@ def test_smallest_visible_speed_bounds_what_an_edge_shows(preset):
 
     def seen(factor):
         shift = factor * speed * PERIOD
-        # The edge's place within a pixel decides what the pixels see: try several.
-        return any(
-            detect(
-                flow,
-                lambda cycle: np.rint(40.0 + 150.0 * np.clip(80.5 + start + shift * cycle - COLUMNS, 0.0, 1.0)).astype(
-                    np.uint8
-                ),
-            )[0].any()
-            for start in np.linspace(0.0, 1.0, 8, endpoint=False)
-        )
+
+        def edge(start):
+            def picture(cycle):
+                covered = np.clip(80.5 + start + shift * cycle - COLUMNS, 0.0, 1.0)
+                return np.rint(40.0 + 150.0 * covered).astype(np.uint8)
+
+            return picture
+
+        # The position of the edge within a pixel decides what the pixels see: try several.
+        return any(detect(flow, edge(start))[0].any() for start in np.linspace(0.0, 1.0, 8, endpoint=False))
 
     assert not seen(0.93)
     assert seen(1.07)

@@ -53,7 +53,7 @@ def test_midpoint_is_nearest_to_both_rays():
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         meeting = intersect_rays(*zip(origins, directions))
 
-        def distances(point):
+        def distances(point, origins=origins, directions=directions):
             offsets = point - origins
             along = (offsets * directions).sum(axis=1, keepdims=True)
             return np.linalg.norm(offsets - along * directions, axis=1)
