@@ -13,15 +13,23 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from PIL import Image
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker import load_scenario, make_diagram, simulate
 from drake_tracker.core.log import load_log
 from drake_tracker.figures.grasp_frames import moments, render_frames
 from drake_tracker.figures.studio import ball_studio, train_studio
+from drake_tracker.run.options import RunOptions
 
 IMAGES = Path(__file__).parent / "images"
 SHOWN = ("track", "grasp", "lift")
+ANIMATION_RATE = 15
+"""Frames per second of the animation; it plays in real time."""
+ANIMATION_SIZE = (760, 440)
+ANIMATION_EYE, ANIMATION_TARGET = (1.42, -1.30, 1.02), (0.50, 0.0, 0.60)
+ANIMATION_BEFORE, ANIMATION_AFTER = 2.6, 0.4
+"""Simulated time [s] shown before the jaws have closed and after the lift."""
 ENERGY_COLOUR = (0, 176, 255)  # blue, green, red
 BEFORE_CROSSING = 0.3
 """Time [s] before the ball leaves the board at which it is shown."""
@@ -33,6 +41,27 @@ def draw_laboratory(studio, log, times):
     """Returns the whole laboratory at the end of the lift."""
     studio.pose(log, times["lift"])
     return studio.render((1.66, -2.36, 1.42), (0.70, -0.02, 0.575), 1280, 680, 31.0)
+
+
+def save_animation(studio, log, times, path):
+    """Writes the approach, the grasp and the lift as an animated WebP file that repeats."""
+    start, end = times["grasp"] - ANIMATION_BEFORE, times["lift"] + ANIMATION_AFTER
+    frames = []
+    for time in np.arange(start, end, 1.0 / ANIMATION_RATE):
+        studio.pose(log, time)
+        image = studio.render(ANIMATION_EYE, ANIMATION_TARGET, *ANIMATION_SIZE, 30.0)
+        frames.append(Image.fromarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB)))
+    durations = [round(1000 / ANIMATION_RATE)] * (len(frames) - 1) + [1200]
+    frames[0].save(
+        path,
+        save_all=True,
+        append_images=frames[1:],
+        duration=durations,
+        loop=0,
+        quality=72,
+        method=6,
+        minimize_size=True,
+    )
 
 
 def draw_cameras(scenario):
@@ -72,6 +101,16 @@ def train_pictures(run, folder):
     }
 
 
+def animate(run, folder):
+    """Writes the animation of a run of the train."""
+    scenario = load_scenario(str(run / "scenario.yaml"))
+    log = load_log(run / "log.npz")
+    path = IMAGES / "grasp.webp"
+    times = {moment.name: moment.time for moment in moments(log, scenario)}
+    save_animation(train_studio(scenario, folder), log, times, path)
+    print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+
+
 def ball_pictures(run, folder):
     """Returns {name: BGR image} of a run of the ball."""
     scenario = load_scenario(str(run / "scenario.yaml"))
@@ -93,6 +132,7 @@ def smaller(path, width):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--run", type=Path, metavar="DIR", help="run directory of a train lifted or a ball caught")
+    parser.add_argument("--animation", action="store_true", help="make only the animation of the train")
     options = parser.parse_args()
     IMAGES.mkdir(exist_ok=True)
     pictures = {}
@@ -101,10 +141,13 @@ def main():
         if not options.run:
             runs = [Path(folder) / task for task in ("train", "ball")]
             for run, (name, seed) in zip(runs, (("train:paper", 0), ("ball", 4))):
-                simulate(load_scenario(name, seed=seed), out=run, record=False)
+                simulate(load_scenario(name, seed=seed), run, RunOptions(record=False))
         for run in runs:
             task = load_scenario(str(run / "scenario.yaml")).task
-            pictures |= (train_pictures if task == "train" else ball_pictures)(run, folder)
+            if task == "train":
+                animate(run, folder)
+            if not options.animation:
+                pictures |= (train_pictures if task == "train" else ball_pictures)(run, folder)
     for name, picture in pictures.items():
         path = IMAGES / f"{name}.png"
         cv2.imwrite(str(path), picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])

@@ -5,15 +5,14 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_tracker.tasks.train.task import TASK
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.arm_model import make_arm_model
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal, load_log, save_log
-from drake_tracker.run.log_recorder import add_loggers, read_log, tool_signal
 from drake_tracker.core.timing import TIME_STEP
+from drake_tracker.run.log_recorder import add_loggers, read_log, tool_signal
+from drake_tracker.tasks.train.task import TASK
 
 
 class Clock(LeafSystem):
@@ -67,10 +66,10 @@ def test_what_is_saved_is_loaded(log, tmp_path):
         np.testing.assert_array_equal(loaded[name].data, signal.data)
 
 
-def test_a_log_of_words_is_damaged(tmp_path):
+def test_a_log_that_contains_text_is_rejected_as_damaged(tmp_path):
     words = np.array([["one"]])
     np.savez(tmp_path / "log.npz", **{"point": words, "point.time": np.zeros(1), "point.names": np.array(["x"])})
-    with pytest.raises(DrakeTrackerError, match="log.npz: this log is damaged.*not of numbers"):
+    with pytest.raises(DrakeTrackerError, match="log.npz: this log is damaged.*not numbers"):
         load_log(tmp_path / "log.npz")
 
 

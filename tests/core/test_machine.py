@@ -1,4 +1,4 @@
-"""The doctor finds what is there, and a renderer that ends its process does not end ours."""
+"""Tests of the check of this machine. A renderer that crashes does not crash the test process."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from drake_tracker.core import machine
 from drake_tracker.core.errors import DrakeTrackerError
 
 
-def test_a_machine_that_runs_the_tests_is_well(capsys):
+def test_the_machine_that_runs_the_tests_passes_the_check(capsys):
     assert machine.main() == 0
     out = capsys.readouterr().out
     for what in ("Python", "drake", "opencv-python-headless", "libegl1", "libgl1-mesa-dri", "models", "renderer"):
@@ -23,7 +23,7 @@ def test_a_machine_that_runs_the_tests_is_well(capsys):
         ("import sys; sys.exit(3)", "exit code 3"),
     ],
 )
-def test_a_broken_renderer_is_one_line_with_the_remedy(monkeypatch, probe, said):
+def test_a_broken_renderer_gives_one_line_with_the_remedy(monkeypatch, probe, said):
     monkeypatch.setattr(machine, "_PROBE", probe)
     trouble = machine.probe_renderer(timeout=1.0)
     assert said in trouble

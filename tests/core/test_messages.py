@@ -27,15 +27,15 @@ def line(t):
     return np.array([0.4 + 0.1 * t, -0.2 * t, 0.485, 3.0 + 2.0 * t, 0.001 * t])
 
 
-def test_every_message_is_known():
+def test_the_module_holds_exactly_these_messages():
     assert {view.__name__ for view in VIEWS} == {
-        *("Centroid", "TrackPoint", "Prediction", "ServoTarget", "ArmCommand", "ToolStatus", "JawState"),
-        "FrameInfo",
+        *("FrameInfo", "Centroid", "TrackPoint", "Filtered", "Prediction", "ServoTarget", "ArmCommand", "ToolStatus"),
+        *("JawState", "GraspDiagnosis", "OperatorCommand", "CatchDiagnosis", "TouchReport", "Verdict", "CatchVerdict"),
     }
 
 
 @pytest.mark.parametrize("view", VIEWS, ids=lambda view: view.__name__)
-def test_fields_are_named_once_and_nothing_yet_is_not_valid(view):
+def test_field_names_are_unique_and_all_zeros_is_not_valid(view):
     fields = view.get_fields()
     assert len(set(fields)) == len(fields) == message_size(view)
     if "valid" in fields:
@@ -48,31 +48,31 @@ def test_a_packet_spans_one_and_a_half_seconds():
     assert tuple(Prediction.get_fields()[:PREDICTION_HEADER]) == ("stamp", "seq", "first_time", "spacing", "valid")
 
 
-def test_packing_keeps_everything():
+def test_a_packed_prediction_keeps_all_values():
     knots = np.random.default_rng(0).normal(size=(KNOT_COUNT, len(KNOT_FIELDS)))
     packet = pack_prediction(STAMP, 7, knots)
     assert packet.shape == (message_size(Prediction),)
     view = Prediction(packet)
     assert (view.stamp, view.seq, view.first_time, view.spacing, view.valid) == (STAMP, 7, STAMP, KNOT_SPACING, 1.0)
     assert np.array_equal(prediction_knots(packet), knots)
-    # The names of the fields and the layout of the knots are one and the same.
+    # The names of the fields agree with the layout of the knots.
     assert view.x0 == knots[0, 0] and view.yaw3 == knots[3, 3]
     assert getattr(view, f"std{KNOT_COUNT - 1}") == knots[-1, -1]
 
 
 @pytest.mark.parametrize("after", [0.0, 0.02, 0.05, 0.7499, 1.49, 1.5])
-def test_between_knots_a_straight_path_is_exact(after):
+def test_a_straight_path_is_exact_between_knots(after):
     packet = pack_prediction(STAMP, 1, knots_of(line))
     assert evaluate_prediction(packet, STAMP + after) == pytest.approx(line(after), abs=1e-12)
 
 
 @pytest.mark.parametrize("after", [-0.3, 1.51, 2.5])
-def test_beyond_its_ends_the_path_goes_straight_on(after):
+def test_the_path_is_extrapolated_linearly_beyond_its_ends(after):
     packet = pack_prediction(STAMP, 1, knots_of(line))
     assert evaluate_prediction(packet, STAMP + after) == pytest.approx(line(after), abs=1e-12)
 
 
-def test_at_its_knots_a_curved_path_is_exact_and_between_them_on_the_chord():
+def test_a_curved_path_is_exact_at_its_knots_and_lies_on_the_chord_between_them():
     def bend(t):
         return np.array([np.cos(t), np.sin(t), 0.0, t, 0.0])
 
@@ -85,7 +85,7 @@ def test_at_its_knots_a_curved_path_is_exact_and_between_them_on_the_chord():
     assert sagitta == pytest.approx(KNOT_SPACING**2 / 8, rel=1e-2)
 
 
-def test_another_spacing_is_taken_from_the_packet():
+def test_the_spacing_of_the_packet_is_used():
     knots = np.array([line(0.02 * k) for k in range(KNOT_COUNT)])
     packet = pack_prediction(STAMP, 1, knots, spacing=0.02)
     assert evaluate_prediction(packet, STAMP + 0.33) == pytest.approx(line(0.33), abs=1e-12)

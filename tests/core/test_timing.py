@@ -48,7 +48,7 @@ def test_every_period_is_a_whole_number_of_plant_steps(period, time_step, steps)
 
 
 @pytest.mark.parametrize("time_step", [0.001, 0.002, 1 / 450, 0.05])
-def test_a_plant_step_that_does_not_fit_is_refused(time_step):
+def test_a_plant_step_that_does_not_divide_the_periods_is_rejected(time_step):
     with pytest.raises(DrakeTrackerError, match="whole number of plant steps"):
         for period in (VISION_PERIOD, SERVO_PERIOD):
             steps_in(period, time_step)
@@ -58,12 +58,12 @@ def test_slots_lie_within_a_plant_step_in_the_order_of_the_data():
     order = [PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT]
     assert order[0] > 0.0 and order[-1] < 1.0
     assert order == sorted(set(order))
-    assert set(SLOTS.values()) == set(order), "a slot that this test does not know"
+    assert set(SLOTS.values()) == set(order), "this test does not list a slot"
 
 
 @pytest.mark.parametrize("time_step", [TIME_STEP, TIME_STEP / 2])
-def test_no_two_rooms_ever_share_an_instant(time_step):
-    """Instants in sixteenths of a plant step, over the whole time after which 60 Hz and 30 ms meet again."""
+def test_no_two_subsystems_update_at_the_same_instant(time_step):
+    """Instants are counted in sixteenths of a plant step, over the least common multiple of 1/60 s and 30 ms."""
     vision, servo = (steps_in(period, time_step) for period in (VISION_PERIOD, SERVO_PERIOD))
     together = vision * servo * 16
 
@@ -72,21 +72,23 @@ def test_no_two_rooms_ever_share_an_instant(time_step):
         assert first == pytest.approx(round(first), abs=1e-9)
         return set(range(round(first), together, period * 16))
 
-    rooms = [instants(0.0, 1)]  # the plant; vision is in step with it
-    rooms += [instants(vision_slot(slot, time_step), vision) for slot in (PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT)]
-    rooms += [
+    instants_of = [instants(0.0, 1)]  # the plant; vision is in step with it
+    instants_of += [
+        instants(vision_slot(slot, time_step), vision) for slot in (PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT)
+    ]
+    instants_of += [
         instants(servo_slot(slot, time_step), servo) for slot in (SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT)
     ]
-    assert all(a.isdisjoint(b) for a, b in itertools.combinations(rooms, 2))
+    assert all(a.isdisjoint(b) for a, b in itertools.combinations(instants_of, 2))
 
 
 def test_the_servo_works_in_the_last_step_of_its_period():
-    # The interpolator samples at whole periods: what it reads is a fraction of a plant step old.
+    # The interpolator samples at whole periods and reads a set-point that is a fraction of a plant step old.
     assert SERVO_PERIOD - servo_slot(SERVO_SLOT) == pytest.approx((1 - SERVO_SLOT) * TIME_STEP)
     assert SERVO_PERIOD - servo_slot(IK_SLOT, TIME_STEP / 2) == pytest.approx((1 - IK_SLOT) * TIME_STEP / 2)
 
 
-def test_the_delay_line_adds_what_the_images_leave():
+def test_the_delay_line_adds_the_rest_of_the_lag():
     assert delay_cycles(15, 1) == 14  # consecutive images
     assert delay_cycles(15, 2) == 13  # images every other cycle
     assert delay_cycles(30, 2) == 28
@@ -94,8 +96,8 @@ def test_the_delay_line_adds_what_the_images_leave():
 
 
 @pytest.mark.parametrize("lag_cycles, newest", [(1, 2), (15, 0.5), (14.5, 1)])
-def test_a_lag_that_is_not_whole_or_too_short_is_refused(lag_cycles, newest):
-    with pytest.raises(DrakeTrackerError, match="must be whole and >= 0"):
+def test_a_lag_that_is_not_whole_or_too_short_is_rejected(lag_cycles, newest):
+    with pytest.raises(DrakeTrackerError, match="must be a whole number, 0 or more"):
         delay_cycles(lag_cycles, newest)
 
 

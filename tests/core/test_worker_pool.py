@@ -1,4 +1,4 @@
-"""Trials in worker processes: all are done, and one that kills its worker costs itself alone."""
+"""Tests of trials in worker processes: all are run, and a trial that kills its worker is the only one lost."""
 
 import os
 import signal
@@ -28,24 +28,24 @@ def test_every_job_is_done_once_and_by_more_than_one_process():
     jobs = range(2 * FRESH_AFTER + 4)
     results = dict(run_trials(square, jobs, 2))
     assert {job: result for job, (result, _) in results.items()} == {job: job * job for job in jobs}
-    # Two at a time; each makes way for a new one after FRESH_AFTER.
+    # Two processes at a time, each replaced after FRESH_AFTER trials.
     assert len({process for _, process in results.values()}) >= 3
 
 
-def test_a_worker_that_dies_costs_its_own_trial_alone():
+def test_only_the_trial_of_a_dead_worker_is_lost():
     results = dict(run_trials(die_of_seven, range(12), 2))
     assert results.pop(7) == WorkerDied(-signal.SIGKILL)
     assert results == {number: number for number in range(12) if number != 7}
 
 
 class DeadlyToLoad:
-    """Work that ends the process which unpickles it, before that process has read a job."""
+    """Work that ends the process that unpickles it, before it has read a job."""
 
     def __reduce__(self):
         return os._exit, (3,)
 
 
-def test_a_worker_that_dies_before_it_reads_its_job_costs_that_job_alone():
+def test_only_one_job_is_lost_when_a_worker_dies_before_it_reads_the_job():
     assert dict(run_trials(DeadlyToLoad(), range(2), 1)) == {0: WorkerDied(3), 1: WorkerDied(3)}
 
 
@@ -55,17 +55,17 @@ def test_an_exception_counts_as_a_death(capfd):
     assert "ValueError: one" in capfd.readouterr().err
 
 
-def test_jobs_are_taken_only_as_workers_are_free():
-    taken = []
+def test_jobs_are_drawn_only_when_a_worker_is_free():
+    drawn = []
 
     def jobs():
         for number in range(6):
-            taken.append(number)
+            drawn.append(number)
             yield number
 
     trials = run_trials(square, jobs(), 2)
     next(trials)
-    assert taken == [0, 1, 2]
+    assert drawn == [0, 1, 2]
     trials.close()
     with pytest.raises(StopIteration):
         next(trials)

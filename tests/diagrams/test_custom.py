@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from pydrake.lcm import DrakeLcm
 
-from drake_tracker.run.options import RunOptions
 from drake_tracker import cli, load_scenario, make_diagram, simulate
 from drake_tracker.campaign.plan import make_plan
 from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.trial import run_trial
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.diagrams.parts import check_custom_parts
+from drake_tracker.run.options import RunOptions
 from drake_tracker.scenarios.base import Custom
 from drake_tracker.tasks import save_scenario
 from drake_tracker.tasks.train.scenario import TrainScenario
@@ -68,7 +69,7 @@ def write(folder, name, call="StraightOn", more=""):
 
 def error_of(*args, **kwargs):
     with pytest.raises(DrakeTrackerError) as caught:
-        load_scenario(*args, **kwargs)
+        check_custom_parts(load_scenario(*args, **kwargs))
     (line,) = str(caught.value).splitlines()
     return line
 
@@ -81,19 +82,19 @@ def test_one_beside_the_scenario_is_found_from_everywhere_and_again_from_the_res
     moved = Path(shutil.move(folder, folder.with_name("moved")))
     shutil.copy(moved / f"{name}.py", "..")
     shutil.copy("scenario.yaml", "../again.yaml")
-    sys.modules.pop(name)
+    assert name not in sys.modules
     assert load_scenario("../again.yaml:scenario").estimator.folder == str(Path("..").resolve())
 
 
 def test_parameters_keep_their_kinds_also_for_drake(folder, name):
-    from pydrake.common.yaml import yaml_load_typed
+    from pydrake.common.yaml import yaml_load
 
     parameters = {"number": 1.0, "count": 3, "switch": True, "word": "off", "digits": "12", "none": ""}
     scenario = TrainScenario(estimator=Custom("a.b", parameters))
     save_scenario(scenario, folder / "resolved.yaml")
-    read = yaml_load_typed(schema=TrainScenario, filename=str(folder / "resolved.yaml"), child_name="resolved")
-    assert read.estimator.parameters == parameters
-    assert {key: type(value) for key, value in read.estimator.parameters.items()} == {
+    read = yaml_load(filename=str(folder / "resolved.yaml"), private=True)["resolved"]["estimator"]["parameters"]
+    assert read == parameters == load_scenario(str(folder / "resolved.yaml")).estimator.parameters
+    assert {key: type(value) for key, value in read.items()} == {
         key: type(value) for key, value in parameters.items()
     }
 
@@ -104,6 +105,19 @@ def test_set_looks_where_the_command_is_given_and_changes_one_parameter(folder, 
     overrides = [f"estimator=!Custom {{call: {name}b.StraightOn}}", "estimator.parameters.std=0.03"]
     estimator = load_scenario(path, overrides=overrides).estimator
     assert (estimator.folder, estimator.parameters) == (str(Path.cwd()), {"std": 0.03})
+
+
+def test_loading_listing_and_copying_a_scenario_executes_none_of_its_code(folder, name, tmp_path):
+    ran = tmp_path / "ran"
+    path = write(folder, name)
+    (folder / f"{name}.py").write_text(f"open({str(ran)!r}, 'w').close()\n")
+    scenario = load_scenario(path, overrides=[f"arm=!Custom {{call: {name}.arm}}"])
+    save_scenario(scenario, tmp_path / "copy.yaml")
+    load_scenario(str(tmp_path / "copy.yaml"))
+    assert not ran.exists() and name not in sys.modules
+    with pytest.raises(DrakeTrackerError, match="has no class or function"):
+        make_diagram(scenario)
+    assert ran.exists()
 
 
 def test_it_runs_in_the_loop(folder, name):
@@ -164,10 +178,10 @@ def test_a_module_that_is_not_there_or_does_not_load(folder, name):
         Path(f"{module}.py").write_text(text)
         assert said.format(module=module) in trying(f"{module}.X")
     Path("statistics.py").write_text("class Mine: pass")
-    assert "statistics is the name of another module" in trying("statistics.Mine")
+    assert "another module has the name statistics" in trying("statistics.Mine")
 
 
-def test_an_arm_of_ones_own(folder, name):
+def test_a_custom_arm(folder, name):
     Path(f"{name}.py").write_text(ARM)
     measured = "vision=!Measured {}"
 

@@ -5,10 +5,10 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from wires import arrows
 
-from drake_tracker.tasks.train.task import TASK
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.core.messages import ArmCommand, JawState, ToolStatus
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.tasks.train.task import TASK
 
 ARROWS = {
     ("world", "camera_left", "vision", "camera_left"),

@@ -3,12 +3,14 @@
 import pytest
 from ball_scenario import true_poses
 
+from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario
 
 
-def make_run(out, spec, duration, overrides, **options):
-    simulate(load_scenario(spec, duration=duration, overrides=overrides), out=out, record=False, **options)
+def make_run(out, spec, duration, overrides, images=False, initialise=lambda scenario: None):
+    scenario = load_scenario(spec, duration=duration, overrides=overrides)
+    simulate(scenario, out, RunOptions(record=False, images=images), initialisation=initialise(scenario))
     return out
 
 
@@ -29,8 +31,5 @@ def ball_run(tmp_path_factory):
     """The ball rolls at once: the arm is told where the board is, and does not look at it or touch it."""
     overrides = ["catch.ready_after=0", "catch.home_duration=0.2", "vision.update_cycles=2"]
     overrides += ["camera.supersampling=1"]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            "drake_tracker.tasks.ball.initialisation.initialise_board", lambda scenario, *_: true_poses(scenario)
-        )
-        return make_run(tmp_path_factory.mktemp("ball") / "run", "ball", 2.0, overrides, images=True)
+    out = tmp_path_factory.mktemp("ball") / "run"
+    return make_run(out, "ball", 2.0, overrides, images=True, initialise=true_poses)

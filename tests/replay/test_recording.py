@@ -59,8 +59,8 @@ def refused(capsys, tmp_path, *arguments, run="run"):
         (shutil.rmtree, "there is no run directory"),
         (lambda run: (run / "scenario.yaml").unlink(), "no scenario.yaml; this is not the directory of a run"),
         (lambda run: (run / "log.npz").unlink(), "no log.npz; a run writes it at its end, and this one was stopped"),
-        (lambda run: cut(run / "log.npz"), "damaged, or was only half written"),
-        (lambda run: cut(run / "log.npz", 0.0), "damaged, or was only half written"),
+        (lambda run: cut(run / "log.npz"), "damaged or incomplete"),
+        (lambda run: cut(run / "log.npz", 0.0), "damaged or incomplete"),
         (lambda run: (run / "log.npz").write_bytes(b"PK\x05\x06" + bytes(18)), "the signal command is missing"),
         (lambda run: (run / "scenario.yaml").write_text("a: [1"), "not valid YAML"),
         (lambda run: change_log(run, rename_a_field), "the signal point has other fields than in this version"),
@@ -96,14 +96,14 @@ def test_in_a_replay_from_centroids_cameras_and_detector_have_no_effect(rendered
         assert line.endswith("estimator, link, servo, vision.work_volume, cameras.calibration")
 
 
-def test_images_that_are_missing_or_half_written(rendered_run, capsys, tmp_path, monkeypatch):
+def test_images_that_are_missing_or_incomplete(rendered_run, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.copytree(rendered_run, tmp_path / "run")
     file = image_file(tmp_path / "run", "camera_right")
     cut(file)
-    assert "images of 150; it was only half written" in refused(capsys, tmp_path, "--from", "images")
+    assert "of 150 images; it is incomplete" in refused(capsys, tmp_path, "--from", "images")
     file.unlink()
-    assert "there are no images of this camera" in refused(capsys, tmp_path, "--from", "images")
+    assert "the images of this camera are missing" in refused(capsys, tmp_path, "--from", "images")
 
 
 def test_a_ball_without_its_boards_poses(ball_run, capsys, tmp_path, monkeypatch):

@@ -11,8 +11,12 @@ from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, CatchDiagnosis
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.run.camera_video import CameraVideoSystem, Script
-from drake_tracker.run.video_page import SIDES, VideoPage
+from drake_tracker.run.camera_video import CameraVideoSystem
+from drake_tracker.run.video_page import VideoPage
+from drake_tracker.tasks.ball.filming import PREDICTING
+from drake_tracker.tasks.filming import STEREO_SIDES as SIDES
+from drake_tracker.tasks.filming import Film, Script, no_points
+from drake_tracker.tasks.train.filming import TRAIN_SCRIPT
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
 
 LAG = 5
@@ -23,12 +27,12 @@ class Laboratory(LeafSystem):
     """Images whose grey level is the number of their cycle, and everything that is said of them. The mask of the cycle
     before the last has one pixel at a column that is its cycle's number; centroids come ``LAG`` cycles late.
 
-    From ``frozen_from`` [s] on the jaws close without sight; the packets are then 1 m off.
+    From ``blind_from`` [s] on the jaws close without sight; the packets are then 1 m off.
     """
 
-    def __init__(self, frozen_from=np.inf):
+    def __init__(self, blind_from=np.inf):
         super().__init__()
-        self._frozen_from = frozen_from
+        self._blind_from = blind_from
         for side in SIDES:
             blank = ImageRgba8U(80, 60)
             self.DeclareAbstractOutputPort(f"camera_{side}", lambda: AbstractValue.Make(blank), self._image)
@@ -58,12 +62,12 @@ class Laboratory(LeafSystem):
     def _packet(self, context, output):
         now = context.get_time()
         knots = np.zeros((KNOT_COUNT, 5))
-        knots[:, 0] = 0.1 * (now + KNOT_SPACING * np.arange(KNOT_COUNT)) + (1.0 if now > self._frozen_from else 0.0)
+        knots[:, 0] = 0.1 * (now + KNOT_SPACING * np.arange(KNOT_COUNT)) + (1.0 if now > self._blind_from else 0.0)
         output.SetFromVector(pack_prediction(now, 1, knots))
 
     def _command(self, context, output):
-        frozen = context.get_time() > self._frozen_from - 1e-9
-        output.SetFromVector([Phase.CLOSE if frozen else Phase.TRACK, 0, 0, 0, 0, frozen, 0.08])
+        blind = context.get_time() > self._blind_from - 1e-9
+        output.SetFromVector([Phase.CLOSE if blind else Phase.TRACK, 0, 0, 0, 0, blind, 0.08])
 
 
 class OneCamera(LeafSystem):
@@ -121,13 +125,26 @@ class Camera:
         return 1e3 * np.asarray(p_WQ)[:, :2]
 
 
-def film(duration, frozen_from=np.inf):
+def made_up_film(sides, offset, lag_cycles, script, **settings):
+    return Film(
+        title="train",
+        subtitle="seed 0",
+        polygons={},
+        image_size=(80, 60),
+        cameras={side: Camera() for side in sides},
+        offsets=dict.fromkeys(sides, offset),
+        lag=lag_cycles * VISION_PERIOD,
+        lag_cycles=lag_cycles,
+        script=script,
+        **settings,
+    )
+
+
+def film(duration, blind_from=np.inf):
     notebook = Notebook()
     builder = DiagramBuilder()
-    laboratory = builder.AddSystem(Laboratory(frozen_from))
-    video = builder.AddSystem(
-        CameraVideoSystem([notebook], notebook, {side: Camera() for side in SIDES}, dict.fromkeys(SIDES, OFFSET), LAG)
-    )
+    laboratory = builder.AddSystem(Laboratory(blind_from))
+    video = builder.AddSystem(CameraVideoSystem([notebook], notebook, made_up_film(SIDES, OFFSET, LAG, TRAIN_SCRIPT)))
     for k in range(video.num_input_ports()):
         name = video.get_input_port(k).get_name()
         builder.Connect(laboratory.GetOutputPort(name), video.GetInputPort(name))
@@ -140,11 +157,15 @@ def film_one(duration):
     notebook, camera = Notebook(), OneCamera()
     builder = DiagramBuilder()
     builder.AddSystem(camera)
-    script = Script(phases=CatchPhase, diagnosis=CatchDiagnosis, notes=lambda phase, diagnosis: (phase.name, ""))
+    script = Script(
+        phases=CatchPhase,
+        predicting=PREDICTING,
+        diagnosis=CatchDiagnosis,
+        notes=lambda phase, diagnosis: (phase.name, ""),
+        path=no_points,
+    )
     video = builder.AddSystem(
-        CameraVideoSystem(
-            [notebook], notebook, {"": Camera()}, {"": (0, 0)}, 5.0, script=script, every=2, update_cycles=4
-        )
+        CameraVideoSystem([notebook], notebook, made_up_film(("",), (0, 0), 5.0, script, every=2, update_cycles=4))
     )
     for k in range(video.num_input_ports()):
         port = video.get_input_port(k)
@@ -193,7 +214,7 @@ def test_the_path_starts_where_the_object_should_be_now():
 
 
 def test_while_blind_the_last_packet_before_is_shown():
-    sights, state = film(1.0, frozen_from=0.5)[-1]
+    sights, state = film(1.0, blind_from=0.5)[-1]
     assert state.phase == Phase.CLOSE
     assert sights["right"].path[0, 0] == pytest.approx(100.0 * state.time, abs=1e-6)
 
@@ -221,7 +242,7 @@ def test_a_frame_is_drawn_once_for_all_who_want_it_and_never_for_nobody():
         builder = DiagramBuilder()
         laboratory = builder.AddSystem(Laboratory())
         video = builder.AddSystem(
-            CameraVideoSystem(sinks, page, {side: Camera() for side in SIDES}, dict.fromkeys(SIDES, OFFSET), LAG)
+            CameraVideoSystem(sinks, page, made_up_film(SIDES, OFFSET, LAG, TRAIN_SCRIPT))
         )
         for k in range(video.num_input_ports()):
             name = video.get_input_port(k).get_name()

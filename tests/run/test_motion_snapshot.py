@@ -9,6 +9,8 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.motion_snapshot import add_motion_snapshot
+from drake_tracker.tasks.filming import Snapshot
+from drake_tracker.tasks.train.filming import TRAIN_SNAPSHOT
 from drake_tracker.vision.normal_flow import MotionImages
 
 
@@ -53,7 +55,7 @@ class Vision(LeafSystem):
 def run(tmp_path, start, end):
     builder = DiagramBuilder()
     vision = builder.AddSystem(Vision(start, end))
-    recorder = add_motion_snapshot(builder, vision, tmp_path / "motion.png")
+    recorder = add_motion_snapshot(builder, hand_eye=vision, snapshot=TRAIN_SNAPSHOT, path=tmp_path / "motion.png")
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(5.5)
     context = simulator.get_context()
@@ -79,10 +81,13 @@ def test_a_hand_that_never_tracks_leaves_nothing(tmp_path):
 def test_a_better_phase_is_not_overwritten_by_a_later_one(tmp_path, duration, expected):
     builder = DiagramBuilder()
     drawn = []
-    recorder = add_motion_snapshot(
-        builder, builder.AddSystem(OneCamera()), tmp_path, lambda images, path: drawn.append(images[""][0, 0]),
-        sides=("",), phases=(CatchPhase.WAIT, CatchPhase.FOLLOW), period=0.2,
-    )  # fmt: skip
+    snapshot = Snapshot(
+        sides=("",),
+        phases=(CatchPhase.WAIT, CatchPhase.FOLLOW),
+        period=0.2,
+        draw=lambda images, path: drawn.append(images[""][0, 0]),
+    )
+    recorder = add_motion_snapshot(builder, hand_eye=builder.AddSystem(OneCamera()), snapshot=snapshot, path=tmp_path)
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(duration)
     recorder.finish(simulator.get_context())

@@ -15,6 +15,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.scene import TrackingDisplaySystem, add_scene_recording
+from drake_tracker.tasks.train.filming import TRAIN_VIEW
 
 
 class Tracker(LeafSystem):
@@ -37,8 +38,8 @@ class Tracker(LeafSystem):
         output.SetFromVector([now, 0.1 * now, 0.0, 0.5, 0.0, 1.0])
 
     def _command(self, context, output):
-        frozen = context.get_time() > 0.49
-        output.SetFromVector([Phase.CLOSE if frozen else Phase.TRACK, 0, 0, 0, 0, frozen, 0.08])
+        blind = context.get_time() > 0.49
+        output.SetFromVector([Phase.CLOSE if blind else Phase.TRACK, 0, 0, 0, 0, blind, 0.08])
 
 
 class Canvas:
@@ -61,7 +62,7 @@ def draw(duration):
     canvas = Canvas()
     builder = DiagramBuilder()
     tracker = builder.AddSystem(Tracker())
-    display = builder.AddSystem(TrackingDisplaySystem(canvas))
+    display = builder.AddSystem(TrackingDisplaySystem(canvas, TRAIN_VIEW))
     for own, theirs in {"packet": "delivered", "point": "point", "command": "command"}.items():
         builder.Connect(tracker.GetOutputPort(theirs), display.GetInputPort(own))
     simulator = Simulator(builder.Build())
@@ -105,7 +106,9 @@ def laboratory():
 def test_the_recording_is_one_file_that_plays(tmp_path, capsys):
     builder = DiagramBuilder()
     hand_eye = builder.AddSystem(laboratory())
-    recorder = add_scene_recording(builder, hand_eye, tmp_path / "recording.html", announce=True)
+    recorder = add_scene_recording(
+        builder, hand_eye=hand_eye, view=TRAIN_VIEW, path=tmp_path / "recording.html", announce=True
+    )
     assert "http://localhost:" in capsys.readouterr().out
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(0.5)
@@ -121,7 +124,7 @@ def test_the_recording_is_one_file_that_plays(tmp_path, capsys):
 def test_nothing_is_written_or_said_when_nobody_asks(tmp_path, capsys):
     builder = DiagramBuilder()
     hand_eye = builder.AddSystem(laboratory())
-    recorder = add_scene_recording(builder, hand_eye, None, announce=False)
+    recorder = add_scene_recording(builder, hand_eye=hand_eye, view=TRAIN_VIEW, path=None)
     simulator = Simulator(builder.Build())
     simulator.Initialize()
     recorder.finish(simulator.get_context())

@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 import pytest
 
-from drake_tracker.tasks.train.task import TASK
 from drake_tracker import load_scenario, simulate
 from drake_tracker.arm.arm_model import make_arm_model
 from drake_tracker.arm.description import PUMA560
@@ -17,6 +16,7 @@ from drake_tracker.core.log import load_log
 from drake_tracker.core.timing import ESTIMATOR_SLOT, TIME_STEP
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.camera_video import FRAMES_PER_SECOND
+from drake_tracker.tasks.train.task import TASK
 
 SEED = 0
 PROMISED = {

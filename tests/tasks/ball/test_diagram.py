@@ -7,12 +7,12 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from wires import Wires, arrows, controller_rooms, truths
 
-from drake_tracker.tasks.ball.task import TASK
-from drake_tracker import load_scenario
+from drake_tracker import DrakeTrackerError, load_scenario, make_diagram
 from drake_tracker.core.timing import BALL_SERVO_PERIOD
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.diagram import make_ball_diagram
 from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.ball.task import TASK
 from drake_tracker.world.config import BoardConfig
 
 ARROWS = {
@@ -105,3 +105,15 @@ def test_the_seven_joint_arm_takes_the_place_of_the_other():
     assert diagram.arm.model.num_joints == 7
     fields = TASK.signals(7)
     assert diagram.GetOutputPort("q_commanded").size() == len(fields["q_commanded"][1])
+
+
+@pytest.mark.parametrize("name", ["ball", "ball:seven_joint", "ball:every_image"])
+def test_every_scenario_of_the_ball_builds_from_what_the_initialisation_found(name):
+    scenario = load_scenario(name)
+    hand_eye = make_diagram(scenario, true_poses(scenario))
+    assert [part.get_name() for part in hand_eye.GetSystems()] == ["world", "vision", "host", "link", "arm"]
+
+
+def test_building_never_simulates():
+    with pytest.raises(DrakeTrackerError, match=r"make_diagram\(scenario, initialise\(scenario\)\)"):
+        make_diagram(load_scenario("ball"))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.closing import clearance, closing_onset_error, last_closing, offset_at_touch
+from drake_tracker.tasks.train.episode import phase_spans
 
 TRAVEL = 0.048 / 0.40
 """Time [s] in which the default jaws come to touch the train."""

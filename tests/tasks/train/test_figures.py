@@ -5,9 +5,9 @@ import matplotlib
 import numpy as np
 import pytest
 
+from drake_tracker.tasks.plots import draw_motion_images
 from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.figures import _lap, draw_tracking
-from drake_tracker.tasks.plots import draw_motion_images
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.vision.normal_flow import MotionImages
 

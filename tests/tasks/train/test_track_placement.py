@@ -5,7 +5,7 @@ import pytest
 
 from drake_tracker import DrakeTrackerError, load_scenario
 from drake_tracker.tasks.train.reach import Reach
-from drake_tracker.tasks.train.track_placement import check_track, place_track, place_outside
+from drake_tracker.tasks.train.track_placement import check_track, place_outside, place_track
 
 OUT_OF_REACH = 110
 """A seed whose first figure-eight within the work volume comes too near to the arm's base."""
