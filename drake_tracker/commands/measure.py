@@ -29,15 +29,15 @@ def execute(options: Namespace) -> int:
     from drake_tracker.tasks import load_scenario
 
     scenario = load_scenario(options.scenario, overrides=options.overrides)
-    speeds = {}
+    speeds = None
     if options.speeds is not None:
         try:
-            speeds = {"speeds": [float(text) for text in options.speeds.split(",")]}
+            speeds = [float(text) for text in options.speeds.split(",")]
         except ValueError:
             raise DrakeTrackerError(f"--speeds {options.speeds}: must be numbers separated by commas") from None
 
-    from drake_tracker.calibration.measure_vision import measure
+    from drake_tracker.calibration.measure_vision import SPEEDS, measure
 
     quiet_drake()
-    measure(scenario, options.out, seeds=options.seeds, laps=options.laps, **speeds)
+    measure(scenario, options.out, seeds=options.seeds, laps=options.laps, speeds=SPEEDS if speeds is None else speeds)
     return SUCCESS
