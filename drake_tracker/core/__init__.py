@@ -1,1 +1,11 @@
-"""What every subsystem shares: messages, timing, errors, frozen state, logs, paths and progress."""
+"""What every subsystem shares: the messages on the ports, timing, settings, registries, logs and errors.
+
+Nothing of the other packages goes in. Out come the named views of all port messages (`Centroid` to `CatchVerdict`), the
+periods and slots of the loop (`drake_tracker.core.timing`), `setting` and `Kinds`, with which a part declares and
+registers its settings, `Signal` with `save_log` and `load_log`, the base class of states in a Context (`FrozenState`),
+and the exception that users catch (`DrakeTrackerError`).
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

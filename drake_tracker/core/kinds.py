@@ -1,7 +1,7 @@
-"""The kinds of a role: which settings stand for which part.
+"""The registry of the kinds of a role: which settings make which part.
 
-A role is something that can be exchanged: estimator, motion detector, link, arm. Each kind of it has a frozen dataclass
-of settings, whose name is its YAML tag (``!ClosedPath {systematic_std: 0.002}``), and a maker that takes them.
+A role is a part that can be exchanged: estimator, motion detector, link, arm. Each kind has a frozen dataclass of
+settings, whose name is its YAML tag (``!ClosedPath {systematic_std: 0.002}``), and a maker that takes them.
 """
 
 import dataclasses
@@ -19,11 +19,12 @@ class Kinds(Generic[Part]):
     """The registry of one role.
 
     Args:
-        role: what the parts are, for messages: "estimator".
-        makers: {dataclass of settings: callable that makes the part of an instance of it}. The first is the default.
+        role: name of the role for messages, for example "estimator".
+        makers: {dataclass of settings: callable that makes a part from an instance of it}. The first is the default.
 
     Attributes:
-        makers: as given.
+        role: name of the role.
+        makers: {dataclass of settings: maker}.
         names: {name in lower case with underscores: dataclass of settings}, for example "closed_path".
     """
 
@@ -33,30 +34,31 @@ class Kinds(Generic[Part]):
         self.names = {snake_case(settings.__name__): settings for settings in makers}
 
     def union(self, *others: type) -> Any:
-        """Returns the type of a scenario's field: the Union of all settings, and of ``others``."""
+        """Returns the type of a scenario's field: the Union of the settings of all kinds and of ``others``."""
         return Union[(*self.makers, *others)]
 
     def make(self, settings: Any, /, **context: Any) -> Part:
-        """Returns the part of an instance of one of the settings.
+        """Returns the part that an instance of one of the settings describes.
 
         Args:
-            settings: an instance of one of the dataclasses.
-            **context: what the part needs besides, such as ``period``. A maker is passed only what it takes.
+            settings: an instance of one of the dataclasses in ``makers``.
+            **context: what the part needs in addition, such as ``period``. A maker is passed only the keywords that it
+                accepts.
 
-        Raises DrakeTrackerError when the settings are of no kind of this role.
+        Raises DrakeTrackerError when the settings belong to no kind of this role.
         """
         maker = self.makers.get(type(settings))
         if maker is None:
             raise self._unknown(settings)
-        taken = inspect.signature(maker).parameters
-        return maker(settings, **{name: value for name, value in context.items() if name in taken})
+        accepted = inspect.signature(maker).parameters
+        return maker(settings, **{name: value for name, value in context.items() if name in accepted})
 
     def make_by_name(self, kind: str, **parameters: Any) -> Part:
-        """Returns the part of a kind given by its name, such as "closed_path".
+        """Returns the part of the kind with a given name, such as "closed_path".
 
         Args:
             kind: one of ``names``.
-            **parameters: settings of the kind, and keywords of its maker.
+            **parameters: settings of the kind, and further keywords of its maker.
 
         Raises DrakeTrackerError for an unknown kind or parameter, or a value out of range.
         """

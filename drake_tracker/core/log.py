@@ -1,4 +1,4 @@
-"""The log of a run, in memory and as a file: every vector signal, with the names of its fields."""
+"""The log of a run, in memory and as an npz file: all vector signals with the names of their fields."""
 
 import tokenize
 import zipfile
@@ -12,7 +12,7 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 
 _DAMAGED = (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
-"""What numpy raises for a file that is not complete: from the disk, the archive, and the header of an array in it."""
+"""Errors that numpy raises for a damaged file: from reading it, from the archive, and from the header of an array."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,12 @@ class Signal:
 
 
 def save_log(log: Mapping[str, Signal], path: Path) -> None:
-    """Writes a log as one npz file: for each signal its data, ``<signal>.time`` and ``<signal>.names``."""
+    """Writes a log as one npz file.
+
+    Args:
+        log: {name: Signal}. The file holds three arrays for each: ``<name>``, ``<name>.time`` and ``<name>.names``.
+        path: file to write, ``*.npz``.
+    """
     arrays = {}
     for name, signal in log.items():
         arrays[name] = signal.data
@@ -49,7 +54,7 @@ def save_log(log: Mapping[str, Signal], path: Path) -> None:
 
 
 def load_log(path: Path | str) -> dict[str, Signal]:
-    """Returns {name: Signal} of a file that `save_log` wrote. Raises DrakeTrackerError when it cannot be read."""
+    """Returns {name: Signal} from a file that `save_log` wrote. Raises DrakeTrackerError when it cannot be read."""
     try:
         with np.load(path) as arrays:
             names = [key for key in arrays.files if "." not in key]
@@ -62,5 +67,5 @@ def load_log(path: Path | str) -> dict[str, Signal]:
 
 def _numbers(array: np.ndarray) -> np.ndarray:
     if array.dtype.kind not in "fiu":
-        raise ValueError(f"it contains arrays of {array.dtype}, not of numbers")
+        raise ValueError(f"it has an array of type {array.dtype}, which are not numbers")
     return array

@@ -1,4 +1,4 @@
-"""Looks whether this machine can run the project, and says what to do when it cannot."""
+"""Checks whether this machine can run the project, and says what to do when it cannot."""
 
 import ctypes
 import glob
@@ -16,7 +16,7 @@ PYTHONS = ((3, 11), (3, 13))
 
 _MESA_DRIVERS = ("/usr/lib/*/dri/swrast_dri.so", "/usr/lib/*/libgallium*.so", "/usr/lib*/dri/swrast_dri.so")
 
-# One small image, in a process of its own: without a Mesa driver the renderer ends the process by a signal.
+# Renders one small image. It runs in a child process, which the renderer crashes when there is no Mesa driver.
 _PROBE = """
 from pydrake.geometry import ClippingRange, ColorRenderCamera, RenderCameraCore
 from pydrake.geometry import MakeRenderEngineVtk, RenderEngineVtkParams
@@ -31,27 +31,33 @@ assert image.data[..., 3].any(), "the image is empty"
 
 
 def probe_renderer(timeout: float = 60.0) -> str | None:
-    """Renders one image in a child process. Returns None when that works, else what went wrong, in one line."""
+    """Renders one image in a child process.
+
+    Args:
+        timeout: wall time after which the renderer counts as broken [s].
+
+    Returns None when it works, otherwise one line that says what went wrong.
+    """
     try:
         child = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, text=True, timeout=timeout)
     except subprocess.TimeoutExpired:
-        return f"no image within {timeout:g} s"
+        return f"it made no image within {timeout:g} s"
     if child.returncode == 0:
         return None
     if child.returncode < 0:
-        return f"it was ended by signal {-child.returncode}, as without a Mesa driver"
+        return f"it crashed with signal {-child.returncode}, as it does without a Mesa driver"
     return (child.stderr.strip().splitlines() or [f"exit code {child.returncode}"])[-1]
 
 
 def require_renderer() -> None:
-    """Raises MachineError when this machine cannot render, in about a second; call it before the first image."""
+    """Raises MachineError when this machine cannot render. Takes about a second; call it before the first image."""
     trouble = probe_renderer()
     if trouble:
         raise MachineError(f"the renderer does not work ({trouble}); as root: {APT_LINE}")
 
 
 def examine() -> list[tuple[str, str, bool]]:
-    """Returns rows (what, value, ok): Python, the packages, the libraries, the models, the renderer."""
+    """Returns rows (name, value, whether it is right) for Python, packages, libraries, models and the renderer."""
     low, high = PYTHONS
     findings = [("Python", platform.python_version(), low <= sys.version_info[:2] <= high)]
     for package in PACKAGES:
@@ -72,7 +78,7 @@ def examine() -> list[tuple[str, str, bool]]:
     except DrakeTrackerError as error:
         findings.append(("models", str(error), False))
     trouble = probe_renderer()
-    findings.append(("renderer", trouble or "renders", not trouble))
+    findings.append(("renderer", trouble or "works", not trouble))
     return findings
 
 

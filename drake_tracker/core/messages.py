@@ -1,8 +1,8 @@
-"""The vector messages on the ports between the subsystems: every named view of the package.
+"""The vector messages on the ports between the subsystems: all named views of the package.
 
 Every signal except an image is a plain vector port, so that ``LogVectorOutput``, ``DiscreteTimeDelay`` and the link
-carry it unchanged. A port that has produced nothing yet reads all zeros, hence ``valid == 0``. ``stamp`` is always the
-capture time [s] of the image that the value describes, never the time at which it was computed.
+carry it unchanged. A port that has produced nothing yet is all zeros, hence ``valid == 0``. ``stamp`` is always the
+capture time [s] of the image that the value describes, never the time at which the value was computed.
 """
 
 from typing import Any
@@ -13,31 +13,33 @@ from pydrake.common.containers import namedview
 KNOT_COUNT = 31
 """Knots in a predicted path: 1.5 s at `KNOT_SPACING`."""
 KNOT_SPACING = 0.05
-"""Time between knots of a predicted path [s]."""
+"""Time between two knots of a predicted path [s]."""
 KNOT_FIELDS = ("x", "y", "z", "yaw", "std")
-"""Columns of a knot: position in W [m], yaw about W's z axis, continuous along the path [rad], predicted error [m]."""
+"""Columns of a knot: position in W [m]; yaw about W's z axis, continuous along the path [rad]; predicted standard
+deviation [m]."""
 
 FrameInfo = namedview("FrameInfo", ["stamp", "fresh"])
-"""Describes the image that a `VideoSource` outputs: its capture time [s], and ``fresh`` = 0 when no image was captured
-in this cycle."""
+"""Describes the image that a `VideoSource` outputs: its capture time [s]; ``fresh`` = 0 when no image was captured in
+this cycle."""
 
 Centroid = namedview("Centroid", ["stamp", "u", "v", "pixel_count", "valid"])
-"""Motion centroid in one image: stamp [s], u and v [px] in full-frame pixel coordinates, in which the centre of a pixel
-has whole numbers, and the number of moving pixels."""
+"""Motion centroid in one image: stamp [s]; u and v [px] in full-frame pixel coordinates, where pixel centres have whole
+coordinates; number of moving pixels."""
 
 TrackPoint = namedview("TrackPoint", ["stamp", "x", "y", "z", "gap", "valid"])
-"""A measured point: stamp [s], p_WQ = (x, y, z) [m] in W, gap between the two rays [m]."""
+"""A measured point: stamp [s]; p_WQ = (x, y, z) [m] in W; gap between the two rays of sight [m]."""
 
 Filtered = namedview("Filtered", ["stamp", "x", "y", "z", "yaw", "speed", "valid"])
-"""The filtered state at its newest stamp [s]: position in W [m], yaw of travel [rad], speed [m/s]."""
+"""The filtered state at the newest stamp [s]: position in W [m], direction of travel (yaw) [rad], speed [m/s]."""
 
 Prediction = namedview(
     "Prediction",
     ["stamp", "seq", "first_time", "spacing", "valid"]
     + [f"{field}{k}" for k in range(KNOT_COUNT) for field in KNOT_FIELDS],
 )
-"""A packet of predicted path: stamp [s] of the newest measurement in it, sequence number, first_time [s], spacing [s],
-valid, and `KNOT_COUNT` knots of `KNOT_FIELDS`. The first knot is the filtered state at ``stamp`` itself."""
+"""A packet of predicted path: stamp [s] of the newest measurement used, sequence number, time of the first knot [s],
+spacing of the knots [s], valid, and `KNOT_COUNT` knots of `KNOT_FIELDS`. The first knot is the filtered state at
+``stamp`` itself."""
 
 PREDICTION_HEADER = 5
 """Number of fields of a `Prediction` before its first knot."""
@@ -47,46 +49,46 @@ ServoTarget = namedview(
     "ServoTarget",
     ["time", "x", "y", "z", "yaw", "vx", "vy", "vz", "yaw_rate", "stamp", "seq", "std", "stale", "valid"],
 )
-"""The servo's estimate of the object: its filtered pose and rates at ``time`` [s] (the instant at which the set-point
-now being computed is due), stamp and seq of the packet on which it is based, the packet's own std [m] there, and
+"""The servo's estimate of the object: its filtered pose and rates at ``time`` [s], the instant at which the set-point
+now being computed is due; stamp and seq of the packet on which it is based; the packet's std [m] at that time;
 ``stale`` = 1 while the servo coasts without a fresh packet."""
 
 ArmCommand = namedview("ArmCommand", ["phase", "motion", "duration", "frame", "height", "frozen", "jaw_width"])
-"""What the motor schema asks of the arm: the number of the phase; a counter that starts a new straight-line motion when
-it changes; the duration of that motion [s]; the ``frame`` to move in (0 home, 1 with the object, 2 at rest where the
-object was when the motion began); height of the tool above the object's reference point [m]; ``frozen`` = 1 while the
-arm is blind, that is, follows the packet that it held when the descent began; jaw opening [m]."""
+"""What the motor schema asks of the arm: number of the phase; counter that starts a new straight-line motion when it
+changes; duration of that motion [s]; ``frame`` in which to move (0 home, 1 with the object, 2 at rest where the object
+was when the motion began); height of the tool above the object's reference point [m]; ``frozen`` = 1 while the arm is
+blind, that is, follows the packet that it held when the descent began; jaw opening [m]."""
 
 ToolStatus = namedview("ToolStatus", ["motion", "fraction", "flipping", "x", "y", "z", "yaw", "branch"])
-"""Where the commanded tool is: the counter of the motion, the completed fraction of it (0 to 1), ``flipping`` = 1 while
-the jaws turn by 180 deg, commanded p_WT [m] and yaw [rad], and the number of half turns of the jaws."""
+"""Where the commanded tool is: counter of the motion; completed fraction of it (0 to 1); ``flipping`` = 1 while the
+jaws turn by 180 deg; commanded p_WT [m] and yaw [rad]; number of half turns of the jaws."""
 
 JawState = namedview("JawState", ["width", "speed", "force"])
 """What the gripper measures: opening between the pads [m], its rate [m/s], force of the drive on each pad [N]."""
 
 GraspDiagnosis = namedview("GraspDiagnosis", ["phase", "attempts", "gate", "remembered_error", "records"])
-"""For the log: phase, attempts begun, why the machine waits (`grasp.gate.Gate`), the largest lateral error [m]
-remembered for this place, the number of predictions judged so far."""
+"""For the log: phase; number of attempts begun; why the machine waits (`grasp.gate.Gate`); largest lateral error [m]
+remembered for this place; number of predictions judged so far."""
 
 OperatorCommand = namedview("OperatorCommand", ["mode", "x", "y", "z", "yaw"])
-"""The operator's command: ``mode`` 0 supervise, 1 stop, 2 take over and go to the tool pose p_WT [m], yaw [rad]."""
+"""The operator's command: ``mode`` 0 supervise, 1 stop, 2 take over and move to the tool pose p_WT [m], yaw [rad]."""
 
 CatchDiagnosis = namedview("CatchDiagnosis", ["phase", "known", "time_left", "x", "y", "std", "motions"])
-"""For the log: phase, whether a crossing of the edge was ever predicted, the time until it [s], where the ball will be
-over the cup [m, W], the standard deviation of that place [m], and the number of straight-line motions begun."""
+"""For the log: phase; whether a crossing of the bottom edge was ever predicted; time until it [s]; where the ball will
+pass over the cup [m, W]; standard deviation of that position [m]; number of straight-line motions begun."""
 
 TouchReport = namedview("TouchReport", ["phase", "mark", "force"] + [f"{axis}{k}" for k in range(3) for axis in "xyz"])
-"""Progress of touching the board: phase (`grasp.touch_schema.TouchPhase`), number of the current mark (0 to 2), force
-against the approach [N], and the touched positions of the probe's centre p_WP [m] in W, zero where there is none."""
+"""Progress of touching the board: phase (`grasp.touch_schema.TouchPhase`); number of the current mark (0 to 2); force
+against the approach [N]; positions of the probe's centre at each touch, p_WP [m] in W, zero before the touch."""
 
 Verdict = namedview(
     "Verdict",
     ["lift", "left_contact", "right_contact", "held_since", "held", "taken", "derailed", "table_touched"],
 )
-"""The judge's findings on the train: height above the rail [m]; contact of each finger with the train; the time since
-when it has been held [s] (0: not held) and for how long [s]; ``taken`` = 1 once it was held long enough; ``derailed`` =
-1 while it lies off its track without contact with a finger and cannot return; ``table_touched`` = 1 once the arm
-touched the table."""
+"""The judge's findings on the train: height above the rail [m]; whether each finger touches the train; time at which
+the current hold began [s] (0: not held) and its duration [s]; ``taken`` = 1 once the train was held long enough;
+``derailed`` = 1 while it lies off its track without contact with a finger and cannot return; ``table_touched`` = 1 once
+the arm touched the table."""
 
 CatchVerdict = namedview(
     "CatchVerdict",
@@ -94,11 +96,12 @@ CatchVerdict = namedview(
     + ["left_board", "rest_since", "lost", "board_touched"],
 )
 """The judge's findings on the ball: height of its centre above the floor [m]; its (x, y)_B [m]; ``in_cup`` = 1 while
-its centre is inside the bowl and the hand touches it; the time since when it has been held there, off the board [s] (0:
-not held) and for how long [s]; ``caught`` = 1 once that was long enough; when it was ``released`` [s] (0: not yet);
-where (x_B [m]) and when [s] its centre first crossed the bottom edge (time 0: not yet); when it ``left_board``, below
-the edge and not touching it [s] (0: not yet); since when it has been at rest on the board [s] (0: it moves); ``lost`` =
-1 once it touched table or floor, or is jammed; ``board_touched`` = 1 once the arm touched the board or its table."""
+its centre is inside the bowl and the hand touches it; time at which the current hold in the cup, off the board, began
+[s] (0: not held) and its duration [s]; ``caught`` = 1 once it was held long enough; time of the release [s] (0: not
+yet); where (x_B [m]) and when [s] its centre first crossed the bottom edge (time 0: not yet); time at which it left the
+board, below the edge and without touching it [s] (0: not yet); time at which it came to rest on the board [s] (0: it
+moves); ``lost`` = 1 once it touched table or floor, or is jammed; ``board_touched`` = 1 once the arm touched the board
+or its table."""
 
 
 def message_size(view: Any) -> int:
@@ -110,10 +113,10 @@ def pack_prediction(stamp: float, seq: int, knots: np.ndarray, spacing: float = 
     """Returns the `Prediction` vector of a valid packet.
 
     Args:
-        stamp: capture time of the newest measurement, and time of the first knot [s].
+        stamp: capture time of the newest measurement, which is also the time of the first knot [s].
         seq: sequence number.
-        knots: shape (KNOT_COUNT, 5), with the columns `KNOT_FIELDS`.
-        spacing: time between knots [s].
+        knots: the path, shape (KNOT_COUNT, 5), with the columns `KNOT_FIELDS`.
+        spacing: time between two knots [s].
     """
     return np.concatenate([[stamp, seq, stamp, spacing, 1.0], np.ravel(knots)])
 
@@ -129,9 +132,14 @@ def prediction_end(packet: np.ndarray) -> float:
 
 
 def evaluate_prediction(packet: np.ndarray, time: float) -> np.ndarray:
-    """Returns the predicted (x, y, z, yaw, std) at a time [s], linear between knots.
+    """Returns the predicted (x, y, z, yaw, std) [m, rad] at one time, shape (5,), in W.
 
-    Beyond the last knot the last interval is extrapolated, before the first knot the first one.
+    The path is linear between knots. The last interval is extrapolated beyond the last knot, the first interval before
+    the first knot.
+
+    Args:
+        packet: vector of a valid `Prediction`.
+        time: time for which to predict [s].
     """
     packet = np.asarray(packet)
     knots = prediction_knots(packet)
@@ -142,5 +150,10 @@ def evaluate_prediction(packet: np.ndarray, time: float) -> np.ndarray:
 
 
 def predicted_points(packet: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Returns p_WQ [m], shape (n, 3), where a valid `Prediction` puts the object at ``times`` (n,) [s]."""
+    """Returns the predicted positions p_WQ of the object [m], shape (n, 3).
+
+    Args:
+        packet: vector of a valid `Prediction`.
+        times: times for which to predict [s], shape (n,).
+    """
     return np.array([evaluate_prediction(packet, time)[:3] for time in times])

@@ -1,4 +1,4 @@
-"""Finds the models."""
+"""Finds the folder of the models."""
 
 from pathlib import Path
 
@@ -8,9 +8,9 @@ _PACKAGE = Path(__file__).parents[1]
 
 
 def models_path() -> Path:
-    """Returns the folder of the models, which has a package.xml.
+    """Returns the folder of the models, which contains a package.xml.
 
-    It is ``models/`` beside the package in a checkout, and inside the package when that was installed from a wheel.
+    It is ``models/`` next to the package in a checkout, and inside the package after installation from a wheel.
 
     Raises DrakeTrackerError when it is in neither place.
     """

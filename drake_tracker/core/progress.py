@@ -1,4 +1,4 @@
-"""Shows the progress of a run or a campaign."""
+"""Shows the progress of a run, a job or a campaign on the terminal."""
 
 import sys
 import time
@@ -11,7 +11,7 @@ _BAR = 24
 
 
 class _Line:
-    """One line that is rewritten on a terminal; elsewhere a line that is printed every ten seconds.
+    """One line that is rewritten on a terminal. Elsewhere, a new line is printed every ten seconds.
 
     Args:
         stream: where to print; standard error by default.
@@ -38,7 +38,7 @@ class _Line:
         self._stream.flush()
 
     def say(self, line: str) -> None:
-        """Prints a line of its own, which stays."""
+        """Prints a separate line, which stays."""
         self._stream.write(f"\r\x1b[K{line}\n" if self._terminal else f"{line}\n")
         self._stream.flush()
 
@@ -53,7 +53,7 @@ class Progress(_Line):
     """A callable ``progress(sim_time, phase)``: simulated time, phase and real-time factor of a run.
 
     Args:
-        duration: simulated time at which the run ends at the latest [s].
+        duration: simulated time after which the run ends at the latest [s].
         stream: where to print; standard error by default.
         clock: returns the wall time [s].
     """
@@ -66,7 +66,7 @@ class Progress(_Line):
         self._first_time = 0.0
 
     def __call__(self, sim_time: float, phase: str) -> None:
-        """Reports progress, unless it did so a moment ago.
+        """Shows the progress, at most five times a second on a terminal and every ten seconds elsewhere.
 
         Args:
             sim_time: simulated time [s].
@@ -84,7 +84,7 @@ class Progress(_Line):
 
 
 class StepsProgress(_Line):
-    """A callable ``progress(done, steps, what)``: how many steps of a job are done.
+    """A callable ``progress(done, steps, what)``: number of steps of a job that are done.
 
     Args:
         stream: where to print; standard error by default.
@@ -92,12 +92,12 @@ class StepsProgress(_Line):
     """
 
     def __call__(self, done: int, steps: int, what: str) -> None:
-        """Reports progress, unless it did so a moment ago.
+        """Shows the progress, at most five times a second on a terminal and every ten seconds elsewhere.
 
         Args:
-            done: number of steps that are done.
-            steps: number of all steps.
-            what: what is done in them.
+            done: number of steps done so far.
+            steps: total number of steps.
+            what: what the steps do, for the user.
         """
         now = self._clock()
         if not self._started:
@@ -107,7 +107,7 @@ class StepsProgress(_Line):
 
 
 class TrialsProgress(_Line):
-    """A callable ``progress(ended, trials, taken)``: a bar, the successes so far and the remaining time of a campaign.
+    """A callable ``progress(ended, trials, succeeded)``: bar, successes so far and remaining time of a campaign.
 
     Args:
         stream: where to print; standard error by default.
@@ -119,11 +119,13 @@ class TrialsProgress(_Line):
         self._first_ended = 0
 
     def __call__(self, ended: int, trials: int, succeeded: int) -> None:
-        """Reports progress, unless it did so a moment ago. The first call, before any trial, sets where it starts.
+        """Shows the progress, at most five times a second on a terminal and every ten seconds elsewhere.
+
+        The first call, before any trial, sets the starting point from which the remaining time is estimated.
 
         Args:
             ended: number of trials that have ended.
-            trials: number of all trials.
+            trials: total number of trials.
             succeeded: number of trials that succeeded.
         """
         now = self._clock()
@@ -143,12 +145,12 @@ class TrialsProgress(_Line):
 
 
 def time_left(wall: float, done: int, missing: int) -> str:
-    """Returns in words how long the missing trials take.
+    """Returns an estimate of the time that the remaining trials take, in words.
 
     Args:
-        wall: time that the trials so far took [s].
-        done: number of trials so far.
-        missing: number of missing trials.
+        wall: wall time of the trials done so far [s].
+        done: number of trials done so far.
+        missing: number of trials that remain.
     """
     seconds = round(wall / done * missing)
     if seconds < 60:

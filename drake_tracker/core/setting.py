@@ -1,7 +1,7 @@
-"""One setting: a dataclass field that knows its unit, what is allowed and what it means.
+"""Settings: dataclass fields with a unit, a range of allowed values and a help text.
 
-The dataclasses made of settings are frozen. They are both the settings in a YAML file and the parameters with which the
-part that they describe is constructed.
+Dataclasses of settings are frozen. They are both what a YAML file contains and the parameters with which the part that
+they describe is constructed.
 """
 
 import dataclasses
@@ -24,13 +24,14 @@ def setting(
     """Declares a setting as a dataclass field.
 
     Args:
-        default: value, or a class (a nested part, built with its own defaults). A list becomes a tuple; a dict is
-            copied for each instance.
-        help: one line, what the setting does.
-        unit: unit of a number, empty when it has none.
-        range: lowest and highest allowed number, both included; of every element when the setting is a tuple.
-        choices: the allowed words, when it is one of a few.
-        shape: length of a tuple as (n,), or rows and columns of a tuple of tuples as (m, n); None rows: any number.
+        default: default value, or a dataclass of settings (a nested part, built with its own defaults). A list becomes
+            a tuple; a dict is copied for each instance.
+        help: what the setting does, in one line.
+        unit: unit of a number, empty for a number without unit.
+        range: lowest and highest allowed number, both included. It applies to every element of a tuple.
+        choices: the allowed words of a text setting.
+        shape: length of a tuple as (n,), or rows and columns of a tuple of tuples as (m, n). Any number of rows is
+            allowed when m is None.
     """
     metadata = {"help": help, "unit": unit, "range": range, "choices": choices, "shape": shape}
     if isinstance(default, type):
@@ -41,19 +42,23 @@ def setting(
 
 
 def as_tuple(value: Any) -> Any:
-    """Returns a list, and every list in it, as a tuple; anything else as it is."""
+    """Returns a list and all lists in it as tuples, anything else unchanged."""
     return tuple(map(as_tuple, value)) if isinstance(value, (list, tuple)) else value
 
 
 def settings_of(part: Any) -> tuple[dataclasses.Field[Any], ...]:
-    """Returns the fields of a dataclass, or of an instance of one, that are settings."""
+    """Returns those fields of a dataclass, or of a dataclass instance, that are settings."""
     return tuple(field for field in dataclasses.fields(part) if "help" in field.metadata)
 
 
 def replace_settings(part: Part, changes: Mapping[str, Any]) -> Part:
-    """Returns a copy of a dataclass instance with settings changed: {"track.speed": 0.2, "seed": 3}.
+    """Returns a copy of a dataclass instance with some settings changed. Does not check whether values are allowed.
 
-    Raises AttributeError when there is no such setting. Whether the values are allowed is not checked.
+    Args:
+        part: a dataclass instance made of settings.
+        changes: {key path: value}, for example {"track.speed": 0.2, "seed": 3}.
+
+    Raises AttributeError when there is no such setting.
     """
     nested: dict[str, dict[str, Any]] = {}
     values: dict[str, Any] = {}
@@ -71,7 +76,12 @@ def replace_settings(part: Part, changes: Mapping[str, Any]) -> Part:
 
 
 def allowed(metadata: Mapping[str, Any], noun: str) -> str:
-    """Returns what a setting allows, in words: "a number from 0 to 1 m/s", "one of oval, circle"."""
+    """Returns the allowed values of a setting in words: "a number from 0 to 1 m/s", "one of oval, circle".
+
+    Args:
+        metadata: metadata of the setting's dataclass field.
+        noun: what the value is, for example "a number".
+    """
     if metadata.get("choices"):
         return "one of " + ", ".join(metadata["choices"])
     text = noun

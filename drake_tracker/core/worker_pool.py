@@ -1,7 +1,7 @@
-"""A pool of worker processes for independent trials, each started afresh.
+"""A pool of spawned worker processes for independent trials.
 
-The standard library's pools do not fit: a worker that is killed by a signal breaks a `ProcessPoolExecutor` for all
-trials, and hangs a `multiprocessing.Pool`. Here it costs only its own trial.
+The pools of the standard library do not survive the death of a worker: a worker killed by a signal makes a
+`ProcessPoolExecutor` lose all trials and a `multiprocessing.Pool` hang. Here only the worker's own trial is lost.
 """
 
 import multiprocessing
@@ -12,14 +12,14 @@ from multiprocessing.connection import wait
 from typing import Any, NamedTuple
 
 FRESH_AFTER = 20
-"""Trials after which a worker is replaced by a new process, so that memory leaked by native code is released."""
+"""Number of trials after which a worker is replaced by a new process, to release memory leaked by native code."""
 
 
 class WorkerDied(NamedTuple):
-    """Takes the place of a result when the process ended before it had one.
+    """Replaces the result of a trial whose process ended before it returned one.
 
     Attributes:
-        exit_code: exit code of the process; below 0 it is the number of a signal.
+        exit_code: exit code of the process; a negative one is the number of a signal.
     """
 
     exit_code: int
@@ -34,14 +34,14 @@ class _Worker:
 
 
 def run_trials(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[tuple[Any, Any]]:
-    """Yields (job, result) of ``work(job)`` for every job, in the order in which they end.
+    """Yields (job, result of ``work(job)``) for every job, in the order in which the trials end.
 
-    A worker that dies, whatever the cause, yields (job, `WorkerDied`) for its own job, and another takes its place.
-    When the caller stops early (or on Ctrl-C) the processes are ended.
+    When a worker dies, whatever the cause, (job, `WorkerDied`) is yielded for its job and a new worker replaces it. The
+    processes are terminated when the caller stops early, also by Ctrl-C.
 
     Args:
-        work: a function of a module, called in spawned processes.
-        jobs: picklable objects; the next one is taken when a worker is free.
+        work: a function defined at the top of a module, called in spawned processes.
+        jobs: picklable objects; the next one is drawn when a worker becomes free.
         workers: number of processes that work at the same time.
     """
     context = multiprocessing.get_context("spawn")
@@ -58,7 +58,7 @@ def run_trials(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) ->
                 job = worker.job
                 try:
                     result = pipe.recv()
-                except (EOFError, ConnectionError):  # the latter when it died before it read its job
+                except (EOFError, ConnectionError):  # a ConnectionError: it died before it read its job
                     worker.process.join()
                     result = WorkerDied(worker.process.exitcode)
                     worker = None
@@ -72,7 +72,9 @@ def run_trials(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) ->
 def _give_next(
     context: Any, work: Callable[[Any], Any], jobs: Iterator[Any], worker: _Worker | None, busy: dict[Any, _Worker]
 ) -> None:
-    """Gives the next job to a worker. A new one replaces None or one that has done its share; without jobs it ends."""
+    """Gives the next job to a worker: a new one if ``worker`` is None or has done `FRESH_AFTER` trials. Without a job
+    left, the worker is ended.
+    """
     job = next(jobs, _NO_JOB)
     if worker is not None and (job is _NO_JOB or worker.trials >= FRESH_AFTER):
         worker.pipe.close()

@@ -49,9 +49,9 @@ def test_every_period_is_a_whole_number_of_plant_steps(period, time_step, steps)
 
 @pytest.mark.parametrize("time_step", [0.001, 0.002, 1 / 450, 0.05])
 def test_a_plant_step_that_does_not_divide_the_periods_is_rejected(time_step):
+    periods = (VISION_PERIOD, SERVO_PERIOD)
     with pytest.raises(DrakeTrackerError, match="whole number of plant steps"):
-        for period in (VISION_PERIOD, SERVO_PERIOD):
-            steps_in(period, time_step)
+        [steps_in(period, time_step) for period in periods]
 
 
 def test_slots_lie_within_a_plant_step_in_the_order_of_the_data():
@@ -72,14 +72,12 @@ def test_no_two_subsystems_update_at_the_same_instant(time_step):
         assert first == pytest.approx(round(first), abs=1e-9)
         return set(range(round(first), together, period * 16))
 
-    instants_of = [instants(0.0, 1)]  # the plant; vision is in step with it
-    instants_of += [
-        instants(vision_slot(slot, time_step), vision) for slot in (PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT)
-    ]
-    instants_of += [
+    updates = [instants(0.0, 1)]  # the plant; vision is in step with it
+    updates += [instants(vision_slot(slot, time_step), vision) for slot in (PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT)]
+    updates += [
         instants(servo_slot(slot, time_step), servo) for slot in (SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT)
     ]
-    assert all(a.isdisjoint(b) for a, b in itertools.combinations(instants_of, 2))
+    assert all(a.isdisjoint(b) for a, b in itertools.combinations(updates, 2))
 
 
 def test_the_servo_works_in_the_last_step_of_its_period():
