@@ -50,9 +50,7 @@ def test_the_command_writes_a_file_that_loads(tmp_path, capsys):
 def test_cameras_that_do_not_see_the_work_volume_are_refused_before_anything_is_rendered(tmp_path, monkeypatch):
     monkeypatch.setattr("drake_tracker.calibration.rendered_boards.calibrate_cameras", None)
     scenario = TrainScenario(cameras=CamerasConfig(look_at=[0.4, 2.0, 0.47], distance=1.0))
-    with pytest.raises(
-        DrakeTrackerError, match="cameras.look_at .* is in view of both cameras"
-    ):
+    with pytest.raises(DrakeTrackerError, match="cameras.look_at .* is in view of both cameras"):
         calibrate(scenario, tmp_path / "cameras.yaml")
     with pytest.raises(DrakeTrackerError, match="must be a file in a folder that exists"):
         calibrate(TrainScenario(), tmp_path / "none" / "cameras.yaml")
