@@ -127,7 +127,7 @@ def run(arm_model, q_initial):
     return simulate(arm_model, q_initial, 4.8, until=3.0)
 
 
-def test_the_hand_hovers_over_the_true_object_late_packets_notwithstanding(run, arm_model):
+def test_the_hand_hovers_over_the_true_object_despite_late_packets(run, arm_model):
     times, state = run[0]["arm_state"]
     hovering = np.flatnonzero((times > 2.0) & (times < 4.0))[::5]
     tool = np.array([arm_model.tool_pose(state[i, :6]).translation() for i in hovering])
@@ -193,7 +193,7 @@ def test_it_stands_still_until_something_is_seen(run):
     assert np.max(np.abs(state[times < 0.5, 6:])) < 2e-3
 
 
-def test_the_rooms_of_the_servo_period_come_one_after_the_other_before_its_end():
+def test_the_slots_of_the_servo_period_follow_each_other_before_its_end():
     slots = [servo_slot(slot) for slot in (SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT)]
     last_step = SERVO_PERIOD - TIME_STEP
     assert np.all(np.diff([last_step, *slots, SERVO_PERIOD]) > 0.05 * TIME_STEP)
@@ -273,7 +273,7 @@ def in_order(arm_model, q_initial, order):
     return np.vstack([log.FindLog(context).data() for log in logs])
 
 
-def test_the_order_in_which_rooms_are_added_does_not_matter(arm_model, q_initial):
+def test_the_order_in_which_systems_are_added_does_not_matter(arm_model, q_initial):
     order = ["packets", "servo", "grasp", "transform", "ik"]
     first = in_order(arm_model, q_initial, order)
     np.testing.assert_array_equal(in_order(arm_model, q_initial, order[::-1]), first)

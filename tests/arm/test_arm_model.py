@@ -55,7 +55,7 @@ def test_limits_are_the_arms_own(arm_model):
     np.testing.assert_allclose(arm_model.velocity_limit, [1.92, 1.51, 2.40, 5.34, 5.09, 5.74])
 
 
-def test_it_remembers_nothing_from_one_question_to_the_next(arm_model):
+def test_results_do_not_depend_on_earlier_calls(arm_model):
     first, second = random_joints(arm_model, 2)
     before = arm_model.tool_pose(first)
     arm_model.tool_pose_and_jacobian(second)

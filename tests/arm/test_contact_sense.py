@@ -36,7 +36,7 @@ def test_torques_of_free_motion_are_gravity_friction_and_inertia(arm_model):
     )
 
 
-def test_a_low_pass_comes_to_63_percent_in_its_time_constant():
+def test_a_low_pass_reaches_63_percent_after_its_time_constant():
     value = 0.0
     for _ in range(10):
         value = low_pass(value, 1.0, 0.005, 0.05)

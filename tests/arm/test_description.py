@@ -31,7 +31,7 @@ def test_the_hand_sits_on_the_flange_and_the_tool_lies_beyond_it():
     assert plant.GetFrameByName("base", parts.arm).CalcPoseInWorld(context).IsExactlyEqualTo(RigidTransform())
 
 
-def test_the_driven_finger_takes_the_other_with_it():
+def test_the_second_finger_follows_the_driven_one():
     plant = MultibodyPlant(1.0 / 300.0)
     plant.set_discrete_contact_approximation(DiscreteContactApproximation.kLagged)
     parts = add_arm(plant, description=PUMA560)
@@ -64,7 +64,7 @@ def test_the_controllers_model_is_the_arm_with_its_hand_and_nothing_else(arm_mod
     assert "link6" in bodies and not plant.HasBodyNamed("train") and not plant.HasBodyNamed("table")
 
 
-def test_it_weighs_as_much_on_each_joint_as_the_robot_with_half_open_jaws(arm_model):
+def test_the_model_loads_each_joint_like_the_robot_with_half_open_jaws(arm_model):
     plant = MultibodyPlant(0.0)
     parts = add_arm(plant, description=PUMA560)
     plant.Finalize()

@@ -71,7 +71,7 @@ def test_a_far_pose_is_approached_at_limited_speed_and_in_its_direction(arm_mode
     assert arm_model.tool_pose(q).IsNearlyEqualTo(goal, 1e-5) and ok
 
 
-def test_limits_hold_whatever_is_asked(arm_model, parameters, q_hover):
+def test_limits_hold_for_any_pose(arm_model, parameters, q_hover):
     rng = np.random.default_rng(3)
     q = q_hover
     for _ in range(60):
@@ -83,7 +83,7 @@ def test_limits_hold_whatever_is_asked(arm_model, parameters, q_hover):
             q = q_next
 
 
-def test_joint_6_stops_before_its_end_and_says_so(arm_model, parameters, q_hover):
+def test_joint_6_stops_before_its_limit_and_reports_it(arm_model, parameters, q_hover):
     q, yaw, ok = q_hover, np.pi, True
     for _ in range(150):
         yaw -= 0.08  # raises joint 6
@@ -94,7 +94,7 @@ def test_joint_6_stops_before_its_end_and_says_so(arm_model, parameters, q_hover
     assert np.max(q[5]) > np.deg2rad(180.0)
 
 
-def test_out_of_reach_it_holds_without_nan_and_comes_back(arm_model, parameters, q_hover):
+def test_out_of_reach_it_stays_finite_and_recovers(arm_model, parameters, q_hover):
     q, far = q_hover, tool_down([2.0, 0.5, 0.7], np.pi)
     for _ in range(120):
         q_next, ok = step_joints(arm_model, parameters, q, far)

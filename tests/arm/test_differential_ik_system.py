@@ -69,7 +69,7 @@ def test_a_pose_out_of_reach_leaves_finite_set_points_within_the_limits(arm_mode
     assert np.all(np.isfinite(q)) and np.all(q > arm_model.position_lower) and np.all(q < arm_model.position_upper)
 
 
-def test_it_starts_where_it_is_told_and_does_not_feed_through(arm_model, q_initial):
+def test_it_starts_at_the_given_set_point_and_does_not_feed_through(arm_model, q_initial):
     system = DifferentialIkSystem(arm_model, q_initial)
     assert not system.HasAnyDirectFeedthrough()
     np.testing.assert_array_equal(system.GetOutputPort("q_commanded").Eval(system.CreateDefaultContext()), q_initial)

@@ -65,7 +65,7 @@ def test_centering_leaves_a_limit_that_the_arm_stood_near(model, q_wound_up):
     assert np.max(np.abs(q - model.q_nominal)) < 0.3
 
 
-def test_it_comes_back_to_the_same_joints_as_to_the_same_place(model):
+def test_it_returns_to_the_same_joints_at_the_same_place(model):
     start = joints_for(model, SEVEN_JOINT.q_start, tool_down([0.55, 0.0, 0.55], np.pi))
     margins, worst, q = along_the_edge(model, start, rate=2.0, laps=2)
     np.testing.assert_allclose(q, start, atol=0.02)
@@ -73,7 +73,7 @@ def test_it_comes_back_to_the_same_joints_as_to_the_same_place(model):
     assert worst[0] < 5e-5 and worst[1] < 1e-5
 
 
-def test_centering_means_nothing_to_six_joints(arm_model):
+def test_centering_has_no_effect_on_six_joints(arm_model):
     q = joints_for(arm_model, PUMA560.q_start, tool_down([0.56, 0.0, 0.70], np.pi))
     goal = tool_down([0.57, 0.01, 0.70], 3.0)
     steps = [step_joints(arm_model, make_parameters(arm_model, PERIOD, rate), q, goal)[0] for rate in (0.0, 50.0)]

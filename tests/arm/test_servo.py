@@ -69,7 +69,7 @@ def test_follows_the_newest_packet_advanced_to_the_instant_the_set_point_is_due(
     assert np.max(np.abs(error[:, 3])) < np.deg2rad(1.2)
 
 
-def test_a_quicker_filter_follows_closer():
+def test_a_faster_filter_follows_more_closely():
     slow, quick = (run(Servo(ServoConfig(tracking_index=index), lead=LEAD), 1.0, 8.0, live()) for index in (0.01, 0.2))
     worst = [np.max(np.linalg.norm(errors(states)[-60:, :3], axis=1)) for states in (slow, quick)]
     assert worst[1] < 2e-4 < worst[0]
@@ -101,7 +101,7 @@ def test_a_packet_out_of_order_or_invalid_is_ignored():
         assert np.linalg.norm((after.x - circle(after.due))[:3]) < 2e-3
 
 
-def test_a_packet_that_comes_twice_counts_once():
+def test_a_packet_that_arrives_twice_counts_once():
     servo = Servo(lead=LEAD)
     state = run(servo, 1.0, 2.0, live())[-1]
     once = servo.update(state, 2.0, packet_at(1.75), False)
@@ -111,7 +111,7 @@ def test_a_packet_that_comes_twice_counts_once():
     np.testing.assert_array_equal(twice.x, nothing.x)
 
 
-def test_a_packet_with_a_hole_in_it_is_refused():
+def test_a_packet_with_a_nan_is_refused():
     servo = Servo(lead=LEAD)
     state = run(servo, 1.0, 2.0, live())[-1]
     broken = packet_at(1.9)
@@ -121,7 +121,7 @@ def test_a_packet_with_a_hole_in_it_is_refused():
     assert np.all(np.isfinite(servo.target(after)))
 
 
-def test_without_packets_it_follows_the_last_path_to_its_end_coasts_and_then_gives_up():
+def test_without_packets_it_follows_the_last_path_then_coasts_and_then_gives_up():
     servo = Servo(lead=LEAD, coast=0.3)
     state = run(servo, 1.0, 3.0, live())[-1]
     end = state.packet[0] + PATH_LENGTH
@@ -138,7 +138,7 @@ def test_without_packets_it_follows_the_last_path_to_its_end_coasts_and_then_giv
     assert np.any(due > end + 0.3)
 
 
-def test_stale_is_said_after_stale_after_without_a_new_packet_and_taken_back_with_the_next():
+def test_the_target_is_stale_after_stale_after_without_packets_until_the_next_packet():
     servo = Servo(ServoConfig(stale_after=0.2), lead=LEAD)
     first = servo.update(servo.initial_state(), 1.0, packet_at(0.75), False)
     assert not first.stale
@@ -217,7 +217,7 @@ def test_direction_stays_continuous_when_packets_wrap_it_differently(direction):
     assert abs(yaw[-1] - yaw[0]) > 4 * np.pi
 
 
-def test_whatever_the_line_does_the_target_is_a_number_and_not_far_off():
+def test_the_target_is_finite_and_close_whatever_the_link_does():
     rng = np.random.default_rng(9)
     servo = Servo(lead=LEAD)
     newest = packet_at(0.75)
@@ -235,7 +235,7 @@ def test_whatever_the_line_does_the_target_is_a_number_and_not_far_off():
     assert ServoTarget(said).valid == 1.0
 
 
-def test_two_ticks_at_one_time_are_no_division_by_zero():
+def test_two_ticks_at_the_same_time_cause_no_division_by_zero():
     servo = Servo(lead=LEAD)
     state = servo.update(servo.initial_state(), 1.0, packet_at(0.75), False)
     again = servo.update(state, 1.0, packet_at(0.76), False)

@@ -95,7 +95,7 @@ def test_it_ticks_every_30_ms_in_its_slot_and_nowhere_else():
         assert later == pytest.approx(k * SERVO_PERIOD + TICK + 0.031)
 
 
-def test_it_says_where_the_object_is_when_the_set_point_is_due():
+def test_the_target_is_where_the_object_is_when_the_set_point_is_due():
     rows = targets(build(), 100)
     valid = rows[rows[:, -1] == 1.0]
     assert len(valid) > 80 and not np.any(rows[: int(0.3 / SERVO_PERIOD), -1])
@@ -107,7 +107,7 @@ def test_it_says_where_the_object_is_when_the_set_point_is_due():
     assert np.all(age > 0.25) and np.all(age < 0.25 + VISION_PERIOD + TIME_STEP)
 
 
-def test_when_the_line_falls_silent_it_says_stale_and_goes_on():
+def test_when_the_link_is_silent_the_target_is_stale_and_continues():
     rows = targets(build(until=1.5), 80)
     times = np.arange(80) * SERVO_PERIOD + TICK
     stale = (rows[:, -2] == 1.0) & (times > 0.6)

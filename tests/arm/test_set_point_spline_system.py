@@ -36,7 +36,7 @@ def constant_speed(start, rate, duration=1.0):
     return PiecewisePolynomial.FirstOrderHold([0.0, duration], np.column_stack([start, start + duration * rate]))
 
 
-def test_a_motion_of_constant_speed_comes_out_late_and_otherwise_unchanged():
+def test_a_motion_with_constant_speed_is_delayed_and_otherwise_unchanged():
     start, rate = np.array([0.3, -1.0]), np.array([0.8, -0.2])
     times, q, v, a = log_of(constant_speed(start, rate), start)
     late = times > 3 * SERVO_PERIOD

@@ -180,7 +180,7 @@ def test_a_flip_takes_its_duration_and_turns_half_a_turn():
 
 
 @pytest.mark.parametrize("frame", [MotionFrame.HOME, MotionFrame.HELD, MotionFrame.OBJECT])
-def test_a_motion_begun_while_the_jaws_turn_over_does_not_turn_them_twice_as_fast(frame):
+def test_a_motion_begun_during_a_flip_does_not_turn_the_jaws_twice_as_fast(frame):
     run = Run()
     while not (run.flips and run.flips[-1]):
         run.tick(command(), circle(run.time))
@@ -265,7 +265,7 @@ def test_without_an_object_it_waits_over_home_and_without_a_target_it_does_not_l
 
 
 @pytest.mark.parametrize("yaw, yaw_of_zero", [(np.pi, np.pi), (-np.pi, 0.0), (np.pi - 0.1, -2.0), (3 * np.pi, np.pi)])
-def test_a_hand_without_symmetry_never_turns_over(yaw, yaw_of_zero):
+def test_a_hand_without_symmetry_never_flips(yaw, yaw_of_zero):
     """It turns the shortest way to the wanted direction, wherever the last joint's zero is, and follows it for ever."""
     run = Run(yaw=yaw, yaw_of_zero=yaw_of_zero, symmetric=False)
     for k in range(150):
@@ -278,7 +278,7 @@ def test_a_hand_without_symmetry_never_turns_over(yaw, yaw_of_zero):
     assert np.max(np.abs(run.q6)) > FLIP_ANGLE  # where symmetric jaws would have turned over
 
 
-def test_a_place_that_is_corrected_does_not_count_as_moving():
+def test_a_goal_that_is_corrected_does_not_count_as_moving():
     """A step of the reference and a new motion at one tick: an object's step is its speed, a place's is not."""
     ways = {}
     for moving in (True, False):

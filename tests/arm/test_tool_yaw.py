@@ -30,7 +30,7 @@ def test_best_branch_brings_joint_6_within_a_quarter_turn_of_zero():
 
 
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_the_jaws_turn_over_past_the_flip_angle_and_land_well_inside(sign):
+def test_the_jaws_flip_past_the_flip_angle_and_end_well_inside_the_range(sign):
     q6 = sign * (FLIP_ANGLE + 1e-6)
     assert must_flip(q6) and not must_flip(sign * (FLIP_ANGLE - 1e-6))
     branch = best_branch(q6, 0.3, 0.3)  # the tool is on branch 0 now
@@ -49,7 +49,7 @@ def test_a_lap_at_full_speed_leaves_margin_for_a_grasp_begun_at_the_flip_angle(a
 
 @pytest.mark.parametrize("half_turns", [1, -1])
 @pytest.mark.parametrize("yaw_rate", [0.0, 0.7, -1.67])
-def test_turning_over_keeps_joint_6_within_its_speed(arm_model, half_turns, yaw_rate):
+def test_a_flip_keeps_joint_6_within_its_speed(arm_model, half_turns, yaw_rate):
     duration = flip_duration(half_turns, yaw_rate)
     times = np.linspace(0.0, duration, 1001)
     share = np.array([share_done(t / duration) for t in times])

@@ -45,7 +45,7 @@ class Orders(LeafSystem):
 
 
 @pytest.fixture(scope="module")
-def room(arm_model):
+def diagram(arm_model):
     """The transform equation with the inverse kinematics that gives it joint 6, as in the arm's computer."""
     q = joints_for(arm_model, PUMA560.q_start, tool_down(HOME[:3] + [0.0, 0.0, HOVER], HOME[3]))
     builder = DiagramBuilder()
@@ -62,51 +62,51 @@ def room(arm_model):
     return builder.Build()
 
 
-def status_at(room, simulator, time):
+def status_at(diagram, simulator, time):
     simulator.AdvanceTo(time)
-    return ToolStatus(room.GetOutputPort("status").Eval(simulator.get_context()).copy())
+    return ToolStatus(diagram.GetOutputPort("status").Eval(simulator.get_context()).copy())
 
 
-def test_before_the_first_tick_the_tool_is_where_the_joints_have_it(room):
-    context = room.CreateDefaultContext()
-    desired = room.GetOutputPort("X_WT_desired").Eval(context)
+def test_before_the_first_tick_the_tool_is_where_the_joints_have_it(diagram):
+    context = diagram.CreateDefaultContext()
+    desired = diagram.GetOutputPort("X_WT_desired").Eval(context)
     assert desired.IsNearlyEqualTo(tool_down(HOME[:3] + [0.0, 0.0, HOVER], HOME[3]), 1e-5)
-    status = ToolStatus(room.GetOutputPort("status").Eval(context))
+    status = ToolStatus(diagram.GetOutputPort("status").Eval(context))
     assert status.fraction == 1.0 and status.flipping == 0.0
 
 
-def test_the_pose_desired_is_over_the_object_once_the_approach_is_over(room):
-    simulator = Simulator(room)
-    status = status_at(room, simulator, 1.0)
+def test_the_pose_desired_is_over_the_object_once_the_approach_is_over(diagram):
+    simulator = Simulator(diagram)
+    status = status_at(diagram, simulator, 1.0)
     assert status.motion == 1.0 and 0.3 < status.fraction < 0.8
     ticks = int(1.6 / SERVO_PERIOD)
     tick = ticks * SERVO_PERIOD + TICK
-    status = status_at(room, simulator, tick + 0.01 * TIME_STEP)
+    status = status_at(diagram, simulator, tick + 0.01 * TIME_STEP)
     x, y, z, yaw = object_at(tick)
-    desired = room.GetOutputPort("X_WT_desired").Eval(simulator.get_context())
+    desired = diagram.GetOutputPort("X_WT_desired").Eval(simulator.get_context())
     assert status.fraction == 1.0
     assert desired.IsNearlyEqualTo(tool_down([x, y, z + HOVER], yaw + np.pi * status.branch), 1e-9)
     np.testing.assert_allclose([status.x, status.y, status.z], desired.translation(), atol=1e-12)
     assert status.yaw == pytest.approx(yaw + np.pi * status.branch)
 
 
-def test_it_ticks_in_its_slot_every_30_ms(room):
-    simulator = Simulator(room)
+def test_it_ticks_in_its_slot_every_30_ms(diagram):
+    simulator = Simulator(diagram)
     for k in (12, 20, 21):
-        before = status_at(room, simulator, k * SERVO_PERIOD + TICK - 0.01 * TIME_STEP)
-        after = status_at(room, simulator, k * SERVO_PERIOD + TICK + 0.01 * TIME_STEP)
-        later = status_at(room, simulator, (k + 1) * SERVO_PERIOD)
+        before = status_at(diagram, simulator, k * SERVO_PERIOD + TICK - 0.01 * TIME_STEP)
+        after = status_at(diagram, simulator, k * SERVO_PERIOD + TICK + 0.01 * TIME_STEP)
+        later = status_at(diagram, simulator, (k + 1) * SERVO_PERIOD)
         assert after.x != before.x
         np.testing.assert_array_equal(after[:], later[:])
 
 
-def test_flipping_is_said_while_the_jaws_turn_over_and_joint_6_stays_in_range(room, arm_model):
-    simulator = Simulator(room)
+def test_flipping_is_reported_during_a_flip_and_joint_6_stays_in_range(diagram, arm_model):
+    simulator = Simulator(diagram)
     said, q6 = [], []
     for k in range(130):
-        status = status_at(room, simulator, (k + 1) * SERVO_PERIOD)
+        status = status_at(diagram, simulator, (k + 1) * SERVO_PERIOD)
         said.append((status.flipping, status.branch))
-        q6.append(room.GetOutputPort("q_commanded").Eval(simulator.get_context())[5])
+        q6.append(diagram.GetOutputPort("q_commanded").Eval(simulator.get_context())[5])
     said = np.array(said)
     turned = np.flatnonzero(np.diff(said[:, 1])) + 1
     turned = turned[turned > 11]  # the branch chosen for the approach is no flip
@@ -115,11 +115,11 @@ def test_flipping_is_said_while_the_jaws_turn_over_and_joint_6_stays_in_range(ro
 
     # It ends when its time is over, between two ticks too.
     end = turned[0] * SERVO_PERIOD + TICK + flip_duration(-np.sign(RATE), RATE)
-    again = Simulator(room)
-    assert status_at(room, again, end - 0.3 * TIME_STEP).flipping == 1.0
-    assert status_at(room, again, end + 0.3 * TIME_STEP).flipping == 0.0
+    again = Simulator(diagram)
+    assert status_at(diagram, again, end - 0.3 * TIME_STEP).flipping == 1.0
+    assert status_at(diagram, again, end + 0.3 * TIME_STEP).flipping == 0.0
 
 
-def test_outputs_are_state(room, arm_model):
+def test_outputs_are_state(diagram, arm_model):
     system = TransformEquationSystem(ToolMotion(HOME, SERVO_PERIOD), arm_model, PUMA560.q_start)
     assert not system.HasAnyDirectFeedthrough()

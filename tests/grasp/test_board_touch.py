@@ -21,14 +21,14 @@ def error(found, X_WB=X_WB):
     return E.translation(), E.rotation().ToAngleAxis().angle()
 
 
-def test_the_frame_is_the_one_agreed():
+def test_the_example_has_the_frame_of_the_board():
     slope = np.deg2rad(10.0)
     np.testing.assert_allclose(UP_SLOPE.matrix()[:, 1], [np.cos(slope), 0.0, np.sin(slope)], atol=1e-12)
     np.testing.assert_allclose(UP_SLOPE.matrix()[:, 0], [0.0, -1.0, 0.0], atol=1e-12)
 
 
 @pytest.mark.parametrize("order", [[0, 1, 2], [2, 1, 0], [1, 2, 0]])
-def test_exact_touches_give_the_exact_pose_in_whatever_order(order):
+def test_exact_touches_give_the_exact_pose_in_any_order(order):
     found = board_pose_from_touches(touched(MARKS[order]), MARKS[order], RADIUS)
     assert found.IsNearlyEqualTo(X_WB, 1e-12)
 
@@ -39,7 +39,7 @@ def test_a_flat_and_a_turned_board_are_found():
         assert board_pose_from_touches(touched(X_WB=X), MARKS, RADIUS).IsNearlyEqualTo(X, 1e-12)
 
 
-def test_the_errors_are_those_of_the_placing():
+def test_the_errors_in_the_plane_are_those_of_the_placement():
     rng = np.random.default_rng(4)
     centre = np.array([*MARKS.mean(axis=0), 0.0])
     rows = []

@@ -81,7 +81,7 @@ def test_the_whole_catch(bench):
     assert bench.state.phase == CatchPhase.HOLD
 
 
-def test_the_goal_is_the_foreseen_place_and_moves_only_when_that_does(bench):
+def test_the_goal_is_the_predicted_place_and_moves_only_with_it(bench):
     arrival = bench.time + 1.2
     for _ in range(5):
         bench.ball(arrival, x=0.10)
@@ -98,7 +98,7 @@ def test_the_goal_is_the_foreseen_place_and_moves_only_when_that_does(bench):
     assert [vector.vx, vector.vy, vector.vz, vector.yaw_rate] == [0.0] * 4
 
 
-def test_a_long_way_takes_its_time(bench):
+def test_a_longer_distance_takes_longer(bench):
     arrival = bench.time + 1.2
     bench.ball(arrival, x=0.005)
     assert bench.commands[-1].duration == PARAMETERS.shortest_motion
@@ -108,7 +108,7 @@ def test_a_long_way_takes_its_time(bench):
     assert bench.commands[-1].duration == pytest.approx(0.22 / 0.75 * 4 / 3, abs=0.02)
 
 
-def test_shortly_before_the_ball_comes_the_cup_stands_still_unless_it_must_not(bench):
+def test_shortly_before_the_ball_arrives_the_cup_stands_still_unless_it_must_move(bench):
     arrival = bench.time + 1.0
     bench.until(CatchPhase.SETTLE, arrival)
     goal, motion = bench.state.goal, bench.state.motion
@@ -121,14 +121,14 @@ def test_shortly_before_the_ball_comes_the_cup_stands_still_unless_it_must_not(b
     assert bench.state.motion > motion
 
 
-def test_a_ball_that_was_held_up_is_waited_for(bench):
+def test_the_cup_waits_for_a_ball_that_is_delayed(bench):
     arrival = bench.time + 1.0
     bench.until(CatchPhase.CUP, arrival)
     assert bench.ball(bench.time + 0.5, x=0.05) == CatchPhase.FOLLOW
     assert bench.until(CatchPhase.CUP, bench.time + 0.5, x=0.05)
 
 
-def test_nothing_is_caught_of_a_ball_that_is_seen_no_more(bench):
+def test_the_cup_does_not_catch_a_ball_that_is_no_longer_seen(bench):
     """It lies jammed at a peg: nothing moves, no point, no packet."""
     arrival = bench.time + 0.9
     packet = ball_packet(bench.time - LAG, arrival, 0.1)
@@ -142,7 +142,7 @@ def test_nothing_is_caught_of_a_ball_that_is_seen_no_more(bench):
 
 
 @pytest.mark.parametrize("phase", [CatchPhase.SETTLE, CatchPhase.CUP])
-def test_a_ball_that_is_thrown_back_up_is_waited_for(bench, phase):
+def test_the_cup_waits_for_a_ball_that_is_deflected_up_the_slope(bench, phase):
     """What is foreseen of it now ends on the board: the crossing that was foreseen before is void."""
     arrival = bench.time + 1.0
     bench.until(phase, arrival)
@@ -153,7 +153,7 @@ def test_a_ball_that_is_thrown_back_up_is_waited_for(bench, phase):
     assert bench.until(CatchPhase.CUP, arrival, x=0.02) == pytest.approx(arrival, abs=1.1 * PERIOD)
 
 
-def test_a_hand_that_stays_in_the_middle_changes_no_phase_for_where_the_ball_comes():
+def test_the_phase_of_a_hand_that_stays_in_the_middle_does_not_depend_on_the_crossing():
     bench = Bench(follow=False)
     arrival, phases = bench.time + 1.0, []
     while bench.time < arrival + 0.1:
@@ -167,7 +167,7 @@ def test_a_path_that_does_not_reach_the_edge_moves_nothing(bench):
     assert bench.machine.time_left(bench.state) == np.inf
 
 
-def test_it_is_ready_once_it_has_stood_for_a_while(bench):
+def test_it_is_ready_after_standing_for_a_while(bench):
     assert not bench.machine.is_ready(bench.state)
     for _ in range(100):
         bench.tick(fraction=0.9)
@@ -216,7 +216,7 @@ def test_the_operator_takes_over_and_lets_go(bench):
     assert bench.tick() == CatchPhase.WAIT
 
 
-def test_what_is_no_mode_is_a_stop(bench):
+def test_an_unknown_mode_is_a_stop(bench):
     for mode in (3.0, -1.0, 0.5, np.nan):
         assert Bench().tick(operator=(mode, 0, 0, 0, 0)) == CatchPhase.STOPPED
 

@@ -41,7 +41,7 @@ def test_the_operator_is_asked_first_in_every_phase(phase):
     assert wanted <= set(successors(phase)[:2])
 
 
-def test_a_cup_that_was_raised_stays_up_unless_the_operator_wants_otherwise():
+def test_a_raised_cup_stays_up_unless_the_operator_intervenes():
     assert set(successors(CatchPhase.HOLD)) == {CatchPhase.STOPPED, CatchPhase.MANUAL}
     for phase in (CatchPhase.RAISE, CatchPhase.HOLD):
         assert CATCH_PROGRAMS[phase].frame == MotionFrame.HELD

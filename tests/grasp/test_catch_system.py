@@ -44,7 +44,7 @@ def test_before_the_first_tick_it_commands_to_wait_at_home(system):
     assert len(found["object"]) == message_size(ServoTarget) and message_size(ToolStatus) == 8
 
 
-def test_it_waits_follows_and_says_what_it_sees(system):
+def test_it_waits_follows_and_reports_what_it_sees(system):
     simulator = with_inputs(system, ball_packet(0.0, 1.0, 0.1))
     simulator.AdvanceTo(0.2)
     diagnosis = CatchDiagnosis(outputs(system, simulator.get_context())["diagnosis"])
@@ -54,7 +54,7 @@ def test_it_waits_follows_and_says_what_it_sees(system):
     assert diagnosis.std == pytest.approx(0.004)
 
 
-def test_it_is_ready_where_nothing_comes(system):
+def test_it_is_ready_without_a_ball(system):
     simulator = with_inputs(system, np.zeros(message_size(Prediction)))
     simulator.AdvanceTo(0.2)
     assert outputs(system, simulator.get_context())["ready"] == [0.0]
@@ -62,7 +62,7 @@ def test_it_is_ready_where_nothing_comes(system):
     assert outputs(system, simulator.get_context())["ready"] == [1.0]
 
 
-def test_the_operator_port_is_heard_and_may_be_left_open(system):
+def test_the_operator_port_is_read_and_may_be_unconnected(system):
     simulator = with_inputs(system, np.zeros(message_size(Prediction)), [1.0, 0.0, 0.0, 0.0, 0.0])
     simulator.AdvanceTo(0.05)
     assert outputs(system, simulator.get_context())["command"][0] == CatchPhase.STOPPED

@@ -14,14 +14,14 @@ OUTWARD = np.array([-math.cos(0.02), -math.sin(0.02), 0.0])
 @pytest.mark.parametrize("speed", [0.65, 1.3])
 @pytest.mark.parametrize("x, vx", [(0.0, 0.0), (0.12, -0.3), (-0.2, 0.2)])
 @pytest.mark.parametrize("arrival", [2.31, 2.345, 3.4])
-def test_it_finds_when_and_where(speed, x, vx, arrival):
+def test_it_finds_time_and_place_of_the_crossing(speed, x, vx, arrival):
     found = edge().crossing(ball_packet(2.0, arrival, x, vx, speed))
     assert found.time == pytest.approx(arrival, abs=0.001)
     np.testing.assert_allclose(found.p_WQ, on_edge(x), atol=0.0007)
     assert found.std == pytest.approx(0.004)
 
 
-def test_the_cup_stands_where_the_ball_will_be_and_not_where_it_leaves():
+def test_the_cup_stands_where_the_ball_will_be_and_not_where_it_leaves_the_board():
     found = edge(beyond=0.06).crossing(ball_packet(2.0, 2.5, 0.1, vx=-0.5, speed=1.0))
     expected = on_edge(0.1 - 0.5 * 0.06) + 0.06 * OUTWARD
     np.testing.assert_allclose(found.place[:3], expected, atol=0.001)
@@ -39,7 +39,7 @@ def test_no_place_is_beside_the_board():
     np.testing.assert_allclose(found.place[:3], on_edge(0.28) + 0.05 * OUTWARD, atol=1e-6)
 
 
-def test_no_crossing_no_answer():
+def test_a_path_without_a_crossing_gives_none():
     one = edge()
     assert one.crossing(np.zeros(message_size(Prediction))) is None
     assert one.crossing(ball_packet(2.0, 3.6, 0.0, speed=0.3)) is None  # beyond the last knot

@@ -102,7 +102,7 @@ def test_one_failed_prediction_in_either_direction_shuts_it(error, allowed, sign
         assert worst == pytest.approx(share * allowed if error == "lateral" else 0.0)
 
 
-def test_too_few_records_or_none_prove_nothing():
+def test_too_few_records_are_no_evidence():
     assert judge(PredictionMemory(), 30.0) == (Gate.NO_MEMORY, 0.0)
     assert judge(memory_of(*pass_here(30.0, count=FEWEST_RECORDS - 1)), 30.0)[0] == Gate.NO_MEMORY
     assert judge(memory_of(*pass_here(30.0, count=FEWEST_RECORDS)), 30.0)[0] == Gate.OPEN
@@ -129,7 +129,7 @@ def lately(now=30.0, **error):
     return memory_of(*(record(stamp, circle(stamp), **error) for stamp in stamps))
 
 
-def test_a_filter_that_is_sure_and_was_right_lately_is_believed():
+def test_a_filter_with_a_small_std_that_was_right_recently_is_trusted():
     sure, unsure = 0.9 * PARAMETERS.std_tolerance, 1.1 * PARAMETERS.std_tolerance
     assert judge_with(sure, lately()) == Gate.OPEN
     assert judge_with(unsure, lately()) == Gate.NO_MEMORY
@@ -138,11 +138,11 @@ def test_a_filter_that_is_sure_and_was_right_lately_is_believed():
     assert judge_with(sure, lately(), gate="memory") == Gate.NO_MEMORY
 
 
-def test_a_filter_that_is_unsure_is_believed_where_it_was_right_before():
+def test_a_filter_with_a_large_std_is_trusted_where_it_was_right_before():
     assert judge_with(0.02, memory_of(*pass_here(30.0))) == Gate.OPEN
 
 
-def test_places_farther_than_the_radius_are_not_asked():
+def test_places_beyond_the_radius_are_not_used():
     elsewhere = [record(20.0 + 0.03 * k, circle(30.0) + [0.04, 0, 0, 0], lateral=0.0) for k in range(5)]
     assert judge(memory_of(*elsewhere), 30.0, memory_radius=0.03)[0] == Gate.NO_MEMORY
     assert judge(memory_of(*elsewhere), 30.0, memory_radius=0.05)[0] == Gate.OPEN
@@ -185,7 +185,7 @@ def test_a_straight_after_a_bend_is_no_open_track():
     assert is_straight(PARAMETERS, only_straight, packet_at(7.0, bend_then_straight))
 
 
-def test_a_filter_that_begins_beside_the_line_is_forgiven():
+def test_the_start_of_the_filter_beside_the_line_is_ignored():
     def begins_beside(t):
         off = 0.02 * (np.asarray(t) < 1.0 + 0.9 * STARTING)
         return straight(t) + off[..., None] * np.array([1.0, 0.0, 0.0, 0.0])
@@ -193,7 +193,7 @@ def test_a_filter_that_begins_beside_the_line_is_forgiven():
     assert is_straight(PARAMETERS, watched(5.0, begins_beside), packet_at(5.0, begins_beside))
 
 
-def test_a_prediction_that_leads_elsewhere_than_before_is_not_believed():
+def test_a_prediction_that_leads_elsewhere_than_before_is_not_trusted():
     """However well those made from here a lap earlier came true."""
     memory = memory_of(*pass_here(30.0))
     here = circle(30.0)
@@ -210,7 +210,7 @@ def test_a_prediction_that_leads_elsewhere_than_before_is_not_believed():
 
 @pytest.mark.parametrize("share, expected", [(0.9, Gate.OPEN), (1.1, Gate.PREDICTIONS_FAILED)])
 @pytest.mark.parametrize("off", ["across", "turned"])
-def test_it_may_lead_beside_it_by_the_tolerances(off, share, expected):
+def test_a_prediction_may_differ_from_the_earlier_path_by_the_tolerances(off, share, expected):
     outward = np.array([np.cos(THERE[3] - np.pi / 2), np.sin(THERE[3] - np.pi / 2), 0.0, 0.0])
     there = THERE + share * (
         PARAMETERS.lateral_tolerance * outward
@@ -221,7 +221,7 @@ def test_it_may_lead_beside_it_by_the_tolerances(off, share, expected):
     assert judge(memory, 30.0)[0] == expected
 
 
-def test_when_it_comes_there_does_not_matter_nor_what_was_seen_from_farther_off():
+def test_neither_the_time_of_arrival_nor_records_from_farther_away_matter():
     """An object may be slower than a lap ago; and records are asked from nearby first."""
     faster = memory_of(*(record(20.0 + 0.03 * k, circle(30.0), there=circle(30.9)) for k in range(5)))
     assert strays(packet_at(30.0, circle), faster.records) == pytest.approx((0.0, 0.0), abs=2e-3)
@@ -238,7 +238,7 @@ def test_on_a_straight_the_recent_predictions_must_have_come_true():
     assert judge(PredictionMemory(memory.waiting, rows), 4.0, straight) == (Gate.PREDICTIONS_FAILED, 0.02)
 
 
-def test_the_kind_of_gate_decides_what_is_asked():
+def test_the_gate_setting_decides_which_evidence_is_used():
     memory = watched(4.0, straight)
     assert judge(memory, 4.0, straight, gate="memory")[0] == Gate.NO_MEMORY
     on_bend = watched(4.0, circle)
@@ -269,7 +269,7 @@ def test_the_arm_can_follow_the_default_descent(arm_model, hovering):
     assert follow(arm_model, hovering)
 
 
-def test_it_cannot_come_down_too_fast_nor_follow_what_runs_away_or_stands_elsewhere(arm_model, hovering):
+def test_it_can_neither_descend_too_fast_nor_follow_a_fast_or_distant_object(arm_model, hovering):
     assert not follow(arm_model, hovering, descent_duration=0.1)
     _, start = hovering
 
@@ -292,7 +292,7 @@ def test_the_path_after_the_descent_counts_too(arm_model, hovering):
     assert not follow(arm_model, hovering, bolts)
 
 
-def test_what_is_rehearsed_is_the_descent_of_the_hand_set_point_by_set_point(arm_model, hovering, monkeypatch):
+def test_the_rehearsal_is_the_descent_of_the_hand_set_point_by_set_point(arm_model, hovering, monkeypatch):
     heard = {}
 
     def listen(model, ik_parameters, q, poses, tolerance):

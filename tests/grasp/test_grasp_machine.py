@@ -201,7 +201,7 @@ def test_what_lies_beyond_the_end_of_the_predicted_path_is_out_of_reach(arm_mode
     assert bench.state.gate == Gate.OUT_OF_REACH
 
 
-def test_a_miss_is_noticed_when_the_jaws_meet_and_tried_again(bench):
+def test_a_miss_is_noticed_when_the_jaws_meet_and_is_followed_by_another_attempt(bench):
     open_gate(bench)
     bench.until(Phase.CLOSE)
     assert bench.tick(width=WIDTH) == Phase.CLOSE  # on the way
@@ -220,14 +220,14 @@ def test_jaws_that_stop_without_force_have_missed_after_the_timeout(bench):
     bench.until(Phase.RETREAT, width=WIDTH, force=0.9 * FORCE_SHARE * FORCE)  # not gripped
 
 
-def test_a_touch_in_passing_is_no_grip(bench):
+def test_a_short_touch_is_no_grip(bench):
     bench.put(Phase.CLOSE)
     for k in range(12):
         assert bench.tick(width=WIDTH, force=FORCE * (k % 2)) == Phase.CLOSE
 
 
 @pytest.mark.parametrize("phase", [Phase.LIFT, Phase.HOLD])
-def test_an_object_that_slips_out_is_missed_at_once(bench, phase):
+def test_an_object_that_slips_out_counts_as_missed_at_once(bench, phase):
     bench.put(phase)
     assert bench.tick(width=WIDTH, force=FORCE) == phase
     assert bench.tick(width=0.01, force=FORCE) == Phase.RETREAT
@@ -241,7 +241,7 @@ def test_force_that_fades_while_lifting_does_not_drop_a_held_object(bench):
 
 
 @pytest.mark.parametrize("phase", [Phase.INTERCEPT, Phase.CLOSE, Phase.LIFT])
-def test_once_committed_it_asks_vision_nothing(bench, phase):
+def test_once_committed_it_does_not_use_vision(bench, phase):
     bench.put(phase)
     for _ in range(5):
         bench.tick(valid=0, stale=1, width=WIDTH, force=FORCE * (phase == Phase.LIFT))
@@ -281,7 +281,7 @@ def test_the_jaws_move_at_their_speed_and_stop_at_their_ends(bench):
     assert np.sum(steps < 0) == np.sum(steps > 0) == int(np.ceil(OPENING / (PARAMETERS.jaw_speed * SERVO_PERIOD)))
 
 
-def test_the_gate_says_why_it_waits_in_this_order(bench):
+def test_the_gate_gives_its_reasons_in_this_order(bench):
     bench.tick()
     assert bench.state.gate == Gate.NOT_TRACKING
     bench.put(Phase.TRACK)
@@ -310,7 +310,7 @@ def test_the_gate_says_why_it_waits_in_this_order(bench):
     assert bench.tick() == Phase.INTERCEPT and bench.state.gate == Gate.OPEN
 
 
-def test_the_rehearsal_starts_from_the_set_point_given_last(bench, monkeypatch):
+def test_the_rehearsal_starts_from_the_last_set_point(bench, monkeypatch):
     asked = []
     monkeypatch.setattr("drake_tracker.grasp.grasp_machine.can_follow", lambda *question: asked.append(question))
     assert open_gate(bench) == Phase.TRACK
@@ -334,7 +334,7 @@ def test_it_settles_for_the_approach_and_a_while(bench):
     assert settling * SERVO_PERIOD == pytest.approx(wanted, abs=2 * SERVO_PERIOD)
 
 
-def test_a_hand_still_on_its_way_waits_however_long_ago_the_phase_began(bench):
+def test_a_hand_that_still_approaches_waits_however_long_ago_the_phase_began(bench):
     bench.put(Phase.TRACK)
     bench.state = replace(bench.state, entered=bench.time - 10.0)
     bench.remember_well()
@@ -371,7 +371,7 @@ def test_the_command_is_the_phases_program(bench):
     assert (command.frame, command.height) == (MotionFrame.HELD, PARAMETERS.lift_height)
 
 
-def test_a_tick_changes_nothing_but_what_it_returns(bench):
+def test_a_tick_changes_only_what_it_returns(bench):
     state = bench.state
     bench.tick()
     assert (state.jaw_width, state.seen_since, len(state.memory.waiting)) == (OPENING, np.inf, 0)

@@ -85,7 +85,7 @@ class Joints(LeafSystem):
 
 
 @pytest.fixture(scope="module")
-def room(arm_model):
+def diagram(arm_model):
     builder = DiagramBuilder()
     grasp = builder.AddNamedSystem("grasp", GraspSystem(GraspMachine(PARAMETERS, arm_model, SERVO_PERIOD)))
     world = builder.AddNamedSystem("world", Surroundings())
@@ -99,18 +99,18 @@ def room(arm_model):
     return builder.Build()
 
 
-def ticks(room, simulator, count):
+def ticks(diagram, simulator, count):
     """Commands and diagnoses just after each of the first ticks."""
     commands, diagnoses = [], []
     for k in range(count):
         simulator.AdvanceTo(k * SERVO_PERIOD + TICK + 0.02 * TIME_STEP)
-        commands.append(room.GetOutputPort("command").Eval(simulator.get_context()).copy())
-        diagnoses.append(room.GetOutputPort("diagnosis").Eval(simulator.get_context()).copy())
+        commands.append(diagram.GetOutputPort("command").Eval(simulator.get_context()).copy())
+        diagnoses.append(diagram.GetOutputPort("diagnosis").Eval(simulator.get_context()).copy())
     return ArmCommand(np.array(commands).T), GraspDiagnosis(np.array(diagnoses).T)
 
 
-def test_it_grasps_what_comes_by_on_an_open_track(room):
-    commands, diagnoses = ticks(room, Simulator(room), 165)
+def test_it_grasps_an_object_on_an_open_track(diagram):
+    commands, diagnoses = ticks(diagram, Simulator(diagram), 165)
     phases = [Phase(int(phase)) for phase in commands.phase]
     order = [phases[0]] + [b for a, b in zip(phases, phases[1:]) if a != b]
     assert order == [Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE, Phase.LIFT, Phase.HOLD]
@@ -122,16 +122,16 @@ def test_it_grasps_what_comes_by_on_an_open_track(room):
     np.testing.assert_array_equal(diagnoses.phase, commands.phase)
 
 
-def test_before_the_first_tick_it_commands_to_wait_with_open_jaws(room):
-    context = room.CreateDefaultContext()
-    command = ArmCommand(room.GetOutputPort("command").Eval(context))
+def test_before_the_first_tick_it_commands_to_wait_with_open_jaws(diagram):
+    context = diagram.CreateDefaultContext()
+    command = ArmCommand(diagram.GetOutputPort("command").Eval(context))
     assert (command.phase, command.motion, command.jaw_width) == (Phase.ACQUIRE, 0.0, PARAMETERS.jaw_opening)
 
 
-def test_it_ticks_in_its_slot_once_a_period(room):
-    simulator = Simulator(room)
+def test_it_ticks_in_its_slot_once_a_period(diagram):
+    simulator = Simulator(diagram)
     changed = set()
-    port, context = room.GetOutputPort("diagnosis"), simulator.get_context()
+    port, context = diagram.GetOutputPort("diagnosis"), simulator.get_context()
     for k in range(70):
         before = port.Eval(context).copy()
         simulator.AdvanceTo(k * SERVO_PERIOD + TICK - 0.02 * TIME_STEP)
@@ -144,13 +144,15 @@ def test_it_ticks_in_its_slot_once_a_period(room):
     assert changed == {"tick"}
 
 
-def test_outputs_are_state_and_a_clone_replays(room, arm_model):
+def test_outputs_are_state_and_a_clone_replays(diagram, arm_model):
     assert not GraspSystem(GraspMachine(PARAMETERS, arm_model, SERVO_PERIOD)).HasAnyDirectFeedthrough()
-    simulator = Simulator(room)
+    simulator = Simulator(diagram)
     simulator.AdvanceTo(1.5)
-    clone = Simulator(room, simulator.get_context().Clone())
+    clone = Simulator(diagram, simulator.get_context().Clone())
     ends = []
     for each in (simulator, clone):
         each.AdvanceTo(3.0)
-        ends.append(np.hstack([room.GetOutputPort(name).Eval(each.get_context()) for name in ("command", "diagnosis")]))
+        ends.append(
+            np.hstack([diagram.GetOutputPort(name).Eval(each.get_context()) for name in ("command", "diagnosis")])
+        )
     np.testing.assert_array_equal(*ends)

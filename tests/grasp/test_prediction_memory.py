@@ -58,7 +58,7 @@ def watch(start, stop, path=oval, error=None, memory=None, period=PERIOD, horizo
     return memory
 
 
-def test_predictions_that_come_true_are_remembered_as_such():
+def test_predictions_that_come_true_are_recorded_as_such():
     memory = watch(1.0, 5.0)
     assert len(memory.records) == pytest.approx((4.0 - HORIZON) / PERIOD, abs=2)
     # between knots a packet is a chord: .05 s at .13 m/s on this bend is .1 mm inside
@@ -67,7 +67,7 @@ def test_predictions_that_come_true_are_remembered_as_such():
     np.testing.assert_allclose(memory.records[:, [X, Y, YAW]], oval(memory.records[:, STAMP])[:, [0, 1, 3]], atol=1e-9)
 
 
-def test_the_error_is_that_over_the_horizon_signed_across_and_along_the_path():
+def test_the_error_is_that_at_the_horizon_signed_across_and_along_the_path():
     def drift(stamp, age):
         return 0.02 * age, -0.05 * age, 0.1 * age
 
@@ -91,7 +91,7 @@ def test_what_went_wrong_at_a_place_is_recalled_one_lap_later_at_that_place():
         assert np.all(np.hypot(*(rows[:, [X, Y]] - oval(now)[:2]).T) <= 0.03)
 
 
-def test_the_present_pass_is_not_taken_for_an_earlier_one_nor_an_unseen_place_for_a_seen_one():
+def test_neither_the_present_pass_nor_an_unseen_place_counts_as_an_earlier_pass():
     memory = watch(1.0, 4.0)
     assert len(recall(memory, packet_at(3.2, oval), 0.03)) == 0  # seen at this very pass
     assert len(recall(memory, packet_at(1.0 + 0.8 * LAP, oval), 0.03)) == 0  # not been there yet
@@ -99,7 +99,7 @@ def test_the_present_pass_is_not_taken_for_an_earlier_one_nor_an_unseen_place_fo
     assert recall(PredictionMemory(), packet_at(2.0, oval), 0.03).shape == (0, 10)
 
 
-def test_the_crossing_of_a_figure_eight_is_told_apart_by_direction():
+def test_the_two_passes_of_a_figure_eights_crossing_differ_in_direction():
     def wrong_on_one_branch(stamp, age):
         first_half = (stamp / LAP) % 1.0 < 0.25 or (stamp / LAP) % 1.0 > 0.75
         return (0.05 * age / HORIZON if first_half else 0.0), 0.0, 0.0
@@ -111,7 +111,7 @@ def test_the_crossing_of_a_figure_eight_is_told_apart_by_direction():
     assert np.min(one[:, LATERAL]) > 0.04 and np.max(np.abs(other[:, LATERAL])) < 0.01
 
 
-def test_a_gap_clears_what_nobody_saw_come_true():
+def test_a_gap_clears_predictions_whose_outcome_was_not_seen():
     memory = watch(1.0, 3.0)
     before = len(memory.records)
     assert memory.waiting
@@ -123,7 +123,7 @@ def test_a_gap_clears_what_nobody_saw_come_true():
     assert len(after.records) > before
 
 
-def test_lost_packets_leave_the_judgement_right():
+def test_lost_packets_do_not_change_the_verdict():
     rng = np.random.default_rng(4)
     memory = PredictionMemory()
     for stamp in np.arange(1.0, 6.0, 1.0 / 60.0):
@@ -133,14 +133,14 @@ def test_lost_packets_leave_the_judgement_right():
     assert np.max(np.abs(memory.records[:, LATERAL])) < 1.5e-3
 
 
-def test_a_packet_is_taken_once_and_in_order_only():
+def test_a_packet_is_accepted_once_and_only_in_order():
     memory = watch(1.0, 3.0)
     for stamp in (memory.waiting[-1][0], 2.0):
         assert remember(memory, packet_at(stamp, oval), HORIZON) is memory
     assert remember(memory, np.zeros(message_size(Prediction)), HORIZON) is memory
 
 
-def test_turns_of_the_direction_are_no_error():
+def test_whole_turns_of_the_direction_are_no_error():
     memory = PredictionMemory()
     for k, stamp in enumerate(np.arange(1.0, 4.0, PERIOD)):
         packet = packet_at(stamp, lambda t, turns=k % 3: oval(t) + [0, 0, 0, 2 * np.pi * turns])
@@ -148,14 +148,14 @@ def test_turns_of_the_direction_are_no_error():
     assert len(memory.records) > 50 and np.max(np.abs(memory.records[:, TURN])) < 2e-3
 
 
-def test_recent_gives_the_records_of_the_last_while():
+def test_recent_gives_the_records_within_the_duration():
     memory = watch(1.0, 6.0)
     rows = recent(memory, 6.0, 2.0)
     assert np.all(rows[:, STAMP] >= 4.0) and len(rows) == np.sum(memory.records[:, STAMP] >= 4.0) > 20
     assert recent(PredictionMemory(), 6.0, 2.0).shape == (0, 10)
 
 
-def test_it_is_bounded():
+def test_the_memory_is_bounded():
     memory = watch(1.0, 3.0)
     full = np.tile(memory.records[:1], (MAX_RECORDS, 1))
     memory = watch(4.0, 6.0, memory=PredictionMemory(memory.waiting, full))

@@ -34,7 +34,7 @@ def test_every_phase_can_be_reached_and_left():
     assert all(successors(phase) for phase in Phase)
 
 
-def test_a_miss_is_found_out_before_success_is_asked_for():
+def test_a_miss_is_checked_before_success():
     for phase in (Phase.CLOSE, Phase.LIFT, Phase.HOLD):
         assert TRANSITIONS[phase][0] == ("jaws_empty", Phase.RETREAT)
 

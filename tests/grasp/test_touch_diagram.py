@@ -46,11 +46,11 @@ def touch(description, above, parameters=QUICK, marks=MARKS):
     jogs = np.column_stack([centres + [0.0, 0.0, above], np.full(len(marks), np.pi)])
     q_initial = joints_for(model, description.q_start, tool_down(jogs[0, :3] + [0.0, 0.0, 0.02], np.pi))
     plant.SetDefaultPositions(arm, q_initial)
-    room = builder.AddSystem(TouchDiagram(model, q_initial, jogs, TIME_STEP, PERIOD, parameters))
-    builder.Connect(plant.get_state_output_port(arm), room.GetInputPort("arm_state"))
-    builder.Connect(plant.get_net_actuation_output_port(arm), room.GetInputPort("arm_effort"))
-    builder.Connect(room.GetOutputPort("arm_desired_state"), plant.get_desired_state_input_port(arm))
-    builder.Connect(room.GetOutputPort("arm_feedforward"), plant.get_actuation_input_port(arm))
+    touching = builder.AddSystem(TouchDiagram(model, q_initial, jogs, TIME_STEP, PERIOD, parameters))
+    builder.Connect(plant.get_state_output_port(arm), touching.GetInputPort("arm_state"))
+    builder.Connect(plant.get_net_actuation_output_port(arm), touching.GetInputPort("arm_effort"))
+    builder.Connect(touching.GetOutputPort("arm_desired_state"), plant.get_desired_state_input_port(arm))
+    builder.Connect(touching.GetOutputPort("arm_feedforward"), plant.get_actuation_input_port(arm))
     diagram = builder.Build()
     simulator = Simulator(diagram)
     root = simulator.get_mutable_context()
@@ -60,14 +60,14 @@ def touch(description, above, parameters=QUICK, marks=MARKS):
         contacts = plant.get_contact_results_output_port().Eval(plant.GetMyContextFromRoot(context))
         for i in range(contacts.num_point_pair_contacts()):
             forces.append(np.linalg.norm(contacts.point_pair_contact_info(i).contact_force()))
-        report = room.GetOutputPort("report").Eval(room.GetMyContextFromRoot(context))
+        report = touching.GetOutputPort("report").Eval(touching.GetMyContextFromRoot(context))
         if TouchReport(report).phase >= TouchPhase.DONE:
             return EventStatus.ReachedTermination(diagram, "touched")
         return EventStatus.DidNothing()
 
     simulator.set_monitor(watch)
     simulator.AdvanceTo(30.0)
-    return room.GetOutputPort("report").Eval(room.GetMyContextFromRoot(root)), max(forces)
+    return touching.GetOutputPort("report").Eval(touching.GetMyContextFromRoot(root)), max(forces)
 
 
 def test_three_touches_find_the_board():
@@ -87,7 +87,7 @@ def test_the_heavier_arm_touches_as_gently():
     assert 2.0 < force < 20.0
 
 
-def test_where_no_board_is_nothing_is_felt():
+def test_without_a_board_nothing_is_felt():
     parameters = replace(QUICK, descent_speed=0.05)
     report, force = touch(PUMA560_CUP, above=0.03, parameters=parameters)
     assert force == 0.0

@@ -78,7 +78,7 @@ def test_the_descent_is_as_slow_as_asked(bench):
     assert peak == pytest.approx(PARAMETERS.descent_speed)
 
 
-def test_what_is_noted_is_where_the_force_began(bench):
+def test_the_noted_position_is_where_the_force_began(bench):
     bench.until(TouchPhase.DOWN)
     free = bench.model.tool_pose(bench.q).translation()
     bench.tick()
@@ -107,7 +107,7 @@ def test_a_single_sample_is_no_touch(bench):
     assert bench.state.phase == TouchPhase.DOWN
 
 
-def test_what_is_felt_at_rest_does_not_count(bench):
+def test_a_force_at_rest_does_not_count(bench):
     bench.until(TouchPhase.DOWN, force=50.0)
     for _ in range(40):
         bench.tick(force=50.0)
@@ -116,7 +116,7 @@ def test_what_is_felt_at_rest_does_not_count(bench):
     bench.until(TouchPhase.UP, force=60.0, limit=0.1)
 
 
-def test_a_descent_that_finds_nothing_is_an_error_that_says_which(bench):
+def test_a_descent_that_finds_nothing_is_an_error_that_names_the_mark(bench):
     bench.until(TouchPhase.DOWN)
     bench.until(TouchPhase.UP, force=10.0)
     bench.until(TouchPhase.DOWN)

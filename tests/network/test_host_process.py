@@ -45,7 +45,7 @@ class Sender:
         return np.array(self.packets[-1][:])
 
 
-def test_there_is_a_packet_for_each_point_and_one_when_there_is_nothing_to_say():
+def test_there_is_a_packet_for_each_point_and_an_invalid_one_before_that():
     sender = Sender()
     sender.send(range(90))
     assert len(sender.packets) == 90 and not sender.packets[0].valid
@@ -55,7 +55,7 @@ def test_there_is_a_packet_for_each_point_and_one_when_there_is_nothing_to_say()
     assert sender.news == ["hears the arm; its clock stands at 0.00 s"]
 
 
-def test_messages_that_came_while_the_host_was_busy_are_all_worked_on():
+def test_messages_that_arrive_while_the_host_is_busy_are_all_processed():
     one, other = Sender(), Sender()
     one.send(range(90))
     busy, other.host.step = other.host.step, lambda timeout: None
@@ -66,7 +66,7 @@ def test_messages_that_came_while_the_host_was_busy_are_all_worked_on():
     np.testing.assert_array_equal(one.last(), other.last())
 
 
-def test_a_host_that_is_too_slow_skips_the_oldest_and_says_so():
+def test_a_host_that_is_too_slow_skips_the_oldest_and_reports_it():
     sender = Sender()
     step, sender.host.step = sender.host.step, lambda timeout: None
     sender.send(range(MOST_WAITING + 30))
@@ -75,7 +75,7 @@ def test_a_host_that_is_too_slow_skips_the_oldest_and_says_so():
     assert sender.host.time == pytest.approx((MOST_WAITING + 29) * VISION_PERIOD, abs=VISION_PERIOD)
 
 
-def test_a_laboratory_that_begins_anew_gets_a_host_that_does():
+def test_the_host_restarts_with_the_laboratory():
     sender, fresh = Sender(), Sender()
     sender.send(range(100, 200))
     del sender.packets[:]
@@ -86,7 +86,7 @@ def test_a_laboratory_that_begins_anew_gets_a_host_that_does():
     assert sender.news[1:] == ["the arm's clock stands at 0.00 s now: starting afresh"]
 
 
-def test_points_that_were_lost_cost_only_themselves():
+def test_lost_points_affect_no_others():
     sender = Sender()
     sender.send(range(90))
     before = sender.packets[-1]
@@ -96,14 +96,14 @@ def test_points_that_were_lost_cost_only_themselves():
     assert sender.host.counts["laboratories"] == 1 and sender.host.counts["cycles_incomplete"] == 11
 
 
-def test_a_host_that_joins_late_goes_by_the_senders_clock():
+def test_a_host_that_joins_late_follows_the_senders_clock():
     sender = Sender()
     unix = round(1.7e9 / VISION_PERIOD)  # a real robot's driver counts from 1970
     sender.send(range(unix, unix + 90))
     assert sender.packets[-1].valid and sender.packets[-1].stamp == pytest.approx(1.7e9 + 89 * VISION_PERIOD - LAG)
 
 
-def test_silence_is_told_once_and_so_is_its_end():
+def test_silence_and_its_end_are_reported_once():
     sender = Sender()
     sender.host.step(0.0)
     sender.wall = 60.0
@@ -121,7 +121,7 @@ def test_silence_is_told_once_and_so_is_its_end():
 
 
 @pytest.mark.parametrize("garbage", [b"", b"\x00" * 40, lcmt_image_array().encode()])
-def test_garbage_on_the_bus_does_not_end_it(garbage):
+def test_garbage_on_the_bus_does_not_end_the_host(garbage):
     sender = Sender()
     sender.lcm.Publish(channel_of("point"), garbage)
     sender.lcm.Publish(channel_of("point"), encode_signal([1.0], ["altitude"], 0.0).encode())

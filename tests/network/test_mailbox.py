@@ -29,7 +29,7 @@ def numbers(messages):
     return [data[0] for _, data in messages]
 
 
-def test_what_came_is_handed_out_once_and_in_order():
+def test_messages_are_handed_out_once_and_in_order():
     lcm = DrakeLcm("memq://")
     mailbox = Mailbox(lcm, ["point", "camera_left"])
     assert mailbox.collect(0.0) == []
@@ -40,7 +40,7 @@ def test_what_came_is_handed_out_once_and_in_order():
     assert mailbox.collect(0.0) == []
 
 
-def test_while_it_listens_nothing_is_lost_that_comes_faster_than_it_is_collected():
+def test_while_listening_no_message_is_lost_however_fast_they_arrive():
     bus = SlowBus()
     mailbox = Mailbox(bus, ["point"])
     with mailbox.listening():
@@ -53,7 +53,7 @@ def test_while_it_listens_nothing_is_lost_that_comes_faster_than_it_is_collected
     assert came == list(range(30))
 
 
-def test_it_listens_no_longer_when_what_it_was_for_has_failed():
+def test_listening_ends_with_an_exception():
     bus = SlowBus()
     mailbox = Mailbox(bus, ["point"])
     with pytest.raises(ZeroDivisionError), mailbox.listening():

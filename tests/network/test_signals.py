@@ -20,20 +20,20 @@ from drake_tracker.network.signal_system import add_receiver, add_sender
 
 
 @pytest.mark.parametrize("view", [TrackPoint, Prediction])
-def test_a_vector_comes_back_to_the_last_bit(view):
+def test_a_vector_survives_the_round_trip_bit_for_bit(view):
     values = np.random.default_rng(1).normal(size=message_size(view)) / 3.0
     message = lcmt_drake_signal.decode(encode_signal(values, view.get_fields(), 1.2345).encode())
     assert message.timestamp == 1234 and list(message.coord) == list(view.get_fields())
     np.testing.assert_array_equal(decode_signal(message, view.get_fields()), values)
 
 
-def test_what_is_not_a_number_comes_back_as_such():
+def test_nan_and_infinity_survive_the_round_trip():
     message = encode_signal([np.nan, np.inf], ["a", "b"], 0.0)
     back = decode_signal(lcmt_drake_signal.decode(message.encode()), ["a", "b"])
     assert np.isnan(back[0]) and np.isinf(back[1])
 
 
-def test_a_message_with_other_fields_is_none():
+def test_a_message_with_other_fields_gives_none():
     message = encode_signal([1.0, 2.0], ["x", "y"], 0.0)
     assert decode_signal(message, ["x", "z"]) is None and decode_signal(message, ["x"]) is None
     assert decode_signal(lcmt_drake_signal(), ["x"]) is None

@@ -72,7 +72,7 @@ def start(tmp_path):
         print(*process.args[3:5], *process.communicate(), sep="\n")  # shown when the test fails
 
 
-def test_without_its_host_the_arm_hovers_and_with_another_one_it_lifts_the_train(start, tmp_path):
+def test_without_a_host_the_arm_hovers_and_with_another_one_it_lifts_the_train(start, tmp_path):
     bus, out = Bus(), tmp_path / "arm"
     host = start("host", "train", "--lcm", bus.url)
     arm = start("arm", "train", "--lcm", bus.url, "--out", str(out), "--no-record", "--seed", "4")

@@ -34,7 +34,7 @@ def test_with_the_same_points_everything_is_bit_for_bit_as_in_one_process():
     assert packets > 20 and host.counts["packets"] == packets + 1  # the last one is on its way
 
 
-def test_images_that_were_sent_are_seen_as_those_that_were_not():
+def test_images_over_the_bus_give_the_same_points():
     """Two rendered cameras, for as long as it takes until a first point; its stamp went over the bus in whole
     microseconds."""
     scenario = load_scenario("train", seed=3, overrides=["vision.lag_cycles=3"])
