@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.estimation import make_estimator
+from drake_tracker.estimation.estimator import Estimator
+from drake_tracker.estimation.kinds import make_estimator
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.figures.statistics import mean_interval
 from drake_tracker.tasks.style import FAR_PREDICTED, FILTERED, HAND, INK, PREDICTED, SEEN, SOFT_INK
@@ -92,12 +93,12 @@ def make_drive(
 
 
 def horizon_errors(
-    estimator: Any, drive: SyntheticDrive, horizons: np.ndarray = HORIZONS, every: int = EVERY
+    estimator: Estimator[Any], drive: SyntheticDrive, horizons: np.ndarray = HORIZONS, every: int = EVERY
 ) -> tuple[np.ndarray, np.ndarray]:
     """Returns (times (k,) [s], errors (k, len(horizons)) [m]): horizontal distances of predictions from the truth.
 
     Args:
-        estimator: satisfies the protocol `estimation.Estimator`.
+        estimator: any object with the methods of `Estimator`.
         drive: whose points the estimator gets.
         horizons: times ahead of the newest point [s].
         every: predictions are judged at every so many points, once the estimator is ready.
@@ -114,7 +115,7 @@ def horizon_errors(
     return np.array(times), np.array(errors).reshape(-1, len(horizons))
 
 
-def estimators() -> dict[str, Any]:
+def estimators() -> dict[str, Estimator[Any]]:
     """Returns {name: estimator} for each of `KINDS` with its defaults, and for the literal arc-length estimator."""
     kinds = {kind: make_estimator(kind) for kind in KINDS}
     return {**kinds, LITERAL: make_estimator("arc_length", mode="literal")}

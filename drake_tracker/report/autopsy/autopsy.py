@@ -49,13 +49,13 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
     lateness = float(np.median([attempt.timing for attempt in failed])) if failed else 0.0
     age = float(tracking.ages[before].mean()) if before.any() else 0.0
     culprit = None if lifted else broken if broken is not None else _worst(found, lateness, age)
-    told = [_attempt(scenario, attempt) for attempt in attempts]
+    described = [_attempt(scenario, attempt) for attempt in attempts]
     order = np.argsort(-found)
     return {
         "culprit": None if culprit is None else WORDS[culprit],
-        "verdict": None if lifted else tell_run(culprit, found, broken, told),
+        "verdict": None if lifted else tell_run(culprit, found, broken, described),
         "excess_m": _named(found[order], order),
-        "attempts": told,
+        "attempts": described,
         "tracking": {
             "moments": len(tracking.times),
             "size_m": _named(usual_sizes(tracking.rows)),
@@ -115,7 +115,7 @@ def _worst(found: np.ndarray, lateness: float, age: float = 0.0) -> Stage | None
 
 def _attempt(scenario: TrainScenario, attempt: Attempt) -> dict[str, Any]:
     """Returns an attempt as a dict, see `perform`."""
-    told: dict[str, Any] = {
+    described: dict[str, Any] = {
         "number": attempt.number,
         "outcome": attempt.outcome,
         "launch_s": attempt.launch,
@@ -127,15 +127,15 @@ def _attempt(scenario: TrainScenario, attempt: Attempt) -> dict[str, Any]:
         "culprit": None,
     }
     if attempt.rows is not None:
-        told |= {
+        described |= {
             "offset": attempt.rows.sum(axis=0).tolist(),
             "contributions": _named(attempt.rows),
             "size_m": _named(sizes(attempt.rows)),
         }
         if attempt.outcome in ("missed", "dropped"):
             worst = _worst(attempt_excess(attempt.rows), attempt.timing)
-            told["culprit"] = None if worst is None else WORDS[worst]
-    return told | {"sentence": tell_attempt(scenario, told)}
+            described["culprit"] = None if worst is None else WORDS[worst]
+    return described | {"sentence": tell_attempt(scenario, described)}
 
 
 def _named(rows: np.ndarray, order: Iterable[int] = Stage) -> dict[str, Any]:

@@ -272,8 +272,8 @@ class Evidence:
         touched = (verdict.times >= launch) & (verdict.times <= end)
         touched &= (verdict["left_contact"] > 0) | (verdict["right_contact"] > 0)
         height = max(verdict["lift"][touched], default=0.0)
-        taken = verdict["taken"][(verdict.times >= launch) & (verdict.times <= end + VISION_PERIOD)]
-        if taken.any():
+        lifted = verdict["taken"][(verdict.times >= launch) & (verdict.times <= end + VISION_PERIOD)]
+        if lifted.any():
             return height, "lifted"
         if Phase.RETREAT not in starts and self._spans[-1].end <= end:
             return height, "dropped" if verdict["derailed"].any() else "ended"
