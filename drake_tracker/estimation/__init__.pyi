@@ -7,7 +7,6 @@ from .config import AlphaBetaGamma as AlphaBetaGamma
 from .config import ArcLength as ArcLength
 from .config import ClosedPath as ClosedPath
 from .config import CoordinatedTurn as CoordinatedTurn
-from .config import PathEstimator as PathEstimator
 from .config import PhaseFilterConfig as PhaseFilterConfig
 from .config import Slope as Slope
 from .coordinated_turn import CoordinatedTurnEstimator as CoordinatedTurnEstimator

@@ -78,11 +78,6 @@ class Slope:
     restitution: float = setting(0.5, "coefficient of restitution of the walls", "", (0.0, 1.0))
 
 
-PathEstimator = ClosedPath | CoordinatedTurn | ArcLength | AlphaBetaGamma
-"""Settings of the estimators that need no model of a surface: they predict any object on any path. `Slope` needs the
-pose of its board."""
-
-
 @dataclass(frozen=True)
 class PhaseFilterConfig:
     """The filter of the position along a learned path, which is part of the closed-path estimator."""

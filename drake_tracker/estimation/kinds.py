@@ -1,31 +1,29 @@
 """The registry of the estimators."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from drake_tracker.core.kinds import Kinds
-from drake_tracker.estimation.arc_length import ArcLengthEstimator
-from drake_tracker.estimation.cartesian import AlphaBetaGammaEstimator
-from drake_tracker.estimation.closed_path import ClosedPathEstimator
 from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn, Slope
-from drake_tracker.estimation.coordinated_turn import CoordinatedTurnEstimator
-from drake_tracker.estimation.estimator import Estimator
-from drake_tracker.estimation.slope import SlopeEstimator
 
-ESTIMATORS: Kinds[Estimator[Any]] = Kinds(
+if TYPE_CHECKING:
+    from drake_tracker.estimation.estimator import Estimator
+
+ESTIMATORS: "Kinds[Estimator[Any]]" = Kinds(
     "estimator",
     {
-        ClosedPath: ClosedPathEstimator,
-        CoordinatedTurn: CoordinatedTurnEstimator,
-        ArcLength: ArcLengthEstimator,
-        AlphaBetaGamma: AlphaBetaGammaEstimator,
-        Slope: SlopeEstimator,
+        ClosedPath: "drake_tracker.estimation.closed_path:ClosedPathEstimator",
+        CoordinatedTurn: "drake_tracker.estimation.coordinated_turn:CoordinatedTurnEstimator",
+        ArcLength: "drake_tracker.estimation.arc_length:ArcLengthEstimator",
+        AlphaBetaGamma: "drake_tracker.estimation.cartesian:AlphaBetaGammaEstimator",
+        Slope: "drake_tracker.estimation.slope:SlopeEstimator",
     },
 )
-"""Every estimator of the package by its settings. `config.PathEstimator` lists those that a scenario of the train and
-`drake-tracker track` offer; it is kept apart because reading a scenario must not load the estimators."""
+"""Every estimator of the package by its settings; the one place where an estimator is registered."""
+SURFACE_ESTIMATORS = (Slope,)
+"""Estimators that need the pose of a surface. All others predict any object on any path."""
 
 
-def make_estimator(kind: Any, **parameters: Any) -> Estimator[Any]:
+def make_estimator(kind: Any, **parameters: Any) -> "Estimator[Any]":
     """Returns an estimator.
 
     Args:

@@ -53,6 +53,7 @@ def _video_source(recording: Recording, name: str, size: tuple[int, int]) -> Vid
             f"{path}: the images have {footage.size} px, but the vision of the run reads {tuple(size)}"
         )
     cycles = round(recording.end / VISION_PERIOD)
-    if len(footage.times) < cycles:
-        raise DrakeTrackerError(f"{path}: it has only {len(footage.times)} of {cycles} images; it is incomplete")
+    count = 0 if footage.times is None else len(footage.times)
+    if count < cycles:
+        raise DrakeTrackerError(f"{path}: it has only {count} of {cycles} images; it is incomplete")
     return VideoSource(FrameSequence(footage, FrameClock(VISION_PERIOD)), VISION_PERIOD)

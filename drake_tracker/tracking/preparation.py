@@ -10,7 +10,8 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.parts import estimator_of
-from drake_tracker.estimation.config import CoordinatedTurn, PathEstimator
+from drake_tracker.estimation.config import CoordinatedTurn
+from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.sources import open_footage
 from drake_tracker.footage.timeline import Timeline, align
@@ -22,7 +23,7 @@ from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import NormalFlow, SequenceDetector
 from drake_tracker.vision.detectors import make_detector
 
-ESTIMATORS = CoordinatedTurn | PathEstimator | Custom
+ESTIMATOR_SETTINGS = CoordinatedTurn | ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS)
 """Settings of the estimators that ``--estimator`` may name."""
 _NORMAL_FLOW_SPAN = 2 * VISION_PERIOD
 """Time [s] between the two images that normal flow compares, as with the simulated cameras."""
@@ -77,7 +78,7 @@ def prepare_track(
         offset: time by which the second recording began later [s], see `align`.
         duration: longest time to use [s].
         detector: tag of a `SequenceDetector` with settings, see `read_option`.
-        estimator: tag of `ESTIMATORS` with settings, see `read_option`.
+        estimator: tag of `ESTIMATOR_SETTINGS` with settings, see `read_option`.
         max_gap: largest gap between the two rays of one point [m].
 
     Raises:
@@ -85,7 +86,7 @@ def prepare_track(
     """
     _check_numbers({"fps": fps, "duration": duration, "max-gap": max_gap}, {"height": height, "offset": offset})
     detector_settings = read_option(detector, SequenceDetector, "detector")
-    estimator_settings = read_option(estimator, ESTIMATORS, "estimator")
+    estimator_settings = read_option(estimator, ESTIMATOR_SETTINGS, "estimator")
     _check_cameras(len(sources), calibration, plane)
     names = ["camera_left", "camera_right"] if len(sources) == 2 else [camera]
     cameras = [] if calibration is None else _load_cameras(calibration, names)

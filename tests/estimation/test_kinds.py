@@ -1,27 +1,22 @@
 import subprocess
 import sys
-from typing import get_args
 
 import pytest
 from slopes import board_pose
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation import ESTIMATORS, Estimator, EstimatorState, make_estimator
-from drake_tracker.estimation.config import ClosedPath, CoordinatedTurn, PathEstimator, Slope
+from drake_tracker.estimation.config import ClosedPath, CoordinatedTurn, Slope
 
 CONTEXT = {Slope: {"X_WB": board_pose()}}
 
 
 @pytest.mark.parametrize("settings_type", ESTIMATORS.makers, ids=lambda kind: kind.__name__)
 def test_every_kind_satisfies_the_protocol_and_has_the_defaults_of_its_settings(settings_type):
-    estimator = ESTIMATORS.makers[settings_type](**CONTEXT.get(settings_type, {}))
+    estimator = ESTIMATORS.maker(settings_type)(**CONTEXT.get(settings_type, {}))
     assert isinstance(estimator, Estimator)
     assert isinstance(estimator.initial_state(), EstimatorState)
     assert estimator.settings == settings_type()
-
-
-def test_the_path_estimators_are_all_but_the_one_that_needs_a_board():
-    assert {*get_args(PathEstimator), Slope} == set(ESTIMATORS.makers)
 
 
 def test_a_name_and_an_instance_of_the_settings_make_the_same_estimator():
@@ -44,6 +39,6 @@ def test_the_closed_path_passes_its_systematic_error_to_its_coordinated_turn():
 
 
 def test_the_settings_load_neither_drake_nor_scipy():
-    code = "import sys, drake_tracker.estimation.config; print(sorted({'pydrake', 'scipy'} & set(sys.modules)))"
+    code = "import sys, drake_tracker.estimation.kinds; print(sorted({'pydrake', 'scipy'} & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"

@@ -7,7 +7,8 @@ from typing import ClassVar
 from drake_tracker.arm.config import Hand, Puma560, ServoConfig
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import SERVO_PERIOD
-from drake_tracker.estimation.config import ClosedPath, PathEstimator
+from drake_tracker.estimation.config import ClosedPath
+from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.link.config import LinkSettings, Perfect
 from drake_tracker.scenarios.base import BaseScenario, Custom
@@ -59,7 +60,9 @@ class TrainScenario(BaseScenario):
     lighting: LightingConfig = setting(LightingConfig, "the light")
     cameras: CamerasConfig = setting(CamerasConfig, "the cameras")
     vision: Rendered | Measured = setting(Rendered, "from images to points")
-    estimator: PathEstimator | Custom = setting(ClosedPath, "from points to predicted path")
+    estimator: ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS) = setting(  # type: ignore[valid-type]
+        ClosedPath, "from points to predicted path"
+    )
     link: LinkSettings = setting(Perfect, "from the host to the arm's controller")
     servo: ServoConfig = setting(ServoConfig, "from packets to a pose every 30 ms")
     grasp: GraspConfig = setting(GraspConfig, "what the hand does next")
