@@ -20,9 +20,10 @@ from drake_tracker.scenarios.option import read_option
 from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
 from drake_tracker.vision.calibration_file import load_calibration, load_pose
 from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.config import NormalFlow, SequenceDetector
-from drake_tracker.vision.detectors import make_detector
+from drake_tracker.vision.config import NormalFlow
+from drake_tracker.vision.detectors import DETECTORS, SCENE_DETECTORS, make_detector
 
+DETECTOR_SETTINGS = NormalFlow | DETECTORS.union(without=SCENE_DETECTORS)
 ESTIMATOR_SETTINGS = CoordinatedTurn | ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS)
 """Settings of the estimators that ``--estimator`` may name."""
 _NORMAL_FLOW_SPAN = 2 * VISION_PERIOD
@@ -77,7 +78,7 @@ def prepare_track(
         fps: images per second, see `open_footage`.
         offset: time by which the second recording began later [s], see `align`.
         duration: longest time to use [s].
-        detector: tag of a `SequenceDetector` with settings, see `read_option`.
+        detector: tag of `DETECTOR_SETTINGS` with settings, see `read_option`.
         estimator: tag of `ESTIMATOR_SETTINGS` with settings, see `read_option`.
         max_gap: largest gap between the two rays of one point [m].
 
@@ -85,7 +86,7 @@ def prepare_track(
         DrakeTrackerError: an option or a source is wrong; one line for each error.
     """
     _check_numbers({"fps": fps, "duration": duration, "max-gap": max_gap}, {"height": height, "offset": offset})
-    detector_settings = read_option(detector, SequenceDetector, "detector")
+    detector_settings = read_option(detector, DETECTOR_SETTINGS, "detector")
     estimator_settings = read_option(estimator, ESTIMATOR_SETTINGS, "estimator")
     _check_cameras(len(sources), calibration, plane)
     names = ["camera_left", "camera_right"] if len(sources) == 2 else [camera]

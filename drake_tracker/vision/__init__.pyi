@@ -7,7 +7,6 @@ from .calibration_file import save_calibration as save_calibration
 from .camera_model import CameraModel as CameraModel
 from .chessboard import Chessboard as Chessboard
 from .config import BackgroundDifference as BackgroundDifference
-from .config import DetectorSettings as DetectorSettings
 from .config import FrameDifference as FrameDifference
 from .config import NormalFlow as NormalFlow
 from .config import StaticThreshold as StaticThreshold

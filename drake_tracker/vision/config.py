@@ -89,11 +89,3 @@ class StaticThreshold(BinaryImage):
     """A plain threshold of the image: cannot find white on white, as the paper says."""
 
     level: float = setting(200.0, "brightness above which a pixel counts as the ball", "grey levels", (0.0, 255.0))
-
-
-DetectorSettings = FrameDifference | NormalFlow | BackgroundDifference | StaticThreshold
-"""Settings of every motion detector, for a scenario's field. The detectors are registered in
-`drake_tracker.vision.detectors`."""
-SequenceDetector = NormalFlow | FrameDifference
-"""Settings of the detectors that need only the images of the sequence, and neither an image of the empty scene nor the
-brightness of the object."""

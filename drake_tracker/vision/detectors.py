@@ -1,48 +1,41 @@
-"""The registry of the motion detectors: which settings stand for which detector."""
+"""The registry of the motion detectors."""
 
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from drake_tracker.core.kinds import Kinds
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.background_difference import BackgroundDifferenceDetector
-from drake_tracker.vision.config import (
-    BackgroundDifference,
-    DetectorSettings,
-    FrameDifference,
-    NormalFlow,
-    StaticThreshold,
-)
-from drake_tracker.vision.frame_difference import FrameDifferenceDetector
-from drake_tracker.vision.motion_detector import MotionDetector
-from drake_tracker.vision.normal_flow import NormalFlowDetector
-from drake_tracker.vision.static_threshold import StaticThresholdDetector
+from drake_tracker.vision.config import BackgroundDifference, FrameDifference, NormalFlow, StaticThreshold
 
-DETECTORS: Kinds[MotionDetector] = Kinds(
+if TYPE_CHECKING:
+    import numpy as np
+
+    from drake_tracker.vision.motion_detector import MotionDetector
+
+DETECTORS: "Kinds[MotionDetector]" = Kinds(
     "detector",
     {
-        NormalFlow: NormalFlowDetector,
-        FrameDifference: FrameDifferenceDetector,
-        BackgroundDifference: BackgroundDifferenceDetector,
-        StaticThreshold: StaticThresholdDetector,
+        FrameDifference: "drake_tracker.vision.frame_difference:FrameDifferenceDetector",
+        NormalFlow: "drake_tracker.vision.normal_flow:NormalFlowDetector",
+        BackgroundDifference: "drake_tracker.vision.background_difference:BackgroundDifferenceDetector",
+        StaticThreshold: "drake_tracker.vision.static_threshold:StaticThresholdDetector",
     },
 )
-"""Every motion detector of the package by its settings. `config.DetectorSettings` lists the settings alone; it is kept
-apart because reading a scenario must not load OpenCV."""
+"""Every motion detector of the package by its settings; the one place where a detector is registered."""
+SCENE_DETECTORS = (BackgroundDifference, StaticThreshold)
+"""Detectors that need an image of the empty scene or the brightness of the object. All others need only the images."""
 
 
 def make_detector(
-    settings: DetectorSettings,
+    settings: Any,
     *,
-    window: np.ndarray | None = None,
-    image: np.ndarray | None = None,
+    window: "np.ndarray | None" = None,
+    image: "np.ndarray | None" = None,
     period: float = VISION_PERIOD,
-) -> MotionDetector:
+) -> "MotionDetector":
     """Returns the `MotionDetector` of its settings.
 
     Args:
-        settings: such as ``NormalFlow()``.
+        settings: settings of a kind in `DETECTORS`, such as ``NormalFlow()``.
         window: uint8 (h, w) of the image's shape, 0 where motion is ignored; None uses the whole image.
         image: the scene without the object, uint8, RGB or grey; only `BackgroundDifference` needs it.
         period: time between consecutive images [s].

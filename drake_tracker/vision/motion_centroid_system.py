@@ -1,7 +1,7 @@
 """The motion centroid of one camera as a Drake System, and the delay line that gives it the paper's lag."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -13,9 +13,9 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import Centroid, FrameInfo, message_size
 from drake_tracker.core.timing import VISION_PERIOD, delay_cycles
-from drake_tracker.vision.config import DetectorSettings, NormalFlow
+from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.delay_line_system import DelayLineSystem
-from drake_tracker.vision.detectors import make_detector
+from drake_tracker.vision.detectors import DETECTORS, make_detector
 from drake_tracker.vision.motion_detector import MotionDetector
 from drake_tracker.vision.predicted_window import PredictedWindow, Track
 
@@ -220,7 +220,7 @@ class LaggedCentroid(NamedTuple):
 def add_motion_centroid(
     builder: DiagramBuilder,
     *,
-    detector: MotionDetector | DetectorSettings = NormalFlow(),
+    detector: Any = NormalFlow(),
     image: OutputPort | None = None,
     window: np.ndarray | None = None,
     image_offset: tuple[int, int] = (0, 0),
@@ -260,7 +260,7 @@ def add_motion_centroid(
 
     Raises DrakeTrackerError when the lag is too short for the detector's images, or when a setting is out of range.
     """
-    if isinstance(detector, DetectorSettings):
+    if type(detector) in DETECTORS.makers:
         detector = make_detector(detector, window=window, period=period)
     elif window is not None:
         raise DrakeTrackerError("a detector object has a window of its own; pass the window to the detector")

@@ -15,7 +15,8 @@ from drake_tracker.estimation.config import Slope
 from drake_tracker.grasp.config import CatchConfig
 from drake_tracker.link.config import LinkSettings, Perfect
 from drake_tracker.scenarios.base import BaseScenario, Custom
-from drake_tracker.vision.config import DetectorSettings, FrameDifference
+from drake_tracker.vision.config import FrameDifference
+from drake_tracker.vision.detectors import DETECTORS
 from drake_tracker.world.config import BallConfig, BoardCameraConfig, BoardConfig, LightingConfig, OperatorConfig
 
 
@@ -23,7 +24,7 @@ from drake_tracker.world.config import BallConfig, BoardCameraConfig, BoardConfi
 class BoardVisionConfig:
     """From the images of the one camera to points on the board."""
 
-    detector: DetectorSettings = setting(FrameDifference, "the motion detector")
+    detector: DETECTORS.union() = setting(FrameDifference, "the motion detector")  # type: ignore[valid-type]
     follow: bool = setting(False, "look only around where the last two readings lead, the paper's alternative")
     update_cycles: int = setting(BALL_UPDATE_CYCLES, "cycles from one centroid to the next", "cycles", (1, 60))
     throughput_cycles: int = setting(
