@@ -47,8 +47,10 @@ class WindowQuestion:
         Args:
             window: (u0, v0, width, height) [px], unchecked.
 
-        Returns (`CircleMeasurement`, the window in whole pixels). Raises ValueError when it is not a window, or does not
-        hold exactly one circle.
+        Returns (`CircleMeasurement`, the window in whole pixels).
+
+        Raises:
+            ValueError: it is not a window, or does not hold exactly one circle.
         """
         if not isinstance(window, list) or len(window) != 4 or not all(_is_pixel(value) for value in window):
             raise ValueError(f"a window is four numbers from 0 to {_LARGEST}")
