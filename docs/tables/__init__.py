@@ -15,6 +15,7 @@ MODULES = (
 WIDTH = 120
 _KEEP_LINES = re.compile(r"\||- |\d+\. ")
 """Beginning of a paragraph that is a table or a list."""
+_NO_BREAK = "\N{WORD JOINER}"
 
 
 def generators() -> dict[str, Callable[[], str]]:
@@ -29,10 +30,14 @@ def generators() -> dict[str, Callable[[], str]]:
 
 
 def wrapped(text: str) -> str:
-    """Returns Markdown with its paragraphs in lines of `WIDTH`; tables and lists keep their lines."""
+    """Returns Markdown with its paragraphs in lines of `WIDTH`; tables and lists keep their lines.
+
+    No line begins with a percent sign, which MyST reads as a comment.
+    """
+    wrapper = textwrap.TextWrapper(WIDTH, break_long_words=False, break_on_hyphens=False)
     parts = text.split("\n\n")
-    fill = textwrap.TextWrapper(WIDTH, break_long_words=False, break_on_hyphens=False).fill
-    return "\n\n".join(part if _KEEP_LINES.match(part) else fill(part) for part in parts)
+    filled = (part if _KEEP_LINES.match(part) else wrapper.fill(part.replace(" %", _NO_BREAK + "%")) for part in parts)
+    return "\n\n".join(filled).replace(_NO_BREAK, " ")
 
 
 def _makes_block(function: object) -> bool:

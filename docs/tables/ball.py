@@ -60,8 +60,8 @@ def ball_limits() -> str:
     return (
         f"While the ball rolls, {100 * accepted:.0f} % of its measurements are accepted (median of the runs). The time "
         f"from a measurement's stamp to the prediction built on it is {lag} ms in every run with either arm, and "
-        f"{every} ms with every image used. The arm touched the board in {touched} of {len(rows)} runs. The longest "
-        f"saturation of a drive was {puma:.0f} ms with the PUMA 560 and {seven:.0f} ms with the seven-joint arm."
+        f"{every} ms with every image used. The arm touched the board in {touched or 'none'} of {len(rows)} runs. The "
+        f"longest saturation of a drive was {puma:.0f} ms with the PUMA 560, {seven:.0f} ms with the seven-joint arm."
     )
 
 

@@ -6,41 +6,41 @@ _OURS = ("alpha_beta_gamma", "arc_length", "coordinated_turn", "closed_path")
 _HORIZONS = {"present": "0.25 s", "grasp": "0.75 s"}
 _LAWS = {"constant": "constant", "varying": "+-15 %", "stop_and_go": "stop and go"}
 _PATHS = ("stadium", "oval", "circle", "figure_eight", "spline")
+_STADIUM = {(f"{sigma} mm",): f"stadium-white-{sigma}-constant" for sigma in ("0.5", "1", "2", "4")}
 _NOISES = ("white", "autocorrelated", "anisotropic", "replayed")
 
 
 def estimators_noise() -> str:
-    cells = {f"{sigma} mm": f"stadium-white-{sigma}-constant" for sigma in ("0.5", "1", "2", "4")}
-    return block(_table("noise of a point", cells), _origin(list(cells.values())))
+    return _tables(["noise of a point"], _STADIUM)
 
 
 def estimators_speed() -> str:
-    cells = {
-        f"{noise} | {shown}": f"stadium-{noise}-1-{law}" for noise in _NOISES for law, shown in _LAWS.items()
-    }  # a label of two cells
-    return block(_table("noise of 1 mm | speed", cells), _origin(list(cells.values())))
+    cells = {(noise, shown): f"stadium-{noise}-1-{law}" for noise in _NOISES for law, shown in _LAWS.items()}
+    return _tables(["noise", "speed"], cells)
 
 
 def estimators_paths() -> str:
-    cells = {path: f"{path}-white-1-constant" for path in _PATHS[1:]}
-    return block(_table("path", cells), _origin(list(cells.values())))
+    return _tables(["path"], {(path,): f"{path}-white-1-constant" for path in _PATHS[1:]})
 
 
 def estimators_literal() -> str:
-    cells = {f"{sigma} mm": f"stadium-white-{sigma}-constant" for sigma in ("0.5", "1", "2", "4")}
-    names = ("arc_length_literal",)
-    return block(_table("noise of a point", cells, names, stage="after"), _origin(list(cells.values()), names))
+    rows = [
+        [*shown, *(_cell(cell, "arc_length_literal", horizon, "after") for horizon in _HORIZONS)]
+        for shown, cell in _STADIUM.items()
+    ]
+    header = ["noise of a point", *(f"{ahead} ahead" for ahead in _HORIZONS.values())]
+    return block(table(header, rows), _origin(list(_STADIUM.values()), ("arc_length_literal",)))
 
 
 def estimators_baselines() -> str:
-    names = ["coordinated_turn", *(name for name in _contestants() if name.startswith(("stonesoup", "filterpy")))]
-    cells = {shown: f"oval-white-1-{law}" for law, shown in _LAWS.items()}
-    rows = []
-    for name in names:
-        cells_of = [_cell(f"oval-white-1-{law}", name, horizon, "after") for law in _LAWS for horizon in _HORIZONS]
-        rows.append([name, *cells_of])
-    header = [f"{shown}, {ahead}" for shown in _LAWS.values() for ahead in _HORIZONS.values()]
-    return block(table(["filter", *header], rows), _origin(list(cells.values()), tuple(names)))
+    contestants = dict.fromkeys(row["contestant"] for row in data("estimation")["table"])
+    names = ["coordinated_turn", *(name for name in contestants if name.startswith(("stonesoup", "filterpy")))]
+    cells = [f"oval-white-1-{law}" for law in _LAWS]
+    parts = []
+    for horizon, ahead in _HORIZONS.items():
+        rows = [[name, *(_cell(cell, name, horizon, "after") for cell in cells)] for name in names]
+        parts += [f"{ahead} ahead:", table(["filter", *_LAWS.values()], rows)]
+    return block(*parts, _origin(cells, tuple(names)))
 
 
 def estimators_verdicts() -> str:
@@ -120,10 +120,6 @@ def estimators_update_time() -> str:
     return table(["filter", "time of an update [us]", "Stone Soup's constant turn / this filter"], rows)
 
 
-def _contestants() -> list[str]:
-    return list(dict.fromkeys(row["contestant"] for row in data("estimation")["table"]))
-
-
 def _row(cell: str, name: str, horizon: str, stage: str) -> Row | None:
     for row in data("estimation")["table"]:
         if (row["cell"], row["contestant"], row["horizon"], row["stage"]) == (cell, name, horizon, stage):
@@ -136,14 +132,13 @@ def _cell(cell: str, name: str, horizon: str, stage: str) -> str:
     return "" if row is None else "{:.2f} ({:.2f}-{:.2f})".format(row["rms_mm"], *row["rms_mm_interval"])
 
 
-def _table(label: str, cells: dict[str, str], names: tuple[str, ...] = _OURS, stage: str = "after") -> str:
-    header = [f"{name}, {ahead}" for name in names for ahead in _HORIZONS.values()]
-    rows = [
-        [shown, *(_cell(cell, name, horizon, stage) for name in names for horizon in _HORIZONS)]
-        for shown, cell in cells.items()
-    ]
-    text = table([label, *header], rows)
-    return text.replace("|" + "---|" * (1 + len(header)), "|" + "---|" * (1 + len(header) + label.count("|")))
+def _tables(labels: list[str], cells: dict[tuple[str, ...], str], names: tuple[str, ...] = _OURS) -> str:
+    """Returns a table for each horizon. cells: {what stands in the first columns: name of the cell}."""
+    parts = []
+    for horizon, ahead in _HORIZONS.items():
+        rows = [[*shown, *(_cell(cell, name, horizon, "after") for name in names)] for shown, cell in cells.items()]
+        parts += [f"{ahead} ahead:", table([*labels, *names], rows)]
+    return block(*parts, _origin(list(cells.values()), names))
 
 
 def _origin(cells: list[str], names: tuple[str, ...] = _OURS) -> str:

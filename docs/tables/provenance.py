@@ -67,8 +67,8 @@ def origin_of(path: Path) -> Origin:
 
 
 def result_files() -> str:
-    """Returns a table of all result files."""
-    rows, notes = [], []
+    """Returns tables of all result files and of the package versions."""
+    rows, notes, used = [], [], {}
     for path in sorted([*RESULTS.glob("*.json"), *RESULTS.glob("*.jsonl")]):
         if path.name.endswith(".meta.json"):
             continue
@@ -78,9 +78,23 @@ def result_files() -> str:
             notes.append(f"{len(notes) + 1}. `{path.name}`: {found.note}")
             mark = f" ({len(notes)})"
         commits = ", ".join(f"`{commit[:7]}`" for commit in found.commits)
-        versions = ", ".join(f"{name} {'/'.join(found.versions[name])}" for name in _PACKAGES if name in found.versions)
-        rows.append([f"`{path.name}`{mark}", f"`{found.command}`", ranges(found.seeds), commits, versions])
-    return "\n\n".join([table(["file", "command", "seeds", "commits", "versions"], rows), "\n".join(notes)])
+        rows.append([f"`{path.name}`{mark}", f"`{found.command}`", ranges(found.seeds), commits])
+        for name in _PACKAGES:
+            for version in found.versions.get(name, []):
+                used.setdefault((name, version), []).append(f"`{path.name}`")
+    everywhere = len(rows)
+    packages = [
+        [name, version, "all" if len(files) == everywhere else ", ".join(files)]
+        for (name, version), files in used.items()
+    ]
+    packages.sort(key=lambda row: _PACKAGES.index(row[0]))
+    return "\n\n".join(
+        [
+            table(["file", "command", "seeds", "commits"], rows),
+            "\n".join(notes),
+            table(["package", "version", "recorded for"], packages),
+        ]
+    )
 
 
 @cache

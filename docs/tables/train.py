@@ -56,7 +56,7 @@ def train_limits() -> str:
     return (
         f"In all {len(rows)} runs with the default estimator, the smallest distance to a joint limit was {margin:.4f} "
         f"rad, the largest joint speed {100 * speed:.1f} % of the rated speed, and the longest saturation of a drive "
-        f"{1e3 * longest:.0f} ms. The arm touched the table in {touched} runs."
+        f"{1e3 * longest:.0f} ms. The arm touched the table in {touched or 'no'} run."
     )
 
 

@@ -85,3 +85,9 @@ def test_new_results_carry_their_origin(tmp_path):
         assert result["made_by"]["seeds"] == [3]
         assert result["made_by"]["versions"]["numpy"]
         assert {"commit", "command", "date"} <= set(result["made_by"])
+
+
+def test_no_line_of_a_page_is_taken_for_a_comment():
+    for page in PAGES:
+        lines = page.read_text(encoding="utf-8").splitlines()
+        assert not [line for line in lines if line.startswith("%")], f"{page.name}: MyST hides lines that begin with %"
