@@ -54,7 +54,7 @@ def package_versions() -> dict[str, str | None]:
 
 def git_commit() -> str | None:
     """Returns the commit of the checkout that this package lies in, or None when it is not in one."""
-    root = Path(__file__).resolve().parents[3]
+    root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return None
     try:

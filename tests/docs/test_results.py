@@ -85,6 +85,7 @@ def test_new_results_carry_their_origin(tmp_path):
         assert result["made_by"]["seeds"] == [3]
         assert result["made_by"]["versions"]["numpy"]
         assert {"commit", "command", "date"} <= set(result["made_by"])
+        assert result["made_by"]["commit"] or not (REPOSITORY / ".git").exists()
 
 
 def test_no_line_of_a_page_is_taken_for_a_comment():
