@@ -19,14 +19,31 @@ PACKAGE = Path(drake_tracker.core.errors.__file__).parents[1]
 REPOSITORY = PACKAGE.parent
 MODULES = sorted(PACKAGE.rglob("*.py"))
 SCRIPTS = sorted(path for folder in ("benchmarks", "docs", "models") for path in (REPOSITORY / folder).rglob("*.py"))
-ROOMS = ("vision", "estimation", "link", "arm", "grasp", "world", "footage", "network")
-CONTROLLER_ROOMS = ("vision", "estimation", "link", "arm", "grasp", "network")
+SUBSYSTEMS = ("core", "world", "vision", "estimation", "link", "arm", "grasp", "footage", "network")
+TASKS = ("scenarios", "diagrams", "tasks")
+APPLICATIONS = (
+    *("run", "replay", "live", "report", "campaign", "calibration", "tracking", "figures", "commands"),
+    *("cli", "__main__", "__init__"),
+)
+CONTROLLER = ("vision", "estimation", "link", "arm", "grasp", "network")
+FORBIDDEN = {
+    **dict.fromkeys(SUBSYSTEMS, (*TASKS, *APPLICATIONS)),
+    **dict.fromkeys(TASKS, APPLICATIONS),
+    "core": (*SUBSYSTEMS[1:], *TASKS, *APPLICATIONS),
+    "arm": ("grasp", *TASKS, *APPLICATIONS),
+    "scenarios": (*SUBSYSTEMS[1:], "diagrams", "tasks", *APPLICATIONS),
+    "diagrams": ("tasks", *APPLICATIONS),
+}
+"""Packages that a package must not import."""
 ASSEMBLIES = {
-    "arm/joint_servo.py",
-    "world/ball_plant.py",
-    "world/calibration_board.py",
-    "world/cameras.py",
-    "world/plant.py",
+    *("arm/joint_servo.py", "arm/tool_controller.py"),
+    *(
+        "world/camera_system.py",
+        "world/cameras.py",
+        "world/calibration_board.py",
+        "world/plant.py",
+        "world/ball_plant.py",
+    ),
 }
 """Modules that put Drake's own Systems together."""
 DEFINITIONS = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.ClassDef, ast.Assign, ast.AnnAssign)
@@ -60,7 +77,7 @@ def in_child(code, cwd):
 
 def is_arithmetic(path):
     return (
-        relative(path).split("/")[0] in ROOMS
+        relative(path).split("/")[0] in SUBSYSTEMS
         and not path.stem.endswith(("_system", "_diagram"))
         and relative(path) not in ASSEMBLIES
     )
@@ -79,11 +96,75 @@ def test_no_module_imports_everything(path):
         assert not name.endswith(".*"), "import names"
 
 
-@pytest.mark.parametrize("room", CONTROLLER_ROOMS)
-def test_no_controller_room_imports_the_world(room):
-    for path in (PACKAGE / room).rglob("*.py"):
+@pytest.mark.parametrize("subsystem", CONTROLLER)
+def test_no_subsystem_of_the_controller_imports_the_world(subsystem):
+    for path in (PACKAGE / subsystem).rglob("*.py"):
         for name in imports_of(path):
-            assert not name.startswith("drake_tracker.world"), f"{relative(path)}: truth stays in the world"
+            assert not name.startswith("drake_tracker.world"), f"{relative(path)}: ground truth stays in the world"
+
+
+def test_the_top_level_holds_only_the_three_layers():
+    names = {
+        path.stem if path.suffix == ".py" else path.name for path in PACKAGE.iterdir() if path.name != "__pycache__"
+    }
+    assert names - {"__init__.pyi", "py.typed"} == {*SUBSYSTEMS, *TASKS, *APPLICATIONS}
+
+
+@pytest.mark.parametrize("path", MODULES, ids=relative)
+def test_no_module_imports_from_a_higher_layer(path):
+    own = relative(path).removesuffix(".py").split("/")[0]
+    for name in imports_of(path):
+        parts = name.split(".")
+        if parts[0] == "drake_tracker" and len(parts) > 1:
+            assert parts[1] not in FORBIDDEN.get(own, ()), f"{own} must not import {name}"
+
+
+def test_packages_import_each_other_in_one_direction_only():
+    imports = {}
+    for path in MODULES:
+        own = relative(path).removesuffix(".py").split("/")[0]
+        others = {name.split(".")[1] for name in imports_of(path) if name.startswith("drake_tracker.")}
+        imports.setdefault(own, set()).update(others - {own})
+    mutual = {(a, b) for a in imports for b in imports[a] & imports.keys() if a in imports[b]}
+    assert not mutual
+
+
+PACKAGES = sorted(path.parent for path in MODULES if path.name == "__init__.py" and path.parent.name != "commands")
+
+
+@pytest.mark.parametrize("folder", PACKAGES, ids=relative)
+def test_every_package_exports_what_its_stub_lists(folder):
+    if not (folder / "__init__.pyi").exists():
+        pytest.fail(f"{relative(folder)} has no __init__.pyi that lists its exports")
+    module = importlib.import_module(module_name(folder / "__init__.py"))
+    assert ast.get_docstring(ast.parse((folder / "__init__.py").read_text(encoding="utf-8")))
+    for name in module.__all__:
+        assert getattr(module, name) is not None
+
+
+def test_every_frozen_state_shares_the_base():
+    copies = [relative(path) for path in MODULES if "__deepcopy__" in path.read_text(encoding="utf-8")]
+    assert copies == ["core/frozen_state.py"]
+
+
+def test_every_named_view_is_in_one_module():
+    assert [relative(path) for path in MODULES if "namedview(" in path.read_text(encoding="utf-8")] == [
+        "core/messages.py"
+    ]
+
+
+def annotated(function):
+    arguments = function.args
+    named = [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs, arguments.vararg, arguments.kwarg]
+    missing = [argument.arg for argument in named if argument and not argument.annotation]
+    return function.returns is not None and missing in ([], ["self"], ["cls"])
+
+
+@pytest.mark.parametrize("path", MODULES, ids=relative)
+def test_every_function_is_annotated(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef):
+            assert annotated(node), f"line {node.lineno}: {node.name}"
 
 
 @pytest.mark.parametrize("path", MODULES, ids=relative)
@@ -93,7 +174,7 @@ def test_a_module_only_defines(path):
     for node in tree.body:
         allowed = isinstance(node, DEFINITIONS)
         documents = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-        guard = isinstance(node, ast.If) and ast.unparse(node.test) in ("__name__ == '__main__'", "TYPE_CHECKING")
+        guard = isinstance(node, ast.If) and ast.unparse(node.test) in ("TYPE_CHECKING", "__name__ == '__main__'")
         freezes = isinstance(node, ast.For) and ".setflags(write=False)" in ast.unparse(node)
         where = f"{relative(path)} line {node.lineno}"
         assert allowed or documents or guard or freezes, f"{where}: {ast.unparse(node)[:60]}"

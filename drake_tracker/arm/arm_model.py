@@ -1,12 +1,12 @@
 """The controller's own model of the arm: kinematics, dynamics and limits, without the scene."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, JacobianWrtVariable, ModelInstanceIndex, MultibodyForces, WeldJoint
-from pydrake.systems.framework import Context
 
 from drake_tracker.arm.description import Arm
 from drake_tracker.arm.plant import actuators_of, add_arm
@@ -102,7 +102,7 @@ class ArmModel:
         self.plant.CalcForceElementsContribution(context, forces)
         return self.plant.CalcInverseDynamics(context, vdot, forces)[self._columns]
 
-    def _context_at(self, q: Sequence[float] | np.ndarray) -> Context:
+    def _context_at(self, q: Sequence[float] | np.ndarray) -> Any:
         self.plant.SetPositions(self._scratch, self.arm_instance, q)
         return self._scratch
 

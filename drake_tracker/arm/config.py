@@ -34,10 +34,6 @@ class SevenJoint:
     """An arm with seven joints, with the kinematics of the Robotics Research K-1607. It has a cup."""
 
 
-ArmSettings = Puma560 | SevenJoint
-"""Settings of every kind of arm. The kinds are registered in `drake_tracker.arm.kinds`."""
-
-
 class Hand(Enum):
     """The hand at the end of an arm; a task needs one of them."""
 

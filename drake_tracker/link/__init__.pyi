@@ -1,10 +1,9 @@
-from .config import LinkSettings as LinkSettings
 from .config import Lossy as Lossy
 from .config import Perfect as Perfect
 from .kinds import LINKS as LINKS
-from .kinds import add_link as add_link
-from .kinds import make_link as make_link
 from .link import Link as Link
 from .link_system import LinkSystem as LinkSystem
+from .link_system import add_link as add_link
+from .link_system import make_link as make_link
 from .lossy_link import LinkState as LinkState
 from .lossy_link import LossyLink as LossyLink

@@ -28,7 +28,3 @@ class Lossy:
     delay: float = setting(0.0, "delay of every packet", "s", (0.0, 5.0))
     jitter: float = setting(0.0, "largest additional delay, drawn uniformly from 0 for each packet", "s", (0.0, 5.0))
     burst: float = setting(1.0, "mean number of packets lost in a row", "packets", (1.0, 1000.0))
-
-
-LinkSettings = Perfect | Lossy
-"""Settings of every kind of link, for a scenario's field. The kinds are registered in `drake_tracker.link.kinds`."""

@@ -4,11 +4,12 @@ from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort, State
 
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import Prediction, message_size
-from drake_tracker.core.timing import LINK_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.core.timing import LINK_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
+from drake_tracker.link.kinds import LINKS
 from drake_tracker.link.link import Link
 
 
@@ -62,3 +63,48 @@ class LinkSystem(LeafSystem):
         memory = context.get_abstract_state(self._state_index).get_value()
         packet = self._link.delivered(memory, context.get_time())
         output.SetFromVector(self._nothing if packet is None else packet)
+
+
+def make_link(
+    settings: Any, *, seed: int = 0, time_step: float = TIME_STEP, period: float = VISION_PERIOD
+) -> LinkSystem:
+    """Returns the System of a link, named "link".
+
+    Args:
+        settings: an instance of one of the kinds in `LINKS`.
+        seed: seed of the random losses and delays.
+        time_step: the plant's step [s], of which the link's slot is a fraction.
+        period: time between two packets [s].
+
+    Raises DrakeTrackerError for settings of no kind, or out of range.
+    """
+    link = LinkSystem(LINKS.make(settings, seed=seed), period=period, offset=vision_slot(LINK_SLOT, time_step))
+    link.set_name("link")
+    return link
+
+
+def add_link(
+    builder: DiagramBuilder,
+    *,
+    settings: Any,
+    packet: OutputPort | None = None,
+    seed: int = 0,
+    time_step: float = TIME_STEP,
+    period: float = VISION_PERIOD,
+) -> LinkSystem:
+    """Adds a link to a diagram under construction, and returns it.
+
+    Args:
+        builder: the diagram's builder.
+        settings: an instance of one of the kinds in `LINKS`.
+        packet: output port of the packets to deliver (`Prediction`); None leaves the input unconnected.
+        seed: seed of the random losses and delays.
+        time_step: the plant's step [s], of which the link's slot is a fraction.
+        period: time between two packets [s].
+
+    Raises DrakeTrackerError for settings of no kind, or out of range.
+    """
+    link = builder.AddSystem(make_link(settings, seed=seed, time_step=time_step, period=period))
+    if packet is not None:
+        builder.Connect(packet, link.GetInputPort("packet"))
+    return link

@@ -13,7 +13,7 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import Prediction
-from drake_tracker.link.config import Lossy
+from drake_tracker.link.config import Lossy, Perfect
 
 LINK_STREAM = 40
 """The link's stream of random numbers: default_rng([seed, LINK_STREAM, seq])."""
@@ -135,3 +135,8 @@ def _is_readable(packet: np.ndarray) -> bool:
 
 def _stamp(packet: np.ndarray) -> float:
     return Prediction(packet).stamp
+
+
+def perfect_link(settings: Perfect, seed: int = 0) -> LossyLink:
+    """Returns a link that delivers every packet at once. The seed has no effect."""
+    return LossyLink(seed=seed)

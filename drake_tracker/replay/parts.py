@@ -7,7 +7,7 @@ from drake_tracker.footage.frame_clock import FrameClock
 from drake_tracker.footage.frame_sequence import FrameSequence
 from drake_tracker.footage.sources import open_footage
 from drake_tracker.footage.video_source_system import VideoSource
-from drake_tracker.link.kinds import make_link
+from drake_tracker.link.link_system import make_link
 from drake_tracker.replay.log_source_system import LogSourceSystem
 from drake_tracker.replay.recording import Recording
 from drake_tracker.replay.replay_diagram import ReplayDiagram

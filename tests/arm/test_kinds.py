@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from drake_tracker.arm.config import ArmSettings, Hand, Puma560, SevenJoint
+from drake_tracker.arm.config import Hand, Puma560, SevenJoint
 from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT, Arm
-from drake_tracker.arm.kinds import ARMS, make_arm
+from drake_tracker.arm.kinds import ARMS, arms_without, make_arm
 from drake_tracker.core.errors import DrakeTrackerError
 
 
@@ -32,8 +32,9 @@ def test_the_hand_follows_from_the_fingers():
     assert replace(PUMA560, fingers=()).hand is Hand.CUP
 
 
-def test_the_type_of_the_settings_lists_every_registered_arm():
-    assert set(typing.get_args(ArmSettings)) == set(ARMS.makers)
+def test_a_task_offers_the_arms_that_have_its_hand():
+    assert arms_without(Hand.GRIPPER) == (SevenJoint,) and arms_without(Hand.CUP) == ()
+    assert set(typing.get_args(ARMS.union(int, without=arms_without(Hand.GRIPPER)))) == {Puma560, int}
 
 
 def test_settings_and_descriptions_do_not_load_drake():

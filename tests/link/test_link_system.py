@@ -1,6 +1,5 @@
 import subprocess
 import sys
-import typing
 
 import numpy as np
 import pytest
@@ -10,8 +9,8 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_FIELDS, Prediction, message_size, pack_prediction
 from drake_tracker.core.timing import ESTIMATOR_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
-from drake_tracker.link.config import LinkSettings, Lossy, Perfect
-from drake_tracker.link.kinds import LINKS, add_link, make_link
+from drake_tracker.link.config import Lossy, Perfect
+from drake_tracker.link.link_system import add_link, make_link
 
 FIRST = 3
 """Cycle of the first valid packet: an estimator has none before."""
@@ -103,10 +102,6 @@ def test_faults_out_of_range_are_refused():
 def test_settings_of_no_kind_are_refused():
     with pytest.raises(DrakeTrackerError, match="link: kind is .*; allowed are lossy, perfect"):
         make_link(Source)
-
-
-def test_a_scenario_allows_every_registered_kind():
-    assert set(typing.get_args(LinkSettings)) == set(LINKS.makers)
 
 
 def test_the_settings_do_not_load_drake():

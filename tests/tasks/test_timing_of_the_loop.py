@@ -20,7 +20,7 @@ from drake_tracker.core.timing import (
 from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.link.config import Perfect
-from drake_tracker.link.kinds import make_link
+from drake_tracker.link.link_system import make_link
 from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.vision_diagram import VisionDiagram
 

@@ -16,7 +16,7 @@ from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_system import CatchSystem
 from drake_tracker.grasp.crossing import BoardEdge
-from drake_tracker.link.kinds import make_link
+from drake_tracker.link.link_system import make_link
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.vision.board_poses import BoardPoses

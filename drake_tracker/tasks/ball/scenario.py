@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from drake_tracker.arm.config import Hand, Puma560, ServoConfig, SevenJoint
+from drake_tracker.arm.config import Hand, Puma560, ServoConfig
+from drake_tracker.arm.kinds import ARMS, arms_without
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import (
     BALL_SERVO_PERIOD,
@@ -13,7 +14,8 @@ from drake_tracker.core.timing import (
 )
 from drake_tracker.estimation.config import Slope
 from drake_tracker.grasp.config import CatchConfig
-from drake_tracker.link.config import LinkSettings, Perfect
+from drake_tracker.link.config import Perfect
+from drake_tracker.link.kinds import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.vision.config import FrameDifference
 from drake_tracker.vision.detectors import DETECTORS
@@ -52,10 +54,14 @@ class BallScenario(BaseScenario):
     operator: OperatorConfig = setting(OperatorConfig, "what a person does before the ball comes")
     vision: BoardVisionConfig = setting(BoardVisionConfig, "from images to points")
     estimator: Slope = setting(Slope, "from points to predicted path")
-    link: LinkSettings = setting(Perfect, "from the host to the arm's controller")
+    link: LINKS.union() = setting(  # type: ignore[valid-type]
+        Perfect, "from the host to the arm's controller"
+    )
     servo: ServoConfig = setting(ServoConfig, "from packets to a pose every 5 ms")
     catch: CatchConfig = setting(CatchConfig, "what the hand does next")
-    arm: Puma560 | SevenJoint | Custom = setting(Puma560, "the arm")
+    arm: ARMS.union(Custom, without=arms_without(Hand.CUP)) = setting(  # type: ignore[valid-type]
+        Puma560, "the arm"
+    )
 
     def problems(self) -> list[tuple[str, str]]:
         """Returns the settings that contradict each other: a list of (key, what is wrong and what to do)."""

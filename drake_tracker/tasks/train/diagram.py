@@ -11,7 +11,7 @@ from drake_tracker.diagrams.parts import estimator_of, make_host
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspSystem
-from drake_tracker.link.kinds import make_link
+from drake_tracker.link.link_system import make_link
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import check_track, place_track

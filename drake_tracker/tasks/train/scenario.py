@@ -5,12 +5,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from drake_tracker.arm.config import Hand, Puma560, ServoConfig
+from drake_tracker.arm.kinds import ARMS, arms_without
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.estimation.config import ClosedPath
 from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.grasp.config import GraspConfig
-from drake_tracker.link.config import LinkSettings, Perfect
+from drake_tracker.link.config import Perfect
+from drake_tracker.link.kinds import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.world.config import CamerasConfig, LightingConfig, TrackConfig, TrainConfig
@@ -63,10 +65,14 @@ class TrainScenario(BaseScenario):
     estimator: ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS) = setting(  # type: ignore[valid-type]
         ClosedPath, "from points to predicted path"
     )
-    link: LinkSettings = setting(Perfect, "from the host to the arm's controller")
+    link: LINKS.union() = setting(  # type: ignore[valid-type]
+        Perfect, "from the host to the arm's controller"
+    )
     servo: ServoConfig = setting(ServoConfig, "from packets to a pose every 30 ms")
     grasp: GraspConfig = setting(GraspConfig, "what the hand does next")
-    arm: Puma560 | Custom = setting(Puma560, "the arm")
+    arm: ARMS.union(Custom, without=arms_without(Hand.GRIPPER)) = setting(  # type: ignore[valid-type]
+        Puma560, "the arm"
+    )
 
     def problems(self) -> list[tuple[str, str]]:
         """Returns the settings that contradict each other: a list of (key, what is wrong and what to do)."""
