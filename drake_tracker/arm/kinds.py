@@ -17,8 +17,8 @@ def seven_joint(settings: SevenJoint, *, hand: Hand) -> ArmDescription:
 
 
 ARMS: Kinds[ArmDescription] = Kinds("arm", {Puma560: puma560, SevenJoint: seven_joint})
-"""Every arm of the package by its settings; the one place where an arm is registered. A maker takes the settings and the
-hand that the task needs."""
+"""Every arm of the package by its settings; the one place where an arm is registered. A maker takes the settings and
+the hand that the task needs."""
 
 
 def make_arm(settings: object, *, hand: Hand) -> ArmDescription:
