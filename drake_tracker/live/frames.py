@@ -33,7 +33,8 @@ class Frames:
             watched: returns whether a page is open.
             changed: called when there is a new frame.
             opened: called with keywords ``panels``, a list of {"side", "late", "place"} where ``place`` is (x, y,
-                width, height) [px] in the image that `jpeg` returns, and ``lag``, the age [s] of the late panels.
+                width, height) [px] in the image that `jpeg` returns; ``lag``, the age [s] of the late panels; and
+                ``goal``, the name of the marked goal or None.
             clock: returns the wall time [s].
         """
         self._watched, self._changed, self._opened, self._clock = watched, changed, opened, clock
@@ -53,7 +54,7 @@ class Frames:
             {"side": side, "late": late, "place": [int(x - x0), int(y - y0), width, height]}
             for side, late, (x, y, width, height) in page.panels
         ]
-        self._opened(panels=panels, lag=page.lag)
+        self._opened(panels=panels, lag=page.lag, goal=page.goal)
 
     @property
     def wanted(self) -> bool:

@@ -83,7 +83,6 @@ class LiveView:
         self.state.set_facts(
             title=scenario.name,
             subtitle=task_of(scenario).subtitle(scenario),
-            task=scenario.task,
             duration=scenario.duration,
             rates=RATES,
         )

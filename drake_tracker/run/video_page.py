@@ -7,7 +7,7 @@ for now and the next second.
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import lru_cache
 from typing import Any
@@ -54,7 +54,7 @@ class CameraSight:
     late_image: np.ndarray | None
     energy: np.ndarray | None
     centroid: tuple[float, float] | None
-    goal: np.ndarray = NO_PIXELS
+    goal: np.ndarray = field(default_factory=lambda: NO_PIXELS)
 
 
 @dataclass(frozen=True)
@@ -93,6 +93,7 @@ class VideoPage:
     Attributes:
         size: (width, height) of a frame [px], both even.
         lag: as given.
+        goal: as given.
     """
 
     def __init__(
@@ -122,7 +123,7 @@ class VideoPage:
             self._places = {side: tuple((x, _TOP) for x in _COLUMNS)}
         else:
             self._places = {side: tuple((x, y) for y in self._rows) for side, x in zip(polygons, _COLUMNS)}
-        self.lag = lag
+        self.lag, self.goal = lag, goal
         self._polygons = {side: self._to_panel(polygon) for side, polygon in polygons.items()}
         self._blank = np.full((*reversed(self.size), 3), bgr(_GROUND), np.uint8)
         self._draw_fixed(title, subtitle, lag, goal)

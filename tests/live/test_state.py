@@ -10,7 +10,7 @@ SQUARE = np.array([[10.0, 10.0], [100.0, 10.0], [100.0, 60.0], [10.0, 60.0]])
 
 
 def page_of(*sides):
-    return VideoPage(dict.fromkeys(sides, SQUARE), (160, 120), "title", "subtitle", lag=0.25)
+    return VideoPage(dict.fromkeys(sides, SQUARE), (160, 120), "title", "subtitle", lag=0.25, goal="predicted crossing")
 
 
 def test_news_has_only_what_was_not_sent_before():
@@ -60,7 +60,8 @@ def test_a_frame_is_encoded_when_it_is_requested_and_holds_the_panels():
     page = page_of("left", "right")
     state.frames.open(page)
     facts = state.news(None, 0.0)[0]["facts"]
-    assert facts["lag"] == 0.25 and state.frames.jpeg() is None
+    assert (facts["lag"], facts["goal"]) == (0.25, "predicted crossing")
+    assert state.frames.jpeg() is None
     frame = np.zeros((page.size[1], page.size[0], 3), np.uint8)
     colours = {}
     for k, (side, late, (x, y, width, height)) in enumerate(page.panels):

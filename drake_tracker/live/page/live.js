@@ -6,16 +6,15 @@ import { Windows } from "./windows.js";
 const $ = (id) => document.getElementById(id);
 const STAGES = {
   preparing: ["preparing", ""],
-  windows: ["waits for you", "asks"],
+  windows: ["waiting for you", "asks"],
   running: ["running", "running"],
   writing: ["writing the results", "running"],
 };
 const LEGEND = [
   ["path", "predicted path"],
-  ["goal", "foreseen crossing"],
   ["energy", "moving pixels"],
   ["centroid", "their centroid"],
-  ["window", "window"],
+  ["window", "window of interest"],
 ];
 
 const strips = new Strips($("chart"));
@@ -27,7 +26,7 @@ async function send(action, values = {}) {
     const reply = await fetch("/control", { method: "POST", body: JSON.stringify({ action, ...values }) });
     return reply.ok ? await reply.json() : { problem: await reply.text() };
   } catch {
-    return { problem: "the run does not answer" };
+    return { problem: "no answer from the run" };
   }
 }
 
@@ -54,10 +53,10 @@ function takeFacts(facts) {
   }
   if (facts.rates && !before.rates) makeRates(facts.rates);
   if (facts.strips && !before.strips) strips.describe(facts.phases, facts.strips, facts.span);
-  if (facts.panels && !before.panels) makeViews(facts.panels, facts.task, facts.lag);
+  if (facts.panels && !before.panels) makeViews(facts.panels, facts.goal, facts.lag);
   if (facts.scene && !before.scene) makeScene(facts.scene);
   if (facts.cameras === false) {
-    $("cameras-empty").textContent = "This run has no cameras: the place of the train is the true one, with the cameras' measured error.";
+    $("cameras-empty").textContent = "This run has no cameras: the measured points are true positions with the measured error of the cameras.";
   }
   const asks = facts.stage === "windows";
   $("windows").hidden = !asks;
@@ -88,7 +87,7 @@ function draw() {
 }
 
 function makeRates(rates) {
-  const all = [...rates.map((rate) => [rate, `${rate}\u00d7`]), [null, "as fast as it goes"]];
+  const all = [...rates.map((rate) => [rate, `${rate}\u00d7`]), [null, "as fast as possible"]];
   $("rates").replaceChildren(...all.map(([rate, words]) => {
     const button = document.createElement("button");
     button.value = JSON.stringify(rate);
@@ -101,14 +100,14 @@ function makeRates(rates) {
 function makeScene(url) {
   const frame = document.createElement("iframe");
   frame.src = url;
-  frame.title = "The laboratory in Meshcat: drag to turn, scroll to zoom";
+  frame.title = "The laboratory in Meshcat: drag to rotate, scroll to zoom";
   $("scene").replaceChildren(frame);
 }
 
-function makeViews(panels, task, lag) {
+function makeViews(panels, goal, lag) {
   $("cameras-empty").hidden = true;
   $("legend").hidden = false;
-  $("legend").replaceChildren(...LEGEND.filter(([kind]) => kind !== "goal" || task === "ball").map(([kind, words]) => {
+  $("legend").replaceChildren(...[...LEGEND, ...(goal ? [["goal", goal]] : [])].map(([kind, words]) => {
     const item = document.createElement("li");
     item.className = kind;
     item.textContent = words;
@@ -120,7 +119,7 @@ function makeViews(panels, task, lag) {
     const caption = document.createElement("figcaption");
     const which = document.createElement("b");
     which.textContent = side ? side[0].toUpperCase() + side.slice(1) : "Camera";
-    caption.append(which, late ? `what moved, ${lag.toFixed(2)} s late` : "now, and the path predicted");
+    caption.append(which, late ? `detected motion, ${lag.toFixed(2)} s old` : "now, with the predicted path");
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = place.slice(2);
     figure.append(caption, canvas);
@@ -182,7 +181,7 @@ events.onopen = () => strips.add([], true);
 events.onmessage = (event) => take(JSON.parse(event.data));
 events.onerror = () => {
   if (over) return;
-  $("stage").textContent = "the run does not answer";
+  $("stage").textContent = "no answer from the run";
   $("stage").className = "stage bad";
   $("pause").disabled = $("step").disabled = true;
 };

@@ -1,4 +1,4 @@
-// Windows around the board's circles: drawn by the person at the page, read and judged by the run.
+// Windows around the circles of the board: drawn on the page, measured and checked by the run.
 
 const COLOURS = ["#4cc2ff", "#ffb000", "#2bb58a", "#cc79a7"];
 const CLICK = 18; // side of the window [px of the image] that a click sets
@@ -9,7 +9,7 @@ export class Windows {
     this.panel = panel;
     this.size = size;
     this.count = count;
-    this.send = send; // (action, values) to what the run answers
+    this.send = send; // (action, values) -> answer of the run
     this.windows = [];
     this.drag = null;
     this.canvas = panel.querySelector("#picture");
@@ -74,9 +74,9 @@ export class Windows {
     const list = this.panel.querySelector("#marked");
     list.replaceChildren(...Array.from({ length: this.count }, (_, k) => {
       const item = document.createElement("li");
-      const reading = this.windows[k];
-      item.className = reading ? "done" : k === this.windows.length ? "next" : "";
-      const found = reading ? `at (${reading.u.toFixed(1)}, ${reading.v.toFixed(1)}), ${reading.area} px dark` : "";
+      const circle = this.windows[k];
+      item.className = circle ? "done" : k === this.windows.length ? "next" : "";
+      const found = circle ? `at (${circle.u.toFixed(1)}, ${circle.v.toFixed(1)}), ${circle.area} dark px` : "";
       item.textContent = `${k + 1}  ${found || (item.className === "next" ? "drag or click in the image" : "")}`;
       return item;
     }));
