@@ -27,11 +27,25 @@ def run(path):
         client = NotebookClient(notebook, timeout=600, kernel_name="python3", resources=resources, record_timing=False)
         client.execute()
     for cell in notebook.cells:
-        for output in cell.get("outputs", ()):
-            shrink(output)
+        if cell.cell_type == "code":
+            cell.outputs = merged(cell.outputs)
+            for output in cell.outputs:
+                shrink(output)
     for key in ("language_info", "widgets"):
         notebook.metadata.pop(key, None)
     nbformat.write(notebook, path)
+
+
+def merged(outputs):
+    """Returns the outputs of a cell with its printed text in one piece; how a kernel divides it depends on time."""
+    kept = []
+    for output in outputs:
+        last = kept[-1] if kept else None
+        if output.output_type == "stream" and last and last.output_type == "stream" and last.name == output.name:
+            last.text += output.text
+        else:
+            kept.append(output)
+    return kept
 
 
 def shrink(output):
