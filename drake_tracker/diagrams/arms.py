@@ -1,4 +1,4 @@
-"""The arm of a scenario, with the hand that its task needs."""
+"""Makes the arm of a scenario, with the hand that its task needs."""
 
 from typing import Any
 
@@ -17,12 +17,12 @@ _HANDS = {Hand.GRIPPER: "fingers", Hand.CUP: "no fingers, but a cup"}
 
 
 def arm_of(scenario: Any) -> ArmDescription:
-    """Returns the `ArmDescription` of a scenario: its arm, with the hand that its task needs.
+    """Returns the description of a scenario's arm, with the hand that its task needs.
 
     Args:
-        scenario: a scenario with the setting ``arm`` and the attribute ``hand``.
+        scenario: a scenario with the setting ``arm`` and the attribute ``hand`` (a `Hand`).
 
-    Raises DrakeTrackerError, one line, when a custom arm cannot be made or does not have that hand.
+    Raises DrakeTrackerError when a custom arm cannot be made, or does not have that hand.
     """
     if not isinstance(scenario.arm, Custom):
         return make_arm(scenario.arm, hand=scenario.hand)
@@ -34,7 +34,7 @@ def arm_of(scenario: Any) -> ArmDescription:
         )
     if arm.has_fingers != (scenario.hand is Hand.GRIPPER):
         raise DrakeTrackerError(
-            f"{where}: {scenario.arm.call}: the hand of the {scenario.task} must have {_HANDS[scenario.hand]}"
+            f"{where}: {scenario.arm.call}: for the {scenario.task} the hand must have {_HANDS[scenario.hand]}"
         )
     try:
         check_arm(arm)
@@ -44,7 +44,13 @@ def arm_of(scenario: Any) -> ArmDescription:
 
 
 def check_arm(arm: ArmDescription) -> None:
-    """Raises DrakeTrackerError, one line, when the models of an `ArmDescription` are not as it says."""
+    """Checks that the models of an arm agree with its description.
+
+    Args:
+        arm: the description.
+
+    Raises DrakeTrackerError when a model, frame, joint or actuator that it names does not exist.
+    """
     plant = MultibodyPlant(0.0)
     try:
         parts = add_arm(plant, description=arm)
@@ -52,7 +58,7 @@ def check_arm(arm: ArmDescription) -> None:
             plant.GetFrameByName(frame, parts.gripper)
         for finger in arm.fingers:
             plant.GetJointByName(finger, parts.gripper)
-    except (RuntimeError, ValueError) as error:  # Drake's message names what is missing
+    except (RuntimeError, ValueError) as error:  # Drake's message says what is missing
         raise DrakeTrackerError(" ".join(str(error).split())) from None
     drives = len(actuators_of(plant, parts.gripper))
     if drives != arm.has_fingers:

@@ -1,6 +1,6 @@
-"""Makes the custom parts of a scenario: whatever a class or function of the user returns.
+"""Makes the custom parts of a scenario by calling a class or function of the user.
 
-This is the only module that imports code which a scenario names. Reading a scenario does not.
+This is the only module that imports code named by a scenario. Reading a scenario imports nothing.
 """
 
 import importlib
@@ -15,14 +15,14 @@ from drake_tracker.scenarios.base import Custom, find_module
 
 
 def make_custom(part: Custom, where: str) -> Any:
-    """Returns what the class or function of a `Custom` returns when it is called with its parameters.
+    """Returns what the class or function of a custom part returns.
 
     Args:
-        part: names module, class or function, and parameters.
-        where: place of the part, for messages.
+        part: module, class or function, and its keyword arguments.
+        where: where the part was named, for messages.
 
-    Raises DrakeTrackerError, one line, when the module or the name in it does not exist, when it does not accept the
-    parameters, and when it raises an error itself.
+    Raises DrakeTrackerError when the module or the name in it does not exist, when the class or function does not
+    accept the arguments, and when it raises an error itself.
     """
     make = _find(part, part.folder or find_module(part, [Path.cwd()]), where)
     try:
@@ -41,7 +41,13 @@ def make_custom(part: Custom, where: str) -> Any:
 
 
 def _find(part: Custom, folder: str, where: str) -> Callable[..., Any]:
-    """Returns the class or function of a part, whose module is in ``folder`` or installed."""
+    """Returns the class or function of a custom part.
+
+    Args:
+        part: the custom part.
+        folder: folder of its module, "" when it is installed.
+        where: where the part was named, for messages.
+    """
     module_name, dot, name = part.call.rpartition(".")
     if not dot or not all(part.call.split(".")):
         raise DrakeTrackerError(
@@ -55,17 +61,17 @@ def _find(part: Custom, folder: str, where: str) -> Callable[..., Any]:
     except ModuleNotFoundError as error:
         if error.name is None or not f"{module_name}.".startswith(f"{error.name}."):
             raise DrakeTrackerError(f"{where}: {module_name} {raised(error)}") from error
-        looked = f"in {folder}" if folder else f"beside the scenario, in {Path.cwd()} and among installed packages"
+        looked = f"in {folder}" if folder else f"next to the scenario, in {Path.cwd()} and among installed packages"
         raise DrakeTrackerError(f"{where}: there is no module {error.name}; looked {looked}") from None
     except SyntaxError as error:
         place = f"{Path(error.filename or module_name).name} line {error.lineno}"
         raise DrakeTrackerError(f"{where}: {place}: {error.msg}") from None
-    except (Exception, SystemExit) as error:  # a script that calls exit() is not a module
+    except (Exception, SystemExit) as error:  # SystemExit: the file is a script that calls exit()
         raise DrakeTrackerError(f"{where}: {module_name} {raised(error)}") from error
     file = getattr(sys.modules[top], "__file__", None)
     if folder and not (file and Path(file).resolve().is_relative_to(folder)):
         raise DrakeTrackerError(
-            f"{where}: another module has the name {top}: {file or 'a built-in one'}; rename the one in {folder}"
+            f"{where}: another module is also named {top}: {file or 'a built-in one'}; rename the one in {folder}"
         )
     if not callable(getattr(module, name, None)):
         there = [key for key, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__]

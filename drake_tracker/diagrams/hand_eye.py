@@ -1,9 +1,9 @@
-"""The wiring of a complete hand-eye system: one connection for each arrow of figure 1 of Allen et al. 1991."""
+"""The wiring of a hand-eye system: one connection for each arrow in figure 1 of Allen et al. 1991."""
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
 
 Connection = tuple[str, str, str, str]
-"""(subsystem, its output port, subsystem, its input port)."""
+"""(subsystem, name of its output port, subsystem, name of its input port)."""
 BETWEEN_SUBSYSTEMS: tuple[Connection, ...] = (
     ("vision", "point", "host", "point"),
     ("host", "prediction", "link", "packet"),
@@ -13,7 +13,7 @@ BETWEEN_SUBSYSTEMS: tuple[Connection, ...] = (
 
 
 class HandEyeDiagram(Diagram):
-    """The five subsystems, each a System of its own, in the order in which data flows.
+    """A hand-eye system: five subsystems, each a System, connected in the order in which data flows.
 
     .. pydrake_system::
 
@@ -43,25 +43,31 @@ class HandEyeDiagram(Diagram):
         - truth_verdict
         - truth_query
 
-    These are the train's ports; every task has the ports of its own subsystems. World and vision, and world and arm,
-    are connected where an output of one has the name of an input of the other. All other outputs of the subsystems are
-    outputs of the Diagram, for logs, pictures and judges; an input of the arm that no subsystem drives is an input of
-    the Diagram. Units and periods of the ports are those of the subsystems. Ports named ``truth_*`` carry ground truth:
-    they lead out of the Diagram, never back into it.
+    The block lists the ports of the train; every task has the ports of its own subsystems.
 
-    With `MeasuredVisionDiagram` as vision there are no cameras: the outputs from ``camera_*`` to ``centroid_*`` do not
-    exist. Instead of the images, one wire carries the train's true state to this stand-in and to nothing else.
+    An output of the world is connected to the input of vision or arm with the same name, and an output of the arm to
+    the input of the world with the same name. All outputs of subsystems, except those that drive the world, are outputs
+    of the Diagram, for logs, pictures and judges. An input of the arm that no subsystem drives is an input of the
+    Diagram. Messages, units and periods of the ports are those of the subsystems. Ports named ``truth_*`` carry ground
+    truth: they lead out of the Diagram, never back into it.
+
+    With `MeasuredVisionDiagram` as vision there are no cameras, and the outputs from ``camera_*`` to ``centroid_*`` do
+    not exist. In place of the images, one connection carries the train's true state to this diagram only.
 
     Args:
-        world: a Diagram with the sensors' ports, such as `WorldDiagram`.
-        vision: `VisionDiagram`, `MeasuredVisionDiagram` or `BoardVisionDiagram`.
-        host: `EstimatorSystem`.
-        link: a link System, see `drake_tracker.link.kinds`.
-        arm: `ArmDiagram`.
-        connections: between ports with different names.
+        world: a Diagram with the ports of the sensors, such as `WorldDiagram`.
+        vision: a `VisionDiagram`, `MeasuredVisionDiagram` or `BoardVisionDiagram`.
+        host: an `EstimatorSystem`.
+        link: a `LinkSystem`.
+        arm: an `ArmDiagram`.
+        connections: connections between ports with different names.
 
     Attributes:
-        world, vision, host, link, arm: the subsystems, as given.
+        world: the world.
+        vision: the vision.
+        host: the host.
+        link: the link.
+        arm: the arm.
     """
 
     def __init__(
@@ -97,8 +103,9 @@ class HandEyeDiagram(Diagram):
 
 
 def has_images(hand_eye: Diagram) -> bool:
-    """Returns whether the vision of a `HandEyeDiagram` reads images: not with measured vision, nor when another process
-    does.
+    """Returns whether the vision of a `HandEyeDiagram` reads images.
+
+    It does not if vision is measured, or if the images are processed in another process.
     """
     return hand_eye.HasOutputPort("motion_left") or hand_eye.HasOutputPort("motion")
 

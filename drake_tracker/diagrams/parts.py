@@ -1,4 +1,4 @@
-"""Makes the parts that a scenario names by their YAML tags, custom parts included."""
+"""Makes the parts that a scenario names by YAML tags, including custom parts."""
 
 from typing import Any
 
@@ -13,15 +13,14 @@ from drake_tracker.scenarios.base import Custom
 
 
 def estimator_of(settings: Any, where: str = "estimator", **context: Any) -> Estimator:
-    """Returns the estimator of its settings.
+    """Returns the estimator that settings describe.
 
     Args:
         settings: settings of a kind in `drake_tracker.estimation.kinds`, or a `Custom`.
-        where: place of the settings, for messages.
-        **context: what the kind needs besides, such as ``period``: time between points [s].
+        where: where the settings were written, for messages.
+        **context: what the kind needs in addition, such as ``period``, the time between two points [s].
 
-    Raises DrakeTrackerError, one line, when a custom estimator cannot be made or does not satisfy the `Estimator`
-    Protocol.
+    Raises DrakeTrackerError when a custom estimator cannot be made, or does not satisfy the `Estimator` Protocol.
     """
     if isinstance(settings, Custom):
         estimator = make_custom(settings, where)
@@ -31,19 +30,24 @@ def estimator_of(settings: Any, where: str = "estimator", **context: Any) -> Est
 
 
 def make_host(estimator: Estimator, time_step: float) -> EstimatorSystem:
-    """Returns the host subsystem: an estimator as a System named "host", in its slot of a plant step [s]."""
+    """Returns the host: an estimator as a System named "host", updated in the estimator's slot.
+
+    Args:
+        estimator: turns points into predicted paths.
+        time_step: the plant's step, of which the slot is a fraction [s].
+    """
     host = EstimatorSystem(estimator, offset=vision_slot(ESTIMATOR_SLOT, time_step))
     host.set_name("host")
     return host
 
 
 def check_custom_parts(scenario: Any) -> None:
-    """Makes the custom parts of a scenario once, to find mistakes in them before a long job starts.
+    """Makes the custom parts of a scenario once, to find errors in them before a long job starts.
 
     Args:
         scenario: a scenario of any task.
 
-    Raises DrakeTrackerError, one line, when one of them cannot be used.
+    Raises DrakeTrackerError when one of them cannot be used.
     """
     if isinstance(scenario.estimator, Custom):
         estimator_of(scenario.estimator, scenario.where("estimator"))

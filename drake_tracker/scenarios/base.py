@@ -1,7 +1,7 @@
-"""What the scenarios of all tasks share.
+"""The settings that the scenarios of all tasks share.
 
-A role that has several kinds is a Union; a scenario file names the kind by its YAML tag, and the first one is the
-default. Scenarios are frozen: `BaseScenario.with_settings` returns a changed copy.
+A role with several kinds is a Union. A scenario file names the kind by its YAML tag; the first kind is the default.
+Scenarios are frozen: `BaseScenario.with_settings` returns a changed copy.
 """
 
 import math
@@ -16,49 +16,73 @@ from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
 
 @dataclass(frozen=True)
 class Custom:
-    """A part of your own: what a class or a function of yours returns."""
+    """A custom part: an object that a class or function of the user returns.
+
+    Attributes:
+        call: class or function, as module.name.
+        parameters: keyword arguments of the call.
+        folder: folder of the module, relative to the scenario file. If it is empty, the module is searched for in the
+            folder of the scenario file, in the current folder and among the installed packages.
+    """
 
     call: str = setting("", "class or function that makes the part, as module.name")
     parameters: dict[str, float | bool | int | str] = setting({}, "keyword arguments of the call")
-    folder: str = setting("", "folder of the module; empty: the scenario's, the current one, or an installed package")
+    folder: str = setting(
+        "", "folder of the module; empty: that of the scenario, the current folder, or an installed package"
+    )
 
 
 @dataclass(frozen=True)
 class BaseScenario:
-    """What every scenario has.
+    """The settings of every scenario.
 
     Attributes:
-        origins: {key path: where its value was written}, filled in by `load_scenario`; it is no setting.
+        task: name of the task.
+        name: name of the scenario, filled in when it is loaded.
+        description: one line for the list of scenarios.
+        duration: simulated time after which the run ends [s].
+        seed: seed of all random draws.
+        time_step: step of the plant [s].
+        origins: {key path: where its value was written}, filled in by `load_scenario`. It is not a setting.
     """
 
-    task: str = setting("", "the task")
-    name: str = setting("", "the scenario's name; filled in when it is loaded")
+    task: str = setting("", "name of the task")
+    name: str = setting("", "name of the scenario; filled in when it is loaded")
     description: str = setting("", "one line for the list of scenarios")
     duration: float = setting(60.0, "simulated time after which the run ends", "s", (0.01, 36000.0))
-    seed: int = setting(0, "seed of every random draw", "", (0, 2**32 - 1))
+    seed: int = setting(0, "seed of all random draws", "", (0, 2**32 - 1))
     time_step: float = setting(TIME_STEP, "step of the plant", "s", (0.0001, 0.01))
     origins: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False, kw_only=True)
 
     def with_settings(self, changes: Mapping[str, Any]) -> Self:
-        """Returns a copy with settings changed, by key path: ``{"track.speed": 0.2, "seed": 3}``.
+        """Returns a copy with some settings changed.
 
-        Raises AttributeError when there is no such setting. Whether the values are allowed is checked by
-        `drake_tracker.tasks.validate`, and whether the scenario can be built when it is.
+        The values are not checked here: `drake_tracker.tasks.validate` checks whether they are allowed, and the
+        function that builds the diagram whether they can be built.
+
+        Args:
+            changes: {key path: value}, for example ``{"track.speed": 0.2, "seed": 3}``.
+
+        Raises AttributeError when there is no such setting.
         """
         return replace_settings(self, changes)
 
     def where(self, key: str) -> str:
-        """Returns where a setting got its value, for an error message: "train.yaml line 12: track.speed", or
-        "--set track.speed=2: track.speed", or "track.speed (default)".
+        """Returns where a setting got its value, to open an error message.
+
+        For example "train.yaml line 12: track.speed", "--set track.speed=2: track.speed" or "track.speed (default)".
+
+        Args:
+            key: key path of the setting.
         """
         return f"{self.origins[key]}: {key}" if key in self.origins else f"{key} (default)"
 
     def problems(self) -> list[tuple[str, str]]:
-        """Returns the settings that contradict each other: a list of (key, what is wrong and what to do)."""
+        """Returns the settings that contradict each other: a list of (key path, what is required)."""
         return []
 
     def timing_problems(self, servo_period: float) -> list[tuple[str, str]]:
-        """Returns, as `problems` does, what the plant's step does not divide.
+        """Returns the periods that are not a multiple of the plant's step, in the form of `problems`.
 
         Args:
             servo_period: period of the arm's set-points [s].
@@ -75,8 +99,13 @@ class BaseScenario:
 
 
 def find_module(part: Custom, folders: Iterable[Path]) -> str:
-    """Returns the first of ``folders`` that holds the module of a `Custom`, absolute; "" when none does: it may be
-    installed.
+    """Returns the folder that contains the module of a custom part, or "" when it may be an installed package.
+
+    Args:
+        part: the custom part.
+        folders: folders to search, in this order.
+
+    Returns the absolute path of the first folder that contains the module.
     """
     top = part.call.partition(".")[0]
     for folder in folders:

@@ -1,4 +1,4 @@
-"""A part of a scenario given as an option of the command line: a tag and its settings."""
+"""Reads a part of a scenario, a tag with its settings, from an option of the command line."""
 
 from typing import Any
 
@@ -8,10 +8,14 @@ from drake_tracker.scenarios.tree import parse
 
 
 def read_option(text: str, schema: Any, name: str) -> Any:
-    """Returns the part, an instance of ``schema`` (a Union of dataclasses), that a text such as
-    ``!CoordinatedTurn {speed_noise: 0.01}`` stands for; the exclamation mark may be left out.
+    """Returns the settings of a part from a text such as ``!CoordinatedTurn {speed_noise: 0.01}``.
 
-    ``name`` is that of the option. Raises DrakeTrackerError, one line for each error.
+    Args:
+        text: YAML tag and settings; the exclamation mark may be omitted.
+        schema: the allowed dataclass, or a Union of them.
+        name: name of the option, for messages.
+
+    Raises DrakeTrackerError, with one line per error.
     """
     text = text.strip()
     errors: list[str] = []

@@ -1,4 +1,4 @@
-"""Reads a tree of values into dataclasses and says everything that is wrong with it, each problem in one line."""
+"""Reads a tree of values into dataclasses of settings and reports all that is wrong, one line per problem."""
 
 import dataclasses
 import difflib
@@ -23,16 +23,17 @@ def read(
     metadata: Any = None,
     root: Any = None,
 ) -> Any:
-    """Returns ``value`` as an instance of ``schema``: a dataclass, a Union of them, Optional, list, float, int, bool,
-    str, or dict of these last four.
+    """Returns a value of the tree as an instance of a type.
 
     Args:
-        value: the `Value` to read.
-        key: its key path, empty at the top.
-        errors: problems are appended here, one line each; what cannot be read is None.
-        origins: filled in, from key path to where it was written.
-        metadata: of the dataclass field (see `setting`).
-        root: the top schema, searched for the full path of a key that was given in the wrong place.
+        value: value to read.
+        schema: type to return: a dataclass of settings, a Union of them, an Optional of one of these, a tuple of
+            numbers or of such tuples, float, int, bool, str, or a dict from names to any of the last four.
+        key: key path of the value, empty at the top.
+        errors: list to which problems are appended, one line each. A value that cannot be read becomes None.
+        origins: dict that is filled in: {key path: where the value was written}.
+        metadata: metadata of the dataclass field, see `setting`.
+        root: schema at the top, searched for the full path of a key that was given in the wrong place.
     """
     metadata = metadata or {}
     root = root or schema
@@ -92,7 +93,7 @@ def _read_list(value: Value, metadata: Any, key: str, errors: list[str]) -> Any:
 
 
 def _read_names(value: Value, schema: Any, key: str, errors: list[str], origins: dict[str, str]) -> dict[str, Any]:
-    """Returns the dict of a mapping whose names are the user's own."""
+    """Returns the dict of a mapping whose names the user chose."""
     data = {} if value.data is None else value.data
     if not isinstance(data, dict) or value.tag:
         errors.append(f"{value.origin}: {key} must be {_NAMES}, not {_show(value)}")
@@ -159,14 +160,16 @@ def _nearest(word: str, names: Iterable[str], prefix: str = "") -> str:
 
 
 def _suggest(name: str, key: str, tag: str, kinds: Any, root: Any) -> str:
-    """Where an unknown setting may belong: another kind of the role, else the nearest name, this part's own first."""
+    """Returns where an unknown setting may belong: to another kind of the role, or to the setting with the most similar
+    name, where settings of the same part come first.
+    """
     prefix = f"{key}." if key else ""
     names = [field.name for field in settings_of(kinds[tag])]
     for kind, part in kinds.items():
         if name in [field.name for field in settings_of(part)]:
             return f" in !{tag}; it belongs to {key}: !{kind}"
     paths = [prefix + own for own in names]
-    if dataclasses.is_dataclass(root):  # not a part by itself, as an option of the command line names one
+    if dataclasses.is_dataclass(root):  # a Union when an option of the command line names a single part
         paths += setting_keys(root)
     scores = [difflib.SequenceMatcher(None, name, path.rpartition(".")[2]).ratio() for path in paths]
     if max(scores, default=0.0) >= 0.6:
@@ -175,7 +178,12 @@ def _suggest(name: str, key: str, tag: str, kinds: Any, root: Any) -> str:
 
 
 def setting_keys(schema: Any, prefix: str = "") -> Iterator[str]:
-    """Yields the key path of every setting of a dataclass, those of all kinds of a role."""
+    """Yields the key paths of all settings of a dataclass, including those of every kind of a role.
+
+    Args:
+        schema: a dataclass of settings.
+        prefix: start of every key path.
+    """
     for field in settings_of(schema):
         kinds = kinds_of(field.type)
         parts = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
@@ -186,7 +194,12 @@ def setting_keys(schema: Any, prefix: str = "") -> Iterator[str]:
 
 
 def setting_unit(schema: Any, key: str) -> str:
-    """Returns the unit of the setting at a key path of a dataclass, in any kind of a role; "" when it has none."""
+    """Returns the unit of a setting, "" when it has none.
+
+    Args:
+        schema: a dataclass of settings.
+        key: key path of the setting; it may belong to any kind of a role.
+    """
     name, _, rest = key.partition(".")
     for field in settings_of(schema):
         if field.name == name:
@@ -199,7 +212,12 @@ def setting_unit(schema: Any, key: str) -> str:
 
 
 def describe_settings(part: Any, prefix: str = "") -> list[tuple[str, str, str, str]]:
-    """Returns rows (key path, value, what is allowed, meaning) of every setting of a dataclass instance."""
+    """Returns a row (key path, value, allowed values, meaning) for each setting of a dataclass instance.
+
+    Args:
+        part: a dataclass instance made of settings.
+        prefix: start of every key path.
+    """
     rows = []
     for field in settings_of(part):
         value, key = getattr(part, field.name), prefix + field.name
@@ -219,7 +237,12 @@ def describe_settings(part: Any, prefix: str = "") -> list[tuple[str, str, str, 
 
 
 def tree_of(part: Any, origin: str) -> Value:
-    """Returns the `Value` tree of a dataclass instance: what `read` would read to give it back."""
+    """Returns the tree of a dataclass instance, from which `read` makes an equal instance.
+
+    Args:
+        part: a dataclass instance made of settings, or the value of a setting.
+        origin: where the values were written, for messages.
+    """
     if dataclasses.is_dataclass(part):
         data = {field.name: tree_of(getattr(part, field.name), origin) for field in settings_of(part)}
         return Value(data, origin, type(part).__name__)
@@ -233,7 +256,8 @@ def tree_of(part: Any, origin: str) -> Value:
 def plain(part: Any) -> dict[str, Any]:
     """Returns a dataclass instance as dicts, lists and plain values, in the form that Drake's ``yaml_dump`` writes.
 
-    A part that is not of the first kind of its role has its kind as ``_tag``; a setting that is None is left out.
+    A part that is not of the first kind of its role has the name of its kind as ``_tag``. A setting that is None is
+    omitted.
     """
     result = {}
     for field in settings_of(part):

@@ -1,7 +1,7 @@
-"""A scenario file as a tree of values that remember where they were written.
+"""A scenario file as a tree of values that know where they were written.
 
-The YAML nodes are walked as composed, because only they still know their line, their tag, and a key that was given
-twice.
+The tree is made from the nodes that YAML composes, not from the objects that it constructs, because only the nodes
+contain line numbers, tags and repeated keys.
 """
 
 import re
@@ -12,13 +12,19 @@ from typing import Any, ClassVar
 import yaml
 
 _MAPPING = "tag:yaml.org,2002:map"
-"""What YAML itself calls a mapping that bears no tag."""
+"""YAML's name of a mapping without a tag."""
 _EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
 
 
 @dataclass
 class Value:
-    """A value of the tree: ``data`` is a dict of Values, a list of Values, or a plain number, text, bool or None."""
+    """A value of the tree.
+
+    Attributes:
+        data: a dict of Values, a list of Values, or a number, text, bool or None.
+        origin: where the value was written, for messages: "train.yaml line 12".
+        tag: YAML tag without the exclamation mark, None when there is none.
+    """
 
     data: Any
     origin: str
@@ -26,12 +32,15 @@ class Value:
 
 
 def parse(text: str, describe: Callable[[int], str], errors: list[str]) -> Value | None:
-    """Returns the `Value` of a YAML text, or None when it cannot be read.
+    """Returns the tree of a YAML text, or None when it is not valid YAML.
 
-    ``describe(line)`` names a line (counted from 1) in messages; problems are appended to ``errors``.
+    Args:
+        text: the YAML text.
+        describe: returns the name of a line, counted from 1, for messages.
+        errors: list to which problems are appended, one line each.
     """
     try:
-        loader = yaml.SafeLoader(text)  # refuses characters that YAML does not have
+        loader = yaml.SafeLoader(text)  # raises an error on characters that YAML does not allow
         try:
             node = loader.get_single_node()
             return Value(None, describe(1)) if node is None else _convert(loader, node, "", describe, errors)
@@ -57,7 +66,7 @@ def _convert(
         return Value([_convert(loader, item, path, describe, errors) for item in node.value], origin, tag)
     if isinstance(node, yaml.MappingNode):
         if tag is None and node.tag != _MAPPING:
-            errors.append(f"{origin}: {path or 'tag'}: !!{node.tag.rpartition(':')[2]} is no tag; one ! makes one")
+            errors.append(f"{origin}: {path or 'tag'}: !!{node.tag.rpartition(':')[2]} is not a kind; write one !")
         data: dict[str, Value] = {}
         for key_node, value_node in node.value:
             key = str(key_node.value)
@@ -75,12 +84,19 @@ def _convert(
     if node.tag.rsplit(":", 1)[-1] in ("int", "float", "bool", "null"):
         return Value(loader.construct_object(node), origin)
     if node.style is None and _EXPONENT.fullmatch(node.value):
-        return Value(float(node.value), origin)  # YAML 1.1 takes 1e-3, without a point, for text.
+        return Value(float(node.value), origin)  # YAML 1.1 reads 1e-3, without a point, as text.
     return Value(node.value, origin)
 
 
 def merge(base: Value, over: Value) -> Value:
-    """Returns ``base`` with ``over`` on top: mappings key by key, anything else (another tag too) replaced."""
+    """Returns one tree with another on top.
+
+    Mappings are merged key by key. Anything else, also a mapping with another tag, is replaced.
+
+    Args:
+        base: the lower tree.
+        over: the tree on top of it.
+    """
     same_kind = over.tag in (None, base.tag)
     if not (isinstance(base.data, dict) and isinstance(over.data, dict) and same_kind):
         return over
@@ -91,14 +107,19 @@ def merge(base: Value, over: Value) -> Value:
 
 
 def nest(key_path: str, value: Value) -> Value:
-    """Returns the `Value` of nested mappings that hold ``value`` at a key path with dots."""
+    """Returns nested mappings that contain one value.
+
+    Args:
+        key_path: key path of the value, with dots.
+        value: the value.
+    """
     for key in reversed(key_path.split(".")):
         value = Value({key: value}, value.origin)
     return value
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes mappings as blocks, lists of numbers on one line, and the ``_tag`` of a mapping as its YAML tag."""
+    """Writes mappings as blocks, lists of numbers in one line, and the ``_tag`` of a mapping as its YAML tag."""
 
     def _mapping(self, data: dict[str, Any]) -> yaml.Node:
         tag = data.get("_tag", _MAPPING)
@@ -112,5 +133,5 @@ class _Dumper(yaml.SafeDumper):
 
 
 def dump(data: Mapping[str, Any]) -> str:
-    """Returns a mapping as YAML text that `parse`, and Drake, read back."""
+    """Returns a mapping as YAML text that `parse` and Drake can read."""
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, default_flow_style=False)

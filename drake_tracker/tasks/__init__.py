@@ -1,12 +1,10 @@
-"""The tasks, each a folder: what a run of it can be told, its diagram, its judge, its summary and its pictures."""
+"""The tasks: for each one its scenario, diagram, judgement, summary, pictures and video.
 
-from drake_tracker.tasks.loader import (
-    in_package,
-    list_scenarios,
-    load_scenario,
-    save_scenario,
-    scenario_file,
-    validate,
-)
+The name of a scenario goes in (`load_scenario`); out come its settings (`TrainScenario`, `BallScenario`), its diagram
+(`make_diagram`, for the ball after `initialise`), and with `task_of` the `Task`, through which the applications run,
+judge, draw and replay it. Each task is a subpackage, registered in `drake_tracker.tasks.registry`.
+"""
 
-__all__ = ["in_package", "list_scenarios", "load_scenario", "save_scenario", "scenario_file", "validate"]
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,7 +1,6 @@
-"""Whether the arm kept within its limits during a run."""
+"""How close the arm came to its limits during a run."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -11,12 +10,19 @@ from drake_tracker.arm.plant import actuators_of
 from drake_tracker.tasks.episode import Log
 
 SATURATED = 0.999
-"""Share of a drive's effort limit that counts as saturation."""
+"""Fraction of a drive's effort limit that counts as saturation."""
 
 
 @dataclass(frozen=True, eq=False)
 class ArmLimits:
-    """Limits of n joints, arrays of shape (n,): positions [rad], speeds [rad/s], efforts of the drives [N m]."""
+    """Limits of n joints.
+
+    Attributes:
+        lower: lowest positions [rad], shape (n,).
+        upper: highest positions [rad], shape (n,).
+        speed: greatest speeds [rad/s], shape (n,).
+        effort: greatest efforts of the drives [N m], shape (n,).
+    """
 
     lower: np.ndarray
     upper: np.ndarray
@@ -25,16 +31,22 @@ class ArmLimits:
 
 
 def limits_of(description: ArmDescription) -> ArmLimits:
-    """Returns the `ArmLimits` of an `ArmDescription`."""
+    """Returns the limits of the joints of an arm."""
     model = make_arm_model(description)
     effort = np.array([actuator.effort_limit() for actuator in actuators_of(model.plant, model.arm_instance)])
     return ArmLimits(model.position_lower, model.position_upper, model.velocity_limit, effort)
 
 
-def arm_findings(log: Log, limits: ArmLimits) -> dict[str, Any]:
-    """Returns how near the arm came to its limits: the summary's entries on it, by name.
+def arm_findings(log: Log, limits: ArmLimits) -> dict[str, float | None]:
+    """Returns the entries of the summary about the limits of the arm.
 
-    The log holds a sample each 1/300 s; a saturation lasts as many of them as follow one another.
+    A saturation lasts for the number of consecutive saturated samples times the sampling period of 1/300 s.
+
+    Args:
+        log: {name: Signal} of the run.
+        limits: limits of the arm.
+
+    Returns {"joint_limit_margin_rad", "speed_share", "longest_saturation_s"}; None without samples.
     """
     n = len(limits.speed)
     q, v = np.split(log["arm_state"].data, [n], axis=1)
@@ -51,6 +63,6 @@ def arm_findings(log: Log, limits: ArmLimits) -> dict[str, Any]:
 
 
 def _longest_run(flags: np.ndarray) -> int:
-    """Returns how many true values follow one another at most."""
+    """Returns the greatest number of consecutive true values."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
     return max(edges[1::2] - edges[::2], default=0)

@@ -1,7 +1,4 @@
-"""What happened in a run, read from its log: phases, the train's true path, and how far from it each estimate was.
-
-Errors are horizontal, at the centre of the train's body, and split along and across its true direction of travel.
-"""
+"""What happened in a run of any task, according to its log: phases, poses of the tool, and predictions."""
 
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
@@ -15,13 +12,18 @@ from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP
 
 _X, _Y, _YAW = (KNOT_FIELDS.index(field) for field in ("x", "y", "yaw"))
 
-
 Log = Mapping[str, Signal]
 """{name: Signal} of a run."""
 
 
 class PhaseSpan(NamedTuple):
-    """A stretch of a run: phase, and its start and end [s]."""
+    """A phase of a run.
+
+    Attributes:
+        phase: the phase.
+        start: time at which it began [s].
+        end: time at which it ended [s].
+    """
 
     phase: IntEnum
     start: float
@@ -31,10 +33,15 @@ class PhaseSpan(NamedTuple):
 def phase_spans(
     log: Mapping[str, Signal], phases: type[IntEnum], time_step: float = TIME_STEP
 ) -> tuple[PhaseSpan, ...]:
-    """Returns the tuple of `PhaseSpan` of a run, in order; ``phases`` is the task's enumeration of them.
+    """Returns the phases of a run, in order.
 
-    The log shows a command at the end of the servo period in whose last plant step it was given; starts are put back to
-    that instant.
+    A command is given in the last plant step of a servo period and appears in the log at the end of that period. The
+    starts are corrected to the instant at which the command was given.
+
+    Args:
+        log: {name: Signal} of the run.
+        phases: the task's enumeration of phases.
+        time_step: the plant's step [s].
     """
     command = log["command"]
     if len(command.times) == 0:
@@ -47,7 +54,13 @@ def phase_spans(
 
 
 def during(spans: Sequence[PhaseSpan], times: np.ndarray | Sequence[float], *phases: IntEnum) -> np.ndarray:
-    """Returns which of ``times`` (n,) [s] lie in one of the ``phases``, shape (n,), bool."""
+    """Returns at which times the run was in one of the given phases, shape (n,), bool.
+
+    Args:
+        spans: phases of the run.
+        times: times [s], shape (n,).
+        *phases: the phases to look for.
+    """
     times = np.asarray(times, dtype=float)
     inside = np.zeros(times.shape, bool)
     for span in spans:
@@ -57,8 +70,11 @@ def during(spans: Sequence[PhaseSpan], times: np.ndarray | Sequence[float], *pha
 
 
 def tool_pose(log: Mapping[str, Signal], times: np.ndarray | Sequence[float]) -> np.ndarray:
-    """Returns the tool's true (x, y, z, yaw) [m, rad] at ``times`` (n,) [s], shape (n, 4), NaN where nothing is
-    logged.
+    """Returns the true pose (x, y, z, yaw) of the tool in W [m, rad], shape (n, 4), NaN where nothing is logged.
+
+    Args:
+        log: {name: Signal} of the run.
+        times: times [s], shape (n,).
     """
     tool = log["tool"]
     rows = np.column_stack([tool.view("x", "y", "z"), np.unwrap(tool["yaw"])])
@@ -66,7 +82,14 @@ def tool_pose(log: Mapping[str, Signal], times: np.ndarray | Sequence[float]) ->
 
 
 class Predictions(NamedTuple):
-    """Packets, each read at one instant: times (n,) [s], xy (n, 2) [m], yaw (n,) [rad], stamps (n,) [s]."""
+    """Predictions of packets, each evaluated at one time.
+
+    Attributes:
+        times: times for which the packets predict [s], shape (n,).
+        xy: predicted positions in W [m], shape (n, 2).
+        yaw: predicted yaws [rad], shape (n,).
+        stamps: stamps of the packets [s], shape (n,).
+    """
 
     times: np.ndarray
     xy: np.ndarray
@@ -75,19 +98,24 @@ class Predictions(NamedTuple):
 
 
 def fresh_packets(signal: Signal) -> np.ndarray:
-    """Returns the indices of the samples of a logged packet signal at which a new packet shows."""
+    """Returns the indices of the samples of a logged packet signal at which a new packet appears, shape (n,)."""
     seq = signal["seq"]
     return np.nonzero((signal["valid"] > 0) & (np.diff(seq, prepend=0.0) != 0))[0]
 
 
 def predictions_ahead(signal: Signal, horizon: float) -> Predictions:
-    """Returns what each packet of a logged packet signal says of the time ``horizon`` [s] after its stamp."""
+    """Returns the prediction of each packet for a fixed time after its stamp.
+
+    Args:
+        signal: logged packets.
+        horizon: time after the stamp [s].
+    """
     index = fresh_packets(signal)
     return _evaluate(signal, index, signal["stamp"][index] + horizon)
 
 
 def predictions_of_now(signal: Signal) -> Predictions:
-    """Returns what the packet in force at each sample of a logged packet signal says of that very time."""
+    """Returns, for each sample of a logged packet signal, the packet's prediction for the time of the sample."""
     index = np.nonzero(signal["valid"] > 0)[0]
     return _evaluate(signal, index, signal.times[index])
 
@@ -103,6 +131,13 @@ def _evaluate(signal: Signal, index: np.ndarray, times: np.ndarray) -> Predictio
 
 
 def interpolate_rows(times: np.ndarray, known_times: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Returns rows interpolated linearly in time, shape (n, k), NaN outside of the known times.
+
+    Args:
+        times: times for which to interpolate [s], shape (n,).
+        known_times: times of the rows [s], shape (m,).
+        rows: known values, shape (m, k).
+    """
     if len(known_times) == 0:
         return np.full((len(times), rows.shape[1]), np.nan)
     return np.column_stack([np.interp(times, known_times, row, left=np.nan, right=np.nan) for row in rows.T])

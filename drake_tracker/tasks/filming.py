@@ -1,6 +1,6 @@
-"""What the recorders of a run need to know of a task: what its camera video and its 3-D recording show.
+"""What the recorders of a run need to know about a task: what its camera video and its 3-D recording show.
 
-These are data. The Systems that draw are in `drake_tracker.run`.
+This module holds data only. The Systems that draw are in `drake_tracker.run`.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,37 +16,42 @@ from drake_tracker.vision.camera_model import CameraModel
 FRAMES_PER_SECOND = 30
 """Frame rate of the camera video and of the 3-D recording: every second camera image."""
 PATH_MARKS = 9
-"""Points by which the 3-D recording marks a predicted path."""
+"""Number of points with which the 3-D recording marks a predicted path."""
 STEREO_SIDES = ("left", "right")
-"""Suffixes of the ports of two cameras; that of a single camera is the empty text."""
+"""Suffixes of the ports of two cameras. The suffix of a single camera is empty."""
 NO_POINTS = np.zeros((0, 3))
 NO_POINTS.flags.writeable = False
 
 PathFunction = Callable[[np.ndarray, float], np.ndarray]
-"""(valid `Prediction` vector, time now [s]) -> points p_WQ [m], shape (n, 3)."""
+"""(vector of a valid `Prediction`, present time [s]) -> points p_WQ to draw [m], shape (n, 3)."""
 
 
 def no_points(packet: np.ndarray, now: float) -> np.ndarray:
-    """A `PathFunction` that marks nothing."""
+    """A `PathFunction` that returns no points."""
     return NO_POINTS
 
 
 def port_of(kind: str, side: str) -> str:
-    """Returns the name of a port of one camera: ``camera_left`` of a pair, ``camera`` of a single one."""
+    """Returns the name of a port of one camera: ``camera_left`` of a pair, ``camera`` of a single camera.
+
+    Args:
+        kind: what the port carries, for example "camera" or "centroid".
+        side: suffix of the camera, "" for a single camera.
+    """
     return f"{kind}_{side}" if side else kind
 
 
 @dataclass(frozen=True)
 class Script:
-    """What a camera video says besides the images.
+    """What a camera video shows in addition to the images.
 
     Attributes:
         phases: enumeration of the phases.
-        predicting: phases in which a predicted path is shown.
+        predicting: phases in which a predicted path is drawn.
         diagnosis: named view of the ``diagnosis`` port.
         notes: (phase, diagnosis) -> two short lines of text.
-        path: the predicted path that is drawn.
-        goal: where the object is expected to arrive: the place and the two ends of an error bar, or none.
+        path: points of the predicted path.
+        goal: predicted arrival of the object: its position and the two ends of an error bar, or no points.
     """
 
     phases: type[IntEnum]
@@ -64,16 +69,16 @@ class Film:
     Attributes:
         title: first line of text.
         subtitle: second line of text.
-        polygons: {side: corners (n, 2) [px]} of the windows of interest.
+        polygons: {side: corners of the window of interest [px], shape (n, 2)}.
         image_size: (width, height) of the full images [px].
-        cameras: {side: calibrated `CameraModel`} with poses in W.
-        offsets: {side: (u0, v0)}, the pixel of the full image that is the first one of the images.
+        cameras: {side: calibrated camera with its pose in W}.
+        offsets: {side: (u0, v0) of the first pixel of its images in the full image [px]}.
         lag: time from an image to its centroid [s].
-        lag_cycles: the same in cycles.
+        lag_cycles: the same time in cycles.
         script: what is written and drawn.
-        goal: name of the mark that ``script.goal`` draws, or None.
-        every: cycles from one image that is kept to the next; others are not rendered for the video.
-        update_cycles: cycles from one centroid to the next.
+        goal: name of the mark that ``script.goal`` draws, None where there is no such mark.
+        every: number of cycles between two images that are kept; the others are not rendered for the video.
+        update_cycles: number of cycles between two centroids.
     """
 
     title: str
@@ -95,9 +100,9 @@ class Snapshot:
     """When to keep the intermediate images of the motion detector, and how to draw them.
 
     Attributes:
-        sides: of the ports' names.
-        phases: phases in which the images are kept; later ones are preferred.
-        period: time between two looks [s].
+        sides: suffixes of the cameras' ports.
+        phases: phases in which images are kept; later ones in this tuple are preferred.
+        period: time between two evaluations of the images [s].
         draw: ({side: images}, path of a PNG file) -> None.
     """
 
@@ -113,11 +118,11 @@ class View:
 
     Attributes:
         phases: phases in which a predicted path is drawn.
-        path: its points, `PATH_MARKS` of them or none.
-        eye: position of the viewer (x, y, z) [m, W].
-        target: the point it looks at (x, y, z) [m, W].
+        path: points of the predicted path, `PATH_MARKS` of them or none.
+        eye: position of the viewer (x, y, z) in W [m].
+        target: point that the viewer looks at (x, y, z) in W [m].
         fov_deg: field of view [deg].
-        floor: whether a floor is drawn, for a laboratory without one.
+        floor: whether to draw a floor, for a laboratory without one.
     """
 
     phases: tuple[IntEnum, ...]

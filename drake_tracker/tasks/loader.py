@@ -1,8 +1,8 @@
 """Finds, reads, checks and writes scenarios.
 
-A scenario file is a YAML mapping from names to scenarios; the one named like the file is the file's default. An entry
-may build on another one of its file with ``base: NAME``.  ``train:interlaced`` is the entry ``interlaced`` of the
-``train.yaml`` that comes with the package, ``my/file.yaml:name`` an entry of the user's own file.
+A scenario file is a YAML mapping from names to scenarios. The scenario with the name of the file is the default of the
+file. A scenario may extend another one in the same file with ``base: NAME``. ``train:interlaced`` is the scenario
+``interlaced`` in the ``train.yaml`` of the package; ``my/file.yaml:name`` is a scenario in a file of the user.
 """
 
 import dataclasses
@@ -19,23 +19,23 @@ from drake_tracker.scenarios.tree import Value, dump, merge, nest, parse
 from drake_tracker.tasks.registry import TASKS
 
 PACKAGE_FOLDERS = {name: entry.folder for name, entry in TASKS.items()}
-"""Folders of the scenario files of each task, and of the files that they name."""
+"""{task: folder of its scenario files and of the files that these name}."""
 _FILE_SETTINGS = (("track", "csv"), ("cameras", "calibration"), ("vision", "file"))
 
 
 def load_scenario(
     spec: str, seed: int | None = None, duration: float | None = None, overrides: Sequence[str] = ()
 ) -> Any:
-    """Returns the checked scenario (`TrainScenario` or `BallScenario`) that ``spec`` names, with ``overrides`` on top.
+    """Returns a scenario from a file, checked: a `TrainScenario` or a `BallScenario`.
 
     Args:
-        spec: "train", "train:interlaced", "path/to/file.yaml" or "path/to/file.yaml:name".
-        seed: replaces the scenario's seed.
-        duration: replaces the scenario's duration [s].
-        overrides: texts "key.path=value"; the value is YAML, so that a role's kind is "estimator=!AlphaBetaGamma".
+        spec: name of the scenario: "train", "train:interlaced", "path/to/file.yaml" or "path/to/file.yaml:name".
+        seed: seed that replaces the scenario's; None keeps it.
+        duration: duration that replaces the scenario's [s]; None keeps it.
+        overrides: settings that replace the scenario's, each "key.path=value". The value is YAML; for example,
+            "estimator=!AlphaBetaGamma" chooses a kind of estimator.
 
-    Raises DrakeTrackerError, whose message has one line for each error: file and line or override, key path, value,
-    what is allowed.
+    Raises DrakeTrackerError, with one line per error: file and line or override, key path, what is allowed, value.
     """
     path, name = _locate(spec)
     entries = _read_file(path)
@@ -57,12 +57,12 @@ def load_scenario(
 
 
 def validate(scenario: BaseScenario) -> None:
-    """Raises DrakeTrackerError, one line for each error, when a scenario made or changed in Python is not allowed."""
+    """Checks a scenario that was made or changed in Python. Raises DrakeTrackerError, with one line per error."""
     _check(tree_of(scenario, "scenario"), [])
 
 
 def list_scenarios() -> list[tuple[str, str]]:
-    """Returns (name, description) of every scenario that comes with the package, task by task."""
+    """Returns (name, description) of all scenarios of the package, task by task."""
     listed = []
     for task in TASKS:
         path = PACKAGE_FOLDERS[task] / f"{task}.yaml"
@@ -73,29 +73,36 @@ def list_scenarios() -> list[tuple[str, str]]:
 
 
 def save_scenario(scenario: BaseScenario, path: Path | str) -> None:
-    """Writes every setting of ``scenario`` to the YAML file ``path``, from which `load_scenario` reads it back."""
+    """Writes all settings of a scenario to a YAML file that `load_scenario` can read.
+
+    Args:
+        scenario: the scenario.
+        path: file to write; its name without the suffix becomes the name of the scenario.
+    """
     Path(path).write_text(dump({Path(path).stem: plain(scenario)}), encoding="utf-8")
 
 
 def scenario_file(name: str) -> Path:
-    """Returns the path of a file that a scenario names (`Track.csv`, `Cameras.calibration`, `Measured.file`).
+    """Returns the path of a file that a scenario names (``track.csv``, ``cameras.calibration``, ``vision.file``).
 
-    `load_scenario` has made the user's own files absolute; a bare name is a file of the package.
+    Args:
+        name: name of the file as in the scenario. `load_scenario` makes the paths of the user's files absolute; a name
+            without a folder is a file of the package.
     """
     places = [folder / name for folder in PACKAGE_FOLDERS.values()]
     return next((place for place in places if place.is_file()), places[0])
 
 
 def in_package(name: str) -> bool:
-    """Whether a file that a scenario names is one of the package."""
+    """Returns whether a file that a scenario names belongs to the package."""
     return scenario_file(name).parent in PACKAGE_FOLDERS.values()
 
 
 def _locate(spec: str) -> tuple[Path, str]:
-    """Returns the file and, when the spec gives one, the name of the entry."""
+    """Returns the scenario file and the name of the scenario in it, "" when ``spec`` does not contain one."""
     head, colon, tail = spec.rpartition(":")
     if colon and not tail:
-        raise DrakeTrackerError(f"{spec} is no scenario: there is no name after the colon")
+        raise DrakeTrackerError(f"{spec} the name of a scenario is missing after the colon")
     file, name = (head, tail) if colon else (spec, "")
     if file.endswith((".yaml", ".yml")) or "/" in file:
         path = Path(file)
@@ -105,7 +112,7 @@ def _locate(spec: str) -> tuple[Path, str]:
     path = PACKAGE_FOLDERS.get(file, Path()) / f"{file}.yaml"
     if not path.is_file() or file not in _read_file(path):
         known = [known for known, _ in list_scenarios()]
-        raise DrakeTrackerError(f"there is no scenario {spec!r}; there are {', '.join(known)}{_near(spec, known)}")
+        raise DrakeTrackerError(f"there is no scenario {spec!r}; allowed are {', '.join(known)}{_near(spec, known)}")
     return path, name
 
 
@@ -114,7 +121,7 @@ def _label(path: Path) -> str:
 
 
 def _read_file(path: Path) -> dict[str, Value]:
-    """Returns the entries of a scenario file: a dict of `Value`."""
+    """Returns {name: tree} of the scenarios in a file."""
     errors: list[str] = []
     try:
         text = path.read_text(encoding="utf-8")
@@ -132,17 +139,25 @@ def _default_name(entries: Mapping[str, Value], path: Path) -> str:
     if path.stem in entries:
         return path.stem
     if len(entries) != 1:
-        raise DrakeTrackerError(f"{_label(path)}: name one of its scenarios after a colon: {', '.join(entries)}")
+        raise DrakeTrackerError(f"{_label(path)}: add a colon and the name of a scenario: {', '.join(entries)}")
     return next(iter(entries))
 
 
 def _resolve(
     entries: Mapping[str, Value], name: str, path: Path, errors: list[str], above: tuple[str, ...] = ()
 ) -> Value:
-    """Returns the tree of one entry on top of those it is based on; ``above`` are the entries on top of it."""
+    """Returns the tree of one scenario, merged with the scenarios that it extends.
+
+    Args:
+        entries: {name: tree} of the scenarios in the file.
+        name: name of the scenario.
+        path: path of the file.
+        errors: list to which problems are appended, one line each.
+        above: names of the scenarios that extend this one.
+    """
     if name not in entries:
         known = ", ".join(entries) + _near(name, entries)
-        raise DrakeTrackerError(f"{_label(path)}: there is no scenario {name!r}; there are {known}")
+        raise DrakeTrackerError(f"{_label(path)}: there is no scenario {name!r}; allowed are {known}")
     entry = entries[name]
     own = {} if entry.data is None else entry.data
     if not isinstance(own, dict):
@@ -175,7 +190,7 @@ def _override(tree: Value, override: str, origin: str, errors: list[str]) -> Val
 
 
 def _check(tree: Value, errors: list[str]) -> Any:
-    """Returns the scenario of a tree; raises DrakeTrackerError with the errors before it and all of its own."""
+    """Returns the scenario of a tree. Raises DrakeTrackerError with the given errors and those found in the tree."""
     origins: dict[str, str] = {}
     task = tree.data.get("task")
     name = "train" if task is None else task.data
@@ -184,7 +199,7 @@ def _check(tree: Value, errors: list[str]) -> Any:
         raise DrakeTrackerError("\n".join(errors))
     scenario = read(tree, TASKS[name].scenario, "", errors, origins)
     scenario = dataclasses.replace(scenario, origins=origins)
-    if not errors:  # Settings can only be compared when each of them can be read.
+    if not errors:  # settings can be compared with each other only when all of them could be read
         errors += [f"{scenario.where(key)} {problem}" for key, problem in scenario.problems()]
     if errors:
         raise DrakeTrackerError("\n".join(errors))
@@ -192,12 +207,13 @@ def _check(tree: Value, errors: list[str]) -> Any:
 
 
 def _files(scenario: Any, folder: Path) -> dict[str, str]:
-    """Returns {key path: absolute path} of the files that a scenario names: beside the scenario file, or where the
-    command was given.
+    """Returns {key path: absolute path} of the user's files that a scenario names.
+
+    A file is searched for in the folder of the scenario file or, when an override names it, in the current folder.
     """
     found = {}
     for part, name in _FILE_SETTINGS:
-        text = getattr(getattr(scenario, part, None), name, "")  # rendered vision has no file
+        text = getattr(getattr(scenario, part, None), name, "")  # only measured vision has a file
         if not text:
             continue
         key = f"{part}.{name}"
@@ -207,7 +223,7 @@ def _files(scenario: Any, folder: Path) -> dict[str, str]:
             found[key] = str(file.resolve())
         elif scenario_file(text).is_file():
             continue
-        elif name == "calibration":  # It may be about to be made, beside the scenario.
+        elif name == "calibration":  # the command ``calibrate`` may be about to write it
             found[key] = str(file.resolve())
         else:
             raise DrakeTrackerError(f"{scenario.where(key)}: there is no file {file}")
@@ -215,8 +231,9 @@ def _files(scenario: Any, folder: Path) -> dict[str, str]:
 
 
 def _custom_folders(scenario: Any, folder: Path) -> dict[str, str]:
-    """Returns {key path: folder} of the modules of custom parts, so that workers and later runs find them. Nothing is
-    imported.
+    """Returns {key path: folder} of the modules of custom parts, so that worker processes and later runs find them.
+
+    Nothing is imported.
     """
     found = {}
     for field in settings_of(scenario):
@@ -225,7 +242,7 @@ def _custom_folders(scenario: Any, folder: Path) -> dict[str, str]:
             continue
         here = scenario.origins.get(f"{field.name}.call", "").startswith("--set")
         folders = [Path.cwd(), folder] if here else [folder, Path.cwd()]
-        if part.folder:  # by the user, or by an earlier run, perhaps on another machine
+        if part.folder:  # set by the user, or by an earlier run, perhaps on another machine
             folders.insert(0, folder / part.folder)
         found[f"{field.name}.folder"] = find_module(part, folders) or part.folder
     return found

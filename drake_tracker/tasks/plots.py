@@ -1,4 +1,4 @@
-"""Parts of pictures that the tasks share: phases, legends, and the images of the motion detector."""
+"""Parts of the pictures of all tasks: phases, legends, and the images of the motion detector."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -14,16 +14,17 @@ from drake_tracker.tasks.episode import PhaseSpan
 from drake_tracker.tasks.style import PLOT_STYLE, phase_colour
 
 SHORT, LONG = 0.25, 0.75
-"""Horizons [s] of the predictions shown: the lag of vision, and what a blind grasp needs."""
+"""Horizons of the predictions shown [s]: the lag of vision, and the time for which a blind grasp must predict."""
 _SHORTEST = 0.1
-"""Least length of a time axis [s]."""
+"""Shortest length of a time axis [s]."""
 
 
 def draw_motion_images(images: Mapping[str, Any], path: Path) -> None:
-    """Draws what the motion detector went through at one instant, as figures 4 and 5 of Allen et al. 1991 show it.
+    """Draws the intermediate images of the motion detector at one instant, like figures 4 and 5 of Allen et al. 1991.
 
     Args:
-      images: {side: MotionImages}, of one or more cameras. path: PNG file to write.
+        images: {side: MotionImages} of one or more cameras.
+        path: PNG file to write.
     """
     columns = (
         ("Smoothed", lambda each: each.smoothed, {"cmap": "gray", "vmin": 0}),
@@ -54,7 +55,14 @@ def time_axis_length(spans: Sequence[PhaseSpan]) -> float:
 
 
 def draw_phases(ax: Axes, spans: Sequence[PhaseSpan], start: float = 0.0, end: float | None = None) -> None:
-    """Draws `PhaseSpan`s as a strip, named where there is room, from ``start`` to ``end`` [s] (their own end)."""
+    """Draws phases as a coloured strip and writes their names where they fit.
+
+    Args:
+        ax: axes of the strip.
+        spans: phases of the run.
+        start: time at which the axis begins [s].
+        end: time at which it ends [s]; None: the end of the last phase.
+    """
     for span in spans:
         ax.axvspan(span.start, span.end, color=phase_colour(span.phase), lw=0)
     end = time_axis_length(spans) if end is None else end
@@ -79,7 +87,13 @@ def draw_phases(ax: Axes, spans: Sequence[PhaseSpan], start: float = 0.0, end: f
 
 
 def name_colours(ax: Axes, names: Iterable[tuple[str, str]], y: float = 1.02) -> None:
-    """Writes names in a row above an axes, each in its colour."""
+    """Writes a legend in a row above a plot: names, each in its colour.
+
+    Args:
+        ax: axes of the plot.
+        names: (name, colour) from left to right.
+        y: height of the row as a fraction of the height of the axes.
+    """
     figure = ax.figure
     renderer = figure.canvas.get_renderer()
     x = 0.0
@@ -90,7 +104,14 @@ def name_colours(ax: Axes, names: Iterable[tuple[str, str]], y: float = 1.02) ->
 
 
 def broken(times: np.ndarray, *rows: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Returns rows to be drawn as lines, broken where ``times`` [s] jump; with only one row the times come first."""
+    """Returns rows to draw as lines, with NaN inserted where the times jump by more than 0.1 s.
+
+    Args:
+        times: times of the samples [s], shape (n,).
+        *rows: values, each of shape (n,).
+
+    Returns the rows, preceded by the times when there is only one row.
+    """
     rows = rows if len(rows) > 1 else (times, *rows)
     gaps = np.nonzero(np.diff(times) > 0.1)[0] + 1
     return tuple(np.insert(np.asarray(row, float), gaps, np.nan) for row in rows)

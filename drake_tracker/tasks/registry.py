@@ -1,6 +1,7 @@
-"""The tasks, each registered by one line here.
+"""The registry of the tasks. A new task is registered here, and only here.
 
-Importing this module loads the scenarios only; the class of a task, and Drake with it, is loaded when it is first used.
+Importing this module loads the scenarios' dataclasses only. The class of a task, and Drake with it, is loaded at its
+first use.
 """
 
 import importlib
@@ -21,11 +22,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Entry:
-    """One task.
+    """One registered task.
 
     Attributes:
-        scenario: its dataclass of settings; the scenario files of the task are in the folder of that module.
-        module: module with the constant ``TASK``, an instance of its `Task` class.
+        scenario: dataclass of its settings. The scenario files of the task are in the folder of that module.
+        module: name of the module with the constant ``TASK``, an instance of the task's class.
     """
 
     scenario: type[BaseScenario]
@@ -41,31 +42,34 @@ TASKS = {
     "train": Entry(TrainScenario, "drake_tracker.tasks.train.task"),
     "ball": Entry(BallScenario, "drake_tracker.tasks.ball.task"),
 }
-"""Each task by its name, which is also that of the file with its scenarios."""
+"""{name of the task: its entry}. The file with the scenarios of a task has the same name."""
 
 
 def task_named(name: str) -> "Task":
-    """Returns the `Task` of a name. Raises DrakeTrackerError when there is none."""
+    """Returns the task with a given name. Raises DrakeTrackerError when there is none."""
     if name not in TASKS:
-        raise DrakeTrackerError(f"task is {name!r}; the tasks are {', '.join(TASKS)}")
+        raise DrakeTrackerError(f"there is no task {name!r}; allowed are {', '.join(TASKS)}")
     return importlib.import_module(TASKS[name].module).TASK
 
 
 def task_of(scenario: BaseScenario) -> "Task":
-    """Returns the `Task` of a scenario. Raises DrakeTrackerError when there is none of its name."""
+    """Returns the task of a scenario. Raises DrakeTrackerError when there is no task with that name."""
     return task_named(scenario.task)
 
 
 def initialise(scenario: BaseScenario, ask_for_windows: "AskForWindows | None" = None) -> Any:
-    """Returns what must be known before the diagram of a scenario can be built; None for a task without such a step.
+    """Performs the initialisation of a task. The result is an argument of `make_diagram`.
 
-    For the ball the camera reads the circles of the board, and the arm touches its marks: this simulates for about
-    fifteen seconds. Pass the result to `make_diagram`.
+    For the ball, the camera measures the circles of the board and the arm touches its marks, which simulates about
+    15 s. The train needs no initialisation.
 
     Args:
         scenario: a scenario of any task; it is not changed.
-        ask_for_windows: asks a person for windows around the circles, when the scenario has none: (RGB images,
-            ``scenario.operator``) -> windows (u0, v0, width, height) [px], or none to have the circles found.
+        ask_for_windows: asks a person for windows around the circles if the scenario has none: (RGB images,
+            ``scenario.operator``) -> windows (u0, v0, width, height) [px]. The circles are found automatically if the
+            answer is empty, or if this is None.
+
+    Returns what the initialisation found, None for a task without one.
 
     Raises DrakeTrackerError when the initialisation fails.
     """
@@ -73,23 +77,23 @@ def initialise(scenario: BaseScenario, ask_for_windows: "AskForWindows | None" =
 
 
 def make_diagram(scenario: BaseScenario, initialisation: Any = None) -> "HandEyeDiagram":
-    """Returns the `HandEyeDiagram` of a scenario of any task. Building never simulates.
+    """Returns the diagram of a scenario. Building it does not simulate.
 
     Args:
-        scenario: a scenario, for example from `load_scenario`.
-        initialisation: what `initialise` returned; the train needs none.
+        scenario: a scenario of any task, for example from `load_scenario`.
+        initialisation: what `initialise` returned; None for a task without initialisation.
 
-    Raises DrakeTrackerError, in one line, when the scenario cannot be built or the initialisation is missing.
+    Raises DrakeTrackerError when the scenario cannot be built, or the initialisation is missing.
     """
     return task_of(scenario).build(scenario, initialisation)
 
 
 def require_task(scenario: BaseScenario, name: str, why: str) -> None:
-    """Raises DrakeTrackerError when a scenario is of another task than the one that is needed.
+    """Raises DrakeTrackerError when a scenario does not belong to a given task.
 
     Args:
         scenario: the scenario.
-        name: of the task that is needed.
+        name: name of the required task.
         why: the reason, a clause for the message.
     """
     if scenario.task != name:

@@ -1,4 +1,4 @@
-"""What the results of every run record: plain numbers, versions, commit, lag."""
+"""What the summaries of all tasks share: writing as JSON, package versions, the commit, and the lag."""
 
 import json
 import math
@@ -20,13 +20,20 @@ _DECIMALS = 6
 
 
 def save_summary(summary: Mapping[str, Any], path: Path) -> None:
-    """Writes a summary as JSON; what is not a finite number becomes null."""
+    """Writes a summary as JSON. Numbers that are not finite become null.
+
+    Args:
+        summary: the summary of a run.
+        path: file to write, ``*.json``.
+    """
     Path(path).write_text(json.dumps(tidy(summary), indent=2) + "\n", encoding="utf-8")
 
 
 def tidy(value: Any) -> Any:
-    """Returns a value fit for JSON: plain Python numbers rounded to micrometres and microseconds, NaN and infinity
-    None.
+    """Returns a value that JSON can represent, with all values in it.
+
+    NumPy scalars become Python numbers. Numbers are rounded to six decimals (micrometres, microseconds); NaN and
+    infinity become None.
     """
     if isinstance(value, dict):
         return {key: tidy(item) for key, item in value.items()}
@@ -42,7 +49,7 @@ def tidy(value: Any) -> Any:
 
 
 def package_versions() -> dict[str, str | None]:
-    """Returns {name: version} of Python and of the packages that make the result."""
+    """Returns {name: version} of Python and of the packages on which results depend, None for a missing package."""
     versions: dict[str, str | None] = {"python": platform.python_version()}
     for name in _PACKAGES:
         try:
@@ -53,7 +60,7 @@ def package_versions() -> dict[str, str | None]:
 
 
 def git_commit() -> str | None:
-    """Returns the commit of the checkout that this package lies in, or None when it is not in one."""
+    """Returns the git commit of the checkout that contains this package, or None when it is not in a checkout."""
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return None
@@ -65,9 +72,14 @@ def git_commit() -> str | None:
 
 
 def lag_of(log: Mapping[str, Signal], time_step: float) -> dict[str, float] | None:
-    """Returns the least and the greatest lag [s] of a run.
+    """Returns the smallest and the greatest lag of a run, {"min", "max"} [s], or None without a packet.
 
-    A packet shows in the log at the cycle after the one in whose slot the estimator made it.
+    The lag is the time from the capture of an image to the instant at which the estimator outputs the packet based on
+    it. A packet appears in the log one cycle after the slot in which the estimator made it.
+
+    Args:
+        log: {name: Signal} of the run.
+        time_step: the plant's step [s].
     """
     prediction = log["prediction"]
     index = fresh_packets(prediction)

@@ -1,7 +1,7 @@
-"""The strips of the live view: small charts of errors over time, and the arithmetic that the tasks share.
+"""Strips of the live view, small charts of errors over time: their description, and the arithmetic for all tasks.
 
-Errors are measured against the simulator's ground truth, which the tracking loop never sees. `tasks.train.strips` and
-`tasks.ball.strips` have the strips of each task.
+Errors are measured against the simulator's ground truth, which the tracking loop never sees. The strips of each
+task are in `drake_tracker.tasks.train.strips` and `drake_tracker.tasks.ball.strips`.
 """
 
 from collections.abc import Callable, Iterable
@@ -13,9 +13,9 @@ import numpy as np
 from drake_tracker.core.messages import Prediction, evaluate_prediction
 
 FAINT, BRIGHT = "faint", "bright"
-"""Line styles: faint for what was measured or commanded, bright for what resulted from it."""
+"""Line styles: faint for measured or commanded values, bright for the values that result from them."""
 OLDEST_POINT = 0.6
-"""Greatest age [s] of a point whose arc length is shown: a little more than twice the vision lag."""
+"""Greatest age of a point for which the arc length is shown [s]: a little more than twice the lag of vision."""
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,11 @@ class Strip:
 
     Attributes:
         title: name of the strip.
-        meaning: what it shows, a few words.
+        meaning: what it shows, in a few words.
         unit: unit of its values.
         top: upper end of its scale; the lower end is 0.
-        decimals: decimals of the newest value in print.
-        lines: (name, `FAINT` or `BRIGHT`) of each line; one value for each.
+        decimals: number of decimals with which the newest value is shown.
+        lines: (name, `FAINT` or `BRIGHT`) of each line.
     """
 
     title: str
@@ -40,17 +40,17 @@ class Strip:
 
 
 class StripInputs(NamedTuple):
-    """The values of a run at one instant, from which the strips are computed.
+    """Values of a run at one instant, from which the strips are computed.
 
     Attributes:
         now: simulated time [s].
-        p_WT: tool position in W [m].
-        p_WQ: true position of the object in W [m].
-        packet: `Prediction` vector that was delivered to the arm.
-        filtered: `Filtered` message.
-        command: `ArmCommand` message.
+        p_WT: position of the tool in W [m], shape (3,).
+        p_WQ: true position of the object in W [m], shape (3,).
+        packet: vector of the `Prediction` that was delivered to the arm.
+        filtered: a `Filtered` message.
+        command: an `ArmCommand` message.
         points: the two newest valid `TrackPoint` messages, older first, or fewer.
-        report: the task's own message, see `StripChart.report_view`.
+        report: a message of the task, see `StripChart.report_view`.
     """
 
     now: float
@@ -68,11 +68,12 @@ class StripChart:
     """The strips of a task, and where their values come from.
 
     Attributes:
-        strips: from top to bottom.
-        span: simulated time in view [s].
-        values: function of `StripInputs` that returns one value for each line of the strips, None where unknown.
-        state_port: output port of the diagram with the object's true state, 13 elements (quaternion, position, rates).
-        report_port: output port of the diagram with the task's own message.
+        strips: the strips from top to bottom.
+        span: simulated time shown [s].
+        values: function that returns one value for each line of all strips, None for an unknown value.
+        state_port: output port of the diagram with the true state of the object, 13 elements (quaternion, position,
+            angular and translational velocity).
+        report_port: output port of the diagram with a message of the task.
         report_view: named view of that message.
     """
 
@@ -89,9 +90,9 @@ PREDICTION_STRIP = Strip("Prediction error", "predicted to true present position
 
 
 def prediction_error(inputs: StripInputs) -> float | None:
-    """Returns the horizontal distance [mm] of the predicted present position from the true one.
+    """Returns the horizontal distance from the predicted present position of the object to the true one [mm].
 
-    None while there is no valid packet, or while the arm follows an older one (a frozen command).
+    None while there is no valid packet, or while the arm is blind and follows an older packet.
     """
     if inputs.command.frozen or not Prediction(inputs.packet).valid:
         return None
@@ -99,10 +100,10 @@ def prediction_error(inputs: StripInputs) -> float | None:
 
 
 def arc_lengths(inputs: StripInputs) -> tuple[float | None, float | None]:
-    """Returns the arc length [mm] between the two newest points: as measured, and as filtered.
+    """Returns the arc length between the two newest points [mm]: (measured, filtered).
 
-    Both are None while there are fewer than two points or the newest is older than `OLDEST_POINT`; the filtered one is
-    None while the filter has no valid state.
+    Both are None while there are fewer than two points, or when the newest is older than `OLDEST_POINT`. The filtered
+    arc length is None while the filter has no valid state.
     """
     if len(inputs.points) < 2 or inputs.now - inputs.points[-1].stamp > OLDEST_POINT:
         return None, None
@@ -113,10 +114,10 @@ def arc_lengths(inputs: StripInputs) -> tuple[float | None, float | None]:
 
 
 def horizontal_distance(first: Any, second: Any) -> float:
-    """Returns the horizontal distance [mm] of two positions (x, y, ...) [m]."""
+    """Returns the horizontal distance between two positions (x, y, ...) [m], in mm."""
     return 1e3 * float(np.hypot(first[0] - second[0], first[1] - second[1]))
 
 
 def rounded(values: Iterable[float | None]) -> list[float | None]:
-    """Returns the values with three decimals, fit for JSON; None for what is None or not finite."""
+    """Returns values rounded to three decimals. A value that is None or not finite becomes None."""
     return [round(float(value), 3) if value is not None and np.isfinite(value) else None for value in values]

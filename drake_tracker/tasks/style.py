@@ -1,6 +1,7 @@
-"""Colours and type shared by the picture, the video and the recording of a run.
+"""Colours and fonts of the pictures and videos of a run.
 
-The colours are those of Okabe and Ito, "Color Universal Design" (2008), which people with any colour vision tell apart.
+The colours are those of Okabe and Ito, "Color Universal Design" (2008), which are distinguishable with every kind of
+colour vision.
 """
 
 from enum import IntEnum
@@ -14,9 +15,9 @@ from matplotlib.ft2font import FT2Font
 INK, SOFT_INK, RULE = "#1b1f24", "#5f6670", "#c9cdd3"
 """Text, secondary text and rules on white."""
 TRUTH, SEEN, FILTERED = "#1b1f24", "#8a9099", "#56b4e9"
-"""The train as it was, as triangulated, as filtered."""
+"""Colours of the object's true path, its measured points and its filtered path."""
 PREDICTED, FAR_PREDICTED, HAND = "#0072b2", "#d55e00", "#009e73"
-"""The train as predicted a short and a long time ahead; the hand."""
+"""Colours of the object predicted a short and a long time ahead, and of the hand."""
 
 PHASE_COLOURS = {
     "ACQUIRE": "#9aa1ab",
@@ -35,7 +36,7 @@ PHASE_COLOURS = {
     "STOPPED": "#cc79a7",
     "MANUAL": "#0072b2",
 }
-"""One colour for each phase, by its name; phases of different tasks that have the same name look the same."""
+"""{name of a phase: its colour}. Phases of different tasks with the same name have the same colour."""
 _OTHER_PHASES = ("#9aa1ab", "#56b4e9", "#e69f00", "#d55e00", "#009e73", "#007a5a", "#cc79a7", "#0072b2")
 
 PLOT_STYLE = {
@@ -54,11 +55,11 @@ PLOT_STYLE = {
     "ytick.color": SOFT_INK,
     "lines.solid_capstyle": "round",
 }
-"""Type, axes and lines of every plot, as Matplotlib's settings."""
+"""Matplotlib settings of all plots: fonts, axes and lines."""
 
 
 def phase_colour(phase: IntEnum) -> str:
-    """Returns the colour of a phase of any task, "#rrggbb"; one without an entry gets a colour by its number."""
+    """Returns the colour of a phase of any task, "#rrggbb". A phase that is not listed gets a colour by its number."""
     return PHASE_COLOURS.get(phase.name, _OTHER_PHASES[phase % len(_OTHER_PHASES)])
 
 
@@ -67,23 +68,25 @@ _FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 
 @cache
 def bgr(colour: str) -> tuple[int, ...]:
-    """Returns "#rrggbb" as OpenCV's (blue, green, red)."""
+    """Returns a colour "#rrggbb" as (blue, green, red), as OpenCV expects it."""
     return tuple(int(colour[k : k + 2], 16) for k in (5, 3, 1))
 
 
 def draw_text(
     image: np.ndarray, text: str, x: int, y: int, size: int, colour: str = "#ffffff", bold: bool = False
 ) -> int:
-    """Writes a line of text into a BGR image. Returns the x at which it ends.
+    """Writes a line of text into an image.
 
     Args:
-        image: BGR uint8, shape (h, w, 3), changed in place. Text beyond its border is clipped.
-        text: one line.
-        x: pixel column at which the baseline starts.
-        y: pixel row of the baseline.
-        size: height of the type [px].
-        colour: "#rrggbb".
-        bold: whether the type is bold.
+        image: image, BGR uint8 of shape (h, w, 3), changed in place. Text beyond its border is clipped.
+        text: one line of text.
+        x: column at which the baseline starts [px].
+        y: row of the baseline [px].
+        size: font size [px].
+        colour: colour of the text, "#rrggbb".
+        bold: whether the font is bold.
+
+    Returns the column at which the text ends [px].
     """
     coverage, left, ascent = _typeset(text, size, bold)
     height, width, _ = coverage.shape
@@ -99,8 +102,10 @@ def draw_text(
 
 @lru_cache(maxsize=512)
 def _typeset(text: str, size: int, bold: bool) -> tuple[np.ndarray, int, int]:
-    """Returns (coverage of each pixel from 0 to 1, shape (h, w, 1); pixels from the pen to its left edge; its
-    ascent).
+    """Returns a line of text as an image.
+
+    Returns (coverage of each pixel from 0 to 1, shape (h, w, 1); column of its left edge relative to the start of the
+    baseline [px]; rows above the baseline [px]).
     """
     font = _font(size, bold)
     font.set_text(text, 0.0)

@@ -1,7 +1,7 @@
-"""The interface of a task: everything that a run of it does in its own way.
+"""The interface of a task: everything in a run that depends on the task.
 
-A task is a folder of this package with a scenario (settings), a class that satisfies `Task`, and one line in
-`drake_tracker.tasks.registry`. The applications (`run`, `replay`, `live`, `report`, `campaign`) know tasks only through
+A task is a subpackage with a scenario (its settings) and a class that inherits from `Task`, registered in
+`drake_tracker.tasks.registry`. The applications (`run`, `replay`, `live`, `report`, `campaign`) use tasks only through
 this interface.
 """
 
@@ -19,25 +19,28 @@ from drake_tracker.core.messages import ArmCommand, Centroid, Filtered, Predicti
 from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP, VISION_PERIOD, servo_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.estimation.estimator_system import EstimatorSystem
+from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.episode import Log, PhaseSpan, phase_spans
 from drake_tracker.tasks.filming import Film, Snapshot, View
 from drake_tracker.tasks.strips import StripChart
 
 Found = TypeVar("Found")
+Scenario = TypeVar("Scenario", bound=BaseScenario)
 AskForWindows = Callable[[list[np.ndarray], Any], Sequence[Sequence[float]]]
-"""Asks a person for windows in images: (RGB images, the scenario's ``operator``) -> windows, or none."""
+"""Asks a person for windows in images: (RGB images, the scenario's ``operator``) -> windows (u0, v0, width, height)
+[px], or an empty sequence."""
 SummaryRow = tuple[str, str, tuple[float, str, int]]
 """(key of the summary, label, (factor, unit, decimals))."""
 RUN_FILES = ("summary.json", "log.npz", "scenario.yaml", "recording.html", "cameras.mp4", "motion.png")
-"""What a run of every task leaves."""
+"""Files that a run of every task leaves."""
 CAMERA_FILES = ("cameras.mp4", "motion.png")
-"""What only a run with rendered cameras leaves."""
+"""Files that only a run with rendered images leaves."""
 BODY_STATE = ("qw", "qx", "qy", "qz", "x", "y", "z", "wx", "wy", "wz", "vx", "vy", "vz")
-"""Fields of a free body's state: quaternion, position [m], angular [rad/s] and translational [m/s] velocity, in W."""
+"""Fields of a free body's state in W: quaternion, position [m], angular [rad/s] and translational [m/s] velocity."""
 
 
 class FreeMotion(Protocol):
-    """When the object of a run moved freely, which is when predictions of it are judged.
+    """The time in which the object of a run moved freely, in which predictions are judged.
 
     Attributes:
         spans: phases of the run.
@@ -46,21 +49,24 @@ class FreeMotion(Protocol):
     spans: tuple[PhaseSpan, ...]
 
     def free(self, times: np.ndarray) -> np.ndarray:
-        """Returns at which times (n,) [s] the object moved freely, shape (n,), bool."""
+        """Returns at which of the times (n,) [s] the object moved freely, shape (n,), bool."""
+        ...
 
     def tracked(self, times: np.ndarray) -> np.ndarray:
-        """Returns at which times (n,) [s] the present position is judged, shape (n,), bool."""
+        """Returns at which of the times (n,) [s] the present position is judged, shape (n,), bool."""
+        ...
 
     def observed(self, times: np.ndarray) -> np.ndarray:
-        """Returns at which times (n,) [s] predictions made from vision are judged, shape (n,), bool."""
+        """Returns at which of the times (n,) [s] predictions based on vision are judged, shape (n,), bool."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
 class ReplayParts:
-    """What a replay runs again in front of link and servo.
+    """The parts that a replay runs again, ahead of link and servo.
 
     Attributes:
-        vision: System from what is replayed to ``point``, or None when points are replayed.
+        vision: System with the replayed signals as inputs and the output ``point``; None when points are replayed.
         images: {camera: (width, height) [px]} of the recorded images that ``vision`` reads.
         host: the estimator as a System.
     """
@@ -70,28 +76,28 @@ class ReplayParts:
     host: EstimatorSystem
 
 
-class Task(Protocol):
-    """One task, such as the train. Classes that inherit from it get the parts that are the same for every task.
+class Task(Protocol[Scenario]):
+    """One task, such as the train. The methods with a body are the same for every task and are inherited.
 
     Attributes:
-        name: the scenarios' ``task``.
+        name: name of the task, the setting ``task`` of its scenarios.
         phases: enumeration of the phases in `ArmCommand`.
         verdict: named view of the ``truth_verdict`` port, the judge's findings.
         diagnosis: named view of the ``diagnosis`` port.
         centroids: names of the centroid signals.
-        truth_signal: signal with the object's true state.
+        truth_signal: name of the signal with the object's true state.
         servo_period: period of the arm's set-points [s].
         time_step: default step of the plant [s].
-        extra_signals: {name: (period [s], fields)} of signals that only this task has.
-        pictures: {name: caption} of the pictures that `draw` leaves, the main one first.
-        titles: sentences for a failed and for a successful run.
-        outcomes: words for the same: ("not lifted", "lifted").
+        extra_signals: {name: (sampling period [s], fields)} of the signals that only this task has.
+        pictures: {file name: caption} of the pictures that `draw` writes, the main one first.
+        titles: a sentence for a failed and one for a successful run.
+        outcomes: words for a failed and a successful run: ("not lifted", "lifted").
         summary_rows: rows of the summary on the page of a run.
-        result_rows: (key, label, unit) of the summary that the command prints.
+        result_rows: (key, label, unit) of the entries of the summary that the command prints.
         changeable: {start of a replay: settings that have an effect in it}.
-        has_autopsy: whether `drake_tracker.report.autopsy` can explain its failures.
+        has_autopsy: whether `drake_tracker.report.autopsy` can explain failures of this task.
         strips: strips of the live view.
-        preparation: what `initialise` does, in one line for the user, or "" when there is nothing to do.
+        preparation: what `initialise` does, in one line for the user; "" when there is no initialisation.
     """
 
     name: str
@@ -115,23 +121,47 @@ class Task(Protocol):
 
     # Building
 
-    def uses_cameras(self, scenario: Any) -> bool:
-        """Returns whether a run renders images."""
+    def uses_cameras(self, scenario: Scenario) -> bool:
+        """Returns whether a run of the scenario renders images."""
+        ...
 
-    def initialise(self, scenario: Any, ask_for_windows: AskForWindows | None = None) -> Any:
-        """Returns what must be found out before the diagram can be built, None when there is nothing. May simulate."""
+    def initialise(self, scenario: Scenario, ask_for_windows: AskForWindows | None = None) -> Any:
+        """Returns what must be known before the diagram can be built, None when there is nothing. May simulate.
+
+        Args:
+            scenario: the scenario.
+            ask_for_windows: asks a person for windows in images, or None.
+        """
         return None
 
-    def resolved(self, scenario: Any, initialisation: Any) -> Any:
-        """Returns the scenario with what a person answered during the initialisation, for the record of a run."""
+    def resolved(self, scenario: Scenario, initialisation: Any) -> Scenario:
+        """Returns the scenario with the answers that a person gave during the initialisation.
+
+        Args:
+            scenario: the scenario before the initialisation.
+            initialisation: what `initialise` returned.
+        """
         return scenario
 
     def save_initialisation(self, initialisation: Any, folder: Path) -> None:
-        """Writes the result of `initialise` to the directory of a run, so that `rebuild` can read it."""
+        """Writes the result of the initialisation to the directory of a run, where `rebuild` reads it.
+
+        Args:
+            initialisation: what `initialise` returned.
+            folder: directory of the run.
+        """
         return
 
-    def build(self, scenario: Any, initialisation: Any) -> HandEyeDiagram:
-        """Returns the diagram of a scenario. It never simulates."""
+    def build(self, scenario: Scenario, initialisation: Any) -> HandEyeDiagram:
+        """Returns the diagram of a scenario. Does not simulate.
+
+        Args:
+            scenario: the scenario.
+            initialisation: what `initialise` returned.
+
+        Raises DrakeTrackerError when the scenario cannot be built.
+        """
+        ...
 
     # Judging
 
@@ -139,69 +169,97 @@ class Task(Protocol):
         """Returns why a run is over, None while it is not.
 
         Args:
-            verdict: a view of the type ``verdict``.
+            verdict: the judge's findings, of the type ``self.verdict``.
         """
+        ...
 
     def summarise(
-        self, scenario: Any, hand_eye: HandEyeDiagram, log: Log, simulated: float, interrupted: bool
+        self, scenario: Scenario, hand_eye: HandEyeDiagram, log: Log, simulated: float, interrupted: bool
     ) -> dict[str, Any]:
-        """Returns the summary of a run as a dict of numbers, texts and None (where there is nothing to say).
+        """Returns the summary of a run, a dict of numbers, texts and None (where a value does not exist).
 
         Args:
-            scenario: the run's scenario.
-            hand_eye: the run's diagram.
-            log: {name: Signal}.
+            scenario: the scenario of the run.
+            hand_eye: the diagram of the run.
+            log: {name: Signal} of the run.
             simulated: time at which the run ended [s].
-            interrupted: whether the user ended it.
+            interrupted: whether the user ended the run.
         """
+        ...
 
-    def free_motion(self, scenario: Any, log: Log) -> FreeMotion:
-        """Returns when the object of a run moved freely."""
+    def free_motion(self, scenario: Scenario, log: Log) -> FreeMotion:
+        """Returns the time in which the object of a run moved freely.
+
+        Args:
+            scenario: the scenario of the run.
+            log: {name: Signal} of the run.
+        """
+        ...
 
     # Showing
 
-    def draw(self, scenario: Any, hand_eye: HandEyeDiagram, log: Log, summary: Mapping[str, Any], folder: Path) -> None:
-        """Writes the ``pictures`` of a run to its directory."""
+    def draw(
+        self, scenario: Scenario, hand_eye: HandEyeDiagram, log: Log, summary: Mapping[str, Any], folder: Path
+    ) -> None:
+        """Writes the ``pictures`` of a run.
 
-    def subtitle(self, scenario: Any) -> str:
-        """Returns one line about a run, for video and live view."""
+        Args:
+            scenario: the scenario of the run.
+            hand_eye: the diagram of the run.
+            log: {name: Signal} of the run.
+            summary: what `summarise` returned.
+            folder: directory of the run.
+        """
+        ...
 
-    def film(self, scenario: Any, hand_eye: HandEyeDiagram) -> Film:
-        """Returns what the camera video shows; only for a run with cameras."""
+    def subtitle(self, scenario: Scenario) -> str:
+        """Returns one line about a run, for the video and the live view."""
+        ...
 
-    def snapshot(self, scenario: Any) -> Snapshot:
-        """Returns when the detector's images are kept; only for a run with cameras."""
+    def film(self, scenario: Scenario, hand_eye: HandEyeDiagram) -> Film:
+        """Returns what the camera video shows; only for a run that renders images."""
+        ...
 
-    def view(self, scenario: Any, hand_eye: HandEyeDiagram) -> View:
+    def snapshot(self, scenario: Scenario) -> Snapshot:
+        """Returns when the images of the motion detector are kept; only for a run that renders images."""
+        ...
+
+    def view(self, scenario: Scenario, hand_eye: HandEyeDiagram) -> View:
         """Returns how the 3-D recording shows a run."""
+        ...
 
     def success_sentence(self, summary: Mapping[str, Any]) -> str | None:
-        """Returns a sentence about a successful run, from its summary."""
+        """Returns a sentence about a successful run from its summary, None when an entry is missing."""
+        ...
 
     # Replaying
 
-    def rebuild(self, scenario: Any, recorded: Any, start: str, folder: Path) -> ReplayParts:
-        """Returns the parts of a replay.
+    def rebuild(self, scenario: Scenario, recorded: Scenario, start: str, folder: Path) -> ReplayParts:
+        """Returns the parts that a replay runs again.
 
         Args:
             scenario: the recorded scenario with the changes of the replay.
             recorded: the recorded scenario.
-            start: "images", "centroids" or "points".
+            start: where the replay begins: "images", "centroids" or "points".
             folder: directory of the run.
         """
+        ...
 
     # The same for every task
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Names of the files that a run leaves."""
+        """Names of the files that a run leaves, in the order in which they are listed."""
         return (*RUN_FILES[:-1], *self.pictures, RUN_FILES[-1])
 
     def signals(self, num_joints: int = 6) -> dict[str, tuple[float, Sequence[str]]]:
         """Returns the output ports of the diagram that are logged: {name: (sampling period [s], fields)}.
 
-        A sample at time t is what the port showed before the updates of that instant. Signals named ``truth_*`` come
-        from the simulator; the loop does not read them. Measured vision has no centroids.
+        A sample at time t is the value of the port before the updates at that instant. Signals named ``truth_*`` are
+        ground truth from the simulator, which the loop does not read. With measured vision there are no centroids.
+
+        Args:
+            num_joints: number of joints of the arm.
         """
         q, v, u = ([f"{letter}{i + 1}" for i in range(num_joints)] for letter in "qvu")
         return {
@@ -226,20 +284,30 @@ class Task(Protocol):
         """Returns the offset [s] at which the System that makes a signal is updated.
 
         Args:
-            name: of the signal.
-            time_step: of the plant [s].
+            name: name of the signal.
+            time_step: the plant's step [s].
         """
         return servo_slot(GRASP_SLOT, time_step, self.servo_period) if name == "command" else 0.0
 
     def phase_spans(self, log: Log, time_step: float) -> tuple[PhaseSpan, ...]:
-        """Returns the phases of a run, in order."""
+        """Returns the phases of a run, in order.
+
+        Args:
+            log: {name: Signal} of the run.
+            time_step: the plant's step [s].
+        """
         return phase_spans(log, self.phases, time_step)
 
 
 def required(initialisation: Found | None, task: str) -> Found:
-    """Returns what the initialisation found. Raises DrakeTrackerError when a task was not initialised."""
+    """Returns the result of an initialisation. Raises DrakeTrackerError when it is None.
+
+    Args:
+        initialisation: what `initialise` returned, or None.
+        task: name of the task, for the message.
+    """
     if initialisation is None:
         raise DrakeTrackerError(
-            f"{task}: the diagram needs what is found before the run: make_diagram(scenario, initialise(scenario))"
+            f"{task}: the diagram needs the result of the initialisation: make_diagram(scenario, initialise(scenario))"
         )
     return initialisation

@@ -1,4 +1,4 @@
-"""Parts of the user's own: `!Custom` finds them, gives them their parameters, and says what is wrong with them."""
+"""Tests of custom parts: `!Custom` finds them, passes their parameters, and reports what is wrong with them."""
 
 import pickle
 import shutil
@@ -47,7 +47,7 @@ def number():
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder with modules of names that no other test has used."""
+    """A folder for modules whose names no other test uses."""
     (tmp_path / "scenario").mkdir()
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
@@ -74,7 +74,7 @@ def error_of(*args, **kwargs):
     return line
 
 
-def test_one_beside_the_scenario_is_found_from_everywhere_and_again_from_the_resolved_scenario(folder, name):
+def test_a_module_next_to_the_scenario_is_found_also_from_a_saved_scenario(folder, name):
     scenario = load_scenario(write(folder, name, more=", parameters: {std: 0.02}"))
     assert scenario.estimator == Custom(f"{name}.StraightOn", {"std": 0.02}, str(folder))
     save_scenario(scenario, "scenario.yaml")
@@ -86,7 +86,7 @@ def test_one_beside_the_scenario_is_found_from_everywhere_and_again_from_the_res
     assert load_scenario("../again.yaml:scenario").estimator.folder == str(Path("..").resolve())
 
 
-def test_parameters_keep_their_kinds_also_for_drake(folder, name):
+def test_parameters_keep_their_types_also_for_drake(folder, name):
     from pydrake.common.yaml import yaml_load
 
     parameters = {"number": 1.0, "count": 3, "switch": True, "word": "off", "digits": "12", "none": ""}
@@ -94,12 +94,10 @@ def test_parameters_keep_their_kinds_also_for_drake(folder, name):
     save_scenario(scenario, folder / "resolved.yaml")
     read = yaml_load(filename=str(folder / "resolved.yaml"), private=True)["resolved"]["estimator"]["parameters"]
     assert read == parameters == load_scenario(str(folder / "resolved.yaml")).estimator.parameters
-    assert {key: type(value) for key, value in read.items()} == {
-        key: type(value) for key, value in parameters.items()
-    }
+    assert {key: type(value) for key, value in read.items()} == {key: type(value) for key, value in parameters.items()}
 
 
-def test_set_looks_where_the_command_is_given_and_changes_one_parameter(folder, name):
+def test_an_override_looks_in_the_current_folder_and_changes_one_parameter(folder, name):
     path = write(folder, name)
     shutil.copy(SOURCE, Path.cwd() / f"{name}b.py")
     overrides = [f"estimator=!Custom {{call: {name}b.StraightOn}}", "estimator.parameters.std=0.03"]
@@ -107,7 +105,7 @@ def test_set_looks_where_the_command_is_given_and_changes_one_parameter(folder, 
     assert (estimator.folder, estimator.parameters) == (str(Path.cwd()), {"std": 0.03})
 
 
-def test_loading_listing_and_copying_a_scenario_executes_none_of_its_code(folder, name, tmp_path):
+def test_loading_and_saving_a_scenario_executes_no_custom_code(folder, name, tmp_path):
     ran = tmp_path / "ran"
     path = write(folder, name)
     (folder / f"{name}.py").write_text(f"open({str(ran)!r}, 'w').close()\n")
@@ -120,12 +118,12 @@ def test_loading_listing_and_copying_a_scenario_executes_none_of_its_code(folder
     assert ran.exists()
 
 
-def test_it_runs_in_the_loop(folder, name):
+def test_a_custom_estimator_runs_in_the_loop(folder, name):
     summary = simulate(load_scenario(write(folder, name), duration=1.0), options=RunOptions(stop_when_over=False))
     assert summary["prediction_rms_m"] > 0.0
 
 
-def test_what_it_raises_on_the_way_is_told_and_the_run_up_to_there_is_kept(folder, name, tmp_path, capfd):
+def test_an_error_during_the_run_is_reported_and_the_run_up_to_it_is_kept(folder, name, tmp_path, capfd):
     path = write(folder, name, "Broken")
     with (folder / f"{name}.py").open("a") as file:
         file.write("\n\nclass Broken(StraightOn):\n    def predict(self, state, times):\n")
@@ -136,7 +134,7 @@ def test_what_it_raises_on_the_way_is_told_and_the_run_up_to_there_is_kept(folde
     assert {"log.npz", "summary.json", "tracking.png"} <= {path.name for path in (tmp_path / "out").iterdir()}
 
 
-def test_workers_find_it_whatever_their_folder(folder, name, monkeypatch):
+def test_workers_find_the_module_in_any_current_folder(folder, name, monkeypatch):
     plan = make_plan(write(folder, name), 1, overrides=["duration=0.6"])
     monkeypatch.chdir("/")
     monkeypatch.setattr(sys, "path", [entry for entry in sys.path if entry != str(folder)])
@@ -145,7 +143,7 @@ def test_workers_find_it_whatever_their_folder(folder, name, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("call", "said"),
+    ("call", "message"),
     [
         ("StraightOn, parameters: {stdd: 1}", "StraightOn: got an unexpected keyword argument 'stdd'; it takes std"),
         ("StraightOn, parameters: {std: 0}", "{name}.StraightOn raised ValueError: std is 0 ({name}.py line"),
@@ -155,20 +153,20 @@ def test_workers_find_it_whatever_their_folder(folder, name, monkeypatch):
         ("StraightOn, parameters: {std: [1]}", "estimator.parameters.std must be a number, true or false, or text"),
     ],
 )  # fmt: skip
-def test_a_mistake_is_one_line_that_says_where(folder, name, call, said):
+def test_a_mistake_gives_one_line_that_says_where(folder, name, call, message):
     path = write(folder, name, call)
     line = error_of(path)
-    assert line.startswith(f"{path} line 1: estimator") and said.format(name=name) in line, line
+    assert line.startswith(f"{path} line 1: estimator") and message.format(name=name) in line, line
 
 
-def test_a_module_that_is_not_there_or_does_not_load(folder, name):
+def test_a_module_that_does_not_exist_or_does_not_load(folder, name):
     def trying(call):
         return error_of("train", overrides=[f"estimator=!Custom {{call: {call}}}"])
 
-    assert f"there is no module {name}; looked beside the scenario, in {Path.cwd()}" in trying(f"{name}.X")
+    assert f"there is no module {name}; looked next to the scenario, in {Path.cwd()}" in trying(f"{name}.X")
     assert "estimator.call must be module.name" in trying(name)
     assert "estimator.call must be module.name" in trying('""')
-    for k, (text, said) in enumerate([
+    for k, (text, message) in enumerate([
         ("x = (", "line 1: '(' was never closed"),
         ("\nimport no_such_package_at_all", "ModuleNotFoundError: No module named 'no_such_package_at_all'"),
         ("import sys\nsys.exit(0)", "raised SystemExit: 0 ({module}.py line 2)"),
@@ -176,9 +174,9 @@ def test_a_module_that_is_not_there_or_does_not_load(folder, name):
     ]):  # fmt: skip
         module = f"{name}_{k}"
         Path(f"{module}.py").write_text(text)
-        assert said.format(module=module) in trying(f"{module}.X")
+        assert message.format(module=module) in trying(f"{module}.X")
     Path("statistics.py").write_text("class Mine: pass")
-    assert "another module has the name statistics" in trying("statistics.Mine")
+    assert "another module is also named statistics" in trying("statistics.Mine")
 
 
 def test_a_custom_arm(folder, name):
@@ -190,14 +188,14 @@ def test_a_custom_arm(folder, name):
 
     diagram = make_diagram(load_scenario("train", overrides=arm("make_arm, parameters: {inertia: 3.5}")))
     np.testing.assert_equal(diagram.world.laboratory.plant.num_actuated_dofs(diagram.world.laboratory.arm), 6)
-    for call, said in {
+    for call, message in {
         "make_arm, parameters: {flange: flansch}": "There is no Frame named 'flansch'",
         "make_arm, parameters: {joints: 2}": "servo_inertia has 2 values for 6 joints with actuators",
-        "with_cup": "the hand of the train must have fingers",
+        "with_cup": "for the train the hand must have fingers",
         "one_finger": "fingers names 1 joints; a gripper has two, a cup none",
         "number": f"{name}.number returned a int; it must return an ArmDescription",
     }.items():
-        assert said in error_of("train", overrides=arm(call))
+        assert message in error_of("train", overrides=arm(call))
     assert "no Frame named 'probe'" in error_of("ball", overrides=arm("with_cup, parameters: {probe: false}")[1:])
     assert load_scenario("ball", overrides=arm("with_cup")[1:]).arm.folder == str(Path.cwd())
 
@@ -209,7 +207,7 @@ def test_an_arm_with_more_joints_is_sent_in_full_between_processes(folder, name)
     assert arm_side.GetOutputPort("arm_state").size() == 14
 
 
-def test_a_scenario_with_one_goes_to_workers(folder, name):
+def test_a_scenario_with_a_custom_part_can_be_pickled(folder, name):
     scenario = load_scenario(write(folder, name))
     again = pickle.loads(pickle.dumps(scenario))
     assert again == scenario and again.where("estimator") == scenario.where("estimator")

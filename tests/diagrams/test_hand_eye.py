@@ -1,4 +1,4 @@
-"""The whole diagram as wired, on rendered images for a few cycles."""
+"""Tests of the complete diagram, on rendered images for a few cycles."""
 
 import numpy as np
 import pytest
@@ -29,13 +29,13 @@ def hand_eye():
     return make_diagram(load_scenario("train", seed=4))
 
 
-def test_rooms_and_arrows_are_those_of_the_architecture(hand_eye):
+def test_subsystems_and_connections_are_those_of_the_architecture(hand_eye):
     assert arrows(hand_eye) == ARROWS
     assert hand_eye.num_input_ports() == 0
 
 
 def test_its_documented_ports_are_its_ports(hand_eye):
-    listed = HandEyeDiagram.__doc__.split("output_ports:")[1].split("The outputs")[0]
+    listed = HandEyeDiagram.__doc__.split("output_ports:")[1].split("The block lists")[0]
     documented = {line.strip(" -") for line in listed.splitlines() if line.strip().startswith("-")}
     assert documented == {hand_eye.get_output_port(k).get_name() for k in range(hand_eye.num_output_ports())}
 
@@ -45,9 +45,9 @@ def test_every_signal_of_the_log_is_a_port_with_as_many_fields(hand_eye):
         assert hand_eye.GetOutputPort(name).size() == len(fields), name
 
 
-def test_the_picture_of_the_diagram_shows_the_rooms(hand_eye):
+def test_the_picture_of_the_diagram_shows_the_subsystems(hand_eye):
     picture = hand_eye.GetGraphvizString(max_depth=1)
-    assert all(room in picture for room in ("world", "vision", "host", "link", "arm", "truth_train_state"))
+    assert all(name in picture for name in ("world", "vision", "host", "link", "arm", "truth_train_state"))
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def after(hand_eye):
     return simulator.get_context()
 
 
-def test_until_something_is_seen_the_hand_waits_at_home_with_open_jaws(hand_eye, after):
+def test_the_hand_waits_at_home_with_open_jaws_until_something_is_seen(hand_eye, after):
     def read(port):
         return hand_eye.GetOutputPort(port).Eval(after)
 
@@ -72,14 +72,14 @@ def test_until_something_is_seen_the_hand_waits_at_home_with_open_jaws(hand_eye,
     assert JawState(read("jaws")).width == pytest.approx(0.088, abs=1e-3)
 
 
-def test_vision_has_begun_to_see(hand_eye, after):
+def test_vision_measures_points(hand_eye, after):
     point = hand_eye.GetOutputPort("point").Eval(after)
     assert point[-1] == 1.0
     train = hand_eye.GetOutputPort("truth_train_state").Eval(after)
-    assert np.hypot(*(point[1:3] - train[4:6])) < 0.06  # of a quarter of a second ago
+    assert np.hypot(*(point[1:3] - train[4:6])) < 0.06  # the point is a quarter of a second old
 
 
-def test_a_context_can_be_made_again_and_is_as_new(hand_eye, after):
+def test_a_second_context_starts_from_the_initial_state(hand_eye, after):
     fresh = hand_eye.CreateDefaultContext()
     assert fresh.get_time() == 0.0
     assert not np.any(hand_eye.GetOutputPort("point").Eval(fresh))

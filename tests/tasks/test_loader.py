@@ -1,4 +1,4 @@
-"""What a scenario file may say, and what is said of one that is wrong."""
+"""Tests of reading, checking and writing scenarios, and of the messages about wrong ones."""
 
 import dataclasses
 import typing
@@ -46,7 +46,7 @@ def test_every_scenario_of_the_package_loads_and_is_described():
         assert description
 
 
-def test_every_scenario_is_read_back_as_it_was_written_also_by_drake(tmp_path):
+def test_every_scenario_can_be_written_and_read_again_also_by_drake(tmp_path):
     from pydrake.common.yaml import yaml_load
 
     for count, (name, _) in enumerate(list_scenarios()):
@@ -58,7 +58,7 @@ def test_every_scenario_is_read_back_as_it_was_written_also_by_drake(tmp_path):
         assert data["seed"] == 11 and data["link"] == {"_tag": "!Lossy"} | vars(scenario.link)
 
 
-def test_every_setting_says_what_it_is_and_its_default_is_allowed():
+def test_every_setting_has_a_help_text_and_its_default_is_allowed():
     for part in (*all_parts(TrainScenario), *all_parts(BallScenario)):
         for field in settings_of(part):
             assert field.metadata["help"], f"{part.__name__}.{field.name}"
@@ -67,7 +67,7 @@ def test_every_setting_says_what_it_is_and_its_default_is_allowed():
             validate(TrainScenario(estimator=estimator(), link=link()))
 
 
-def test_a_scenario_cannot_be_changed_but_copied_with_other_settings():
+def test_a_scenario_is_frozen_and_can_be_copied_with_other_settings():
     scenario = load_scenario("train", seed=4)
     with pytest.raises(dataclasses.FrozenInstanceError):
         scenario.seed = 5
@@ -81,7 +81,7 @@ def test_a_scenario_cannot_be_changed_but_copied_with_other_settings():
         scenario.with_settings({"track.sped": 0.2})
 
 
-def test_interlaced_builds_on_train():
+def test_interlaced_extends_train():
     train, interlaced = load_scenario("train"), load_scenario("train:interlaced")
     assert interlaced.vision.detector.preset == "paper_interlaced"
     assert interlaced.track.kind == "circle"
@@ -89,7 +89,7 @@ def test_interlaced_builds_on_train():
     assert interlaced.servo.stale_after == train.servo.stale_after
 
 
-def test_seed_duration_and_overrides_win_over_the_file_and_the_last_one_over_the_others():
+def test_overrides_replace_the_values_of_the_file_and_the_last_override_wins():
     overrides = ["track.speed=1e-1", "track.speed=0.2", "track={kind: stadium, radius: 0.1}", "vision.lag_cycles=12"]
     scenario = load_scenario("train", seed=7, duration=12, overrides=overrides)
     assert (scenario.seed, scenario.duration) == (7, 12.0)
@@ -108,7 +108,7 @@ def test_a_tag_chooses_the_kind_of_a_role():
     )
 
 
-def test_a_new_tag_forgets_the_settings_of_the_base_kind(tmp_path):
+def test_a_new_tag_discards_the_settings_of_the_base_kind(tmp_path):
     path = write(
         tmp_path,
         "mine: {estimator: !ArcLength {order: 20}}\n"
@@ -119,13 +119,13 @@ def test_a_new_tag_forgets_the_settings_of_the_base_kind(tmp_path):
     assert load_scenario(f"{path}:other").estimator == AlphaBetaGamma()
 
 
-def test_an_empty_value_is_the_presets_own():
+def test_an_empty_value_restores_the_value_of_the_preset():
     for empty in ("", "null"):
         overrides = ["vision.detector.stride=1", f"vision.detector.stride={empty}"]
         assert load_scenario("train", overrides=overrides).vision.detector.stride is None
 
 
-def test_all_errors_are_told_at_once_each_with_its_line_key_value_and_what_is_allowed(tmp_path):
+def test_all_errors_are_reported_at_once_with_line_key_value_and_allowed_values(tmp_path):
     path = write(
         tmp_path,
         "mine:\n"
@@ -150,7 +150,7 @@ def test_all_errors_are_told_at_once_each_with_its_line_key_value_and_what_is_al
 
 
 @pytest.mark.parametrize(
-    "override, said",
+    "override, message",
     [
         ("track.speeed=1", "did you mean track.speed?"),
         ("preset=scaled", "did you mean vision.detector.preset?"),
@@ -186,13 +186,13 @@ def test_all_errors_are_told_at_once_each_with_its_line_key_value_and_what_is_al
         ("track..speed=1", "write it as key.path=value"),
     ],
 )
-def test_a_wrong_override_is_one_line_that_names_it(override, said):
+def test_a_wrong_override_gives_one_line_that_names_it(override, message):
     (error,) = errors_of("train", overrides=[override])
-    assert said in error
+    assert message in error
     assert f"--set {override}" in error or "(default)" in error
 
 
-def test_duplicate_keys_are_refused_with_both_lines(tmp_path):
+def test_duplicate_keys_are_rejected_with_both_lines(tmp_path):
     path = write(tmp_path, "mine:\n  seed: 1\n  track: {speed: 0.1}\n  seed: 2\nmine: {}\n")
     errors = errors_of(str(path))
     assert errors == [
@@ -202,10 +202,10 @@ def test_duplicate_keys_are_refused_with_both_lines(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "spec, said",
+    "spec, message",
     [
-        ("train:", "train: is no scenario: there is no name after the colon"),
-        ("trian", "no scenario 'trian'; there are train, train:interlaced"),
+        ("train:", "train: the name of a scenario is missing after the colon"),
+        ("trian", "no scenario 'trian'; allowed are train, train:interlaced"),
         ("trian", "did you mean train?"),
         ("train:papr", "did you mean paper?"),
         ("train_cameras", "there is no scenario"),
@@ -213,13 +213,13 @@ def test_duplicate_keys_are_refused_with_both_lines(tmp_path):
         ("", "there is no scenario"),
     ],
 )
-def test_an_unknown_scenario_is_one_line_with_the_nearest_name(spec, said):
+def test_an_unknown_scenario_gives_one_line_with_the_nearest_name(spec, message):
     (error,) = errors_of(spec)
-    assert said in error
+    assert message in error
 
 
 @pytest.mark.parametrize(
-    "text, said",
+    "text, message",
     [
         ("mine: [", "line 1: not valid YAML"),
         ("mine: {}\f", "line 1: not valid YAML: unacceptable character #x000c"),
@@ -229,17 +229,17 @@ def test_an_unknown_scenario_is_one_line_with_the_nearest_name(spec, said):
         ("mine: {base: other}\nnext: {}", "line 1: base must be one of next, not 'other'"),
         ("mine: {base: [other]}\n", "line 1: base must be one of (none)"),
         ("mine: {base: next}\nnext: {base: mine}\n", "line 2: base must be one of (none), not 'mine'"),
-        ("one: {}\ntwo: {}\n", "name one of its scenarios after a colon: one, two"),
+        ("one: {}\ntwo: {}\n", "add a colon and the name of a scenario: one, two"),
         ("mine: {cameras: {width: 0}}\n", "line 1: cameras.width must be a whole number from 16 to 2048 px, not 0"),
     ],
 )
-def test_a_broken_file_is_one_line_that_names_it(tmp_path, text, said):
+def test_a_broken_file_gives_one_line_that_names_it(tmp_path, text, message):
     path = write(tmp_path, text)
     (error,) = errors_of(str(path))
-    assert error.startswith(str(path)) and said in error
+    assert error.startswith(str(path)) and message in error
 
 
-def test_files_are_found_beside_the_scenario_or_where_the_command_was_given(tmp_path, monkeypatch):
+def test_files_are_searched_for_next_to_the_scenario_or_in_the_current_folder(tmp_path, monkeypatch):
     (tmp_path / "here").mkdir()
     track = write(tmp_path, "x,y\n", "track.csv")
     path = write(tmp_path, "mine: {track: {kind: csv, csv: track.csv}}\n")
@@ -252,7 +252,7 @@ def test_files_are_found_beside_the_scenario_or_where_the_command_was_given(tmp_
     assert scenario_file(str(track)) == track
 
 
-def test_where_a_setting_came_from():
+def test_the_origin_of_a_setting():
     scenario = load_scenario("train:interlaced", overrides=["track.radius=0.11"])
     assert scenario.where("track.radius") == "--set track.radius=0.11: track.radius"
     assert scenario.where("track.centre") == "track.centre (default)"
@@ -263,7 +263,7 @@ def test_where_a_setting_came_from():
     assert "paper_interlaced" in lines[int(origin.rsplit(" ", 1)[1]) - 1]
 
 
-def test_a_scenario_changed_in_python_is_checked_too():
+def test_a_scenario_changed_in_python_can_be_checked():
     scenario = TrainScenario().with_settings({"track.speed": float("nan"), "track.centre": [0.5]})
     with pytest.raises(DrakeTrackerError) as caught:
         validate(scenario)
@@ -272,12 +272,12 @@ def test_a_scenario_changed_in_python_is_checked_too():
 
 
 def test_the_default_is_the_default_scenario_of_the_package():
-    """The file says only what differs, so a TrainScenario made in Python is the scenario "train"."""
+    """The file contains only what differs from the defaults: TrainScenario() equals the scenario "train"."""
     train = load_scenario("train")
     assert dataclasses.replace(train, name="", description="") == TrainScenario()
 
 
-def test_keys_are_unique_and_plain():
+def test_keys_are_plain_yaml():
     keys = list(setting_keys(TrainScenario))
     assert "track.speed" in keys and "link.drop" in keys and "estimator.order" in keys
     assert yaml.safe_load(yaml.safe_dump(keys)) == keys

@@ -203,7 +203,7 @@ def test_no_motion_is_not_a_success(folder, capsys):
         ("nowhere.mkv", ["nowhere.mkv: there is no such file"]),
         ("left.mkv --detector Eye", ["detector must be one of !NormalFlow, !FrameDifference"]),
         ("left.mkv --detector '!NormalFlow {foo: 1}'", ["detector.foo"]),
-        ("left.mkv --estimator '!!ArcLength {}'", ["!!ArcLength is no tag; one ! makes one"]),
+        ("left.mkv --estimator '!!ArcLength {}'", ["!!ArcLength is not a kind; write one !"]),
         ("left.mkv --max-gap inf", ["--max-gap inf: must be above 0 and finite"]),
         ("left.mkv --estimator Oracle", ["estimator must be one of !CoordinatedTurn"]),
         ("left.mkv --fps -1", ["--fps -1: must be above 0"]),

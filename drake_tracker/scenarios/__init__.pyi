@@ -1,0 +1,12 @@
+from .base import BaseScenario as BaseScenario
+from .base import Custom as Custom
+from .option import read_option as read_option
+from .reader import describe_settings as describe_settings
+from .reader import read as read
+from .reader import setting_keys as setting_keys
+from .reader import setting_unit as setting_unit
+from .tree import Value as Value
+from .tree import dump as dump
+from .tree import merge as merge
+from .tree import nest as nest
+from .tree import parse as parse
