@@ -6,11 +6,11 @@ import numpy as np
 from catches import ACCELERATION, X_WB, ball_packet
 from pydrake.math import RigidTransform
 
-from drake_tracker.tasks.ball.task import TASK
 from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.ball.task import TASK
 from drake_tracker.vision.board_poses import BoardPoses
 from drake_tracker.vision.circle_pose import image_centres
 from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS

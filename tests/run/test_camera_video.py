@@ -33,10 +33,9 @@ class Laboratory(LeafSystem):
     def __init__(self, blind_from=np.inf):
         super().__init__()
         self._blind_from = blind_from
+        blank, nothing = ImageRgba8U(80, 60), MotionEnergy(0.0, np.zeros((1, 1), np.uint8), OFFSET)
         for side in SIDES:
-            blank = ImageRgba8U(80, 60)
             self.DeclareAbstractOutputPort(f"camera_{side}", lambda: AbstractValue.Make(blank), self._image)
-            nothing = MotionEnergy(0.0, np.zeros((1, 1), np.uint8), OFFSET)
             self.DeclareAbstractOutputPort(f"motion_{side}", lambda: AbstractValue.Make(nothing), self._motion)
             self.DeclareVectorOutputPort(f"centroid_{side}", 5, self._centroid)
         self.DeclareVectorOutputPort("packet", 160, self._packet)
@@ -241,9 +240,7 @@ def test_a_frame_is_drawn_once_for_all_who_want_it_and_never_for_nobody():
         page.pages.clear()
         builder = DiagramBuilder()
         laboratory = builder.AddSystem(Laboratory())
-        video = builder.AddSystem(
-            CameraVideoSystem(sinks, page, made_up_film(SIDES, OFFSET, LAG, TRAIN_SCRIPT))
-        )
+        video = builder.AddSystem(CameraVideoSystem(sinks, page, made_up_film(SIDES, OFFSET, LAG, TRAIN_SCRIPT)))
         for k in range(video.num_input_ports()):
             name = video.get_input_port(k).get_name()
             builder.Connect(laboratory.GetOutputPort(name), video.GetInputPort(name))

@@ -53,9 +53,13 @@ def test_closing_twice_and_closing_nothing(tmp_path):
     video.close()
 
 
+def write_frames(video, count):
+    for k in range(count):
+        video.write(frame(k))
+
+
 def test_a_full_disk_is_an_error_once_and_no_end_of_the_process():
     video = VideoFile("/dev/full", 10, (160, 96))
     with pytest.raises(OSError, match="No space left"):
-        for k in range(35):
-            video.write(frame(k))
+        write_frames(video, 35)
     video.close()
