@@ -1,8 +1,8 @@
-"""Makes the picture of the live view in the README: the page in a browser, while the jaws close on the train.
+"""Makes the picture of the live view: the page in a browser, while the jaws close on the train.
 
     python docs/make_live_picture.py [SCENARIO] [--phase Close] [--out docs/images/live.png]
 
-Needs Playwright (of the extra `test`) and Debian's chromium. Where the browser draws without a GPU it takes minutes.
+Needs Playwright (extra `test`) and Debian's chromium. Without a GPU the browser takes minutes.
 """
 
 import argparse
@@ -27,9 +27,9 @@ FLAGS = [
     "--disable-background-networking",
 ]
 COLOURS = 256
-"""Of the palette: the picture is to be small."""
+"""Size of the palette, which keeps the picture small."""
 SETTLED = 3.0
-"""Time [s] that the browser has to draw the scene as it stands."""
+"""Time that the browser gets to draw the scene [s]."""
 
 
 def pause_in(url, phase):
@@ -48,7 +48,7 @@ def pause_in(url, phase):
 
 
 def ask(url, what):
-    """Asks something of the run at ``url``, as its page does."""
+    """Sends a request to the run at ``url``, as its page does."""
     origin = {"Origin": url.rstrip("/")}
     urllib.request.urlopen(urllib.request.Request(f"{url}control", json.dumps(what).encode(), origin))
 
