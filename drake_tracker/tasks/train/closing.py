@@ -1,4 +1,4 @@
-"""How well the jaws were timed and placed, judged from truth after the run."""
+"""Timing and position of the jaws when they closed, measured against ground truth after the run."""
 
 from collections.abc import Sequence
 
@@ -14,27 +14,32 @@ from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.world.speed_law import distance_at
 
 REACH_ALONG = 0.05
-"""Distance [m] along the jaws' faces by which the middle of the train may be off and still be gripped."""
+"""Greatest distance along the faces of the jaws at which the middle of the train can still be gripped [m]."""
 _STEP = 0.001
+"""Time step at which paths are compared [s]."""
 
 
 def clearance(scenario: TrainScenario) -> float:
-    """Returns by how much [m] the train may be off the middle of the open jaws, across them, and still fit between."""
+    """Returns the greatest distance across the open jaws, from their middle, at which the train still fits [m]."""
     return 0.5 * (scenario.grasp.jaw_opening - scenario.grasp.object_width)
 
 
 def closing_onset_error(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> float | None:
-    """Returns the start of the last closing command against the last instant at which it would still have met the
-    train.
+    """Returns the start of the last closing command relative to the last instant at which it could succeed [s].
 
-    Counted in s; negative is early enough, None is no closing, or a hand that was not over the train to begin with.
+    A negative value is early enough. The last possible instant follows from ground truth, as if hand and train did not
+    touch: the hand continues along the path frozen at the launch (the servo's target and, beyond the end of the log,
+    the packet on which it is based), and the train continues along its track according to its speed law. The middle of
+    the train leaves the space between the open jaws when it is more than `clearance` across or `REACH_ALONG` along the
+    jaws from their middle. The pads must touch by then, hence closing must begin earlier by the travel time of the
+    jaws. If the train has not left when the path of the packet ends, the end of the path is used.
 
-    That last instant follows from truth: were nothing ever to touch, the hand would go on along the path that was
-    frozen at the launch (the servo's target, and beyond the log's end the packet it rests on), and the train along its
-    track by its speed law. The train's middle leaves the space between the open jaws once it is farther than
-    `clearance` across or `REACH_ALONG` along from the middle of the jaws. The pads must touch by then, so that closing
-    must have begun the jaws' travel time earlier. A train that does not leave before the packet's path ends counts as
-    leaving there.
+    Args:
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
+        spans: phases of the run.
+
+    Returns None if the jaws never closed, or if the hand was not over the train at the launch.
     """
     launch, close = last_closing(spans)
     if launch is None or close is None:
@@ -57,9 +62,17 @@ def closing_onset_error(scenario: TrainScenario, log: Log, spans: Sequence[Phase
 
 
 def offset_at_touch(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> tuple[float, float] | None:
-    """Returns where the train's middle was, (along, across) [m] from the middle of the jaws, when the last closing came
-    to touch it: at the first contact since the launch, or else when the pads would have met its sides. None without
-    one.
+    """Returns the position of the train's middle relative to the middle of the jaws at touch, (along, across) [m].
+
+    The instant is the first contact since the last launch, or otherwise the instant at which the pads would have
+    touched the sides of the train.
+
+    Args:
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
+        spans: phases of the run.
+
+    Returns None if the jaws never closed, or if a pose is not logged.
     """
     launch, close = last_closing(spans)
     if launch is None or close is None:
@@ -75,7 +88,7 @@ def offset_at_touch(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan
 
 
 def last_closing(spans: Sequence[PhaseSpan]) -> tuple[PhaseSpan, PhaseSpan] | tuple[None, None]:
-    """Returns the `PhaseSpan`s (launch, closing) of the last attempt whose jaws closed, or (None, None)."""
+    """Returns the phases (INTERCEPT, CLOSE) of the last attempt in which the jaws closed, or (None, None)."""
     for before, span in reversed(list(zip(spans, spans[1:]))):
         if span.phase == Phase.CLOSE and before.phase == Phase.INTERCEPT:
             return before, span
@@ -83,12 +96,19 @@ def last_closing(spans: Sequence[PhaseSpan]) -> tuple[PhaseSpan, PhaseSpan] | tu
 
 
 def _frozen_path(log: Log, launch: float) -> tuple[np.ndarray, np.ndarray]:
-    """Returns times (n,) [s] and the path (x, y, yaw) of the hand frozen at ``launch`` [s], shape (n, 3)."""
+    """Returns the path of the hand that was frozen at a launch.
+
+    Args:
+        log: {name: Signal} of the run.
+        launch: time of the launch [s].
+
+    Returns (times [s], shape (n,); path (x, y, yaw) in W [m, rad], shape (n, 3)).
+    """
     target = log["target"]
     same = (target.times >= launch) & (target["valid"] > 0)
     if not same.any():
         return np.zeros(0), np.zeros((0, 3))
-    stamp_frozen = target["stamp"][np.argmax(same)]  # the launch shows here; later samples rest on it too
+    stamp_frozen = target["stamp"][np.argmax(same)]  # the first sample after the launch; later ones use the same packet
     same &= target["stamp"] == stamp_frozen
     known_times, known = target["time"][same], target.view("x", "y", "yaw")[same]
     end = known_times[-1]
@@ -106,7 +126,13 @@ def _frozen_path(log: Log, launch: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _in_hand(hand: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns (along, across) [m] of the points x, y as seen from the hand's poses (x, y, yaw), shape (n, 3)."""
+    """Returns (along, across) [m] of points relative to poses of the hand, each of shape (n,).
+
+    Args:
+        hand: poses (x, y, yaw) in W [m, rad], shape (n, 3).
+        x: x of the points in W [m], shape (n,).
+        y: y of the points in W [m], shape (n,).
+    """
     dx, dy = x - hand[:, 0], y - hand[:, 1]
     cos, sin = np.cos(hand[:, 2]), np.sin(hand[:, 2])
     return cos * dx + sin * dy, cos * dy - sin * dx

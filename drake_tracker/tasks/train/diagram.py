@@ -1,4 +1,4 @@
-"""The wiring of a run of the train."""
+"""Builds the hand-eye diagram of the train from a scenario (Allen et al. 1991)."""
 
 from collections.abc import Mapping
 
@@ -20,10 +20,13 @@ from drake_tracker.tasks.train.world import make_train_world
 
 
 def make_train_diagram(scenario: TrainScenario) -> HandEyeDiagram:
-    """Returns the `HandEyeDiagram` of a scenario. Everything random is drawn from ``scenario.seed``.
+    """Returns the hand-eye diagram of a scenario.
 
-    Raises DrakeTrackerError, in one line, when the scenario cannot be built: a file is missing, the track is out of
-    reach, or the vision would never see the train.
+    Args:
+        scenario: the scenario. All random numbers are drawn from its ``seed``.
+
+    Raises DrakeTrackerError when the scenario cannot be built: a file is missing, the track is out of reach, or the
+    vision would never see the train.
     """
     vision, windows = make_vision(scenario)
     return assemble(scenario, vision, windows, train_host(scenario))
@@ -36,16 +39,16 @@ def assemble(
     host: System,
     connections: tuple[Connection, ...] = BETWEEN_SUBSYSTEMS,
 ) -> HandEyeDiagram:
-    """Returns the `HandEyeDiagram` of a scenario with a given vision and host, or with what stands in for them.
+    """Returns the hand-eye diagram of a scenario with a given vision and host, or with substitutes for them.
 
     Args:
-        scenario: the scenario of world, link and arm.
+        scenario: scenario of world, link and arm.
         vision: a Diagram with the ports of `VisionDiagram`.
-        windows: {camera name: window to render [px]}, as `WorldDiagram` takes it.
+        windows: {name of the camera: part of the full image to render (u0, v0, width, height) [px]}.
         host: a System with the ports of `EstimatorSystem`.
-        connections: as `HandEyeDiagram` takes them.
+        connections: connections between ports with different names, as for `HandEyeDiagram`.
 
-    Raises DrakeTrackerError as `make_train_diagram`.
+    Raises DrakeTrackerError when the scenario cannot be built.
     """
     reach = Reach(scenario)
     track, start = place_track(scenario, reach)
@@ -65,5 +68,5 @@ def assemble(
 
 
 def train_host(scenario: TrainScenario) -> EstimatorSystem:
-    """Returns the host of a scenario: its estimator as a System."""
+    """Returns the host of a scenario, its estimator as a System. Raises DrakeTrackerError when it cannot be made."""
     return make_host(estimator_of(scenario.estimator, scenario.where("estimator")), scenario.time_step)

@@ -1,10 +1,10 @@
-"""What happened in a run of the train, read from its log: phases, the train's true path, errors from it.
+"""What happened in a run of the train, according to its log: phases, the train's true path, and errors.
 
-Errors are horizontal, at the centre of the train's body, and split along and across its true direction of travel.
+Errors are horizontal, at the centre of the train's body, and split into components along and across its true direction
+of travel.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -16,20 +16,34 @@ from drake_tracker.tasks.episode import PhaseSpan, during, interpolate_rows
 
 
 def phase_spans(log: Mapping[str, Signal], time_step: float = TIME_STEP) -> tuple[PhaseSpan, ...]:
-    """Returns the phases of a run of the train; see `tasks.episode.phase_spans`."""
+    """Returns the phases of a run of the train, in order.
+
+    Args:
+        log: {name: Signal} of the run.
+        time_step: the plant's step [s].
+    """
     return episode.phase_spans(log, Phase, time_step)
 
 
 def sighted(spans: Sequence[PhaseSpan], times: np.ndarray) -> np.ndarray:
-    """Returns at which of ``times`` (n,) [s] the arm used vision, shape (n,), bool."""
+    """Returns at which times the arm used vision, shape (n,), bool.
+
+    Args:
+        spans: phases of the run.
+        times: times [s], shape (n,).
+    """
     return during(spans, times, *(phase for phase in Phase if not PROGRAMS[phase].blind))
 
 
 def train_pose(log: Mapping[str, Signal], times: np.ndarray | Sequence[float]) -> np.ndarray:
-    """Returns the train's true (x, y, z, yaw) [m, rad] at ``times`` (n,) [s], shape (n, 4), NaN where nothing is
-    logged.
+    """Returns the true pose (x, y, z, yaw) of the train in W [m, rad], shape (n, 4), NaN where nothing is logged.
 
-    Linear between samples: at 0.2 m/s on a radius of 0.12 m that is right to 12 micrometres. The yaw is continuous.
+    The pose is interpolated linearly between samples, with an error of 12 micrometres at 0.2 m/s on a radius of 0.12 m.
+    The yaw is continuous.
+
+    Args:
+        log: {name: Signal} of the run.
+        times: times [s], shape (n,).
     """
     truth = log["truth_train_state"]
     times = np.asarray(times, dtype=float)
@@ -41,11 +55,15 @@ def train_pose(log: Mapping[str, Signal], times: np.ndarray | Sequence[float]) -
     return interpolate_rows(times, truth.times, rows)
 
 
-def errors(log: Mapping[str, Signal], times: np.ndarray, xy: Any) -> np.ndarray:
-    """Returns how far the points ``xy`` (n, 2) [m] lie from the train at ``times`` (n,) [s]: (along, across), shape (n,
-    2).
+def errors(log: Mapping[str, Signal], times: np.ndarray, xy: np.ndarray) -> np.ndarray:
+    """Returns the errors (along, across) of points relative to the train [m], shape (n, 2).
 
-    Positive is ahead of the train, and to its left. NaN where the truth is not logged.
+    Positive values are ahead of the train and to its left. NaN where the truth is not logged.
+
+    Args:
+        log: {name: Signal} of the run.
+        times: times of the points [s], shape (n,).
+        xy: points in W [m], shape (n, 2).
     """
     truth = train_pose(log, times)
     dx, dy = (np.asarray(xy, dtype=float) - truth[:, :2]).T

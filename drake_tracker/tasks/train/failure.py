@@ -1,4 +1,4 @@
-"""Says in one sentence why the train was not taken, from the log of a run."""
+"""Says in one sentence why the train was not lifted, from the log of a run."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -16,23 +16,25 @@ GATE_WORDS = {
     Gate.NOT_TRACKING: "the hand was not tracking",
     Gate.SETTLING: "the hand was settling",
     Gate.FLIPPING: "the jaws were turning over",
-    Gate.STALE: "no fresh prediction came",
-    Gate.NO_MEMORY: "too few predictions from there could be judged yet",
-    Gate.PREDICTIONS_FAILED: "earlier predictions from there had not come true",
+    Gate.STALE: "no fresh prediction arrived",
+    Gate.NO_MEMORY: "too few earlier predictions from the same place had been checked",
+    Gate.PREDICTIONS_FAILED: "earlier predictions from the same place had not come true",
     Gate.OUT_OF_REACH: "the meeting point was out of reach",
 }
-"""Why the grasp machine waits, to finish a sentence."""
+"""Reasons for which the gate stays closed, as clauses of a sentence."""
 
 
 def failure_reason(
     scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], valid_fraction: float | None, interrupted: bool
 ) -> str | None:
-    """Returns the reason in one sentence, or None when the train was taken.
+    """Returns the reason of a failure in one sentence, or None when the train was lifted.
 
     Args:
-      spans: from `phase_spans`. valid_fraction: share of the cycles with a valid point, None when there was none at
-      all.
-      interrupted: whether the user ended the run.
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
+        spans: phases of the run.
+        valid_fraction: fraction of the cycles with a valid point, None when vision was never used.
+        interrupted: whether the user ended the run.
     """
     verdict = log["truth_verdict"]
     if len(verdict.times) and verdict["taken"][-1]:
@@ -57,7 +59,7 @@ def _attempts(log: Log) -> int:
 
 
 def _last_attempt(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], attempts: int, derailed: bool) -> str:
-    """Returns what became of the last attempt."""
+    """Returns the outcome of the last attempt, as a sentence."""
     start = max(k for k, span in enumerate(spans) if span.phase == Phase.INTERCEPT)
     phases = [span.phase for span in spans[start:]]
     thrown = " and threw the train off its track" if derailed else ""
@@ -72,12 +74,12 @@ def _last_attempt(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan],
     if offset is not None:
         along, across = (1e3 * abs(x) for x in offset)
         where = (
-            f": at touch the train was {across:.0f} mm across and {along:.0f} mm along the jaws from their middle, "
-            f"and {1e3 * clearance(scenario):.0f} mm across fit"
+            f": at contact the train was {across:.0f} mm across and {along:.0f} mm along the jaws from their middle; "
+            f"at most {1e3 * clearance(scenario):.0f} mm across is possible"
         )
     reason = f"attempt {attempts} missed{thrown}{where}"
     if Phase.TRACK in phases:
-        reason += "; after it the gate did not open again" + _waiting(log, spans, spans[start].start)
+        reason += "; afterwards the gate did not open again" + _waiting(log, spans, spans[start].start)
     return reason
 
 
@@ -87,12 +89,21 @@ def _after_grip(log: Log, start: float, attempts: int, retreated: bool) -> str:
     touched = since & ((verdict["left_contact"] > 0) | (verdict["right_contact"] > 0))
     height = 1e3 * max(verdict["lift"][touched], default=0.0)
     if retreated or not touched[-1]:
-        return f"attempt {attempts} gripped the train but dropped it, {height:.0f} mm up at most"
-    return f"attempt {attempts} held the train, {height:.0f} mm up, for {verdict['held'][-1]:.2f} s when the run ended"
+        return f"attempt {attempts} gripped the train but dropped it at a height of at most {height:.0f} mm"
+    return (
+        f"attempt {attempts} held the train at a height of {height:.0f} mm, but for only {verdict['held'][-1]:.2f} s "
+        "when the run ended"
+    )
 
 
 def _waiting(log: Log, spans: Sequence[PhaseSpan], since: float) -> str:
-    """Returns how long the gate stayed shut while tracking after ``since`` [s], and the commonest reason."""
+    """Returns how long the gate stayed closed while the hand tracked the train, and the most frequent reason.
+
+    Args:
+        log: {name: Signal} of the run.
+        spans: phases of the run.
+        since: time from which to look [s].
+    """
     diagnosis = log["diagnosis"]
     tracking = during(spans, diagnosis.times, Phase.TRACK) & (diagnosis.times >= since)
     time = sum(span.end - max(span.start, since) for span in spans if span.phase == Phase.TRACK and span.end > since)

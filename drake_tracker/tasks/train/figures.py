@@ -1,4 +1,4 @@
-"""The pictures of a run: how the train was tracked and taken, and the images that its motion was found in."""
+"""The picture of a run: the track from above, the tracking errors over time, and the grasp."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -33,14 +33,17 @@ from drake_tracker.tasks.train.track_placement import place_track
 
 _APPROACHING = (Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
 _BEFORE, _AFTER = 1.2, 2.2
-"""Time [s] shown before and after the jaws begin to close."""
+"""Time shown before and after the jaws begin to close [s]."""
 
 
 def draw_tracking(scenario: TrainScenario, log: Log, summary: Mapping[str, Any], path: Path) -> None:
-    """Draws the run as one picture, 3200 x 1800 px: the track seen from above, the errors, the grasp.
+    """Draws a run as one picture, 3200 x 1800 px: the track from above, the errors over time, and the grasp.
 
     Args:
-      log: {name: Signal}. summary: what `summarize` returned. path: PNG file to write.
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
+        summary: what `summarise` returned.
+        path: PNG file to write.
     """
     spans = phase_spans(log, scenario.time_step)
     with matplotlib.rc_context(PLOT_STYLE):
@@ -67,7 +70,7 @@ def _draw_headline(figure: Figure, scenario: TrainScenario, summary: Mapping[str
         ordinal = "first attempt" if attempts == 1 else f"attempt {attempts}"
         headline = f"Train lifted at the {ordinal}, {summary['time_to_grasp_s']:.1f} s after the start"
     else:
-        headline = "Train not taken"
+        headline = "Train not lifted"
     title = figure.text(0.05, 0.955, headline, fontsize=21, weight="bold", va="center")
     if summary["failure_reason"]:
         end = title.get_window_extent(figure.canvas.get_renderer()).x1 / figure.bbox.width
@@ -78,7 +81,7 @@ def _draw_headline(figure: Figure, scenario: TrainScenario, summary: Mapping[str
     for key, words in (
         ("position_rms_m", "present position {:.1f} mm rms"),
         ("triangulation_rms_m", "triangulation {:.1f} mm rms"),
-        ("triangulation_jitter_m", "its jitter {:.1f} mm"),
+        ("triangulation_jitter_m", "jitter {:.1f} mm"),
     ):
         if summary[key] is not None:
             facts.append(words.format(1e3 * summary[key]))
@@ -86,7 +89,7 @@ def _draw_headline(figure: Figure, scenario: TrainScenario, summary: Mapping[str
 
 
 def _draw_map(ax: Axes, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
-    """The track from above, the robot below: where the train was, was seen, was expected, and where the hand went."""
+    """Draws the track from above, with the robot below: true, measured, filtered and predicted path, and the hand."""
     start, end = _lap(scenario, log, spans)
     truth = log["truth_train_state"]
     ax.plot(truth["y"], truth["x"], color="#e6e8eb", lw=9, zorder=0)
@@ -106,8 +109,8 @@ def _draw_map(ax: Axes, scenario: TrainScenario, log: Log, spans: Sequence[Phase
     ax.plot(*line, color=FILTERED, lw=1.8, zorder=4)
     for horizon, colour in ((LONG, FAR_PREDICTED), (SHORT, PREDICTED)):
         ahead = predictions_ahead(log["prediction"], horizon)
-        told = inside(ahead.times) & sighted(spans, ahead.stamps)
-        ax.plot(*broken(ahead.times[told], ahead.xy[told, 1], ahead.xy[told, 0]), color=colour, lw=1.4, zorder=5)
+        used = inside(ahead.times) & sighted(spans, ahead.stamps)
+        ax.plot(*broken(ahead.times[used], ahead.xy[used, 1], ahead.xy[used, 0]), color=colour, lw=1.4, zorder=5)
     ax.plot(hand[:, 1], hand[:, 0], color=HAND, lw=1.6, zorder=6)
     _, close = last_closing(spans)
     if close is not None:
@@ -148,27 +151,27 @@ _NAMES = (
 
 
 def _lap(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> tuple[float, float]:
-    """Returns start and end [s] of what the map shows: the last lap before the hand had the train."""
+    """Returns start and end [s] of the time that the map shows: the last lap before the jaws closed."""
     truth = log["truth_train_state"]
     _, close = last_closing(spans)
     times = truth.times if close is None else truth.times[truth.times <= close.end]
     if len(times) == 0:
         return 0.0, 0.0
     track, _ = place_track(scenario)
-    gone = np.cumsum(np.hypot(*np.diff(truth.view("x", "y")[: len(times)], axis=0).T)[::-1])
-    back = np.searchsorted(gone, track.length) if track.closed else len(gone)
+    distance = np.cumsum(np.hypot(*np.diff(truth.view("x", "y")[: len(times)], axis=0).T)[::-1])
+    back = np.searchsorted(distance, track.length) if track.closed else len(distance)
     return times[max(len(times) - 1 - back, 0)], times[-1]
 
 
 def _draw_errors(across: Axes, along: Axes, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
-    """Errors over time, across the track above and along it below."""
+    """Draws the errors over time, across the track in the upper plot and along it in the lower one."""
     point = log["point"]
     seen = (point["valid"] > 0) & sighted(spans, point["stamp"])
     lines = [(point["stamp"][seen], point.view("x", "y")[seen], SEEN)]
     for horizon, colour in ((LONG, FAR_PREDICTED), (SHORT, PREDICTED)):
         ahead = predictions_ahead(log["prediction"], horizon)
-        told = sighted(spans, ahead.stamps)
-        lines.append((ahead.times[told], ahead.xy[told], colour))
+        used = sighted(spans, ahead.stamps)
+        lines.append((ahead.times[used], ahead.xy[used], colour))
     tool = log["tool"]
     near = during(spans, tool.times, *_APPROACHING) & (tool.times >= _arrival(scenario, spans))
     lines.append((tool.times[near], tool.view("x", "y")[near], HAND))
@@ -215,14 +218,14 @@ def _draw_errors(across: Axes, along: Axes, scenario: TrainScenario, log: Log, s
 
 
 def _arrival(scenario: TrainScenario, spans: Sequence[PhaseSpan]) -> float:
-    """Returns when [s] the hand had come over the train for the first time."""
+    """Returns the time [s] at which the hand was over the train for the first time."""
     starts = [span.start for span in spans if span.phase == Phase.TRACK]
     return starts[0] + scenario.grasp.approach_duration if starts else np.inf
 
 
 def _draw_grasp(ax: Axes, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
-    """Heights of the jaws and of the train, and the opening of the jaws, around the last attempt or over the whole
-    run.
+    """Draws the heights of jaws and train and the opening of the jaws, around the last attempt or, without an attempt,
+    over the whole run.
     """
     _, close = last_closing(spans)
     tool, jaws = log["tool"], log["jaws"]

@@ -1,4 +1,4 @@
-"""What the video, the snapshot and the 3-D recording of a run of the train show."""
+"""What the video, the picture of the motion detector and the 3-D recording of a run of the train show."""
 
 from collections.abc import Callable
 from enum import IntEnum
@@ -17,11 +17,11 @@ from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.vision_parts import load_cameras, look_windows
 
 PREDICTING = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
-"""In these phases a predicted path is shown; in the others the train is in the hand, or the hand returns."""
+"""Phases in which a predicted path is drawn. In the others the hand holds the train, or returns."""
 _GATE_WORDS = {
     Gate.OPEN: "open",
     Gate.SETTLING: "settling",
-    Gate.FLIPPING: "jaws turn over",
+    Gate.FLIPPING: "jaws turning over",
     Gate.STALE: "no fresh packet",
     Gate.NO_MEMORY: "first lap here",
     Gate.PREDICTIONS_FAILED: "failed here a lap ago",
@@ -29,18 +29,23 @@ _GATE_WORDS = {
 }
 _VIDEO_TIMES = np.arange(0.0, 1.01, 0.1)
 _RECORDING_TIMES = np.arange(0.0, 1.21, 0.15)
-"""Times from now on [s] at which the predicted path is marked."""
+"""Times ahead of the present at which the predicted path is marked [s]."""
 
 
 def attempt_notes(phase: IntEnum, diagnosis: Any) -> tuple[str, str]:
-    """Returns two notes for a frame of the video: the attempt, and why the machine waits."""
+    """Returns two notes for a frame of the video: the number of the attempt, and why the gate is closed.
+
+    Args:
+        phase: the present phase.
+        diagnosis: a `GraspDiagnosis`.
+    """
     attempts, gate = int(diagnosis.attempts), Gate(int(diagnosis.gate))
     waits = phase == Phase.TRACK and gate in _GATE_WORDS
     return f"attempt {attempts}" if attempts else "", f"gate: {_GATE_WORDS[gate]}" if waits else ""
 
 
 def _path_at(ahead: np.ndarray) -> Callable[[np.ndarray, float], np.ndarray]:
-    """Returns a `PathFunction` that marks the path at the times ``ahead`` [s] from now."""
+    """Returns a `PathFunction` with the points of the path at given times ahead of the present [s], shape (n,)."""
     return lambda packet, now: predicted_points(packet, now + ahead)
 
 
@@ -56,7 +61,13 @@ TRAIN_SNAPSHOT = Snapshot(sides=STEREO_SIDES, phases=(Phase.TRACK,), period=1.0,
 
 
 def train_film(scenario: TrainScenario, hand_eye: HandEyeDiagram, subtitle: str) -> Film:
-    """Returns the `Film` of a run of the train with cameras."""
+    """Returns what the camera video of a run of the train shows.
+
+    Args:
+        scenario: scenario with ``vision: !Rendered``.
+        hand_eye: the diagram of the run.
+        subtitle: second line of text.
+    """
     config = scenario.cameras
     cameras = load_cameras(scenario)
     windows = look_windows(scenario, cameras)

@@ -1,4 +1,4 @@
-"""What the arm of a train's scenario can reach: the pose in which it waits, and whether it can follow a track."""
+"""What the arm of a scenario can reach: the pose in which it waits, and whether it can follow a track."""
 
 import numpy as np
 
@@ -10,19 +10,26 @@ from drake_tracker.world.plant import TRAIN_HEIGHT
 from drake_tracker.world.tracks import Track
 
 CHECKED_PLACES = 40
-"""Places along a track that are tried."""
+"""Number of places along a track that are checked."""
 _STEP, _STEPS = 0.1, 20
-"""Of the inverse kinematics from one place to the next: its time [s], and how many it may take."""
+"""Time step of the inverse kinematics from one place to the next [s], and greatest number of steps."""
 _NEAR = 1e-3
+"""Distance from a place at which the tool has reached it [m]."""
 
 
 class Reach:
-    """The arm of a scenario over its table.
+    """The arm of a scenario and its reach over the table.
 
-    description: an `ArmDescription`. model: its `ArmModel`. home: the reference (x, y, z, yaw) over which the hand
-    waits. q_initial: the joints [rad] there, the tool down at the height at which it hovers.
+    Args:
+        scenario: the scenario.
 
-    Raises DrakeTrackerError when the arm cannot bring its tool there.
+    Attributes:
+        description: the arm and its hand.
+        model: the controller's model of the arm.
+        home: reference (x, y, z, yaw) in W over which the hand waits [m, rad], shape (4,).
+        q_initial: joints over ``home``, with the tool pointing down at the hover height [rad], shape (n,).
+
+    Raises DrakeTrackerError when the arm cannot reach this pose.
     """
 
     def __init__(self, scenario: TrainScenario) -> None:
@@ -35,8 +42,13 @@ class Reach:
         self.q_initial = joints_for(self.model, self.description.q_start, over_home)
 
     def missed(self, track: Track) -> tuple[float, float, float] | None:
-        """Returns the first place (x, y, height over the train) [m] of a track that the tool does not come to, be it to
-        hover or to grasp, or None."""
+        """Returns the first place of a track that the tool cannot reach, for hovering or for grasping.
+
+        Args:
+            track: the track.
+
+        Returns (x and y in W, height above the train) [m], or None when the tool can reach all places.
+        """
         parameters = make_parameters(self.model, _STEP)
         q = np.array(self.q_initial)
         for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
@@ -53,9 +65,9 @@ class Reach:
 
 
 def home_reference(scenario: TrainScenario) -> np.ndarray:
-    """Returns the reference (x, y, z, yaw) over which the hand waits: the middle of the work volume, train high.
+    """Returns the reference (x, y, z, yaw) in W over which the hand waits [m, rad], shape (4,).
 
-    Turned so that joint 6 waits near the middle of its range.
+    It is the middle of the work volume at the height of the train. The yaw places joint 6 near the middle of its range.
     """
     low, high = np.array(scenario.vision.work_volume)
     middle = 0.5 * (low + high)

@@ -1,4 +1,4 @@
-"""The settings of a run of the train; `scenarios.base` has what all tasks share."""
+"""The settings of a run of the train. Settings that all tasks share are in `drake_tracker.scenarios.base`."""
 
 import math
 from dataclasses import dataclass
@@ -18,64 +18,100 @@ from drake_tracker.vision.config import NormalFlow
 from drake_tracker.world.config import CamerasConfig, LightingConfig, TrackConfig, TrainConfig
 
 WORK_VOLUME = ((0.33, -0.30, 0.45), (0.79, 0.30, 0.505))
+"""Lowest and highest corner of the default work volume in W [m]."""
 
 
 @dataclass(frozen=True)
 class Rendered:
-    """Vision on the rendered images of both cameras."""
+    """Vision on rendered images of both cameras.
+
+    Attributes:
+        detector: settings of the motion detector.
+        lag_cycles: time from the capture of the middle image to its centroid [cycles].
+        work_volume: lowest and highest corner of the box in which motion is searched for, in W [m].
+        outline: horizontal outline of the work volume: the whole box, or the ellipse in it.
+    """
 
     detector: NormalFlow = setting(NormalFlow, "the motion detector")
-    lag_cycles: int = setting(15, "cycles from the middle image's capture to its centroid", "cycles", (1, 120))
+    lag_cycles: int = setting(15, "time from the capture of the middle image to its centroid", "cycles", (1, 120))
     work_volume: tuple[tuple[float, ...], ...] = setting(
         WORK_VOLUME,
-        "lowest and highest corner of the box in which motion is looked for",
+        "lowest and highest corner of the box in which motion is searched for",
         "m",
         (-5.0, 5.0),
         shape=(2, 3),
     )
-    outline: str = setting("ellipse", "of that box seen from above: whole, or its ellipse", choices=("box", "ellipse"))
+    outline: str = setting(
+        "ellipse",
+        "outline of the work volume seen from above: the box, or the ellipse in it",
+        choices=("box", "ellipse"),
+    )
 
 
 @dataclass(frozen=True)
 class Measured:
-    """The train's true place with the error that was measured in the camera loop: no image is rendered."""
+    """Measured vision: the train's true position plus an error measured with cameras. No image is rendered.
 
-    file: str = setting("train_vision.yaml", "file of the measured error, made by drake-tracker measure")
-    lag_cycles: int = setting(15, "cycles from capture to point; below 2 no camera could", "cycles", (0, 120))
+    Attributes:
+        file: file of the measured error.
+        lag_cycles: time from capture to point [cycles].
+        work_volume: lowest and highest corner of the box in which the train is seen, in W [m].
+        outline: horizontal outline of the work volume: the whole box, or the ellipse in it.
+    """
+
+    file: str = setting("train_vision.yaml", "file of the measured error, from drake-tracker measure")
+    lag_cycles: int = setting(15, "time from capture to point; a camera needs at least 2", "cycles", (0, 120))
     work_volume: tuple[tuple[float, ...], ...] = setting(
         WORK_VOLUME, "lowest and highest corner of the box in which the train is seen", "m", (-5.0, 5.0), shape=(2, 3)
     )
     outline: str = setting(
-        "ellipse", "of that box from above, where the track must lie: whole, or its ellipse", choices=("box", "ellipse")
+        "ellipse",
+        "outline of the work volume seen from above: the box, or the ellipse in it",
+        choices=("box", "ellipse"),
     )
 
 
 @dataclass(frozen=True)
 class TrainScenario(BaseScenario):
-    """A run of the train, complete."""
+    """All settings of a run of the train.
+
+    Attributes:
+        hand: the hand that the task needs.
+        table_height: height of the table top in W [m].
+        track: the track and the speed of the train.
+        train: the train.
+        lighting: the lamps.
+        cameras: the two cameras.
+        vision: from images to points.
+        estimator: from points to the predicted path.
+        link: from the host to the controller of the arm.
+        servo: from packets of predicted path to set-points every 30 ms.
+        grasp: what the hand does, and when.
+        arm: the arm.
+    """
 
     hand: ClassVar[Hand] = Hand.GRIPPER
-    task: str = setting("train", "the task")
-    table_height: float = setting(0.45, "height of the table's top", "m", (0.0, 1.5))
-    track: TrackConfig = setting(TrackConfig, "the track")
+    task: str = setting("train", "name of the task")
+    table_height: float = setting(0.45, "height of the table top", "m", (0.0, 1.5))
+    track: TrackConfig = setting(TrackConfig, "the track and the speed of the train")
     train: TrainConfig = setting(TrainConfig, "the train")
-    lighting: LightingConfig = setting(LightingConfig, "the light")
-    cameras: CamerasConfig = setting(CamerasConfig, "the cameras")
+    lighting: LightingConfig = setting(LightingConfig, "the lamps")
+    cameras: CamerasConfig = setting(CamerasConfig, "the two cameras")
     vision: Rendered | Measured = setting(Rendered, "from images to points")
     estimator: ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS) = setting(  # type: ignore[valid-type]
-        ClosedPath, "from points to predicted path"
+        ClosedPath, "from points to the predicted path"
     )
     link: LINKS.union() = setting(  # type: ignore[valid-type]
-        Perfect, "from the host to the arm's controller"
+        Perfect, "from the host to the controller of the arm"
     )
-    servo: ServoConfig = setting(ServoConfig, "from packets to a pose every 30 ms")
-    grasp: GraspConfig = setting(GraspConfig, "what the hand does next")
+    servo: ServoConfig = setting(ServoConfig, "from packets of predicted path to set-points every 30 ms")
+    grasp: GraspConfig = setting(GraspConfig, "what the hand does, and when")
     arm: ARMS.union(Custom, without=arms_without(Hand.GRIPPER)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"
     )
 
     def problems(self) -> list[tuple[str, str]]:
-        """Returns the settings that contradict each other: a list of (key, what is wrong and what to do)."""
+        """Returns the settings that contradict each other: a list of (key path, what is required)."""
         found = self.timing_problems(SERVO_PERIOD)
         if self.track.kind == "csv" and not self.track.csv:
             found.append(("track.csv", "must name a file when track.kind is csv"))
@@ -85,7 +121,7 @@ class TrainScenario(BaseScenario):
             found.append(("track.start", "must be -1 (drawn by the seed) or a fraction from 0 to 1"))
         low, high = self.vision.work_volume
         if not all(a < b for a, b in zip(low, high)):
-            found.append(("vision.work_volume", "must have its lowest corner first, then its highest"))
+            found.append(("vision.work_volume", "must give the lowest corner first, then the highest"))
         if isinstance(self.vision, Rendered) and (self.vision.detector.smoothing_size or 1) % 2 == 0:
             found.append(("vision.detector.smoothing_size", "must be odd"))
         left, right = self.cameras.azimuth_deg

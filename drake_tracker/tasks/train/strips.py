@@ -1,4 +1,4 @@
-"""The strips of the live view of a train."""
+"""The strips of the live view for the train."""
 
 from drake_tracker.core.messages import JawState
 from drake_tracker.tasks.strips import (
@@ -16,10 +16,10 @@ from drake_tracker.tasks.strips import (
 
 
 def train_strip_values(inputs: StripInputs) -> list[float | None]:
-    """Returns the values of `TRAIN_STRIPS` [mm], one for each line; None where unknown.
+    """Returns one value for each line of `TRAIN_STRIPS` [mm], None for an unknown value.
 
     Args:
-        inputs: values of a run, whose ``report`` is a `JawState`.
+        inputs: values of a run; ``report`` is a `JawState`.
     """
     tracking = horizontal_distance(inputs.p_WT, inputs.p_WQ)
     jaws = (1e3 * inputs.command.jaw_width, 1e3 * inputs.report.width)

@@ -1,4 +1,4 @@
-"""The summary of a run: what came of it, and how well each part did, judged from truth after the event."""
+"""The summary of a run of the train: its outcome and the errors of each part, measured against ground truth."""
 
 import math
 from collections.abc import Sequence
@@ -19,32 +19,38 @@ from drake_tracker.tasks.train.failure import failure_reason
 from drake_tracker.tasks.train.scenario import TrainScenario
 
 JITTER_WINDOW = 31
-"""Samples of the moving mean that is taken away before jitter is measured."""
+"""Number of samples in the moving mean that is subtracted before jitter is measured."""
 
 
 def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: bool = False) -> dict[str, Any]:
-    """Returns the summary of a run as a dict of numbers, texts and None (where there is nothing to say).
+    """Returns the summary of a run, a dict of numbers, texts and None (where a value does not exist).
 
-    Lengths in m, times in s, angles in rad. Position errors are horizontal, at the centre of the train's body:
+    Lengths are in m, times in s, angles in rad. Position errors are horizontal, at the centre of the train's body:
 
-    - ``prediction_rms_m``, ``prediction_p95_m``: the servo's target against the train at the instant for which the
-      target holds (the lag and up to two servo periods ahead of what was seen), while tracking.
-    - ``position_rms_m``: what the newest packet says of the present, while tracking.
-    - ``triangulation_rms_m``: triangulated points against the train at their stamps, while vision is used;
-      ``triangulation_jitter_m``: standard deviation of that error vector after its 31-sample moving mean is taken away.
-    - ``vision_valid_fraction``: share of the cycles with a valid point, from the first centroid on, while vision is
+    - ``prediction_rms_m``, ``prediction_p95_m``: error of the servo's target at the time for which it predicts, while
+      tracking. This time is ahead of the newest measurement by the lag and up to two servo periods.
+    - ``position_rms_m``: error of the present position according to the newest packet, while tracking.
+    - ``triangulation_rms_m``: error of triangulated points at their stamps, while vision is used.
+    - ``triangulation_jitter_m``: standard deviation of this error vector after its moving mean over 31 samples is
+      subtracted.
+    - ``vision_valid_fraction``: fraction of the cycles with a valid point, from the first centroid on, while vision is
       used.
-    - ``lag_s``: from the capture of an image to the instant at which the prediction built on it can be read, the least
-      and the greatest of the run.
-    - ``time_to_grasp_s``: from the start of the run until the hand felt its grip and began to lift.
-    - ``lift_height_m``: of the train in contact with a finger. ``hold_s``: longest time that it hung there, as judged.
+    - ``lag_s``: smallest and greatest time from the capture of an image to the instant at which the prediction based on
+      it is available.
+    - ``time_to_grasp_s``: time from the start of the run until the hand felt its grip and began to lift.
+    - ``lift_height_m``: greatest height of the train above the rail while a finger touches it.
+    - ``hold_s``: longest time for which the train was held, according to the judge.
     - ``closing_onset_error_s``: see `closing_onset_error`.
-    - ``joint_limit_margin_rad``: least distance of a joint to its limit. ``speed_share``: greatest share of a joint's
-      rated speed. ``longest_saturation_s``: of any drive. ``table_touched``: by the arm or the gripper.
+    - ``joint_limit_margin_rad``: smallest distance of a joint from its limit.
+    - ``speed_share``: greatest fraction of the rated speed of a joint.
+    - ``longest_saturation_s``: longest saturation of a drive.
+    - ``table_touched``: whether the arm or the gripper touched the table.
 
     Args:
-      scenario: the run's TrainScenario. log: {name: Signal}. simulated: time at which the run ended [s].
-      interrupted: whether the user ended it.
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
+        simulated: time at which the run ended [s].
+        interrupted: whether the user ended the run.
     """
     spans = phase_spans(log, scenario.time_step)
     vision = _vision(log, spans)
@@ -76,19 +82,28 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
 
 
 def jitter(times: np.ndarray, error: np.ndarray) -> float:
-    """Returns the standard deviation [m] of an error (n, 2) after a moving mean over `JITTER_WINDOW` samples is taken
-    away.
+    """Returns the standard deviation of an error vector after subtraction of its moving mean [m].
 
-    Of the vector: the root of the sum of both variances. NaN when there is no stretch that is long enough.
+    It is the root of the sum of the variances of all components.
+
+    Args:
+        times: times of the errors [s], shape (n,).
+        error: error vectors [m], shape (n, 2).
+
+    Returns NaN when there are no `JITTER_WINDOW` consecutive samples.
     """
     rest = without_mean(times, error)
     return float(np.sqrt(np.mean(np.sum(rest**2, axis=1)))) if len(rest) else math.nan
 
 
 def without_mean(times: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Returns what is left (k, m) of an error (n, m) after a moving mean over `JITTER_WINDOW` samples is taken away.
+    """Returns an error after subtraction of its moving mean over `JITTER_WINDOW` samples, shape (k, m).
 
-    Only stretches of consecutive cycles count, ``times`` [s] tells them.
+    Only sequences of at least `JITTER_WINDOW` consecutive cycles are used.
+
+    Args:
+        times: times of the errors [s], shape (n,).
+        error: errors, shape (n, m).
     """
     kernel = np.full(JITTER_WINDOW, 1.0 / JITTER_WINDOW)
     half = JITTER_WINDOW // 2
@@ -136,7 +151,7 @@ def _vision(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:
 
 
 def _size(error: np.ndarray) -> np.ndarray:
-    """Returns the lengths (n,) of the error vectors (n, 2) that are known."""
+    """Returns the lengths of those error vectors, shape (n, 2), that are finite."""
     size = np.hypot(*error.T)
     return size[np.isfinite(size)]
 

@@ -1,4 +1,4 @@
-"""The task of Allen et al. 1991: track a model train with two cameras and grasp it while it moves."""
+"""The task of Allen et al. 1991: track a model train with two cameras, and grasp it while it moves."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -30,11 +30,14 @@ _MM, _SECONDS, _PERCENT = (1e3, "mm", 1), (1.0, "s", 2), (100.0, "%", 1)
 
 
 class TrainFreeMotion:
-    """A train moves freely until a hand closes on it.
+    """The time in which the train moves freely: until the jaws close on it.
 
     Args:
-        scenario: the run's scenario.
+        scenario: the scenario of the run.
         log: {name: Signal} of the run.
+
+    Attributes:
+        spans: phases of the run.
     """
 
     def __init__(self, scenario: TrainScenario, log: Log) -> None:
@@ -50,8 +53,8 @@ class TrainFreeMotion:
         return sighted(self.spans, times)
 
 
-class TrainTask(Task):
-    """The train."""
+class TrainTask(Task[TrainScenario]):
+    """The task of the train."""
 
     name = "train"
     phases = Phase

@@ -1,4 +1,4 @@
-"""The track of a run: drawn from the seed, and checked against what the arm can reach and the cameras can see."""
+"""The track of a run: placed at random by the seed, and checked against the work volume and the reach of the arm."""
 
 import math
 
@@ -13,19 +13,24 @@ from drake_tracker.world.config import TrackConfig
 from drake_tracker.world.tracks import Track, make_track
 
 STREAM = 1
-"""Number of this stream of random draws under a scenario's seed."""
+"""The track's stream of random numbers: default_rng([seed, STREAM])."""
 MOST_DRAWS = 100
-"""Places in which a track is tried to be put before it is said that it does not fit."""
+"""Greatest number of random placements of a track that are tried."""
 MOST_MISSED = 20
-"""Of these, places out of the arm's reach, which takes longer to find out."""
+"""Greatest number of placements that are tried and turn out to be beyond the reach of the arm, a slower check."""
 
 
 def place_track(scenario: TrainScenario, reach: Reach | None = None) -> tuple[Track, float]:
-    """Returns (track, start): the track of a scenario in the direction of travel, and the arc length [m] of the start.
+    """Returns the track of a scenario and the arc length at which the train starts.
 
-    The seed draws, each only where the scenario leaves it open, the centre and the rotation within their ranges, the
-    direction and the start. A place in which a closed track would leave the work volume, or the arm's ``reach`` (its
-    `Reach`, made when it is not given), is drawn again.
+    Centre and rotation within their ranges, the direction and the start are drawn at random, where the scenario leaves
+    them open. A closed track that would leave the work volume or the reach of the arm is placed again.
+
+    Args:
+        scenario: the scenario.
+        reach: reach of the scenario's arm; None: it is computed.
+
+    Returns (track in the direction of travel, arc length of the start [m]).
     """
     config = scenario.track
     rng = np.random.default_rng([scenario.seed, STREAM])
@@ -44,7 +49,7 @@ def place_track(scenario: TrainScenario, reach: Reach | None = None) -> tuple[Tr
 
 
 def _fitting(scenario: TrainScenario, first: Track, rng: np.random.Generator, reach: Reach) -> Track:
-    """Returns the track in a place where it fits, the first one tried; where none does, as `check_track` will say."""
+    """Returns the track in the first placement that fits, or in the first placement when none does."""
     track, missed = first, 0
     for _ in range(MOST_DRAWS):
         if place_outside(scenario, track) is None:
@@ -72,7 +77,7 @@ def _placed(config: TrackConfig, offset: np.ndarray, turn: float) -> Track:
 
 
 def place_outside(scenario: TrainScenario, track: Track) -> tuple[float, float] | None:
-    """Returns a place (x, y) [m] at which a track leaves the work volume, or None."""
+    """Returns a place (x, y) in W at which a track is outside the work volume [m], or None."""
     outline = footprint(scenario.vision.work_volume, scenario.vision.outline).astype(np.float32)
     for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
         x, y, _ = track.pose(s)
@@ -82,9 +87,16 @@ def place_outside(scenario: TrainScenario, track: Track) -> tuple[float, float] 
 
 
 def check_track(scenario: TrainScenario, track: Track, reach: Reach) -> None:
-    """Raises DrakeTrackerError, in one line, when a closed track leaves the work volume or the arm's `Reach`.
+    """Checks that a closed track is inside the work volume and within reach.
 
-    An open track runs past the arm and may begin and end where the arm cannot follow.
+    An open track passes the arm and may begin and end where the arm cannot follow. It is not checked.
+
+    Args:
+        scenario: the scenario.
+        track: its track, as placed.
+        reach: reach of its arm.
+
+    Raises DrakeTrackerError when a place is outside the work volume or out of reach.
     """
     if not track.closed:
         return
@@ -95,7 +107,7 @@ def check_track(scenario: TrainScenario, track: Track, reach: Reach) -> None:
     if outside is not None:
         x, y = outside
         raise DrakeTrackerError(
-            f"{what} = {scenario.track.kind}: the track comes to ({x:.3f}, {y:.3f}) m, outside the {volume}"
+            f"{what} = {scenario.track.kind}: the track passes ({x:.3f}, {y:.3f}) m, outside the {volume}"
         )
     missed = reach.missed(track)
     if missed is not None:

@@ -1,6 +1,4 @@
-"""The subsystems of the train in two processes, connected by LCM."""
-
-from typing import Any
+"""The subsystems of the train in two processes that are connected by LCM."""
 
 from pydrake.lcm import DrakeLcm
 
@@ -11,6 +9,7 @@ from drake_tracker.network.arm_side_diagram import ArmSideDiagram
 from drake_tracker.network.channels import CAMERAS, FROM_HOST, FROM_VISION, POINT, vectors
 from drake_tracker.network.host_side_diagram import HostSideDiagram
 from drake_tracker.network.remote_host_diagram import ImageSenderDiagram, RemoteHostDiagram
+from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.registry import require_task
 from drake_tracker.tasks.train.diagram import assemble, train_host
 from drake_tracker.tasks.train.scenario import Measured, TrainScenario
@@ -19,15 +18,15 @@ from drake_tracker.vision.vision_diagram import VisionDiagram
 
 
 def make_arm_side(scenario: TrainScenario, lcm: DrakeLcm) -> ArmSideDiagram:
-    """Returns the `ArmSideDiagram` of a scenario: laboratory, link and arm, with the host behind LCM.
+    """Returns the diagram of the arm's process: laboratory, link and arm, which exchange messages with the host.
 
-    The link is in this process, behind the network, so that its losses apply to packets of any host.
+    The link is in this process, so that its losses also apply to packets of a custom host.
 
     Args:
         scenario: the scenario.
         lcm: connection to the host.
 
-    Raises DrakeTrackerError as `make_train_diagram`, and when the task is not the train.
+    Raises DrakeTrackerError when the scenario cannot be built, or when its task is not the train.
     """
     check_task(scenario)
     known = vectors(scenario.time_step, len(arm_of(scenario).q_start))
@@ -43,26 +42,28 @@ def make_arm_side(scenario: TrainScenario, lcm: DrakeLcm) -> ArmSideDiagram:
 def make_host_side(
     scenario: TrainScenario, incoming: DrakeLcm, outgoing: DrakeLcm
 ) -> tuple[HostSideDiagram, dict[str, tuple[int, int]]]:
-    """Returns (HostSideDiagram, {port: (width, height) [px]}) of a scenario; the latter are the images that it reads.
+    """Returns the diagram of the host's process: vision and estimator.
 
     Args:
         scenario: the scenario.
         incoming: connection on which sensor messages arrive.
         outgoing: connection on which packets are sent.
 
-    Raises DrakeTrackerError as `make_arm_side`.
+    Returns (diagram, {port: (width, height) [px]} of the images that it reads).
+
+    Raises DrakeTrackerError when the scenario cannot be built, or when its task is not the train.
     """
     check_task(scenario)
     vision: VisionDiagram | None = None
     windows: dict[str, RenderedWindow] = {}
     if not isinstance(scenario.vision, Measured):
-        # Half a cycle: the cameras are synchronous, but their stamps are rounded to microseconds.
+        # The cameras are synchronous, but their stamps are rounded to microseconds: half a cycle of tolerance.
         vision, windows = rendered_vision(scenario, own_stamps=True, stamp_tolerance=0.5 * VISION_PERIOD)
     side = HostSideDiagram(vision, train_host(scenario), incoming, outgoing, vectors(scenario.time_step))
     return side, {port: window[2:] for port, window in windows.items()}
 
 
-def check_task(scenario: Any) -> None:
+def check_task(scenario: BaseScenario) -> None:
     """Raises DrakeTrackerError when a scenario cannot be split into two processes."""
-    why = "host and arm are two processes only for the train; the ball's camera and arm find the board together"
+    why = "only the train runs in two processes; for the ball, camera and arm find the board together"
     require_task(scenario, "train", why)

@@ -1,4 +1,4 @@
-"""The vision of a run of the train: cameras, windows, and the Diagram from images or from measured errors to points."""
+"""Makes the vision of the train from a scenario: cameras, windows, and the diagram that outputs points."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -21,28 +21,40 @@ from drake_tracker.world.cameras import describe_rig, renderable_window
 from drake_tracker.world.plant import TRAIN_HEIGHT
 
 SIDES = ("left", "right")
+"""Names of the cameras' sides."""
 RenderedWindow = tuple[int, int, int, int]
-"""(u0, v0, width, height) [px] of the part of the full frame that is rendered."""
+"""(u0, v0, width, height) of the part of the full image that is rendered [px]."""
 
 
 def make_vision(scenario: TrainScenario) -> tuple[Diagram, dict[str, RenderedWindow]]:
-    """Returns a scenario's vision, and {camera name: window to render [px]}, which is empty where it is measured."""
+    """Returns the vision of a scenario and the windows to render.
+
+    Returns (diagram of the vision, {name of the camera: window to render}). The dict is empty with measured vision.
+
+    Raises DrakeTrackerError when the vision cannot be built, or would never see the train.
+    """
     if isinstance(scenario.vision, Measured):
         return measured_vision(scenario), {}
     return rendered_vision(scenario)
 
 
 def rendered_vision(scenario: TrainScenario, **settings: Any) -> tuple[VisionDiagram, dict[str, RenderedWindow]]:
-    """Returns (VisionDiagram, {camera name: window to render [px]}) of a scenario with ``vision: !Rendered``.
+    """Returns the vision of a scenario with ``vision: !Rendered`` and the windows to render.
 
-    ``settings``: further ones of the `VisionDiagram`.
+    Args:
+        scenario: the scenario.
+        **settings: further arguments of `VisionDiagram`.
+
+    Returns (diagram, {name of the camera: window to render}).
+
+    Raises DrakeTrackerError when the vision cannot be built, or would never see the train.
     """
     rendered = rendered_windows(scenario)
     return image_vision(scenario, rendered, **settings), {f"camera_{side}": rendered[side] for side in SIDES}
 
 
 def rendered_windows(scenario: TrainScenario) -> dict[str, RenderedWindow]:
-    """Returns {side: (u0, v0, width, height) [px]}, what of the full frame a scenario renders."""
+    """Returns {side: window of the full image that a scenario renders}."""
     config = scenario.cameras
     if not config.render_window:
         return dict.fromkeys(SIDES, (0, 0, config.width, config.height))
@@ -51,7 +63,12 @@ def rendered_windows(scenario: TrainScenario) -> dict[str, RenderedWindow]:
 
 
 def look_windows(scenario: TrainScenario, cameras: Mapping[str, CameraModel]) -> dict[str, Window]:
-    """Returns {side: Window} in which a scenario's vision looks for motion."""
+    """Returns {side: window in which a scenario's vision searches for motion}.
+
+    Args:
+        scenario: the scenario.
+        cameras: {side: calibrated camera}.
+    """
     vision = scenario.vision
     return {side: project_window(cameras[side], vision.work_volume, vision.outline) for side in SIDES}
 
@@ -61,11 +78,10 @@ def image_vision(scenario: TrainScenario, rendered: Mapping[str, RenderedWindow]
 
     Args:
         scenario: the scenario.
-        rendered: {side: window of the full frame that the images show}.
+        rendered: {side: window of the full image that the images show}.
         **settings: further arguments of `VisionDiagram`.
 
-    Raises DrakeTrackerError when the train would be too slow to be seen, or when the lag is shorter than the detector
-    needs.
+    Raises DrakeTrackerError when the train is too slow to be seen, or when the lag is too short for the detector.
     """
     config = rendered_config(scenario)
     cameras, flow = load_cameras(scenario), flow_parameters(scenario)
@@ -74,15 +90,15 @@ def image_vision(scenario: TrainScenario, rendered: Mapping[str, RenderedWindow]
     lag, volume = config.lag_cycles, config.work_volume
     if lag <= flow.stride:
         raise DrakeTrackerError(
-            f"{scenario.where('vision.lag_cycles')} = {lag} must be at least {flow.stride + 1}: the newest image comes "
-            f"{flow.stride} after the one that is described, and one cycle is for computing"
+            f"{scenario.where('vision.lag_cycles')} = {lag} must be at least {flow.stride + 1}: the newest image is "
+            f"captured {flow.stride} cycles after the middle one, and computing takes one cycle"
         )
     detectors = {side: make_detector(config.detector, window=windows[side].mask(rendered[side])) for side in SIDES}
     return VisionDiagram(cameras, detectors, image_windows=rendered, lag_cycles=lag, work_volume=volume, **settings)
 
 
 def measured_vision(scenario: TrainScenario) -> MeasuredVisionDiagram:
-    """Returns the `MeasuredVisionDiagram` of a scenario with ``vision: !Measured``, which stands in for the cameras.
+    """Returns the vision of a scenario with ``vision: !Measured``, which replaces the cameras.
 
     Raises DrakeTrackerError when its file cannot be used, or when it would never see the train.
     """
@@ -98,7 +114,10 @@ def measured_vision(scenario: TrainScenario) -> MeasuredVisionDiagram:
 
 
 def load_cameras(scenario: TrainScenario) -> dict[str, CameraModel]:
-    """Returns {"left": CameraModel, "right": CameraModel} from the calibration file that the scenario names."""
+    """Returns {side: camera} from the calibration file that a scenario names.
+
+    Raises DrakeTrackerError when the file cannot be used, or does not belong to the scenario's cameras.
+    """
     path = scenario_file(scenario.cameras.calibration)
     models = load_calibration(path, rig=describe_rig(scenario.cameras))
     cameras = {}
@@ -116,21 +135,29 @@ def load_cameras(scenario: TrainScenario) -> dict[str, CameraModel]:
 
 
 def rendered_config(scenario: TrainScenario) -> Rendered:
-    """Returns the settings of vision on rendered images. Raises DrakeTrackerError when a scenario has none."""
+    """Returns the vision settings of a scenario. Raises DrakeTrackerError when it does not render images."""
     if not isinstance(scenario.vision, Rendered):
         raise DrakeTrackerError(f"{scenario.where('vision')} must be !Rendered: this needs images")
     return scenario.vision
 
 
 def flow_parameters(scenario: TrainScenario) -> NormalFlowParameters:
-    """Returns the `NormalFlowParameters` of a scenario's motion detector."""
+    """Returns the parameters of a scenario's motion detector."""
     return rendered_config(scenario).detector.resolve()
 
 
 def check_visible(
     scenario: TrainScenario, cameras: Mapping[str, CameraModel], parameters: NormalFlowParameters
 ) -> None:
-    """Raises DrakeTrackerError when the train, at its speed, moves too slowly in an image for the threshold."""
+    """Checks that the train moves fast enough in the images to exceed the detector's threshold.
+
+    Args:
+        scenario: the scenario.
+        cameras: {side: calibrated camera}.
+        parameters: parameters of the motion detector.
+
+    Raises DrakeTrackerError when the train is too slow.
+    """
     if scenario.track.speed == 0.0:
         return
     needed = parameters.smallest_visible_speed()
@@ -139,21 +166,27 @@ def check_visible(
         if fastest < needed:
             raise DrakeTrackerError(
                 f"{scenario.where('vision.detector')}: at track.speed {scenario.track.speed:g} m/s the train moves at "
-                f"most {fastest:.1f} px/s in the {side} image, and the threshold sees nothing below {needed:.1f} px/s; "
-                "lower the threshold, narrow the cameras' field or speed up the train"
+                f"most {fastest:.1f} px/s in the {side} image, but the threshold needs at least {needed:.1f} px/s; "
+                "lower the threshold, reduce the cameras' field of view or increase the speed"
             )
 
 
 def slowest_seen(
     scenario: TrainScenario, cameras: Mapping[str, CameraModel], parameters: NormalFlowParameters
 ) -> float:
-    """Returns the speed [m/s] below which the threshold sees nothing in one of the images, whatever the heading."""
+    """Returns the speed below which the train is invisible in one of the images, for all headings [m/s].
+
+    Args:
+        scenario: the scenario.
+        cameras: {side: calibrated camera}.
+        parameters: parameters of the motion detector.
+    """
     needed = parameters.smallest_visible_speed()
     return max(needed / largest_scale(scenario, camera) for camera in cameras.values())
 
 
 def largest_scale(scenario: TrainScenario, camera: CameraModel) -> float:
-    """Returns how many px a step of 1 m at the centre of the track takes in an image in the best direction."""
+    """Returns the scale of an image at the centre of the track, in the direction in which it is largest [px/m]."""
     centre = np.array([*scenario.track.centre, scenario.table_height + TRAIN_HEIGHT])
     headings = np.linspace(0.0, np.pi, 36)
     step = 0.01

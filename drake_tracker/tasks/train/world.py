@@ -1,4 +1,4 @@
-"""The laboratory of a run of the train."""
+"""Makes the laboratory of the train from a scenario."""
 
 from collections.abc import Mapping, Sequence
 
@@ -20,15 +20,15 @@ def make_train_world(
     start: float,
     windows: Mapping[str, ImageWindow] | None = None,
 ) -> WorldDiagram:
-    """Returns the `WorldDiagram` of a scenario.
+    """Returns the laboratory of a scenario.
 
     Args:
-        scenario: its settings of the track, the train, the table, the cameras, the light and the jaws.
+        scenario: the scenario.
         description: the arm and its gripper.
-        q_initial: joints at the start [rad].
-        track: in the direction of travel.
+        q_initial: joints at the start [rad], shape (n,).
+        track: track in the direction of travel.
         start: arc length at which the train starts [m].
-        windows: {camera name: window} to render; None renders the full images, an empty one adds no cameras.
+        windows: {name of the camera: window to render}. None renders the full images; an empty dict adds no cameras.
     """
     return WorldDiagram(
         description=description,

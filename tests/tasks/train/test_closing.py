@@ -1,4 +1,4 @@
-"""Tests of the judgement on the closing of the jaws."""
+"""Tests of the timing and position of the jaws when they closed."""
 
 import numpy as np
 import pytest
@@ -8,15 +8,15 @@ from drake_tracker.tasks.train.closing import clearance, closing_onset_error, la
 from drake_tracker.tasks.train.episode import phase_spans
 
 TRAVEL = 0.048 / 0.40
-"""Time [s] in which the default jaws come to touch the train."""
+"""Time from the start of closing until the default jaws touch the train [s]."""
 
 
-def test_clearance_is_half_of_what_the_jaws_are_wider_than_the_train(scenario):
+def test_clearance_is_half_the_difference_of_jaw_opening_and_train_width(scenario):
     assert clearance(scenario) == pytest.approx(0.024)
 
 
 def test_the_last_instant_follows_from_the_drift_of_the_hand(scenario, episode, grasp_phases, known):
-    """The hand drifts off sideways at 40 mm/s from the launch on, so it has lost the train 0.6 s later."""
+    """The hand drifts sideways at 40 mm/s from the launch on and has lost the train 0.6 s later."""
     episode.phases = grasp_phases
     launch = known.tick(3.00)
     episode.beside = lambda t: 0.040 * np.maximum(t - launch, 0.0)
@@ -33,8 +33,8 @@ def test_closing_too_late_is_positive(scenario, episode, grasp_phases, known):
     assert closing_onset_error(scenario, log, phase_spans(log)) > 0.2
 
 
-def test_the_train_goes_on_by_its_own_law_even_when_the_hand_stopped_it(scenario, episode, grasp_phases, known):
-    """What the grasp does to the train is not in the judgement: only the launch is read from truth."""
+def test_the_train_continues_by_its_speed_law_even_if_the_hand_stopped_it(scenario, episode, grasp_phases, known):
+    """The effect of the grasp on the train is not considered: only the pose at the launch is ground truth."""
     episode.phases = grasp_phases
     episode.beside = lambda t: 0.040 * np.maximum(t - known.tick(3.00), 0.0)
     log = episode.log()
@@ -45,7 +45,7 @@ def test_the_train_goes_on_by_its_own_law_even_when_the_hand_stopped_it(scenario
     assert closing_onset_error(scenario, log, phase_spans(log)) == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_hand_that_stays_with_the_train_has_until_the_packet_ends(scenario, episode, grasp_phases, known):
+def test_a_hand_that_stays_with_the_train_may_close_until_the_packet_ends(scenario, episode, grasp_phases, known):
     episode.phases = grasp_phases
     log = episode.log()
     spans = phase_spans(log)
@@ -55,7 +55,7 @@ def test_a_hand_that_stays_with_the_train_has_until_the_packet_ends(scenario, ep
     assert error == pytest.approx(known.tick(3.30) - (stamp + 1.5 - TRAVEL), abs=0.003)
 
 
-def test_a_log_that_breaks_off_is_continued_by_the_packet(scenario, episode, grasp_phases):
+def test_a_log_that_ends_early_is_continued_by_the_packet(scenario, episode, grasp_phases):
     episode.phases = grasp_phases
     log = episode.log()
     whole = closing_onset_error(scenario, log, phase_spans(log))
@@ -64,29 +64,29 @@ def test_a_log_that_breaks_off_is_continued_by_the_packet(scenario, episode, gra
     assert closing_onset_error(scenario, log, phase_spans(log)) == pytest.approx(whole, abs=0.003)
 
 
-def test_nothing_to_judge(scenario, episode, nothing):
+def test_a_run_without_closing(scenario, episode, nothing):
     log = episode.log()
     assert closing_onset_error(scenario, log, phase_spans(log)) is None
     assert offset_at_touch(scenario, log, phase_spans(log)) is None
     assert closing_onset_error(scenario, nothing, ()) is None
 
 
-def test_a_hand_beside_the_train_at_the_launch_is_not_judged(scenario, episode, grasp_phases):
+def test_a_hand_that_is_not_over_the_train_at_the_launch_is_not_judged(scenario, episode, grasp_phases):
     episode.phases = grasp_phases
     episode.beside = lambda t: 0.030 + 0.0 * t
     log = episode.log()
     assert closing_onset_error(scenario, log, phase_spans(log)) is None
 
 
-def test_offset_at_touch_is_where_the_train_is_in_the_hand(scenario, episode, grasp_phases, known):
+def test_offset_at_touch_is_the_position_of_the_train_in_the_hand(scenario, episode, grasp_phases, known):
     episode.phases = grasp_phases
     episode.beside = lambda t: 0.030 + 0.0 * t
     log = episode.log()
     along, across = offset_at_touch(scenario, log, phase_spans(log))
-    assert (along, across) == pytest.approx((0.0, -0.030), abs=1e-6)  # the hand is to the left, the train to its right
+    assert (along, across) == pytest.approx((0.0, -0.030), abs=1e-6)  # the hand is left of the train
 
 
-def test_offset_is_taken_at_the_first_contact(scenario, episode, grasp_phases):
+def test_offset_is_measured_at_the_first_contact(scenario, episode, grasp_phases):
     episode.phases = grasp_phases
     episode.beside = lambda t: 0.010 * t
     episode.verdict["left_contact"] = lambda t: (t >= 3.2).astype(float)

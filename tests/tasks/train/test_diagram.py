@@ -20,7 +20,7 @@ def test_every_scenario_of_the_package_builds(name):
     assert [part.get_name() for part in hand_eye.GetSystems()] == ["world", "vision", "host", "link", "arm"]
 
 
-def test_the_package_has_the_scenarios_that_it_promises():
+def test_the_package_has_these_scenarios():
     assert {"train", "train:interlaced"} <= set(NAMES)
 
 
@@ -31,7 +31,7 @@ def test_settings_reach_their_subsystems():
     ]
     hand_eye = make_diagram(load_scenario("train", overrides=overrides))
     delay = hand_eye.vision.GetSubsystemByName("motion_left_lag")
-    # The delay line holds what it waits for, the images every other cycle take 2 cycles of the 30, and one it shows.
+    # Of the 30 cycles, images every other cycle account for 2; the delay line stores the other 28 and the current one.
     assert delay.CreateDefaultContext().get_discrete_state(0).size() == (28 + 1) * message_size(Centroid)
     assert hand_eye.world.laboratory.plant.time_step() == pytest.approx(1 / 600)
     assert isinstance(hand_eye.link, LinkSystem)
@@ -54,8 +54,8 @@ def test_seeds_move_the_train(two_seeds):
     assert np.array_equal(train(make_diagram(load_scenario("train", seed=1))), one)
 
 
-def test_the_controller_is_the_same_whatever_the_seed_draws(two_seeds):
-    """It is not told the track: where it looks and where it waits follow from the work volume alone."""
+def test_the_controller_does_not_depend_on_the_seed(two_seeds):
+    """The controller does not know the track: its windows and its waiting pose follow from the work volume only."""
     for port in ("arm_state", "q_commanded", "status"):
         a, b = (hand_eye.GetOutputPort(port).Eval(hand_eye.CreateDefaultContext()) for hand_eye in two_seeds)
         assert np.array_equal(a, b), port
@@ -74,25 +74,25 @@ def test_the_hand_waits_over_the_middle_of_the_work_volume():
     assert tool.rotation().matrix()[:, 2] == pytest.approx([0.0, 0.0, -1.0], abs=1e-5)
 
 
-def refusal(*overrides, name="train"):
-    """The one line with which a scenario is refused."""
+def error_of(*overrides, name="train"):
+    """The line with which a scenario is rejected."""
     with pytest.raises(DrakeTrackerError) as error:
         make_diagram(load_scenario(name, overrides=overrides))
     (line,) = str(error.value).split("\n")
     return line
 
 
-def test_a_track_that_the_arm_or_the_eye_does_not_reach():
-    assert "outside the ellipse" in refusal("track.centre=[0.56,0.3]")
+def test_a_track_that_arm_or_cameras_do_not_reach():
+    assert "outside the ellipse" in error_of("track.centre=[0.56,0.3]")
     wide = "vision.work_volume=[[0.2,-0.6,0.45],[1.2,0.6,0.505]]"
-    assert "out of the arm's reach" in refusal(wide, "track.centre=[0.85,0.0]")
+    assert "out of the arm's reach" in error_of(wide, "track.centre=[0.85,0.0]")
 
 
-def test_a_threshold_that_can_see_nothing():
-    line = refusal("vision.detector.preset=paper_literal")
-    assert "vision.detector" in line and "track.speed 0.15 m/s" in line and "the threshold sees nothing below" in line
-    assert "sees nothing" in refusal("vision.detector.threshold_px=50")
-    assert "sees nothing" in refusal("track.speed=0.001")
+def test_a_threshold_that_is_too_high():
+    line = error_of("vision.detector.preset=paper_literal")
+    assert "vision.detector" in line and "track.speed 0.15 m/s" in line and "the threshold needs at least" in line
+    assert "sees nothing" in error_of("vision.detector.threshold_px=50")
+    assert "sees nothing" in error_of("track.speed=0.001")
 
 
 def test_a_train_at_rest_is_allowed():
@@ -110,12 +110,12 @@ def test_a_train_at_rest_is_allowed():
     ],
 )
 def test_a_calibration_of_other_cameras(override, key):
-    line = refusal(override)
+    line = error_of(override)
     assert "train_cameras.yaml" in line and f"rig.{key}" in line
 
 
-def test_a_calibration_that_is_not_there(tmp_path):
-    line = refusal(f"cameras.calibration={tmp_path / 'none.yaml'}")
+def test_a_calibration_file_that_does_not_exist(tmp_path):
+    line = error_of(f"cameras.calibration={tmp_path / 'none.yaml'}")
     assert "none.yaml" in line
 
 
@@ -124,7 +124,7 @@ def test_a_calibration_without_one_of_the_cameras(tmp_path):
     del data["cameras"]["camera_right"]
     file = tmp_path / "one.yaml"
     file.write_text(yaml.safe_dump(data))
-    assert "there is no camera_right; found camera_left" in refusal(f"cameras.calibration={file}")
+    assert "there is no camera_right; found camera_left" in error_of(f"cameras.calibration={file}")
 
 
 def test_the_users_own_calibration_is_used(tmp_path):
@@ -138,12 +138,12 @@ def test_the_users_own_calibration_is_used(tmp_path):
 
 def test_a_work_volume_that_the_hand_does_not_reach():
     far = "vision.work_volume=[[0.9,-0.3,0.45],[1.4,0.3,0.5]]"
-    assert "the arm cannot bring its tool to" in refusal(far, "track.kind=line")
+    assert "the arm cannot bring its tool to" in error_of(far, "track.kind=line")
 
 
-def test_a_lag_that_no_image_could_have_names_its_setting():
-    assert "vision.lag_cycles = 2 must be at least 3" in refusal("vision.lag_cycles=2")
+def test_an_impossible_lag_is_rejected_with_the_name_of_its_setting():
+    assert "vision.lag_cycles = 2 must be at least 3" in error_of("vision.lag_cycles=2")
 
 
-def test_an_estimator_setting_that_is_refused_is_one_line():
-    assert "mode" in refusal("estimator=!ArcLength {mode: sideways}")
+def test_a_wrong_estimator_setting_gives_one_line():
+    assert "mode" in error_of("estimator=!ArcLength {mode: sideways}")

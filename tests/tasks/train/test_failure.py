@@ -1,4 +1,4 @@
-"""Tests of the sentence that says why the train was not taken."""
+"""Tests of the sentence that says why the train was not lifted."""
 
 import numpy as np
 import pytest
@@ -22,11 +22,11 @@ def between(start, end):
     return lambda t: ((t >= start) & (t < end)).astype(float)
 
 
-def test_every_gate_has_words():
+def test_every_gate_has_a_clause():
     assert set(GATE_WORDS) == set(Gate)
 
 
-def test_success_needs_no_reason(episode):
+def test_a_success_has_no_reason(episode):
     episode.verdict["taken"] = after(5.0)
     assert reason(episode) is None
 
@@ -41,7 +41,7 @@ def test_gate_never_opened(episode):
     episode.gate = Gate.PREDICTIONS_FAILED
     text = reason(episode)
     assert text == (
-        "the gate never opened in 5.0 s of tracking: earlier predictions from there had not come true "
+        "the gate never opened in 5.0 s of tracking: earlier predictions from the same place had not come true "
         "(100% of that time)"
     )
 
@@ -51,35 +51,35 @@ def test_missed(episode, grasp_phases):
     episode.beside = lambda t: 0.031 + 0.0 * t
     text = reason(episode)
     assert text == (
-        "attempt 1 missed: at touch the train was 31 mm across and 0 mm along the jaws from their middle, "
-        "and 24 mm across fit"
+        "attempt 1 missed: at contact the train was 31 mm across and 0 mm along the jaws from their middle; "
+        "at most 24 mm across is possible"
     )
 
 
 def test_missed_and_tracked_again(episode, grasp_phases):
     episode.phases = [*grasp_phases[:4], (Phase.RETREAT, 3.9), (Phase.ACQUIRE, 4.2), (Phase.TRACK, 4.5)]
-    assert "after it the gate did not open again in 1.5 s of tracking" in reason(episode)
+    assert "afterwards the gate did not open again in 1.5 s of tracking" in reason(episode)
 
 
 def test_thrown_off(episode, grasp_phases):
     episode.phases = grasp_phases[:4]
     episode.verdict["derailed"] = after(3.5)
-    assert reason(episode).startswith("attempt 1 missed and threw the train off its track: at touch")
+    assert reason(episode).startswith("attempt 1 missed and threw the train off its track: at contact")
 
 
 def test_dropped(episode, grasp_phases):
     episode.phases = [*grasp_phases[:5], (Phase.RETREAT, 4.2)]
     episode.verdict["left_contact"] = episode.verdict["right_contact"] = between(3.4, 4.1)
     episode.verdict["lift"] = lambda t: np.clip(0.1 * (t - 3.5), 0.0, 0.05)
-    assert reason(episode) == "attempt 1 gripped the train but dropped it, 50 mm up at most"
+    assert reason(episode) == "attempt 1 gripped the train but dropped it at a height of at most 50 mm"
 
 
-def test_time_ran_out_while_it_was_held(episode, grasp_phases):
+def test_the_run_ended_while_the_train_was_held(episode, grasp_phases):
     episode.phases = grasp_phases
     episode.verdict["left_contact"] = episode.verdict["right_contact"] = after(3.4)
     episode.verdict["lift"] = lambda t: np.clip(0.15 * (t - 3.5), 0.0, 0.15)
     episode.verdict["held"] = lambda t: np.clip(t - 5.4, 0.0, None)
-    assert reason(episode) == "attempt 1 held the train, 150 mm up, for 0.60 s when the run ended"
+    assert reason(episode) == ("attempt 1 held the train at a height of 150 mm, but for only 0.60 s when the run ended")
 
 
 @pytest.mark.parametrize(
@@ -89,14 +89,14 @@ def test_time_ran_out_while_it_was_held(episode, grasp_phases):
         (4, "the run ended while the jaws of attempt 1 were closing"),
     ],
 )
-def test_time_ran_out_during_an_attempt(episode, grasp_phases, count, words):
+def test_the_run_ended_during_an_attempt(episode, grasp_phases, count, words):
     episode.phases = grasp_phases[:count]
     assert reason(episode) == words
 
 
-def test_interrupted_still_says_how_far_it_got(episode):
+def test_an_interrupted_run_says_how_far_it_got(episode):
     assert reason(episode, interrupted=True).startswith("interrupted; until then the gate never opened")
 
 
-def test_interrupted_at_once(scenario, nothing):
+def test_a_run_that_was_interrupted_at_once(scenario, nothing):
     assert "never tracked" in failure_reason(scenario, nothing, (), None, True)

@@ -17,7 +17,7 @@ def draw(scenario, log, path):
     return cv2.imread(str(path))
 
 
-def test_a_success_and_nothing_global_changed(scenario, episode, grasp_phases, tmp_path):
+def test_a_success_is_drawn_without_changing_global_state(scenario, episode, grasp_phases, tmp_path):
     before = dict(matplotlib.rcParams)
     episode.phases = grasp_phases
     episode.beside = lambda t: 0.004 * np.sin(3 * t)
@@ -37,7 +37,7 @@ def test_a_run_that_logged_nothing(scenario, nothing, tmp_path):
     assert draw(scenario, nothing, tmp_path / "tracking.png").shape == (1800, 3200, 3)
 
 
-def test_nothing_was_seen(scenario, episode, tmp_path):
+def test_a_run_without_a_valid_point(scenario, episode, tmp_path):
     episode.valid = lambda t: 0.0 * t
     assert draw(scenario, episode.log(), tmp_path / "tracking.png").shape == (1800, 3200, 3)
 

@@ -19,7 +19,7 @@ KEYS = {
 }
 
 
-def test_it_has_these_keys_whatever_happened(scenario, episode, nothing):
+def test_the_keys_are_the_same_for_every_run(scenario, episode, nothing):
     assert set(summarise(scenario, episode.log(), 6.0)) == KEYS
     empty = summarise(scenario, nothing, 0.0, interrupted=True)
     assert set(empty) == KEYS
@@ -44,20 +44,20 @@ def test_a_success(scenario, episode, grasp_phases, known):
     assert summary["hold_s"] == pytest.approx(1.5)
 
 
-def test_a_train_thrown_up_is_not_lifted(scenario, episode):
+def test_a_train_that_was_thrown_up_is_not_lifted(scenario, episode):
     episode.verdict["lift"] = lambda t: 0.3 * (t > 4.0)
     assert summarise(scenario, episode.log(), 6.0)["lift_height_m"] == 0.0
 
 
 def test_prediction_errors_are_those_of_the_target_while_tracking(scenario, episode):
-    """Every packet is 10 mm to the left; in the first second, when nothing tracks, it would be a metre."""
+    """Every packet is 10 mm to the left; in the first second, before tracking, the error would be a metre."""
     episode.beside = lambda t: np.where(t < 1.0, 1.0, 0.010)
     summary = summarise(scenario, episode.log(), 6.0)
     assert summary["prediction_rms_m"] == pytest.approx(0.010, abs=1e-6)
     assert summary["prediction_p95_m"] == pytest.approx(0.010, abs=1e-6)
 
 
-def test_position_error_is_that_of_the_packet_in_force_now(scenario, episode):
+def test_position_error_is_that_of_the_newest_packet_for_the_present(scenario, episode):
     episode.beside = lambda t: 0.004 * np.sin(t)
     expected = np.sqrt(np.mean((0.004 * np.sin(np.arange(1.02, 6.0, VISION_PERIOD))) ** 2))
     summary = summarise(scenario, episode.log(), 6.0)
@@ -65,7 +65,7 @@ def test_position_error_is_that_of_the_packet_in_force_now(scenario, episode):
 
 
 def test_triangulation_error_and_jitter(scenario, episode):
-    """A slow error of 6 mm counts in the first only, white noise of 1 mm per axis in both."""
+    """A slow error of 6 mm contributes to the error only, white noise of 1 mm per axis to error and jitter."""
     rng = np.random.default_rng(1)
     episode.duration = 60.0
     episode.offsets = lambda t: np.column_stack([0.006 * np.sin(0.5 * t), 0.0 * t]) + rng.normal(0.0, 1e-3, (len(t), 2))
@@ -75,7 +75,7 @@ def test_triangulation_error_and_jitter(scenario, episode):
     assert summary["triangulation_jitter_m"] == pytest.approx(0.001 * math.sqrt(2), rel=0.05)
 
 
-def test_errors_of_the_blind_time_do_not_count(scenario, episode, grasp_phases):
+def test_errors_while_the_arm_is_blind_do_not_count(scenario, episode, grasp_phases):
     episode.phases = grasp_phases
     episode.offsets = lambda t: np.where(t > 3.02, 0.2, 0.001)[:, None] * [1.0, 0.0]
     episode.valid = lambda t: (t < 3.02).astype(float)
@@ -89,14 +89,14 @@ def test_valid_fraction_counts_from_the_first_centroid(scenario, episode):
     assert summarise(scenario, episode.log(), 6.0)["vision_valid_fraction"] == pytest.approx(0.75, abs=0.005)
 
 
-def test_the_lag_is_one_single_value(scenario, episode, known):
+def test_the_lag_has_a_single_value(scenario, episode, known):
     lag = summarise(scenario, episode.log(), 6.0)["lag_s"]
     assert lag["min"] == lag["max"] == pytest.approx(known.LAG, abs=1e-6)
 
 
-def test_arm_findings_are_in_it(scenario, episode):
+def test_the_summary_contains_the_limits_of_the_arm(scenario, episode):
     log = episode.log()
-    log["arm_state"].data[500, 6 + 1] = -1.51 * 0.5  # half of joint 2's rated speed
+    log["arm_state"].data[500, 6 + 1] = -1.51 * 0.5  # half the rated speed of joint 2
     assert summarise(scenario, log, 6.0)["speed_share"] == pytest.approx(0.5, abs=1e-6)
 
 
@@ -104,14 +104,14 @@ def test_the_same_log_gives_the_same_summary(scenario, episode):
     assert summarise(scenario, episode.log(), 6.0) == summarise(scenario, episode.log(), 6.0)
 
 
-def test_saved_is_plain_json(tmp_path):
+def test_a_saved_summary_is_plain_json(tmp_path):
     summary = {"a": math.nan, "b": np.float64(1 / 3), "c": np.bool_(True), "d": [np.int64(4), math.inf], "e": None}
     save_summary(summary, tmp_path / "summary.json")
     text = (tmp_path / "summary.json").read_text()
     assert json.loads(text) == {"a": None, "b": 0.333333, "c": True, "d": [4, None], "e": None}
 
 
-def test_jitter_ignores_stretches_shorter_than_its_window():
+def test_jitter_ignores_sequences_shorter_than_its_window():
     times = VISION_PERIOD * np.arange(40)
     error = np.random.default_rng(0).normal(size=(40, 2))
     assert math.isfinite(jitter(times, error))
@@ -119,6 +119,6 @@ def test_jitter_ignores_stretches_shorter_than_its_window():
     assert math.isnan(jitter(times, error))
 
 
-def test_commit_is_a_hash_or_nothing():
+def test_commit_is_a_hash_or_none():
     commit = git_commit()
     assert commit is None or (len(commit) == 40 and set(commit) <= set("0123456789abcdef"))

@@ -8,12 +8,12 @@ from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.track_placement import check_track, place_outside, place_track
 
 OUT_OF_REACH = 110
-"""A seed whose first figure-eight within the work volume comes too near to the arm's base."""
+"""A seed whose first figure-eight inside the work volume is too close to the base of the arm."""
 
 
 @functools.cache
 def reach():
-    """The arm's reach, which no override of these tests changes."""
+    """The reach of the arm, which no override in these tests changes."""
     return Reach(load_scenario("train"))
 
 
@@ -22,7 +22,7 @@ def drawn(*overrides, seed=3):
 
 
 def turning(track):
-    """Total turn of the heading in one lap [rad]: positive when it runs anticlockwise."""
+    """Total turn of the heading in one lap [rad], positive when it runs anticlockwise."""
     return track.pose(track.length * 1.0)[2] - track.pose(0.0)[2]
 
 
@@ -48,7 +48,7 @@ def test_seeds_draw_place_rotation_direction_and_start_within_their_ranges():
     assert fractions.min() < 0.1 and fractions.max() > 0.9 and np.all((fractions >= 0) & (fractions < 1))
 
 
-def test_what_the_scenario_settles_is_not_drawn():
+def test_values_that_the_scenario_sets_are_not_drawn():
     settled = ["track.centre_range=0", "track.rotation_range_deg=0", "track.direction=forward", "track.start=0.25"]
     tracks = [drawn(*settled, seed=seed) for seed in range(4)]
     for track, start in tracks:
@@ -65,7 +65,7 @@ def test_rotation_is_in_degrees_about_the_centre():
     assert track.points.mean(axis=0) == pytest.approx([0.56, 0.0], abs=1e-3)
 
 
-def test_a_csv_is_used_as_it_stands(tmp_path):
+def test_a_csv_is_used_unchanged(tmp_path):
     angle = np.linspace(0.0, 2 * np.pi, 40, endpoint=False)
     points = np.column_stack([0.55 + 0.13 * np.cos(angle), 0.02 + 0.18 * np.sin(angle)])
     file = tmp_path / "mine.csv"
@@ -100,7 +100,7 @@ def test_every_seed_of_the_default_is_within_reach(seed):
     check(seed=seed)
 
 
-def test_a_place_out_of_the_arms_reach_is_drawn_again(monkeypatch):
+def test_a_placement_out_of_reach_is_drawn_again(monkeypatch):
     track = check("track.kind=figure_eight", seed=OUT_OF_REACH)
     monkeypatch.setattr(Reach, "missed", lambda self, track: None)
     first, _ = drawn("track.kind=figure_eight", seed=OUT_OF_REACH)
@@ -108,7 +108,7 @@ def test_a_place_out_of_the_arms_reach_is_drawn_again(monkeypatch):
 
 
 @pytest.mark.parametrize("kind", ["figure_eight", "stadium"])
-def test_a_place_in_which_the_track_would_leave_the_work_volume_is_drawn_again(kind):
+def test_a_placement_outside_the_work_volume_is_drawn_again(kind):
     for seed in range(60):
         scenario = load_scenario("train", seed=seed, overrides=[f"track.kind={kind}"])
         track, _ = place_track(scenario, reach())
@@ -117,14 +117,14 @@ def test_a_place_in_which_the_track_would_leave_the_work_volume_is_drawn_again(k
         assert np.all(np.abs(centre) <= scenario.track.centre_range + 1e-3)
 
 
-def test_a_track_outside_the_work_volume_is_refused():
+def test_a_track_outside_the_work_volume_is_rejected():
     with pytest.raises(DrakeTrackerError) as error:
         check("track.semi_axes=[0.20,0.40]")
     (line,) = str(error.value).split("\n")
     assert "track.kind" in line and "outside the ellipse of x 0.33 to 0.79" in line and "vision.work_volume" in line
 
 
-def test_a_track_out_of_reach_is_refused():
+def test_a_track_out_of_reach_is_rejected():
     wide = "vision.work_volume=[[0.2,-0.6,0.45],[1.2,0.6,0.505]]"
     with pytest.raises(DrakeTrackerError) as error:
         check(wide, "track.centre=[0.85,0.0]")
@@ -132,6 +132,6 @@ def test_a_track_out_of_reach_is_refused():
     assert "out of the arm's reach at (" in line and "track.kind (default) = oval" in line
 
 
-def test_the_line_that_set_it_is_named():
+def test_the_message_names_the_override():
     with pytest.raises(DrakeTrackerError, match="^--set track.kind=circle: track.kind = circle"):
         check("track.kind=circle", "track.radius=0.4")

@@ -1,0 +1,17 @@
+from .diagram import assemble as assemble
+from .diagram import make_train_diagram as make_train_diagram
+from .diagram import train_host as train_host
+from .failure import failure_reason as failure_reason
+from .figures import draw_tracking as draw_tracking
+from .reach import Reach as Reach
+from .scenario import Measured as Measured
+from .scenario import Rendered as Rendered
+from .scenario import TrainScenario as TrainScenario
+from .summary import summarise as summarise
+from .task import TrainTask as TrainTask
+from .track_placement import place_track as place_track
+from .two_processes import make_arm_side as make_arm_side
+from .two_processes import make_host_side as make_host_side
+from .vision_parts import load_cameras as load_cameras
+from .vision_parts import make_vision as make_vision
+from .world import make_train_world as make_train_world
