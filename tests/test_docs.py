@@ -181,7 +181,7 @@ def commands():
             if language in ("", "bash", "sh"):
                 block = block.replace("\\\n", " ")
                 lines += [line.split(" #")[0] for line in block.splitlines() if line.startswith("drake-tracker ")]
-        found |= {" ".join(line.split()) for line in lines}
+        found |= {" ".join(re.split(r"\s\\?\|\s", line)[0].split()) for line in lines}
     return sorted(line for line in found if not PLACEHOLDER.search(line.replace("HOST:PORT", "a:1")))
 
 
@@ -233,6 +233,7 @@ def test_the_exit_codes_in_the_reference_are_those_of_the_program():
         common.TROUBLE: "invalid input",
         common.FAULT: "internal error",
         common.INTERRUPTED: "interrupted",
+        common.BROKEN_PIPE: "output",
     }
     assert set(rows) == {str(code) for code in codes}
     for code, words in codes.items():
