@@ -181,9 +181,7 @@ def measure_train(laps, seed):
     sequence = rendered.train_sequence(seed, laps)
     window, join_distance = rendered.train_window(seed), NormalFlow().resolve().join_distance
     made = methods(join_distance)
-    made[FLOW_TRAIN_MEAN] = lambda scene: Detector(
-        NormalFlowDetector(NormalFlow(centroid="mean"), window=scene.window)
-    )
+    made[FLOW_TRAIN_MEAN] = lambda scene: Detector(NormalFlowDetector(NormalFlow(centroid="mean"), window=scene.window))
     depth = (sequence.p_WQ @ sequence.X_CW[2, :3] + sequence.X_CW[2, 3]).mean()
     near = focal_length(sequence.images.shape[1], rendered.train_fov(seed)) * TRAIN_LENGTH / depth
     table = {}

@@ -18,7 +18,6 @@ from pydrake.systems.framework import DiagramBuilder, EventStatus
 from scipy import stats
 from tracking_tables import HEADING_BINS, bias_table, laps_table, last_against_second
 
-from drake_tracker.tasks.train.task import TASK
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.core.messages import Prediction
@@ -30,6 +29,7 @@ from drake_tracker.tasks.episode import tool_pose
 from drake_tracker.tasks.results import tidy
 from drake_tracker.tasks.train.episode import errors, train_pose
 from drake_tracker.tasks.train.summary import jitter
+from drake_tracker.tasks.train.task import TASK
 from drake_tracker.tasks.train.track_placement import place_track
 
 START_UP = 1.0
