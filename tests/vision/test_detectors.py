@@ -45,5 +45,6 @@ def test_a_detector_is_made_by_name():
 
 
 def test_reading_settings_loads_neither_opencv_nor_drake():
-    code = "import sys, drake_tracker.vision.detectors; print([m for m in ('cv2', 'pydrake', 'scipy') if m in sys.modules])"
+    loaded = "print([m for m in ('cv2', 'pydrake', 'scipy') if m in sys.modules])"
+    code = f"import sys, drake_tracker.vision.detectors\n{loaded}"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
