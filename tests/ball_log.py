@@ -1,4 +1,4 @@
-"""A run of the ball that was never simulated: a ball that rolls straight down, with errors put in on purpose."""
+"""A synthetic run of the ball, without simulation: the ball rolls straight down, with known errors."""
 
 from types import SimpleNamespace
 
@@ -23,17 +23,22 @@ ROLL = EXIT_SPEED / ACCELERATION
 
 
 class BallRun:
-    """Makes a hand-eye diagram's stand-in, the scenario and the log of a run of ``duration`` s.
+    """Makes the scenario, the log and a substitute for the hand-eye diagram of a run.
 
-    The ball is released at ``released`` [s], None: never; it crosses the edge at x = ``x`` [m]. Points are seen
-    ``beside`` [m] and packets foresee the crossing ``foreseen`` [m] to the side of it; the cup stands ``hand`` [m] to
-    its side. ``phases``: (phase, its start [s]).
+    Attributes:
+        duration: length of the run [s].
+        released: time of the release [s], None for a ball that is never released.
+        x: x_B of the ball's path [m].
+        point_offset: offset of the measured points across the board [m].
+        crossing_offset: offset of the predicted crossing across the board [m].
+        hand: offset of the cup from the ball across the board [m].
+        caught: whether the ball is caught.
     """
 
     def __init__(self):
         self.scenario = BallScenario(name="rolling", seed=4)
         self.duration, self.released, self.x = 4.0, 1.0, 0.10
-        self.beside, self.foreseen, self.hand, self.caught = 0.0, 0.0, 0.0, True
+        self.point_offset, self.crossing_offset, self.hand, self.caught = 0.0, 0.0, 0.0, True
         self.X_WB = RigidTransform(X_WB)
         X_WC = draw_camera_pose(
             self.scenario.camera, board=self.scenario.board, X_WB=self.X_WB, seed=self.scenario.seed
@@ -82,15 +87,15 @@ class BallRun:
         put("truth_ball_state", qw=1.0, **xyz(self.ball(cycles)))
         if self.released:
             rolls = (stamps > self.released + 0.1) & (stamps < self.crossing - 0.1)
-            seen = self.ball(stamps) + self.beside * self.X_WB.rotation().matrix()[:, 0]
+            seen = self.ball(stamps) + self.point_offset * self.X_WB.rotation().matrix()[:, 0]
             put("point", valid=rolls, **xyz(seen))
             put("filtered", stamp=stamps, valid=rolls, **xyz(seen))
             for name in ("prediction", "delivered"):
                 for k in np.flatnonzero(rolls):
                     seq = 1 + round(60 * stamps[k])
-                    data[name][k] = ball_packet(stamps[k], self.crossing, self.x + self.foreseen, seq=seq)
+                    data[name][k] = ball_packet(stamps[k], self.crossing, self.x + self.crossing_offset, seq=seq)
             put("diagnosis", known=cycles > self.released + 0.2)
-            place = self.in_world(np.full(len(cycles), self.x + self.foreseen), np.full(len(cycles), -0.05))
+            place = self.in_world(np.full(len(cycles), self.x + self.crossing_offset), np.full(len(cycles), -0.05))
             put("diagnosis", x=place[:, 0], y=place[:, 1])
             over = cycles >= self.crossing
             put("truth_verdict", released=np.where(cycles >= self.released, self.released, 0.0))
@@ -104,8 +109,8 @@ class BallRun:
         put("command", phase=phase)
         put("diagnosis", phase=phase)
         log = {name: Signal(cycles, rows, tuple(TASK.signals()[name][1])) for name, rows in data.items()}
-        beside = self.x + self.hand if self.released else 0.0
-        tool = self.in_world(np.where(phase > CatchPhase.WAIT, beside, 0.0), np.full(len(cycles), -0.05))
+        hand = self.x + self.hand if self.released else 0.0
+        tool = self.in_world(np.where(phase > CatchPhase.WAIT, hand, 0.0), np.full(len(cycles), -0.05))
         log["tool"] = Signal(cycles, np.column_stack([tool, np.full(len(cycles), np.pi)]), ("x", "y", "z", "yaw"))
         return log
 

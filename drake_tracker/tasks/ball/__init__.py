@@ -1,1 +1,10 @@
-"""The ball of Nashman and Chaconas 1990: one camera, a board of pegs, and an arm that catches the ball."""
+"""The task of Nashman and Chaconas 1990: one camera, a board of pegs, and an arm that catches the ball.
+
+A `BallScenario` goes in. `initialise_board` finds the board with the camera and by touch, and `make_ball_diagram` makes
+the hand-eye diagram from the scenario and the `BoardPoses` found. After a run, its log goes into `summarise_ball`,
+which measures errors against ground truth and says why a ball was not caught.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

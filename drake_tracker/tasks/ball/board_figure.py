@@ -1,4 +1,4 @@
-"""The picture of how the ball's board was found: by sight in the first image, and by touch."""
+"""The picture of how the board was found: by the camera in the first image, and by touch."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,15 +18,22 @@ from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PRED
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, face_corners
 
 ZOOM = 15
-"""Side of the part of the image that is shown enlarged [px]."""
+"""Side of the square part of the image that is enlarged [px]."""
 
 
 def draw_board_found(hand_eye: HandEyeDiagram, scenario: BallScenario, summary: Mapping[str, Any], path: Path) -> None:
-    """Draws the first image of the initialisation with the board's outline, circles and marks by the pose found."""
+    """Draws the first image of the initialisation with outline, circles and marks of the board at the pose found.
+
+    Args:
+        hand_eye: the diagram of the run, with the attribute ``poses``.
+        scenario: the scenario of the run.
+        summary: what `summarise_ball` returned.
+        path: PNG file to write.
+    """
     poses = hand_eye.poses
     camera, _ = board_sight(scenario, poses)
     touched = (poses.X_WB.inverse() @ poses.points.T).T if len(poses.points) else np.zeros((0, 3))
-    touched[:, 2] = 0.0  # where the tip was, on the face
+    touched[:, 2] = 0.0  # position of the tip on the face
     outline = camera.project(face_corners(scenario.board))
     marks = camera.project(_on_face(TOUCH_MARKS))
     turn = np.linspace(0.0, 2.0 * np.pi, 61)
@@ -68,12 +75,12 @@ def draw_board_found(hand_eye: HandEyeDiagram, scenario: BallScenario, summary: 
                 color=INK,
                 bbox={"facecolor": "white", "alpha": 0.8, "lw": 0, "pad": 2.0},
             )
-        figure.text(0.03, 0.955, "Where the board is", fontsize=21, weight="bold", va="center")
+        figure.text(0.03, 0.955, "Position of the board", fontsize=21, weight="bold", va="center")
         figure.text(0.03, 0.915, _pose_words(scenario, summary), fontsize=11.5, color=SOFT_INK, va="center")
         figure.text(0.565, 0.868, "The four circles, enlarged", fontsize=13, weight="bold", va="center")
         words = (
             f"The centres of the circles fit the pose to {poses.rms:.2f} px rms. The arm touched three\n"
-            "marks: rings show where they should be, crosses where the tip was."
+            "marks: rings show their nominal positions, crosses the positions of the tip."
         )
         figure.text(0.565, 0.085, words, fontsize=10.5, color=SOFT_INK, va="top")
         figure.savefig(path, dpi=150)
@@ -81,12 +88,12 @@ def draw_board_found(hand_eye: HandEyeDiagram, scenario: BallScenario, summary: 
 
 def _pose_words(scenario: BallScenario, summary: Mapping[str, Any]) -> str:
     words = [f"scenario {scenario.name}, seed {scenario.seed}"]
-    for key, name in (("board_in_camera_error", "by the camera"), ("board_in_world_error", "by touch")):
+    for key, name in (("board_in_camera_error", "camera"), ("board_in_world_error", "touch")):
         place, turn = summary[key]
-        words.append(f"{name}: {1e3 * place:.1f} mm and {np.rad2deg(turn):.2f} deg off the truth")
+        words.append(f"{name}: error of {1e3 * place:.1f} mm and {np.rad2deg(turn):.2f} deg")
     return "   ·   ".join(words)
 
 
 def _on_face(xy: Any) -> np.ndarray:
-    """Returns points (n, 3) [m, B] of places (x, y)_B on the board's face."""
+    """Returns points on the face of the board in B [m], shape (n, 3), from their (x, y)_B, shape (n, 2)."""
     return np.column_stack([xy, np.zeros(len(xy))])

@@ -32,13 +32,13 @@ from drake_tracker.world.cameras import lens_matrix
 
 
 def make_ball_diagram(scenario: BallScenario, poses: BoardPoses) -> HandEyeDiagram:
-    """Returns the `HandEyeDiagram` of a `BallScenario`, with the attribute ``poses``.
+    """Returns the hand-eye diagram of a scenario, with the poses of the board as its attribute ``poses``.
 
     Args:
-      scenario: everything random is drawn from its ``seed``.
-      poses: `BoardPoses`, as `initialise.initialise_board` finds them.
+        scenario: the scenario. All random numbers are drawn from its ``seed``.
+        poses: poses of the board, as `initialise_board` finds them.
 
-    Raises DrakeTrackerError, in one line, when the scenario cannot be built or the board is not found.
+    Raises DrakeTrackerError when the scenario cannot be built.
     """
     description = arm_of(scenario)
     model = make_arm_model(description)
@@ -60,7 +60,14 @@ def make_ball_diagram(scenario: BallScenario, poses: BoardPoses) -> HandEyeDiagr
 
 
 def ball_host(scenario: BallScenario, poses: BoardPoses) -> EstimatorSystem:
-    """Returns the host of a scenario, its estimator as a System, for a board found at ``poses`` (`BoardPoses`)."""
+    """Returns the host of a scenario, its estimator as a System.
+
+    Args:
+        scenario: the scenario.
+        poses: poses of the board.
+
+    Raises DrakeTrackerError when the estimator cannot be made.
+    """
     board = scenario.board
     slope = make_estimator(
         "slope", X_WB=poses.X_WB.GetAsMatrix4(), width=board.width, length=board.length, ball_radius=BALL_RADIUS,
@@ -72,20 +79,37 @@ def ball_host(scenario: BallScenario, poses: BoardPoses) -> EstimatorSystem:
 
 
 def known_edge(scenario: BallScenario, poses: BoardPoses) -> BoardEdge:
-    """Returns the `BoardEdge` of a board found at ``poses`` (`BoardPoses`), as the arm knows it."""
+    """Returns the bottom edge of the board, as the arm knows it.
+
+    Args:
+        scenario: the scenario.
+        poses: poses of the board.
+    """
     X_WB, beyond = poses.X_WB.GetAsMatrix4(), scenario.catch.beyond
     return BoardEdge(X_WB, width=scenario.board.width, ball_radius=BALL_RADIUS, beyond=beyond)
 
 
 def board_sight(scenario: BallScenario, poses: BoardPoses) -> tuple[CameraModel, Window]:
-    """Returns the camera as it was found, a `CameraModel` in the board's frame, and the `Window` of interest in it."""
+    """Returns the camera in the frame of the board, as the initialisation found it, and the window of interest.
+
+    Args:
+        scenario: the scenario.
+        poses: poses of the board.
+    """
     config, board = scenario.camera, scenario.board
     camera = camera_on_board(lens_matrix(config), poses.X_CB.GetAsMatrix4(), config.width, config.height)
     return camera, board_window(camera, board.width, board.length, 2.0 * BALL_RADIUS, scenario.vision.bottom)
 
 
 def board_vision(scenario: BallScenario, poses: BoardPoses) -> BoardVisionDiagram:
-    """Returns the `BoardVisionDiagram` of a scenario, for a board found at ``poses`` (`BoardPoses`)."""
+    """Returns the vision of a scenario: from images of the camera to points on the board.
+
+    Args:
+        scenario: the scenario.
+        poses: poses of the board.
+
+    Raises DrakeTrackerError when the throughput is too short for the detector.
+    """
     config, settings = scenario.camera, scenario.vision
     camera, window = board_sight(scenario, poses)
     mask = window.mask((0, 0, config.width, config.height))
@@ -93,7 +117,8 @@ def board_vision(scenario: BallScenario, poses: BoardPoses) -> BoardVisionDiagra
     if settings.throughput_cycles < detector.buffer_length:
         raise DrakeTrackerError(
             f"{scenario.where('vision.throughput_cycles')} = {settings.throughput_cycles} must be at least "
-            f"{detector.buffer_length}: the detector's images take all but one, and one cycle is for computing"
+            f"{detector.buffer_length}: {detector.buffer_length - 1} from the first image of the detector to the last, "
+            "and one for computing"
         )
     return BoardVisionDiagram(
         detector,
@@ -109,7 +134,13 @@ def board_vision(scenario: BallScenario, poses: BoardPoses) -> BoardVisionDiagra
 
 
 def plausible_points(scenario: BallScenario, poses: BoardPoses, camera: CameraModel) -> PlausiblePoints:
-    """Returns the `PlausiblePoints` of a scenario, for a board and a `CameraModel` found at ``poses``."""
+    """Returns which points on the board vision accepts.
+
+    Args:
+        scenario: the scenario.
+        poses: poses of the board.
+        camera: the camera in the frame of the board.
+    """
     board, settings = scenario.board, scenario.vision
     incline = np.arccos(poses.X_WB.rotation().matrix()[2, 2])
     seen_from = seen_whole_from(camera, settings.bottom, BALL_RADIUS)
@@ -117,7 +148,12 @@ def plausible_points(scenario: BallScenario, poses: BoardPoses, camera: CameraMo
 
 
 def board_projector(scenario: BallScenario, poses: BoardPoses) -> PlaneProjectorSystem:
-    """Returns the `PlaneProjectorSystem` of a scenario alone, for a board found at ``poses`` (`BoardPoses`)."""
+    """Returns the part of the vision that a replay of centroids runs: from centroids to points on the board.
+
+    Args:
+        scenario: the scenario.
+        poses: poses of the board.
+    """
     camera, _ = board_sight(scenario, poses)
     return PlaneProjectorSystem(
         camera,

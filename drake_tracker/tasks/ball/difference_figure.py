@@ -1,4 +1,4 @@
-"""The picture of what a detector of the ball went through at one instant."""
+"""The picture of the intermediate images of a ball detector at one instant."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,10 +16,12 @@ from drake_tracker.vision.frame_difference import DifferenceImages
 
 
 def draw_difference_images(images: DifferenceImages, titles: Sequence[str], path: Path) -> None:
-    """Draws what a detector went through at one instant, as figure 4 of Nashman and Chaconas 1990 shows it.
+    """Draws the intermediate images of a detector at one instant, like figure 4 of Nashman and Chaconas 1990.
 
     Args:
-      images: `DifferenceImages`. titles: of the two images and of the mask. path: PNG file to write.
+        images: the images.
+        titles: titles of the two images and of the mask.
+        path: PNG file to write.
     """
     columns = tuple(zip("abc", titles, (images.reference, images.smoothed, images.motion_energy)))
     height, width = images.smoothed.shape
@@ -43,8 +45,15 @@ def draw_difference_images(images: DifferenceImages, titles: Sequence[str], path
         figure.savefig(path, dpi=200)
 
 
-def _enlarge(ax: Axes, image: np.ndarray, box: Any, look: Any) -> None:
-    """Marks a part (u, v, half its side) [px] of an image and shows it larger in the corner farthest from it."""
+def _enlarge(ax: Axes, image: np.ndarray, box: tuple[float, float, float], look: dict[str, Any]) -> None:
+    """Marks a square part of an image and shows it enlarged in the opposite corner.
+
+    Args:
+        ax: axes with the image.
+        image: the image.
+        box: centre and half the side of the part (u, v, half) [px].
+        look: keywords of ``imshow``.
+    """
     u, v, half = box
     height, width = image.shape
     ax.add_patch(Rectangle((u - half, v - half), 2 * half, 2 * half, fc="none", ec="#e69f00", lw=1.4))

@@ -1,4 +1,4 @@
-"""What the video, the snapshot and the 3-D recording of a run of the ball show."""
+"""What the video, the picture of the detector and the 3-D recording of a run of the ball show."""
 
 from dataclasses import replace
 from enum import IntEnum
@@ -13,41 +13,51 @@ from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.diagram import board_sight, known_edge
 from drake_tracker.tasks.ball.difference_figure import draw_difference_images
-from drake_tracker.tasks.ball.foresight import BoardForesight
+from drake_tracker.tasks.ball.predicted_path import PredictedPath
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, Film, Script, Snapshot, View
 from drake_tracker.tasks.plots import draw_motion_images
 from drake_tracker.vision.frame_difference import DifferenceImages
 
 SIDE = ""
-"""Suffix of the ports of the only camera."""
+"""Suffix of the ports of the single camera."""
 PREDICTING = (CatchPhase.WAIT, CatchPhase.FOLLOW, CatchPhase.SETTLE, CatchPhase.CUP)
-"""In these phases a predicted path is shown."""
+"""Phases in which a predicted path is drawn."""
 VIDEO_MARKS = 11
-"""Points by which the video marks a predicted path."""
+"""Number of points with which the video marks a predicted path."""
 SNAPSHOT_PERIOD = 0.2
-"""Time [s] between two looks at the motion images: a ball rolls for about two seconds."""
+"""Time between two evaluations of the detector's images [s]. A ball rolls for about two seconds."""
 
 
 def arrival_notes(phase: IntEnum, diagnosis: Any) -> tuple[str, str]:
-    """Returns two notes for a frame of the video: when the ball arrives, and the uncertainty of the place."""
+    """Returns two notes for a frame of the video: when the ball arrives, and the uncertainty of the position.
+
+    Args:
+        phase: the present phase.
+        diagnosis: a `CatchDiagnosis`.
+    """
     if phase not in (CatchPhase.FOLLOW, CatchPhase.SETTLE) or not diagnosis.known:
         return "", ""
     return f"arrives in {max(diagnosis.time_left, 0.0):.2f} s", f"within {2e3 * diagnosis.std:.0f} mm (2 std)"
 
 
 def ball_film(scenario: BallScenario, hand_eye: HandEyeDiagram) -> Film:
-    """Returns the `Film` of a run of the ball."""
+    """Returns what the camera video of a run of the ball shows.
+
+    Args:
+        scenario: the scenario.
+        hand_eye: the diagram of the run, with the attribute ``poses``.
+    """
     poses = hand_eye.poses
-    foresight = BoardForesight(known_edge(scenario, poses))
+    predicted = PredictedPath(known_edge(scenario, poses))
     camera, window = board_sight(scenario, poses)
     script = Script(
         phases=CatchPhase,
         predicting=PREDICTING,
         diagnosis=CatchDiagnosis,
         notes=arrival_notes,
-        path=partial(foresight.path, count=VIDEO_MARKS),
-        goal=foresight.goal,
+        path=partial(predicted.path, count=VIDEO_MARKS),
+        goal=predicted.goal,
     )
     return Film(
         title=scenario.name,
@@ -66,11 +76,16 @@ def ball_film(scenario: BallScenario, hand_eye: HandEyeDiagram) -> Film:
 
 
 def ball_view(scenario: BallScenario, hand_eye: HandEyeDiagram) -> View:
-    """Returns the `View` of the laboratory of the ball."""
-    foresight = BoardForesight(known_edge(scenario, hand_eye.poses))
+    """Returns how the 3-D recording shows a run of the ball.
+
+    Args:
+        scenario: the scenario.
+        hand_eye: the diagram of the run, with the attribute ``poses``.
+    """
+    predicted = PredictedPath(known_edge(scenario, hand_eye.poses))
     return View(
         phases=PREDICTING,
-        path=partial(foresight.path, count=PATH_MARKS),
+        path=partial(predicted.path, count=PATH_MARKS),
         eye=(1.50, -1.75, 1.95),
         target=(0.58, 0.0, 0.56),
         fov_deg=36.0,
@@ -79,10 +94,10 @@ def ball_view(scenario: BallScenario, hand_eye: HandEyeDiagram) -> View:
 
 
 def ball_snapshot(scenario: BallScenario) -> Snapshot:
-    """Returns the `Snapshot` of a run: images while the ball rolls, and of the empty board when it never does."""
-    cycles = getattr(scenario.vision.detector, "stride", None)  # None: compares with the empty board
+    """Returns when the images of the detector are kept: while the ball rolls, or before, if it never rolls."""
+    cycles = getattr(scenario.vision.detector, "stride", None)  # None: it compares with the empty board
     later = f"Image n + {Fraction(cycles, round(1.0 / VISION_PERIOD))} s" if cycles else "Image"
-    titles = ("Image n" if cycles else "Compared with", later, "Thresholded difference")
+    titles = ("Image n" if cycles else "Reference image", later, "Thresholded difference")
 
     def draw(images: dict[str, Any], path: Path) -> None:
         if isinstance(images[SIDE], DifferenceImages):

@@ -1,13 +1,12 @@
-"""Perception initialisation (Nashman and Chaconas 1990, section 3): where the board is, for the camera and for the arm.
+"""Perception initialisation (Nashman and Chaconas 1990, section 3): finds the board, for the camera and for the arm.
 
-Before the ball is there the camera reads the board's four circles, and the arm touches three marks on its face. Four
-coplanar points give the board's pose before the camera, X_CB; the plane through the touched points gives it in the
-world, X_WB. After that neither is looked at again: a board that is moved later is where it was, to the system.
+Before the ball is placed, the camera measures the four circles of the board, and the arm touches three marks on its
+face. Four coplanar points give the pose of the board in the camera, X_CB; the plane through the touched points gives
+the pose in the world, X_WB. Both stay fixed afterwards: the system does not notice when the board is moved.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import cv2
 import numpy as np
@@ -32,37 +31,40 @@ from drake_tracker.tasks.ball.touching_diagram import BoardTouchingDiagram
 from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.tasks.task import AskForWindows
 from drake_tracker.vision.board_poses import BoardPoses
-from drake_tracker.vision.circle_finder import best_measurement, find_circles, measure_circle
+from drake_tracker.vision.circle_finder import CircleMeasurement, best_measurement, find_circles, measure_circle
 from drake_tracker.vision.circle_pose import image_centres, locate_board
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
 from drake_tracker.world.cameras import lens_matrix
 from drake_tracker.world.config import OperatorConfig
 
-READINGS = 10
-"""Images in which the circles are read ("10 histogram readings", section 3)."""
+CIRCLE_IMAGES = 10
+"""Number of images in which the circles are measured ("10 histogram readings", section 3)."""
 PROBE_RADIUS = 0.004
-"""Of the spherical tip of the cup [m]."""
+"""Radius of the spherical tip of the cup [m]."""
 JOG_HEIGHT = 0.008
-"""Height [m] over its mark at which the operator leaves the tip."""
+"""Height over its mark at which the operator leaves the tip [m]."""
 START_HEIGHT = 0.20
-"""Height [m] over the board's bottom edge at which the tip starts."""
+"""Height over the bottom edge of the board at which the tip starts [m]."""
 STILL_SUPERSAMPLING = 4
-"""Rendered pixels averaged into one, to each side, while nothing moves: more exact, and few images are needed."""
-LOOK_EVERY = 0.05
-"""Simulated time [s] between looks whether the touching is done."""
+"""Rendered pixels per side that are averaged into one pixel: more accurate than usual, since few images are needed."""
+CHECK_PERIOD = 0.05
+"""Simulated time between two checks whether the touching is done [s]."""
 LONGEST = 60.0
-"""Simulated time [s] after which the touching is given up."""
+"""Simulated time after which the touching is abandoned [s]."""
 
 
 def initialise_board(scenario: BallScenario, ask_for_windows: AskForWindows | None = None) -> BoardPoses:
-    """Returns the `BoardPoses` of a scenario: simulates the measurements of the circles and the touching of the marks.
+    """Finds the board of a scenario: simulates the measurement of the circles and the touching of the marks.
 
     Args:
         scenario: scenario of the run; it is not changed.
-        ask_for_windows: asks a person, if the scenario has no ``operator.windows``: (RGB images, ``operator``) -> the
-            windows, or none to have the circles found. The answer is part of the result.
+        ask_for_windows: asks a person for windows around the circles if ``operator.windows`` is empty: (RGB images,
+            ``operator``) -> windows (u0, v0, width, height) [px]. The circles are found automatically if the answer is
+            empty. The answer is part of the result.
 
-    Raises DrakeTrackerError when circles are not found, or the arm does not find the board.
+    Returns the poses of the board, for the camera and for the arm.
+
+    Raises DrakeTrackerError when the circles are not found, or when the arm does not find the board.
     """
     require_renderer()
     description = arm_of(scenario)
@@ -77,13 +79,13 @@ def initialise_board(scenario: BallScenario, ask_for_windows: AskForWindows | No
     simulator = Simulator(touching)
     context = simulator.get_mutable_context()
     images = []
-    for k in range(READINGS):
+    for k in range(CIRCLE_IMAGES):
         simulator.AdvanceTo(k * VISION_PERIOD)
         images.append(np.array(touching.GetOutputPort("camera").Eval(context).data[..., :3]))
     operator = scenario.operator
     if ask_for_windows is not None and not operator.windows:
         operator = replace_settings(operator, {"windows": ask_for_windows(images, operator)})
-    candidates = read_circles([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images], operator)
+    candidates = measure_circles([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images], operator)
     p_BQ = np.column_stack([CIRCLES, np.zeros(len(CIRCLES))])
     pose = locate_board(candidates, p_BQ, lens_matrix(scenario.camera), radius=CIRCLE_RADIUS)
 
@@ -91,42 +93,59 @@ def initialise_board(scenario: BallScenario, ask_for_windows: AskForWindows | No
     while TouchReport(report.Eval(context)).phase not in (TouchPhase.DONE, TouchPhase.MISSED):
         if context.get_time() > LONGEST:
             break
-        simulator.AdvanceTo(context.get_time() + LOOK_EVERY)
+        simulator.AdvanceTo(context.get_time() + CHECK_PERIOD)
     points = touched_points(report.Eval(context))
     X_WB = board_pose_from_touches(points, np.array(TOUCH_MARKS), PROBE_RADIUS)
     circles = chosen_circles(candidates, image_centres(pose.X_CB, p_BQ, lens_matrix(scenario.camera), CIRCLE_RADIUS))
     return BoardPoses(RigidTransform(pose.X_CB), X_WB, pose.rms, points, images[0], circles, operator.windows)
 
 
-def read_circles(images: Sequence[np.ndarray], operator: OperatorConfig) -> list[Any]:
-    """Returns the `CircleMeasurement`s of grey images of the same scene that may be the board's circles.
+def measure_circles(images: Sequence[np.ndarray], operator: OperatorConfig) -> list[CircleMeasurement]:
+    """Returns measurements of what may be the circles of the board.
 
-    ``operator``: the scenario's part of that name. In each of the windows marked the reading with the largest area
-    counts; without any it is all that looks like a circle. Raises DrakeTrackerError on windows that are not four, or do
-    not hold one circle each.
+    With windows, the measurement with the largest area in each window is returned. Without windows, everything that
+    looks like a circle is returned.
+
+    Args:
+        images: grey images of the same scene.
+        operator: windows that a person marked around the circles, if any, and the threshold.
+
+    Raises DrakeTrackerError when there are windows but not four, or when a window does not contain exactly one circle.
     """
     windows = operator.windows
     if not windows:
         return find_circles(images)
     if len(windows) != len(CIRCLES):
-        raise DrakeTrackerError(f"operator.windows: {len(windows)} marked; each of {len(CIRCLES)} circles needs one")
+        raise DrakeTrackerError(
+            f"operator.windows has {len(windows)} windows; it must have one for each of the {len(CIRCLES)} circles"
+        )
     return [
         best_measurement([measure_circle(image, window, operator.threshold) for image in images]) for window in windows
     ]
 
 
-def chosen_circles(candidates: Sequence[Any], expected: np.ndarray) -> np.ndarray:
-    """Returns the centroids (n, 2) [px] of the candidates that are nearest to the ``expected`` places (n, 2)."""
+def chosen_circles(candidates: Sequence[CircleMeasurement], expected: np.ndarray) -> np.ndarray:
+    """Returns the centroids of the candidates that are nearest to expected centres [px], shape (n, 2).
+
+    Args:
+        candidates: measurements of what may be circles.
+        expected: expected centres [px], shape (n, 2).
+    """
     uv = np.array([(candidate.u, candidate.v) for candidate in candidates])
     return np.array([uv[np.argmin(np.linalg.norm(uv - place, axis=1))] for place in expected])
 
 
 def operator_jogs(scenario: BallScenario, X_WB: RigidTransform) -> np.ndarray:
-    """Returns the poses (x, y, z, yaw), shape (3, 4), in W at which an operator leaves the probe over the touch marks.
+    """Returns the poses (x, y, z, yaw) in W at which an operator leaves the probe over the touch marks, shape (3, 4).
 
-    This stands in for a person, who sees where the marks are: it is given the board's true pose, and errs by
-    ``operator.placing_std`` in the plane. The controller is told the jogged poses, and nothing of the errors.
+    This function simulates a person, who sees the marks. It therefore uses the true pose of the board, with placement
+    errors of standard deviation ``operator.placing_std`` in the plane of the board. The controller knows the jogged
+    poses but not the errors.
+
+    Args:
+        scenario: the scenario.
+        X_WB: true pose of the board in the world.
     """
     marks = np.array(TOUCH_MARKS) + draw_placing_errors(scenario.operator, scenario.seed)
-    touching = X_WB.multiply(np.column_stack([marks, np.full(3, PROBE_RADIUS)]).T).T  # the tip's centre, on the mark
+    touching = X_WB.multiply(np.column_stack([marks, np.full(3, PROBE_RADIUS)]).T).T  # centre of the tip on the mark
     return np.column_stack([touching + [0.0, 0.0, JOG_HEIGHT], np.full(3, HAND_YAW)])

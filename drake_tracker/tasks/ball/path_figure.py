@@ -1,4 +1,4 @@
-"""The picture of a run of the ball: its way down the board and into the cup, and what was foreseen of it."""
+"""The picture of a run of the ball: its path down the board and into the cup, and the predictions."""
 
 import textwrap
 from collections.abc import Mapping
@@ -38,24 +38,28 @@ from drake_tracker.world.ball_fixtures import GATE_SIZE
 from drake_tracker.world.catch_judge_system import BOWL_LOWER, BOWL_UPPER
 
 WARM = LinearSegmentedColormap.from_list("warm", ["#7a2b00", FAR_PREDICTED, "#e69f00", "#f7dfa5"])
-"""Of what is foreseen: dark when the ball is about to come, pale long before."""
+"""Colours of predictions: dark shortly before the crossing, pale long before."""
 LONG_BEFORE = 1.5
-"""Time [s] before the crossing at which that colour is palest."""
+"""Time before the crossing at which the colour is palest [s]."""
 FACE, WOOD = "#f7f6f2", "#a9794a"
+"""Colours of the board's face and of the pegs."""
 BEFORE, AFTER = 0.35, 1.1
-"""Time [s] shown before the release and after the crossing."""
+"""Time shown before the release and after the crossing [s]."""
 STROBE = 0.25
-"""The ball is drawn every so many seconds [s] of its way."""
+"""Time between two drawings of the ball on its path [s]."""
 
 
 def draw_ball_path(
     hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, summary: Mapping[str, Any], path: Path
 ) -> None:
-    """Draws a run as one picture, 3200 x 1800 px: the board from above, what was foreseen and where the hand went.
+    """Draws a run as one picture, 3200 x 1800 px: the board from above, the predictions, and the path of the hand.
 
     Args:
-      hand_eye: the diagram, with its ``poses`` and its world's truth. log: {name: Signal}. summary: what
-      `summarise_ball` returned. path: PNG file to write.
+        hand_eye: the diagram of the run, with the attribute ``poses`` and the ground truth of its world.
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
+        summary: what `summarise_ball` returned.
+        path: PNG file to write.
     """
     run = _Run(hand_eye, scenario, log)
     with matplotlib.rc_context(PLOT_STYLE):
@@ -73,22 +77,27 @@ def draw_ball_path(
 
 
 class _Run:
-    """What several parts of the picture need.
+    """Values of a run that several parts of the picture need.
+
+    Args:
+        hand_eye: the diagram of the run.
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
 
     Attributes:
-        log: {name: Signal}.
+        log: {name: Signal} of the run.
         laboratory: the true laboratory.
-        X_BW: the world in the board's true frame.
+        X_BW: pose of the world in the true frame of the board.
         half_width: half the width of the board [m].
-        spans: phases.
-        verdict: the judge's last findings.
-        released: when the ball was released [s], or None.
-        crossing: when it crossed the bottom edge [s], or None.
-        over_the_cup: where the ball passes over the cup, x_B [m], or None.
+        spans: phases of the run.
+        verdict: the last findings of the judge, a `CatchVerdict`.
+        released: time of the release [s], or None.
+        crossing: time at which the ball crossed the bottom edge [s], or None.
+        over_the_cup: x_B at which the ball passes over the cup [m], or None.
         shown: start and end of the time axes [s].
         packets: all packets that predict a crossing.
-        times: when each of them arrived [s].
-        predicted: (n, 3), the crossing in each of them: x_B [m], time [s] and standard deviation [m].
+        times: times at which these packets arrived [s], shape (n,).
+        predicted: predicted crossings of the packets: x_B [m], time [s], standard deviation [m]; shape (n, 3).
     """
 
     def __init__(self, hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log) -> None:
@@ -114,23 +123,24 @@ class _Run:
         self.packets, self.times, self.predicted = packets, np.array(times), np.reshape(predicted, (-1, 3))
 
     def on_board(self, p_WQ: np.ndarray) -> np.ndarray:
-        """Returns points (n, 3) [m, W] in the board's frame."""
+        """Returns points in the frame of the board [m], shape (n, 3), from points in W [m]."""
         return (self.X_BW @ np.reshape(p_WQ, (-1, 3)).T).T
 
     def ball(self, times: np.ndarray) -> np.ndarray:
-        """Returns the true (x, y)_B [m] of the ball at ``times`` (n,) [s]."""
+        """Returns the true (x, y)_B of the ball [m], shape (n, 2), at given times [s], shape (n,)."""
         truth = self.log["truth_ball_state"]
         if len(truth.times) == 0:
             return np.full((len(times), 2), np.nan)
         return self.on_board(np.column_stack([np.interp(times, truth.times, truth[axis]) for axis in "xyz"]))[:, :2]
 
     @property
-    def colours(self) -> Any:
-        """Of each packet, by the time that it leaves until the crossing."""
+    def colours(self) -> np.ndarray:
+        """Colours of the packets, by the time from their arrival to the predicted crossing, shape (n, 4)."""
         return WARM(Normalize(0.0, LONG_BEFORE)(self.predicted[:, 1] - self.times))
 
     @property
     def end_of_roll(self) -> float:
+        """Time of the crossing, or the end of the time axes when there was none [s]."""
         return self.crossing or self.shown[1]
 
 
@@ -144,13 +154,13 @@ def _draw_board(ax: Axes, run: _Run, scenario: BallScenario) -> None:
 
     truth, point, filtered = (run.log[name] for name in ("truth_ball_state", "point", "filtered"))
     rolls = (truth.times >= (run.released or np.inf)) & (truth.times <= run.end_of_roll + 0.25)
-    way = run.ball(truth.times)
-    ax.plot(*way[rolls].T, color=TRUTH, lw=1.5, zorder=5)
+    path = run.ball(truth.times)
+    ax.plot(*path[rolls].T, color=TRUTH, lw=1.5, zorder=5)
     if run.released:
         for time in np.arange(run.released, run.end_of_roll, STROBE):
             _ball(ax, run.ball(np.array([time]))[0], 0.9, zorder=4)
-    elif len(way):
-        _ball(ax, way[0], 1.0, zorder=4)
+    elif len(path):
+        _ball(ax, path[0], 1.0, zorder=4)
     rolling = (point["stamp"] > 0.0) & (point["stamp"] <= run.end_of_roll)
     seen = rolling & (point["valid"] > 0)
     places = run.on_board(point.view("x", "y", "z")[seen])
@@ -168,15 +178,15 @@ def _draw_board(ax: Axes, run: _Run, scenario: BallScenario) -> None:
         _cup(ax, last, fc="#e3f3ee")
         ax.plot(*hand[moving].T, color=HAND, lw=2.2, zorder=9)
         if run.verdict.caught:
-            _ball(ax, way[-1], 1.0, zorder=10)
+            _ball(ax, path[-1], 1.0, zorder=10)
             ax.annotate("caught", last - [0.0, 0.058], color=HAND, weight="bold", ha="center", va="top")
     half = 0.5 * board.width + 0.035
     ax.set(xlim=(-half, half), ylim=(-0.155, board.length + 0.02))
     ax.set(xlabel="x  [m], across", ylabel="y  [m], up the slope")
     ax.set_aspect("equal", anchor="W")
     ax.set_title("The board from above", pad=27)
-    names = (("ball", TRUTH), ("seen", SEEN), ("filtered", FILTERED), ("foreseen", FAR_PREDICTED), ("cup", HAND))
-    ax.figure.draw_without_rendering()  # the axes take their width from the board's shape only now
+    names = (("ball", TRUTH), ("measured", SEEN), ("filtered", FILTERED), ("predicted", FAR_PREDICTED), ("cup", HAND))
+    ax.figure.draw_without_rendering()  # fixes the width of the axes, which depends on the shape of the board
     name_colours(ax, names)
 
 
@@ -202,7 +212,7 @@ def _ball(ax: Axes, place: Any, strength: float, zorder: float) -> None:
 
 
 def _cup(ax: Axes, place: Any, **look: Any) -> None:
-    """The bowl's inside, which is deeper along the slope than it is drawn: x_T runs along y_B."""
+    """Draws the inside of the bowl, projected onto the board: x_T is parallel to y_B."""
     depth, width = (BOWL_UPPER[k] - BOWL_LOWER[k] for k in (0, 1))
     corner = np.subtract(place, (0.5 * width, 0.5 * depth))
     style = {"fc": "none", "ec": HAND, "lw": 1.6, "zorder": 2, **look}
@@ -224,8 +234,8 @@ def _draw_across(ax: Axes, run: _Run) -> None:
         ax.axhline(1e3 * run.verdict.crossing_x, color=TRUTH, lw=1.0, ls=(0, (4, 3)), zorder=1)
         ax.plot(run.crossing, 1e3 * run.verdict.crossing_x, "o", ms=8, mfc="white", mec=TRUTH, mew=1.6, zorder=5)
     ax.set_ylim(-1e3 * run.half_width, 1e3 * run.half_width)
-    _time_axis(ax, run, "Where it comes out, and the cup", "across  [mm]")
-    name_colours(ax, (("ball", TRUTH), ("foreseen, and its std", FAR_PREDICTED), ("cup", HAND)))
+    _time_axis(ax, run, "Crossing of the edge, and the cup", "across  [mm]")
+    name_colours(ax, (("ball", TRUTH), ("predicted, with std", FAR_PREDICTED), ("cup", HAND)))
     bar = ax.inset_axes((0.77, 1.11, 0.23, 0.05))
     bar.imshow(np.linspace(0.0, 1.0, 128)[None], cmap=WARM, aspect="auto", extent=(0.0, LONG_BEFORE, 0.0, 1.0))
     bar.set(yticks=[], xticks=(0.0, 0.5, 1.0, 1.5))
@@ -249,7 +259,7 @@ def _draw_errors(ax: Axes, run: _Run) -> None:
     ax.axhline(0.0, color=RULE, lw=0.8, zorder=0)
     ax.set_ylim(-2.4 * fits, 2.4 * fits)
     ax.annotate(
-        f"falls in clear of the rim: {fits:.0f} mm",
+        f"clear of the rim: {fits:.0f} mm",
         (1.0, fits),
         xycoords=("axes fraction", "data"),
         xytext=(-2, 3),
@@ -258,7 +268,7 @@ def _draw_errors(ax: Axes, run: _Run) -> None:
         color=SOFT_INK,
         ha="right",
     )
-    _time_axis(ax, run, "Beside the true crossing", "error  [mm]", pad=10)
+    _time_axis(ax, run, "Error relative to the true crossing", "error  [mm]", pad=10)
 
 
 def _draw_time_left(ax: Axes, run: _Run) -> None:
@@ -269,7 +279,7 @@ def _draw_time_left(ax: Axes, run: _Run) -> None:
         ax.plot([run.released, run.crossing], [run.crossing - run.released, 0.0], color=TRUTH, lw=1.2, zorder=2)
         longest = max(longest, run.crossing - run.released)
     ax.set_ylim(0.0, 1.05 * longest)
-    _time_axis(ax, run, "Time left until it comes", "s", pad=10)
+    _time_axis(ax, run, "Time left until the crossing", "s", pad=10)
     ax.tick_params(labelbottom=True)
     ax.set_xlabel("time  [s]")
 
@@ -288,7 +298,9 @@ def _time_axis(ax: Axes, run: _Run, title: str, label: str, pad: float = 27) -> 
 def _draw_headline(figure: Figure, scenario: BallScenario, summary: Mapping[str, Any]) -> None:
     headline = "Ball not caught"
     if summary["success"]:
-        headline = f"Ball caught, {1e3 * abs(summary['hand_error_m']):.0f} mm off the middle of the cup as it came out"
+        headline = (
+            f"Ball caught, {1e3 * abs(summary['hand_error_m']):.0f} mm from the middle of the cup at the crossing"
+        )
     title = figure.text(0.045, 0.955, headline, fontsize=21, weight="bold", va="center")
     if summary["failure_reason"]:
         end = title.get_window_extent(figure.canvas.get_renderer()).x1 / figure.bbox.width
@@ -297,8 +309,8 @@ def _draw_headline(figure: Figure, scenario: BallScenario, summary: Mapping[str,
     facts = [f"scenario {scenario.name}, seed {scenario.seed}"]
     for key, words, scale in (
         ("roll_s", "rolled {:.2f} s", 1.0),
-        ("exit_speed_m_s", "came out at {:.2f} m/s", 1.0),
-        ("position_rms_m", "seen to {:.1f} mm rms", 1e3),
+        ("exit_speed_m_s", "left the board at {:.2f} m/s", 1.0),
+        ("position_rms_m", "measured to {:.1f} mm rms", 1e3),
     ):
         if summary[key] is not None:
             facts.append(words.format(scale * summary[key]))

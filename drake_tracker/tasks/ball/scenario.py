@@ -1,4 +1,7 @@
-"""The settings of a run of the ball (Nashman and Chaconas 1990); `scenarios.base` has what all tasks share."""
+"""The settings of a run of the ball (Nashman and Chaconas 1990).
+
+Settings that all tasks share are in `drake_tracker.scenarios.base`.
+"""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -24,52 +27,80 @@ from drake_tracker.world.config import BallConfig, BoardCameraConfig, BoardConfi
 
 @dataclass(frozen=True)
 class BoardVisionConfig:
-    """From the images of the one camera to points on the board."""
+    """Settings of the vision: from the images of the single camera to points on the board.
+
+    Attributes:
+        detector: settings of the motion detector.
+        follow: whether to search only near the position predicted from the last two measurements, the paper's
+            alternative.
+        update_cycles: time between two centroids [cycles].
+        throughput_cycles: time from the capture of a centroid's first image until the centroid appears [cycles].
+        centroid_height: height of the moving centroid over the board [m]; half the diameter of the ball is 0.02 m.
+        bottom: width of the strip along the bottom edge in which motion is ignored [m].
+        tolerance: largest error of a measurement before it is rejected [m].
+    """
 
     detector: DETECTORS.union() = setting(FrameDifference, "the motion detector")  # type: ignore[valid-type]
-    follow: bool = setting(False, "look only around where the last two readings lead, the paper's alternative")
-    update_cycles: int = setting(BALL_UPDATE_CYCLES, "cycles from one centroid to the next", "cycles", (1, 60))
+    follow: bool = setting(False, "search only near the position predicted from the last two measurements")
+    update_cycles: int = setting(BALL_UPDATE_CYCLES, "time between two centroids", "cycles", (1, 60))
     throughput_cycles: int = setting(
-        BALL_THROUGHPUT_CYCLES, "cycles from a centroid's first image until it shows", "cycles", (2, 120)
+        BALL_THROUGHPUT_CYCLES, "time from a centroid's first image until the centroid appears", "cycles", (2, 120)
     )
     centroid_height: float = setting(
-        0.0165, "height over the board at which the moving centroid lies; 0.02 is half the diameter", "m", (0.0, 0.04)
+        0.0165, "height of the moving centroid over the board; 0.02 is half the diameter of the ball", "m", (0.0, 0.04)
     )
-    bottom: float = setting(0.05, "strip along the bottom edge in which nothing is looked for", "m", (0.0, 0.4))
-    tolerance: float = setting(0.02, "error of a reading allowed before it is called spurious", "m", (0.0, 0.2))
+    bottom: float = setting(
+        0.05, "width of the strip along the bottom edge in which motion is ignored", "m", (0.0, 0.4)
+    )
+    tolerance: float = setting(0.02, "largest error of a measurement before it is rejected", "m", (0.0, 0.2))
 
 
 @dataclass(frozen=True)
 class BallScenario(BaseScenario):
-    """A run of the ball, complete."""
+    """All settings of a run of the ball.
+
+    Attributes:
+        hand: the hand that the task needs.
+        board: the board and its pegs.
+        ball: the ball.
+        camera: the camera.
+        lighting: the lamps.
+        operator: what a person does before the run.
+        vision: from images to points on the board.
+        estimator: from points to the predicted path.
+        link: from the host to the controller of the arm.
+        servo: from packets of predicted path to set-points every 5 ms.
+        catch: what the hand does, and when.
+        arm: the arm.
+    """
 
     hand: ClassVar[Hand] = Hand.CUP
-    task: str = setting("ball", "the task")
+    task: str = setting("ball", "name of the task")
     duration: float = setting(15.0, "simulated time after which the run ends", "s", (0.01, 36000.0))
     time_step: float = setting(BALL_TIME_STEP, "step of the plant", "s", (0.0001, 0.01))
-    board: BoardConfig = setting(BoardConfig, "the board")
+    board: BoardConfig = setting(BoardConfig, "the board and its pegs")
     ball: BallConfig = setting(BallConfig, "the ball")
     camera: BoardCameraConfig = setting(BoardCameraConfig, "the camera")
-    lighting: LightingConfig = setting(LightingConfig, "the light")
-    operator: OperatorConfig = setting(OperatorConfig, "what a person does before the ball comes")
+    lighting: LightingConfig = setting(LightingConfig, "the lamps")
+    operator: OperatorConfig = setting(OperatorConfig, "what a person does before the run")
     vision: BoardVisionConfig = setting(BoardVisionConfig, "from images to points")
-    estimator: Slope = setting(Slope, "from points to predicted path")
+    estimator: Slope = setting(Slope, "from points to the predicted path")
     link: LINKS.union() = setting(  # type: ignore[valid-type]
-        Perfect, "from the host to the arm's controller"
+        Perfect, "from the host to the controller of the arm"
     )
-    servo: ServoConfig = setting(ServoConfig, "from packets to a pose every 5 ms")
-    catch: CatchConfig = setting(CatchConfig, "what the hand does next")
+    servo: ServoConfig = setting(ServoConfig, "from packets of predicted path to set-points every 5 ms")
+    catch: CatchConfig = setting(CatchConfig, "what the hand does, and when")
     arm: ARMS.union(Custom, without=arms_without(Hand.CUP)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"
     )
 
     def problems(self) -> list[tuple[str, str]]:
-        """Returns the settings that contradict each other: a list of (key, what is wrong and what to do)."""
+        """Returns the settings that contradict each other: a list of (key path, what is required)."""
         found = self.timing_problems(BALL_SERVO_PERIOD)
         for key in ("distance_range", "elevation_range_deg"):
             low, high = getattr(self.camera, key)
             if low > high:
-                found.append((f"camera.{key}", "must have its lower end first"))
+                found.append((f"camera.{key}", "must give the lower end first"))
         if (self.vision.detector.smoothing_size or 1) % 2 == 0:
             found.append(("vision.detector.smoothing_size", "must be odd"))
         if self.catch.settle_tolerance < self.catch.follow_tolerance:

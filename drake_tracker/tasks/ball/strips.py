@@ -1,4 +1,4 @@
-"""The strips of the live view of a ball."""
+"""The strips of the live view for the ball."""
 
 from drake_tracker.core.messages import CatchDiagnosis
 from drake_tracker.tasks.strips import (
@@ -16,10 +16,10 @@ from drake_tracker.tasks.strips import (
 
 
 def ball_strip_values(inputs: StripInputs) -> list[float | None]:
-    """Returns the values of `BALL_STRIPS` ([mm], the last one [s]), one for each line; None where unknown.
+    """Returns one value for each line of `BALL_STRIPS` ([mm], the last one [s]), None for an unknown value.
 
     Args:
-        inputs: values of a run, whose ``report`` is a `CatchDiagnosis`.
+        inputs: values of a run; ``report`` is a `CatchDiagnosis`.
     """
     expected = inputs.report
     known = expected.known and expected.time_left >= 0.0

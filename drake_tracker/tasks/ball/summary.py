@@ -1,4 +1,4 @@
-"""The summary of a run of the ball: what came of it, and how well each part did, judged from truth after the event."""
+"""The summary of a run of the ball: its outcome and the errors of each part, measured against ground truth."""
 
 from typing import Any
 
@@ -16,33 +16,45 @@ from drake_tracker.tasks.results import git_commit, lag_of, package_versions, ti
 from drake_tracker.vision.board_poses import pose_error
 
 ROLLING = 0.10
-"""Time [s] after the release from which the ball is seen to move."""
+"""Time after the release at which vision sees the ball move [s]."""
 BEFORE_CROSSING = (0.4, 0.25, 0.1)
-"""Times [s] before the ball leaves the board at which the foreseen crossing is judged."""
+"""Times before the ball leaves the board at which the predicted crossing is judged [s]."""
 HALF_CUP = 0.030
-"""How far [m] across the ball may be from the middle of the cup and fall in without touching its rim."""
+"""Greatest distance across, from the middle of the cup, at which the ball falls in without touching the rim [m]."""
 
 
 def summarise_ball(
     hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, simulated: float, interrupted: bool = False
 ) -> dict[str, Any]:
-    """Returns the summary of a run of the ball as a dict of numbers, texts and None (where there is nothing to say).
+    """Returns the summary of a run, a dict of numbers, texts and None (where a value does not exist).
 
-    Lengths in m, times in s, angles in rad:
+    Lengths are in m, times in s, angles in rad:
 
-    - ``board_in_camera_error``, ``board_in_world_error``: of the initialisation, against truth: distance of the
-      board's origins [m] and angle between the poses [rad].
-    - ``position_rms_m``: points on the board against the ball at their stamps, from `ROLLING` after its release until
-      it leaves the board; ``vision_valid_fraction``: share of the centroids of that time that gave a point.
-    - ``lag_s``: from a point's stamp to the instant at which the prediction built on it can be read.
-    - ``crossing_error_m``: {time before the crossing [s]: across on the edge, foreseen minus true}, of the newest
-      packet then.
-    - ``hand_error_m``: across, the cup's middle when the ball leaves the board, minus where the ball then goes over it.
-    - ``roll_s``, ``exit_speed_m_s``: of the ball; ``hold_s``: longest time in the cup, as judged.
+    - ``board_in_camera_error``, ``board_in_world_error``: errors of the initialisation: distance between the true and
+      the measured origin of the board [m], and angle between the poses [rad].
+    - ``position_rms_m``: error of points on the board at their stamps, from `ROLLING` after the release until the ball
+      leaves the board.
+    - ``vision_valid_fraction``: fraction of the centroids in this time that gave a point.
+    - ``lag_s``: smallest and greatest time from the stamp of a point to the instant at which the prediction based on it
+      is available.
+    - ``crossing_error_m``: {time before the crossing [s]: predicted minus true position on the edge}, for the newest
+      packet at that time.
+    - ``hand_error_m``: position across of the middle of the cup when the ball leaves the board, minus the position at
+      which the ball passes over the cup.
+    - ``roll_s``: time from the release to the crossing.
+    - ``exit_speed_m_s``: speed of the ball at the crossing.
+    - ``hold_s``: longest time for which the ball was in the cup, according to the judge.
+    - ``board_touched``: whether the arm touched the board or its table.
+    - ``joint_limit_margin_rad``: smallest distance of a joint from its limit.
+    - ``speed_share``: greatest fraction of the rated speed of a joint.
+    - ``longest_saturation_s``: longest saturation of a drive.
 
     Args:
-      hand_eye: the diagram, with its ``poses`` and its world's truth. scenario: the run's. log: {name: Signal}.
-      simulated: time at which the run ended [s]. interrupted: whether the user ended it.
+        hand_eye: the diagram of the run, with the attribute ``poses`` and the ground truth of its world.
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
+        simulated: time at which the run ended [s].
+        interrupted: whether the user ended the run.
     """
     laboratory, camera = hand_eye.world.laboratory, hand_eye.world.camera
     X_CB = camera.X_WC.inverse() @ laboratory.X_WB
@@ -78,40 +90,61 @@ def summarise_ball(
 
 
 def last_verdict(log: Log) -> Any:
-    """Returns the last `CatchVerdict` of a log, all zero when there is none."""
+    """Returns the last `CatchVerdict` of a log, all zeros when there is none."""
     rows = log["truth_verdict"].data
     return CatchVerdict(rows[-1] if len(rows) else np.zeros(len(CatchVerdict.get_fields())))
 
 
 def failure_reason(verdict: Any, hand_error: float | None, interrupted: bool) -> str:
-    """Returns in words why the ball was not caught: of the last `CatchVerdict`, and the hand's error across [m]."""
+    """Returns in one sentence why the ball was not caught.
+
+    Args:
+        verdict: the last `CatchVerdict` of the run.
+        hand_error: error of the hand across [m], None when it is not known.
+        interrupted: whether the user ended the run.
+    """
     if not verdict.released:
-        reason = "the ball was never released: the arm was not ready, or the gate stayed shut"
+        reason = "the ball was never released: the arm was not ready, or the gate stayed closed"
     elif verdict.rest_since and not verdict.crossing_time:
-        reason = f"the ball lies still on the board, at x {verdict.x:.2f}, y {verdict.y:.2f} m: jammed at a peg"
+        reason = f"the ball jammed at a peg and came to rest on the board at x {verdict.x:.2f}, y {verdict.y:.2f} m"
     elif not verdict.crossing_time:
         over = verdict.lost and verdict.y > 0.0
         still = "the ball was still on the board when the run ended"
-        reason = "the ball went over a side of the board" if over else still
+        reason = "the ball rolled off a side of the board" if over else still
     elif verdict.in_cup:
-        reason = f"the ball was in the cup for {verdict.held:.2f} s when the run ended"
+        reason = f"the ball had been in the cup for only {verdict.held:.2f} s when the run ended"
     elif hand_error is None:
         reason = "the ball crossed the edge, but the position of the hand was not logged"
     elif abs(hand_error) > HALF_CUP:
-        reason = f"the cup stood {1e3 * abs(hand_error):.0f} mm beside the ball, and {1e3 * HALF_CUP:.0f} mm fit"
+        reason = (
+            f"the cup was {1e3 * abs(hand_error):.0f} mm from the ball; at most {1e3 * HALF_CUP:.0f} mm is possible"
+        )
     else:
-        reason = f"the ball came {1e3 * abs(hand_error):.0f} mm from the middle of the cup and did not stay in it"
+        reason = f"the ball passed {1e3 * abs(hand_error):.0f} mm from the middle of the cup and did not stay in it"
     return f"interrupted; until then {reason}" if interrupted else reason
 
 
 def across(hand_eye: HandEyeDiagram, signal: Signal, time: float) -> float:
-    """Returns x_B [m] of a logged place (fields x, y, z in W) at a time [s], on the board as it truly stands."""
+    """Returns x_B of a logged position at one time [m], in the true frame of the board.
+
+    Args:
+        hand_eye: the diagram of the run.
+        signal: logged position with the fields x, y, z in W [m].
+        time: the time [s].
+    """
     p_WQ = np.array([np.interp(time, signal.times, signal[axis]) for axis in "xyz"])
     return (hand_eye.world.laboratory.X_WB.inverse() @ p_WQ)[0]
 
 
 def over_the_cup(hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, verdict: Any) -> float:
-    """Returns where the ball truly goes over the cup's middle, x_B [m]: straight on from where it leaves the board."""
+    """Returns x_B at which the ball passes over the middle of the cup [m], straight on from where it leaves the board.
+
+    Args:
+        hand_eye: the diagram of the run.
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
+        verdict: the last `CatchVerdict` of the run, with a crossing.
+    """
     truth, R_WB = log["truth_ball_state"], hand_eye.world.laboratory.X_WB.rotation().matrix()
     velocity = np.array([np.interp(verdict.crossing_time, truth.times, truth[v]) for v in ("vx", "vy", "vz")])
     outward = -velocity[:2] @ R_WB[:2, 1] / np.hypot(*R_WB[:2, 1])
@@ -120,14 +153,21 @@ def over_the_cup(hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, ver
 
 
 def crossing_errors(hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log, verdict: Any) -> dict[str, float]:
-    """Returns {time before the crossing [s]: foreseen minus true x_B [m]}, where a crossing was foreseen then."""
+    """Returns {time before the crossing [s]: predicted minus true x_B [m]}, where a crossing was predicted.
+
+    Args:
+        hand_eye: the diagram of the run.
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
+        verdict: the last `CatchVerdict` of the run.
+    """
     found = {}
     delivered, edge = log["delivered"], known_edge(scenario, hand_eye.poses)
     for before in BEFORE_CROSSING:
         index = np.searchsorted(delivered.times, verdict.crossing_time - before) - 1
-        foreseen = edge.crossing(delivered.data[index]) if verdict.crossing_time and index >= 0 else None
-        if foreseen is not None:
-            x, _, _ = hand_eye.world.laboratory.X_WB.inverse() @ foreseen.p_WQ
+        predicted = edge.crossing(delivered.data[index]) if verdict.crossing_time and index >= 0 else None
+        if predicted is not None:
+            x, _, _ = hand_eye.world.laboratory.X_WB.inverse() @ predicted.p_WQ
             found[f"{before:g}"] = float(x - verdict.crossing_x)
     return found
 

@@ -29,11 +29,14 @@ _MM, _SECONDS, _PERCENT = (1e3, "mm", 1), (1.0, "s", 2), (100.0, "%", 1)
 
 
 class BallFreeMotion:
-    """A ball is judged from a tenth of a second after its release until it leaves the board.
+    """The time in which the ball moves freely: from a tenth of a second after its release until it leaves the board.
 
     Args:
-        scenario: the run's scenario.
+        scenario: the scenario of the run.
         log: {name: Signal} of the run.
+
+    Attributes:
+        spans: phases of the run.
     """
 
     def __init__(self, scenario: BallScenario, log: Log) -> None:
@@ -49,8 +52,8 @@ class BallFreeMotion:
     tracked = observed = free
 
 
-class BallTask(Task):
-    """The ball."""
+class BallTask(Task[BallScenario]):
+    """The task of the ball."""
 
     name = "ball"
     phases = CatchPhase
@@ -93,7 +96,7 @@ class BallTask(Task):
     has_autopsy = False
     strips = BALL_STRIPS
     preparation = (
-        "Initialisation: the camera reads the circles of the board, then the arm touches its marks (about 15 s)"
+        "Initialisation: the camera measures the circles of the board, then the arm touches its marks (about 15 s)"
     )
 
     def uses_cameras(self, scenario: BallScenario) -> bool:

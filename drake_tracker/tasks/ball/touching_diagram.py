@@ -1,4 +1,4 @@
-"""The wiring of the board's initialisation: the world of the ball, and an arm that touches three marks."""
+"""The wiring of the initialisation: the laboratory of the ball, and an arm that touches three marks on the board."""
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
@@ -9,7 +9,7 @@ from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 
 
 class BoardTouchingDiagram(Diagram):
-    """A `BallWorldDiagram` whose arm touches the marks over which an operator has jogged it.
+    """The laboratory of the ball with an arm that touches the marks over which an operator has jogged it.
 
     .. pydrake_system::
 
@@ -19,12 +19,22 @@ class BoardTouchingDiagram(Diagram):
         - camera
         - truth_query
 
-    ``report`` is a `TouchReport`. There is no vision in the loop.
+    - ``report``: a `TouchReport`, updated every ``period``. The positions of marks that are not touched yet are zero.
+    - ``camera``: an ImageRgba8U of the world's camera, if it has one.
+    - ``truth_query``: a QueryObject of the world's scene, ground truth.
+
+    There is no vision in the loop.
 
     Args:
-      world: `BallWorldDiagram` without a ball on the board. model: the controller's `ArmModel` with the probe for its
-      tool. q_initial: the arm's start [rad]. jogs: see `TouchMachine`. time_step: of the plant [s]. period: of the
-      set-points [s].
+        world: the laboratory, without a ball on the board.
+        model: the controller's model of the arm, with the probe as its tool.
+        q_initial: joints at the start [rad], shape (n,).
+        jogs: poses (x, y, z, yaw) in W over the marks [m, rad], shape (3, 4).
+        time_step: the plant's step [s].
+        period: period of the set-points [s].
+
+    Attributes:
+        world: the laboratory.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The laboratory of a run of the ball."""
+"""Makes the laboratory of the ball from a scenario."""
 
 from collections.abc import Sequence
 
@@ -17,14 +17,15 @@ def make_ball_world(
     ball_on_board: bool = True,
     with_camera: bool = True,
 ) -> BallWorldDiagram:
-    """Returns the `BallWorldDiagram` of a scenario.
+    """Returns the laboratory of a scenario.
 
     Args:
-        scenario: its settings of the board, the ball, the camera and the light.
+        scenario: the scenario.
         description: an arm whose hand is a cup.
-        q_initial: joints at the start [rad].
-        ball_on_board: False puts the ball aside and opens the gate, as while camera and board are initialised.
-        with_camera: False: no camera and no renderer.
+        q_initial: joints at the start [rad], shape (n,).
+        ball_on_board: whether the ball starts on the board. Otherwise it lies aside and the gate is open, as during the
+            initialisation.
+        with_camera: whether to add the camera and its renderer.
     """
     return BallWorldDiagram(
         description=description,

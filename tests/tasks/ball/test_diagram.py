@@ -1,4 +1,4 @@
-"""The ball's diagram as wired: its arrows, its signals, its timing, and that no truth reaches the controller."""
+"""Tests of the ball's diagram: connections, signals, timing, and that no ground truth reaches the controller."""
 
 import pytest
 from ball_scenario import make_scenario, true_poses
@@ -26,7 +26,7 @@ ARROWS = {
     ("arm", "ready", "world", "ready"),
 }
 BEHIND_THE_SENSORS = {"camera_pixels", "camera_noise"}
-"""Systems of the world between what the camera renders and the port through which the controller reads it."""
+"""Systems of the world between the rendered image and the port that the controller reads."""
 
 
 @pytest.fixture(scope="module")
@@ -35,11 +35,11 @@ def hand_eye():
     return make_ball_diagram(scenario, true_poses(scenario))
 
 
-def test_rooms_and_arrows_are_those_of_the_architecture(hand_eye):
+def test_subsystems_and_connections_are_those_of_the_architecture(hand_eye):
     assert arrows(hand_eye) == ARROWS
 
 
-def test_the_operator_alone_comes_in_from_outside(hand_eye):
+def test_the_only_input_is_the_operator(hand_eye):
     assert [hand_eye.get_input_port(k).get_name() for k in range(hand_eye.num_input_ports())] == ["operator"]
 
 
@@ -48,7 +48,7 @@ def test_every_signal_of_the_log_is_a_port_with_as_many_fields(hand_eye):
         assert hand_eye.GetOutputPort(name).size() == len(fields), name
 
 
-def test_the_controller_reads_camera_and_joints_and_no_truth(hand_eye):
+def test_the_controller_reads_camera_and_joints_but_no_ground_truth(hand_eye):
     world = hand_eye.world
     plant = world.laboratory.plant
     sensors = (world.camera.sensor.color_image_output_port(), plant.get_state_output_port(world.laboratory.arm))
@@ -73,12 +73,12 @@ def is_truth(thing):
     return type(thing).__module__.startswith("drake_tracker.world")
 
 
-@pytest.mark.parametrize("room", ["vision", "host", "link", "arm"])
-def test_no_object_of_the_controller_refers_to_the_world(hand_eye, room):
-    assert truths(controller_rooms(hand_eye)[room], is_truth) == {}
+@pytest.mark.parametrize("subsystem", ["vision", "host", "link", "arm"])
+def test_no_object_of_the_controller_refers_to_the_world(hand_eye, subsystem):
+    assert truths(controller_rooms(hand_eye)[subsystem], is_truth) == {}
 
 
-def test_the_hand_waits_beyond_the_edge_and_then_says_that_it_is_ready(hand_eye):
+def test_the_hand_waits_beyond_the_edge_and_then_reports_ready(hand_eye):
     simulator = Simulator(hand_eye)
     context = simulator.get_context()
     simulator.AdvanceTo(0.1)
@@ -99,7 +99,7 @@ def test_each_detector_can_be_chosen(kind):
     assert type(diagram.vision.GetSubsystemByName("motion")._detector).__name__ == f"{kind}Detector"
 
 
-def test_the_seven_joint_arm_takes_the_place_of_the_other():
+def test_the_seven_joint_arm_replaces_the_puma():
     scenario = load_scenario("ball:seven_joint")
     diagram = make_ball_diagram(scenario, true_poses(scenario))
     assert diagram.arm.model.num_joints == 7
@@ -108,12 +108,12 @@ def test_the_seven_joint_arm_takes_the_place_of_the_other():
 
 
 @pytest.mark.parametrize("name", ["ball", "ball:seven_joint", "ball:every_image"])
-def test_every_scenario_of_the_ball_builds_from_what_the_initialisation_found(name):
+def test_every_scenario_of_the_ball_builds(name):
     scenario = load_scenario(name)
     hand_eye = make_diagram(scenario, true_poses(scenario))
     assert [part.get_name() for part in hand_eye.GetSystems()] == ["world", "vision", "host", "link", "arm"]
 
 
-def test_building_never_simulates():
+def test_building_without_initialisation_is_rejected():
     with pytest.raises(DrakeTrackerError, match=r"make_diagram\(scenario, initialise\(scenario\)\)"):
         make_diagram(load_scenario("ball"))

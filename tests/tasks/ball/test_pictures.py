@@ -28,16 +28,16 @@ def draw(run, path, log=None):
 
 
 def near(image, colour):
-    """Number of pixels of about this BGR colour."""
+    """Returns the number of pixels close to a BGR colour."""
     return np.count_nonzero((np.abs(image.astype(int) - colour) < 12).all(axis=2))
 
 
-def test_a_catch_and_nothing_global_changed(run, tmp_path):
+def test_a_catch_is_drawn_without_changing_global_state(run, tmp_path):
     before = dict(matplotlib.rcParams)
     image = draw(run, tmp_path / "ball_path.png")
     assert image.shape == (1800, 3200, 3)
-    assert near(image, (115, 158, 0)) > 3000, "the cup's way"
-    assert near(image, (233, 180, 86)) > 1000, "the filtered path and the phase in which it is followed"
+    assert near(image, (115, 158, 0)) > 3000, "the path of the cup"
+    assert near(image, (233, 180, 86)) > 1000, "the filtered path and the phase FOLLOW"
     assert dict(matplotlib.rcParams) == before
 
 
@@ -55,7 +55,7 @@ def test_a_run_that_logged_nothing(run, tmp_path):
     assert draw(run, tmp_path / "ball_path.png", nothing_logged()).shape == (1800, 3200, 3)
 
 
-def test_the_board_as_it_was_found(run, tmp_path):
+def test_the_board_that_was_found(run, tmp_path):
     summary = summarise_ball(run.hand_eye, run.scenario, run.log(), run.duration)
     draw_board_found(run.hand_eye, run.scenario, summary, tmp_path / "board.png")
     image = cv2.imread(str(tmp_path / "board.png"))
@@ -71,4 +71,4 @@ def test_figure_4_of_the_paper(moves, tmp_path):
     draw_difference_images(DifferenceImages(grey, grey, mask, mask), TITLES, tmp_path / "motion.png")
     image = cv2.imread(str(tmp_path / "motion.png"))
     assert image.shape[1] == 3000 and image.shape[0] > 800
-    assert (near(image, (0, 159, 230)) > 500) == moves, "the part that is enlarged"
+    assert (near(image, (0, 159, 230)) > 500) == moves, "the frame of the enlarged part"

@@ -1,4 +1,4 @@
-"""Tests of the summary of a run of the ball, on a run that was made up."""
+"""Tests of the summary of a run of the ball, on a synthetic run."""
 
 import numpy as np
 import pytest
@@ -35,20 +35,20 @@ def test_a_ball_that_is_caught(run):
     assert summary["board_in_camera_error"] == summary["board_in_world_error"] == [0.0, 0.0]
 
 
-def test_what_is_seen_beside_the_ball_is_its_rms(run):
-    run.beside = 0.003
+def test_the_offset_of_the_points_is_the_rms_error(run):
+    run.point_offset = 0.003
     summary = summarize(run)
     assert summary["position_rms_m"] == pytest.approx(0.003, abs=1e-4)
     assert 0.8 < summary["vision_valid_fraction"] <= 1.0
 
 
-def test_the_foreseen_crossing_is_judged_at_three_times(run):
-    run.foreseen = 0.021
+def test_the_predicted_crossing_is_judged_at_three_times(run):
+    run.crossing_offset = 0.021
     assert summarize(run)["crossing_error_m"] == pytest.approx({"0.4": 0.021, "0.25": 0.021, "0.1": 0.021}, abs=1e-6)
 
 
-def test_a_ball_that_leaves_at_a_slant_is_expected_where_it_goes_over_the_cup(run):
-    run.foreseen, run.hand = 0.021, -0.012
+def test_a_ball_that_leaves_at_an_angle_is_judged_where_it_passes_over_the_cup(run):
+    run.crossing_offset, run.hand = 0.021, -0.012
     log = run.log()
     truth, R_WB = log["truth_ball_state"], run.X_WB.rotation().matrix()
     velocity = R_WB @ [0.3, -1.0, 0.0]
@@ -56,7 +56,7 @@ def test_a_ball_that_leaves_at_a_slant_is_expected_where_it_goes_over_the_cup(ru
     summary = summarise_ball(run.hand_eye, run.scenario, log, run.duration)
     aside = 0.3 / np.hypot(*R_WB[:2, 1]) * run.scenario.catch.beyond
     assert summary["hand_error_m"] == pytest.approx(-0.012 - aside, abs=1e-6)
-    assert summary["crossing_error_m"]["0.25"] == pytest.approx(0.021, abs=1e-6)  # on the edge, where it was foreseen
+    assert summary["crossing_error_m"]["0.25"] == pytest.approx(0.021, abs=1e-6)  # on the edge
 
 
 def test_pose_errors_of_the_initialisation(run):
@@ -80,7 +80,7 @@ def test_a_run_that_logged_nothing(run):
     assert summary["success"] is False and summary["failure_reason"].startswith("interrupted")
 
 
-def test_exit_speed_is_that_at_the_edge(run):
+def test_exit_speed_is_the_speed_at_the_edge(run):
     log = run.log()
     truth = log["truth_ball_state"]
     truth.data[:, truth.names.index("vx")] = -EXIT_SPEED
@@ -92,23 +92,31 @@ def test_exit_speed_is_that_at_the_edge(run):
     "fields, hand_error, words",
     [
         (dict(), None, "the ball was never released"),
-        (dict(released=1.0, rest_since=3.0, x=0.123, y=0.456), None, "x 0.12, y 0.46 m: jammed at a peg"),
-        (dict(released=1.0, lost=1.0, y=0.3), None, "over a side of the board"),
+        (
+            dict(released=1.0, rest_since=3.0, x=0.123, y=0.456),
+            None,
+            "jammed at a peg and came to rest on the board at x 0.12, y 0.46 m",
+        ),
+        (dict(released=1.0, lost=1.0, y=0.3), None, "rolled off a side of the board"),
         (dict(released=1.0, y=0.3), None, "still on the board when the run ended"),
         (
             dict(released=1.0, crossing_time=2.5, in_cup=1.0, held=0.42),
             0.004,
-            "in the cup for 0.42 s when the run ended",
+            "in the cup for only 0.42 s when the run ended",
         ),
-        (dict(released=1.0, crossing_time=2.5, lost=1.0), -0.081, "the cup stood 81 mm beside the ball, and 30 mm fit"),
+        (
+            dict(released=1.0, crossing_time=2.5, lost=1.0),
+            -0.081,
+            "the cup was 81 mm from the ball; at most 30 mm is possible",
+        ),
         (
             dict(released=1.0, crossing_time=2.5, lost=1.0),
             0.011,
-            "came 11 mm from the middle of the cup and did not stay",
+            "passed 11 mm from the middle of the cup and did not stay",
         ),
     ],
 )
-def test_sentences(fields, hand_error, words):
+def test_every_failure_has_a_sentence(fields, hand_error, words):
     assert words in failure_reason(verdict(**fields), hand_error, False)
     assert failure_reason(verdict(**fields), hand_error, True).startswith("interrupted; until then the ")
 

@@ -91,8 +91,8 @@ def test_a_track_that_arm_or_cameras_do_not_reach():
 def test_a_threshold_that_is_too_high():
     line = error_of("vision.detector.preset=paper_literal")
     assert "vision.detector" in line and "track.speed 0.15 m/s" in line and "the threshold needs at least" in line
-    assert "sees nothing" in error_of("vision.detector.threshold_px=50")
-    assert "sees nothing" in error_of("track.speed=0.001")
+    assert "the threshold needs at least" in error_of("vision.detector.threshold_px=50")
+    assert "the threshold needs at least" in error_of("track.speed=0.001")
 
 
 def test_a_train_at_rest_is_allowed():

@@ -1,0 +1,14 @@
+from .diagram import ball_host as ball_host
+from .diagram import board_projector as board_projector
+from .diagram import board_vision as board_vision
+from .diagram import known_edge as known_edge
+from .diagram import make_ball_diagram as make_ball_diagram
+from .initialisation import initialise_board as initialise_board
+from .path_figure import draw_ball_path as draw_ball_path
+from .scenario import BallScenario as BallScenario
+from .scenario import BoardVisionConfig as BoardVisionConfig
+from .summary import failure_reason as failure_reason
+from .summary import summarise_ball as summarise_ball
+from .task import BallTask as BallTask
+from .touching_diagram import BoardTouchingDiagram as BoardTouchingDiagram
+from .world import make_ball_world as make_ball_world
