@@ -81,7 +81,8 @@ def settings_lines(scenario: Any, width: int) -> list[str]:
             sections.append((f"{part}: {meaning}", own))
     lines: list[str] = []
     for heading, section in sections:
-        lines += ["", heading] if lines else [heading]
+        lines += [""] if lines else []
+        lines += textwrap.wrap(heading, width, subsequent_indent="  ")
         key_width = max(len(key) for key, *_ in section)
         shown = [len(value) for _, value, *_ in section if len(value) <= _LONGEST_VALUE]
         value_width = max(shown, default=0)

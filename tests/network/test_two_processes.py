@@ -56,5 +56,5 @@ def test_images_over_the_bus_give_the_same_points():
 @pytest.mark.parametrize("side", ["arm", "host"])
 def test_a_ball_is_refused(side):
     scenario, lcm = load_scenario("ball"), DrakeLcm("memq://")
-    with pytest.raises(DrakeTrackerError, match="ball: .*two processes only for the train"):
+    with pytest.raises(DrakeTrackerError, match="ball: .*only the train runs in two processes"):
         make_arm_side(scenario, lcm) if side == "arm" else HostProcess(scenario, lcm, lcm)

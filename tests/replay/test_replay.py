@@ -79,7 +79,7 @@ def test_the_command_leaves_log_picture_and_numbers(rendered_run, tmp_path, caps
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]
     key = "prediction_0.75_s_rms_m"
     pair = [f"{1e3 * found[which][key]:.2f}" for which in ("recorded", "replayed")]
-    assert ["0.75", "s", "ahead", *pair] in rows and ["bit-identical", "point"] in rows
+    assert ["0.75", "s", "ahead", *pair] in rows and ["identical", "point"] in rows
 
 
 def test_the_judge_finds_what_the_summary_and_the_truth_say(measured_run):
