@@ -1,4 +1,4 @@
-"""Keeps the images that the vision of a run reads, without loss, so that it can be run again without a world."""
+"""Keeps the images that the vision of a run reads, without loss, for replays from images."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,10 +13,16 @@ from drake_tracker.diagrams.hand_eye import HandEyeDiagram, outputs
 from drake_tracker.run.lossless_video import LosslessVideo
 
 IMAGES_FOLDER = "images"
+"""Folder of the images in a run directory."""
 
 
 def image_file(run_directory: Path, camera: str) -> Path:
-    """Returns the path of the file with a camera's images in the directory of a run."""
+    """Returns the path of the file with the images of a camera.
+
+    Args:
+        run_directory: directory of the run.
+        camera: name of the camera.
+    """
     return run_directory / IMAGES_FOLDER / f"{camera}.mkv"
 
 
@@ -29,12 +35,17 @@ class CameraImageSystem(LeafSystem):
         input_ports:
         - color_image
 
-    ``color_image`` is an ImageRgba8U. It is published every 1/60 s with offset 0, when the vision reads it too, so that
-    no image is rendered twice. It is kept in grey, since converting it is the first step of the vision.
+    - ``color_image``: an ImageRgba8U.
+
+    The image is written every 1/60 s with offset 0. The vision reads the camera at the same instants, so that no image
+    is rendered twice. It is stored in grey, since the first step of the vision is the conversion to grey.
 
     Args:
         path: MKV file to write.
-        size: (width, height) [px].
+        size: (width, height) of the images [px].
+
+    Attributes:
+        video: the file.
     """
 
     def __init__(self, path: Path, size: tuple[int, int]) -> None:
@@ -48,13 +59,17 @@ class CameraImageSystem(LeafSystem):
 
 
 class CameraImageRecorder:
-    """What `add_camera_images` returns: `finish` completes the files."""
+    """A `Recorder` that completes the files of images.
+
+    Args:
+        systems: the Systems that write the files.
+    """
 
     def __init__(self, systems: Sequence[CameraImageSystem]) -> None:
         self._systems = systems
 
     def finish(self, root_context: Context) -> None:
-        """Closes the files. Every image has been written as it came, so that the Context is not needed."""
+        """Closes the files. The images were written during the run, so that the Context is not needed."""
         for system in self._systems:
             system.video.close()
 
@@ -63,9 +78,11 @@ def add_camera_images(builder: DiagramBuilder, *, hand_eye: HandEyeDiagram, fold
     """Adds a `CameraImageSystem` for each camera of a `HandEyeDiagram`.
 
     Args:
-        builder: builder with ``hand_eye`` in it.
-        hand_eye: the diagram whose images are kept.
-        folder: run directory.
+        builder: builder that contains ``hand_eye``.
+        hand_eye: diagram whose images are kept.
+        folder: run directory; the folder `IMAGES_FOLDER` is created in it.
+
+    Returns the recorder.
     """
     (folder / IMAGES_FOLDER).mkdir()
     systems = []

@@ -1,4 +1,4 @@
-"""The camera video of a run, as a System that writes while the run goes on."""
+"""The camera video of a run, written during the run."""
 
 import math
 from collections.abc import Sequence
@@ -28,29 +28,33 @@ class FrameSink(Protocol):
     @property
     def wanted(self) -> bool:
         """Whether the next frame is wanted."""
+        ...
 
     def write(self, image: np.ndarray) -> None:
-        """Takes a BGR frame, which is not changed afterwards."""
+        """Receives a BGR frame, uint8 of shape (height, width, 3), which is not changed afterwards."""
+        ...
 
     def close(self) -> None:
         """Ends the video."""
+        ...
 
 
 class Onlooker(FrameSink, Protocol):
-    """A sink that needs to know the page before the first frame, such as the live view."""
+    """A sink that needs the layout of the frames before the first frame, such as the live view."""
 
     def open(self, page: VideoPage) -> None:
-        """Takes the page whose frames will follow."""
+        """Receives the page that draws the frames."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
 class _Recent(FrozenState):
-    """What late centroids may describe.
+    """The images and masks of the last cycles, which late centroids describe.
 
     Attributes:
-        packet: the packet that the arm follows.
-        images: (cycle number, {side: image}) of the last cycles, newest last.
-        masks: (cycle number, {side: mask of the moving pixels}) likewise.
+        packet: vector of the `Prediction` that the arm follows.
+        images: (number of the cycle, {side: BGR image}), newest last.
+        masks: (number of the cycle, {side: mask of the moving pixels}), newest last.
     """
 
     packet: np.ndarray
@@ -59,7 +63,7 @@ class _Recent(FrozenState):
 
 
 class CameraVideoSystem(LeafSystem):
-    """Composes frames of what the cameras see and what the vision makes of it.
+    """Draws the frames of the camera video: images, motion energy, centroids and predicted path.
 
     .. pydrake_system::
 
@@ -75,19 +79,23 @@ class CameraVideoSystem(LeafSystem):
         - command
         - diagnosis
 
-    These are the ports of two cameras; a single camera has ``camera``, ``motion`` and ``centroid``. ``camera_*`` are
-    ImageRgba8U, ``motion_*`` hold a `MotionEnergy`, ``centroid_*`` are `Centroid`, ``packet`` is a `Prediction`,
-    ``command`` an `ArmCommand`, ``diagnosis`` the message that the script names. A centroid or packet of all zeros is
-    not drawn.
+    These are the ports for two cameras. A single camera has ``camera``, ``motion`` and ``centroid``.
 
-    Frames are published `FRAMES_PER_SECOND` times a second with offset 0, at instants at which the vision reads the
-    cameras too, so that no image is rendered twice. An unrestricted update every ``film.every`` vision cycles, offset
-    0, keeps the images that late centroids describe; where a centroid describes the time between two images it is the
-    earlier one. While the arm is blind, the packet that it holds is shown.
+    - ``camera_*``: ImageRgba8U, the newest image.
+    - ``motion_*``: a `MotionEnergy`, the moving pixels of the newest image pair.
+    - ``centroid_*``: a `Centroid`. All zeros: there is none to draw.
+    - ``packet``: a `Prediction`. All zeros: there is no path to draw.
+    - ``command``: an `ArmCommand`. All zeros is its first phase, with the arm not blind.
+    - ``diagnosis``: the message that the script names.
+
+    Frames are published `FRAMES_PER_SECOND` times a second with offset 0. The vision reads the cameras at the same
+    instants, so that no image is rendered twice. An unrestricted update every ``film.every`` vision cycles, with offset
+    0, keeps the images that late centroids describe. If a centroid describes an instant between two images, the earlier
+    image is drawn. While the arm is blind, the packet that it holds is drawn.
 
     Args:
-        sinks: receivers of the frames, such as a `VideoFile`; a frame is drawn once for all of them, and only if one
-            of them wants it.
+        sinks: receivers of the frames, such as a `VideoFile`. A frame is drawn once for all of them, and only if one of
+            them wants it.
         page: draws the frames.
         film: what the video shows.
     """
@@ -171,13 +179,17 @@ class CameraVideoSystem(LeafSystem):
 
 
 class CameraVideoRecorder:
-    """What `add_camera_video` returns: `finish` completes the video."""
+    """A `Recorder` that completes the camera video.
+
+    Args:
+        sinks: receivers of the frames.
+    """
 
     def __init__(self, sinks: Sequence[FrameSink]) -> None:
         self._sinks = sinks
 
     def finish(self, root_context: Context) -> None:
-        """Closes the sinks. Every frame has been written as it came, so that the Context is not needed."""
+        """Closes the sinks. The frames were written during the run, so that the Context is not needed."""
         for sink in self._sinks:
             sink.close()
 
@@ -190,14 +202,16 @@ def add_camera_video(
     path: Path | None,
     onlooker: Onlooker | None = None,
 ) -> CameraVideoRecorder:
-    """Adds a `CameraVideoSystem` that films a `HandEyeDiagram`.
+    """Adds a `CameraVideoSystem` for a `HandEyeDiagram`.
 
     Args:
-        builder: builder with ``hand_eye`` in it.
-        hand_eye: the diagram to film.
+        builder: builder that contains ``hand_eye``.
+        hand_eye: diagram to film.
         film: what the video shows.
         path: MP4 file to write, or None.
         onlooker: another receiver of the frames, or None.
+
+    Returns the recorder.
     """
     page = VideoPage(film.polygons, film.image_size, film.title, film.subtitle, film.lag, film.goal)
     sinks: list[FrameSink] = []

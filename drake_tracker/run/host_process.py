@@ -1,4 +1,4 @@
-"""The host's process: takes what the laboratory's sensors send, and sends packets, at the pace of what it hears."""
+"""The process of the host: receives messages of the sensors, and sends packets of predicted path."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -14,35 +14,42 @@ from drake_tracker.core.timing import SERVO_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.network.channels import channel_of
 from drake_tracker.network.cycles import CycleCollector
 from drake_tracker.network.mailbox import Mailbox
+from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.two_processes import make_host_side
 
 SILENCE = 1.0
-"""Wall time [s] without a message after which the arm counts as silent."""
+"""Wall time without a message after which the arm counts as silent [s]."""
 MOST_WAITING = 60
-"""Cycles that wait for their turn, at most: a host that is slower than the laboratory skips the oldest, rather than
-fall behind without limit."""
+"""Greatest number of cycles in the queue. A host that is slower than the laboratory skips the oldest ones, so that its
+delay is limited."""
 _CAMERA = "camera_"
 
 
 class HostProcess:
-    """Image processor and host computer, driven by messages.
+    """Vision and estimator of the train, driven by messages.
 
-    The host has no clock of its own: its time is that of the messages. Each cycle that has come is played to a bus
-    within this process, and the diagram advanced past the slots of that cycle, so that a subscriber, which keeps only
-    the newest message, misses none, and that the same points give the same packets as in a single process. When the
-    sender's clock goes back its laboratory began anew, and the host with it.
+    The host has no clock: its time is that of the messages. The messages of each cycle are published on a bus inside
+    this process, and the diagram is advanced past the slots of that cycle. Therefore its subscribers, which keep only
+    the newest message, miss none, and the same points give the same packets as in a single process. When the time of
+    the messages goes back, the sender has restarted, and the host restarts as well.
 
     Args:
-      scenario: a TrainScenario. incoming, outgoing: a DrakeLcm each; two of them where a thread listens to the first.
-      tell: called with a line of news. clock: returns the wall time [s].
+        scenario: the scenario.
+        incoming: connection on which messages of the sensors arrive.
+        outgoing: connection on which packets are sent; not the same object as ``incoming`` if a thread listens there.
+        tell: called with each line of news for the user.
+        clock: returns the wall time [s].
 
     Attributes:
-      mailbox: the `Mailbox` of what comes in. counts: {what: how many} of the summary.
+        mailbox: queue of the incoming messages.
+        counts: {name: number of events} for the summary.
+
+    Raises DrakeTrackerError when the scenario cannot be built, or when its task is not the train.
     """
 
     def __init__(
         self,
-        scenario: Any,
+        scenario: TrainScenario,
         incoming: DrakeLcm,
         outgoing: DrakeLcm,
         tell: Callable[[str], object] = print,
@@ -64,20 +71,25 @@ class HostProcess:
 
     @property
     def time(self) -> float:
-        """The sender's time [s] that the host has come to."""
+        """The time up to which the host has advanced, on the sender's clock [s]."""
         return self._simulator.get_context().get_time()
 
     def step(self, timeout: float = 0.1) -> int:
-        """Waits up to ``timeout`` [s] for messages and works on all that came. Returns the number of cycles.
+        """Waits for messages and processes all that have arrived.
 
-        Raises DrakeTrackerError when the images are not those of the scenario.
+        Args:
+            timeout: greatest wall time to wait [s].
+
+        Returns the number of cycles that were processed.
+
+        Raises DrakeTrackerError when the images do not have the size that the scenario requires.
         """
         count = 0
         messages = self.mailbox.collect(timeout)
         late = len(messages) - MOST_WAITING * len(self._side.heard)
         if late > 0:
             if not self.counts["skipped"]:
-                self._tell("slower than the arm sends: images are skipped")
+                self._tell("slower than the arm: skipping the oldest messages")
             self.counts["skipped"] += late
             messages = messages[late:]
         for port, data in messages:
@@ -88,14 +100,14 @@ class HostProcess:
         return count
 
     def _take(self, port: str, data: bytes) -> list[Any]:
-        """Takes a message of one port, in bytes. Returns the cycles that it ends."""
+        """Adds an encoded message of one port. Returns the cycles that it completes."""
         try:
             if port.startswith(_CAMERA):
                 message = lcmt_image_array.decode(data)
                 sent, size = 1e-6 * message.header.utime, [(image.width, image.height) for image in message.images]
             else:
                 sent, size = 1e-3 * lcmt_drake_signal.decode(data).timestamp, None
-        except Exception:  # whatever garbage makes of a decoder that somebody else generated
+        except Exception:  # the generated decoders raise various errors on garbage
             self.counts["not_understood"] += 1
             return []
         if size is not None and size != [self._image_sizes[port]]:
@@ -105,14 +117,14 @@ class HostProcess:
     def _refuse(self, port: str, size: list[tuple[int, int]]) -> NoReturn:
         came, known = (" and ".join(f"{w} x {h}" for w, h in sizes) for sizes in (size, [self._image_sizes[port]]))
         raise DrakeTrackerError(
-            f"{channel_of(port)}: the image is {came or 'missing'}, this scenario's are {known} px; start host and arm "
-            "with the same scenario and settings"
+            f"{channel_of(port)}: the image has {came or 'no'} px, but this scenario needs {known} px; start host and "
+            "arm with the same scenario and settings"
         )
 
     def _work(self, cycle: Any) -> None:
         if cycle.anew:
             self._begin(cycle.number)
-        elif cycle.number > self._next:  # cycles of which nothing came
+        elif cycle.number > self._next:  # cycles without any message
             self._say_frames({}, cycle.number - 1)
             self._simulator.AdvanceTo((cycle.number - 1) * VISION_PERIOD + self._done)
             self.counts["cycles_incomplete"] += cycle.number - self._next
@@ -130,21 +142,26 @@ class HostProcess:
             self._stamp = packet.stamp
 
     def _begin(self, number: int) -> None:
-        """Starts afresh before the cycle ``number``."""
+        """Restarts the host before the cycle with a given number."""
         context = self._side.CreateDefaultContext()
         context.SetTime((number - 0.5) * VISION_PERIOD)
         self._simulator.reset_context(context)
         self._say_frames({}, number)
         self._simulator.Initialize()
         if self.counts["laboratories"]:
-            self._tell(f"the arm's clock stands at {number * VISION_PERIOD:.2f} s now: starting afresh")
+            self._tell(f"the arm's clock went back to {number * VISION_PERIOD:.2f} s: restarting")
         else:
-            self._tell(f"hears the arm; its clock stands at {number * VISION_PERIOD:.2f} s")
+            self._tell(f"receiving from the arm; its clock is at {number * VISION_PERIOD:.2f} s")
         self.counts["laboratories"] += 1
         self._silent = False
 
     def _say_frames(self, messages: Mapping[str, Any], number: int) -> None:
-        """Tells the vision which cameras have an image in the cycle ``number``, and when it was taken."""
+        """Sets which cameras have an image in a cycle, and its capture time.
+
+        Args:
+            messages: {port: (time sent [s], data)} of the cycle.
+            number: number of the cycle.
+        """
         context = self._simulator.get_mutable_context()
         for port in self._image_sizes:
             sent = messages[port][0] if port in messages else number * VISION_PERIOD
@@ -155,8 +172,8 @@ class HostProcess:
         now = self._clock()
         if heard:
             if self._silent:
-                self._tell(f"hears the arm again, at {self.time:.2f} s")
+                self._tell(f"receiving from the arm again, at {self.time:.2f} s")
             self._silent, self._last_heard = False, now
         elif self._last_heard is not None and not self._silent and now - self._last_heard > SILENCE:
             self._silent = True
-            self._tell(f"the arm is silent since {self.time:.2f} s; waiting")
+            self._tell(f"the arm has been silent since {self.time:.2f} s; waiting")

@@ -13,14 +13,14 @@ from drake_tracker.tasks.task import Task
 
 
 def add_loggers(builder: DiagramBuilder, hand_eye: Diagram, task: Task) -> dict[str, VectorLogSink]:
-    """Adds a logger for every port in `Task.signals` that a diagram has.
+    """Adds a logger for each signal of a task that a diagram has as an output port.
 
     Args:
-        builder: builder with ``hand_eye`` in it.
-        hand_eye: a `HandEyeDiagram`, or any diagram with ports of these names.
-        task: task of the scenario.
+        builder: builder that contains ``hand_eye``.
+        hand_eye: a `HandEyeDiagram`, or another diagram with ports of these names.
+        task: task whose signals are logged.
 
-    Returns {name: VectorLogSink}.
+    Returns {name of the signal: its logger}.
     """
     loggers = {}
     for name, (period, _) in task.signals().items():
@@ -32,12 +32,12 @@ def add_loggers(builder: DiagramBuilder, hand_eye: Diagram, task: Task) -> dict[
 
 
 def read_log(loggers: Mapping[str, VectorLogSink], root_context: Context, task: Task) -> dict[str, Signal]:
-    """Returns {name: Signal} of what was logged so far.
+    """Returns {name: Signal} of everything logged so far.
 
     Args:
         loggers: what `add_loggers` returned.
         root_context: Context of the whole diagram.
-        task: task of the scenario.
+        task: task whose signals were logged.
     """
     joints = loggers["q_commanded"].get_input_port().size() if "q_commanded" in loggers else 6
     fields = task.signals(joints)
@@ -49,13 +49,13 @@ def read_log(loggers: Mapping[str, VectorLogSink], root_context: Context, task: 
 
 
 def tool_signal(arm_state: Signal, model: ArmModel) -> Signal:
-    """Returns the pose of the tool over time, by forward kinematics of the logged joints, at the vision period.
+    """Returns the pose of the tool over time by forward kinematics of the logged joints, at the vision period.
 
     Args:
-        arm_state: logged joint positions and velocities.
+        arm_state: logged joint positions [rad] and velocities [rad/s].
         model: the controller's model of the arm.
 
-    Returns a Signal with the fields x, y, z [m, W] and yaw [rad].
+    Returns a signal with the fields x, y, z in W [m] and yaw [rad].
     """
     every = steps_in(VISION_PERIOD)
     rows = []

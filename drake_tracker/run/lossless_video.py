@@ -1,4 +1,4 @@
-"""Grey images kept to the last bit, as they are, in Matroska: readable up to where writing stopped."""
+"""Writes grey images without loss to a Matroska file, which is readable up to the instant at which writing stopped."""
 
 from pathlib import Path
 from typing import Any
@@ -8,14 +8,17 @@ import numpy as np
 
 
 class LosslessVideo:
-    """A file that grows image by image, and that can be read however it ends, but for the last second.
+    """A file of uncompressed grey images. If writing is interrupted, only the last second is lost.
 
-    The images are not compressed. Sensor noise leaves a lossless code little to save: FFV1 made files of 0.6 times the
-    size, and to read them took as long as all of the vision behind it. When it cannot be written, on a full disk, the
-    error of the system is raised once.
+    Compression is not worthwhile, because of sensor noise: with FFV1 the files had 0.6 times the size, and reading them
+    took as long as all of the vision.
 
     Args:
-      path: file to write, ``*.mkv``. rate: images per second. size: (width, height) [px].
+        path: file to write, ``*.mkv``.
+        rate: number of images per second.
+        size: (width, height) of the images [px].
+
+    Raises OSError when writing fails, for example on a full disk; after that, nothing more is written.
     """
 
     def __init__(self, path: Path, rate: int, size: tuple[int, int]) -> None:
@@ -27,14 +30,14 @@ class LosslessVideo:
         self._count = 0
 
     def write(self, image: np.ndarray) -> None:
-        """Appends a grey image, uint8 of shape (height, width)."""
+        """Appends a grey image, uint8 of shape (height, width). Raises OSError when it cannot be written."""
         frame = av.VideoFrame.from_ndarray(image, format="gray")
         frame.pts = self._count
         self._count += 1
         self._mux(frame)
 
     def close(self) -> None:
-        """Ends the file. May be called again, and then does nothing."""
+        """Completes the file. A second call does nothing."""
         if self._container is not None:
             self._mux(None)
             self._container.close()
@@ -44,7 +47,7 @@ class LosslessVideo:
         try:
             self._container.mux(self._stream.encode(frame))
         except BaseException:
-            # FFmpeg must not be given more: without a header, one packet more ends the process.
+            # Close at once: without a header, FFmpeg crashes on the next packet.
             container, self._container = self._container, None
             container.close()
             raise

@@ -1,4 +1,4 @@
-"""The monitor of a simulation: reports progress, serves the live view, and ends the run."""
+"""The monitor of a simulation: reports progress, updates the live view, and ends the run."""
 
 import signal
 import threading
@@ -14,21 +14,28 @@ from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.tasks.task import Task
 
 AFTERGLOW = 0.5
-"""Simulated time [s] for which a run continues after the object was grasped or lost, so that log and video show it."""
+"""Simulated time for which a run continues after the object was grasped or lost, so that log and video show it [s]."""
 WATCH_PERIOD = 1 / 60
-"""Simulated time [s] between two looks at the judge's verdict, and a single step of the live view: a vision cycle."""
+"""Simulated time between two evaluations of the verdict, and a single step of the live view: one vision cycle [s]."""
 _ROUNDING = 1e-9
-"""Rounding error of sums of steps [s]."""
+"""Allowance for rounding errors of times [s]."""
 
 Progress = Callable[[float, str], object]
 """Called with (simulated time [s], name of the phase)."""
 
 
 class Onlooker(Protocol):
-    """What the monitor asks of a live view."""
+    """What the monitor needs from a live view."""
 
     def look(self, now: float, phase: int, interrupted: Callable[[], bool]) -> None:
-        """Takes the simulated time [s] and the phase's number; may hold the run until ``interrupted``."""
+        """Updates the view once per vision cycle. It may pause the run.
+
+        Args:
+            now: simulated time [s].
+            phase: number of the phase.
+            interrupted: returns whether the run was interrupted, which must end a pause.
+        """
+        ...
 
 
 class RunMonitor:
@@ -36,13 +43,13 @@ class RunMonitor:
 
     Args:
         task: task of the run.
-        hand_eye: the diagram to watch.
-        progress: reports progress, or None.
-        stop_when_over: whether the run ends when the judge says that it is over.
+        hand_eye: diagram to monitor.
+        progress: called with (simulated time [s], name of the phase), or None.
+        stop_when_over: whether the run ends when the object was grasped or is lost, according to the judge.
         onlooker: a live view, or None.
 
     Attributes:
-        interrupted: set to True to end the run at its next step.
+        interrupted: set it to True to end the run at the next step.
     """
 
     def __init__(
@@ -82,7 +89,7 @@ class RunMonitor:
 
 @contextmanager
 def interrupts(monitor: RunMonitor) -> Iterator[None]:
-    """Lets Ctrl-C end the run at its next step instead of raising, so that what was recorded is kept."""
+    """Makes Ctrl-C end the run at its next step instead of raising KeyboardInterrupt, so that the recording is kept."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,4 +1,4 @@
-"""Keeps the intermediate images of the motion detector at one instant, for a picture after the run."""
+"""Keeps the intermediate images of the motion detector at one instant, for a picture that is drawn after the run."""
 
 from collections.abc import Callable
 from enum import IntEnum
@@ -14,7 +14,7 @@ from drake_tracker.tasks.filming import Snapshot, port_of
 
 
 class MotionSnapshotSystem(LeafSystem):
-    """Holds the newest intermediate images of the best phase for them: while the hand tracks.
+    """Keeps the newest intermediate images from the preferred phase that was reached.
 
     .. pydrake_system::
 
@@ -24,13 +24,17 @@ class MotionSnapshotSystem(LeafSystem):
         - motion_images_right
         - command
 
-    ``motion_images_*`` hold the images of the detector, or None while there are none; ``command`` is an `ArmCommand`.
-    The images take time to compute; they are evaluated once a period, with offset 0, and only in the given phases.
+    These are the ports for two cameras. A single camera has ``motion_images``.
+
+    - ``motion_images_*``: the intermediate images of the detector, or None while there are none.
+    - ``command``: an `ArmCommand`. All zeros is its first phase.
+
+    The images take time to compute. They are evaluated once per period, with offset 0, and only in the given phases.
 
     Args:
-        sides: suffixes of the ports; the empty text for a single camera, whose port is ``motion_images``.
-        phases: phases in which to look; later ones are preferred.
-        period: time between two looks [s].
+        sides: suffixes of the ports; the suffix of a single camera is empty.
+        phases: phases in which images are kept; later ones in this tuple are preferred.
+        period: time between two evaluations [s].
     """
 
     def __init__(self, sides: tuple[str, ...], phases: tuple[IntEnum, ...], period: float) -> None:
@@ -45,7 +49,7 @@ class MotionSnapshotSystem(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
     def kept(self, context: Context) -> dict[str, Any] | None:
-        """Returns {side: images} of the instant kept, or None when there was none."""
+        """Returns {side: images} of the instant that was kept, or None when there are none."""
         return dict(context.get_abstract_state(self._kept).get_value()[1]) or None
 
     def _update(self, context: Context, state: State) -> None:
@@ -59,13 +63,19 @@ class MotionSnapshotSystem(LeafSystem):
 
 
 class MotionSnapshotRecorder:
-    """What `add_motion_snapshot` returns: `finish` draws the picture."""
+    """A `Recorder` that draws the picture of the motion detector.
+
+    Args:
+        system: the System that keeps the images.
+        path: PNG file to write.
+        draw: ({side: images}, path) -> None, draws the picture.
+    """
 
     def __init__(self, system: MotionSnapshotSystem, path: Path, draw: Callable[[dict[str, Any], Path], None]) -> None:
         self._system, self._path, self._draw = system, path, draw
 
     def finish(self, root_context: Context) -> None:
-        """Draws the images that were kept; leaves no file when there were none."""
+        """Draws the images that were kept. Writes no file when there are none."""
         images = self._system.kept(self._system.GetMyContextFromRoot(root_context))
         if images is not None:
             self._draw(images, self._path)
@@ -77,10 +87,12 @@ def add_motion_snapshot(
     """Adds a `MotionSnapshotSystem` to the builder of a `HandEyeDiagram`.
 
     Args:
-        builder: builder with ``hand_eye`` in it.
-        hand_eye: the diagram to look at.
+        builder: builder that contains ``hand_eye``.
+        hand_eye: diagram whose images are kept.
         snapshot: when to keep images, and how to draw them.
         path: PNG file to write at the end.
+
+    Returns the recorder.
     """
     system = MotionSnapshotSystem(sides=snapshot.sides, phases=snapshot.phases, period=snapshot.period)
     builder.AddNamedSystem("motion_snapshot", system)

@@ -6,16 +6,15 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class RunOptions:
-    """What a run shows and records besides log and summary.
+    """What a run shows and records in addition to log and summary.
 
     Attributes:
-        record: make the 3-D recording and, with cameras, the video and the picture of the motion detector.
-        images: keep the images that the vision reads, for a replay from images.
-        meshcat: show the scene in a browser while the run goes on; the address is printed.
-        graphviz: file for a picture of the diagram in the language of Graphviz, or None.
-        stop_when_over: end the run when the object was grasped or is lost; else it takes the whole duration.
-        realtime_rate: simulated time advances at most this much faster than wall time, 1 being real time; 0 is as
-            fast as possible.
+        record: whether to make the 3-D recording and, with cameras, the video and the picture of the motion detector.
+        images: whether to keep the images that the vision reads, for a replay from images.
+        meshcat: whether to show the scene in a browser during the run; the address is printed.
+        graphviz: file for a graph of the diagram in the DOT language of Graphviz, or None.
+        stop_when_over: whether to end the run when the object was grasped or is lost, before the end of its duration.
+        realtime_rate: greatest ratio of simulated time to wall time; 1 is real time, 0 is as fast as possible.
     """
 
     record: bool = True

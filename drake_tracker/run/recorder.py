@@ -6,14 +6,15 @@ from pydrake.systems.framework import Context
 
 
 class Recorder(Protocol):
-    """Something that was added to a diagram to keep what happens in it.
+    """A part of a diagram that records a run.
 
-    A recorder reads ports and writes as the run goes on, so that what it has is kept however the run ends.
+    A recorder reads output ports and writes during the run, so that its files are kept however the run ends.
     """
 
     def finish(self, root_context: Context) -> None:
-        """Completes what was recorded. Called once, after the simulation, whether or not it was interrupted.
+        """Completes the recording. It is called once, after the simulation, also when that was interrupted.
 
         Args:
             root_context: Context of the whole diagram at the end of the simulation.
         """
+        ...

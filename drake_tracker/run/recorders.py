@@ -1,13 +1,14 @@
 """Adds the recorders of a run to its diagram."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_images
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.recorder import Recorder
+from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.task import Task
 
 if TYPE_CHECKING:
@@ -18,24 +19,24 @@ def add_recorders(
     builder: DiagramBuilder,
     *,
     hand_eye: HandEyeDiagram,
-    scenario: Any,
+    scenario: BaseScenario,
     task: Task,
     out: Path | None,
     options: RunOptions,
     live: "LiveView | None" = None,
 ) -> list[Recorder]:
-    """Adds what ``options`` ask for; video, scene and their libraries are loaded only when needed.
+    """Adds the recorders that the options ask for. Video, scene and their libraries are loaded only when needed.
 
     Args:
-        builder: builder of the run's diagram, with ``hand_eye`` in it.
-        hand_eye: the diagram to record.
-        scenario: the run's scenario.
-        task: the scenario's task.
+        builder: builder of the run's diagram, which contains ``hand_eye``.
+        hand_eye: diagram to record.
+        scenario: scenario of the run.
+        task: task of the scenario.
         out: run directory, or None.
         options: options of the run.
-        live: a live view that is to be fed as well, or None.
+        live: live view that also receives the recordings, or None.
 
-    Returns the recorders in the order in which they are to be finished.
+    Returns the recorders in the order in which they must be finished.
     """
     recorders: list[Recorder] = []
     folder = out if options.record else None

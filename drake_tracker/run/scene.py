@@ -1,4 +1,4 @@
-"""The 3-D recording of a run in Meshcat: the laboratory, with the predicted path drawn in."""
+"""The 3-D recording of a run in Meshcat: the laboratory and the predicted path."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ PREDICTED, SEEN = Rgba(0.30, 0.76, 1.0), Rgba(1.0, 0.69, 0.0)
 _PREFIX = "laboratory"
 _PATH, _TRAIL = "tracking/predicted", "tracking/seen"
 _TRAIL_FRAMES = range(0, 31, 5)
-"""From the newest point back, the frames whose triangulated points are marked."""
+"""Ages, in frames, of the measured points that are marked."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +38,8 @@ class _Drawn(FrozenState):
     """What is drawn.
 
     Attributes:
-        packet: the packet that the arm follows.
-        trail: the latest measured points, newest first; None where there was none.
+        packet: vector of the `Prediction` that the arm follows.
+        trail: latest measured points p_WQ [m], newest first; None for a frame without a point.
     """
 
     packet: np.ndarray
@@ -57,9 +57,12 @@ class TrackingDisplaySystem(LeafSystem):
         - point
         - command
 
-    ``packet`` is a `Prediction`, ``point`` a `TrackPoint`, ``command`` an `ArmCommand`; a packet or point of all zeros
-    is not drawn. Updates (unrestricted) and publishes `FRAMES_PER_SECOND` times a second with offset 0. While the arm
-    is blind, the packet that it holds is shown.
+    - ``packet``: a `Prediction`. A packet of all zeros is not drawn.
+    - ``point``: a `TrackPoint`. A point of all zeros is not drawn.
+    - ``command``: an `ArmCommand`. All zeros is its first phase, with the arm not blind.
+
+    The inputs are read `FRAMES_PER_SECOND` times a second with offset 0, in an unrestricted update and in a publish
+    event. While the arm is blind, the packet that it holds is drawn.
 
     Args:
         meshcat: the Meshcat instance to draw into.
@@ -98,7 +101,13 @@ class TrackingDisplaySystem(LeafSystem):
         self._place(_TRAIL, [drawn.trail[k] for k in _TRAIL_FRAMES if k < len(drawn.trail)], now)
 
     def _place(self, path: str, points: Sequence[np.ndarray | None], now: float) -> None:
-        """Moves the marks below ``path`` to ``points``; when one of these is None it hides them all."""
+        """Moves the marks of a path in Meshcat, or hides them when a point is None.
+
+        Args:
+            path: path of the marks in Meshcat.
+            points: positions of the marks in W [m].
+            now: present time [s].
+        """
         shown = len(points) > 0 and all(point is not None for point in points)
         self._meshcat.SetProperty(path, "visible", shown, now)
         if shown:
@@ -107,10 +116,14 @@ class TrackingDisplaySystem(LeafSystem):
 
 
 class SceneRecorder:
-    """What `add_scene_recording` returns: `finish` writes the recording.
+    """A `Recorder` that writes the 3-D recording.
+
+    Args:
+        meshcat: the Meshcat instance that records.
+        path: HTML file to write, or None.
 
     Attributes:
-        url: address at which the scene is shown while the run goes on.
+        url: address at which the scene is shown during the run.
     """
 
     def __init__(self, meshcat: Meshcat, path: Path | None) -> None:
@@ -118,7 +131,7 @@ class SceneRecorder:
         self.url = meshcat.web_url()
 
     def finish(self, root_context: Context) -> None:
-        """Publishes the recording and writes it as one self-contained HTML file."""
+        """Publishes the recording and writes it as a self-contained HTML file."""
         recording = self._meshcat.get_mutable_recording()
         recording.set_loop_mode(MeshcatAnimation.LoopMode.kLoopRepeat)
         recording.set_repetitions(1000)
@@ -131,16 +144,18 @@ class SceneRecorder:
 def add_scene_recording(
     builder: DiagramBuilder, *, hand_eye: HandEyeDiagram, view: View, path: Path | None, announce: bool = False
 ) -> SceneRecorder:
-    """Shows a `HandEyeDiagram` in Meshcat and records it, `FRAMES_PER_SECOND` times a second.
+    """Adds a 3-D recording in Meshcat with `FRAMES_PER_SECOND` frames per second.
 
     Meshcat listens on this machine only, and must be used by the thread that calls this function.
 
     Args:
-        builder: builder with ``hand_eye`` in it.
-        hand_eye: the diagram to show.
+        builder: builder that contains ``hand_eye``.
+        hand_eye: diagram to record.
         view: how the task is shown.
         path: HTML file to write at the end, or None.
         announce: whether to print the address.
+
+    Returns the recorder.
     """
     meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     _set_stage(meshcat, view)
@@ -158,7 +173,7 @@ def add_scene_recording(
 
 
 def _set_stage(meshcat: Meshcat, view: View) -> None:
-    """Chooses the viewpoint, the background, a floor and the light."""
+    """Sets the viewpoint, the background, the floor and the lights."""
     meshcat.SetCameraPose(np.array(view.eye), np.array(view.target))
     meshcat.SetProperty("/Cameras/default/rotated/<object>", "fov", view.fov_deg)
     for path in ("/Grid", "/Axes"):
@@ -168,7 +183,7 @@ def _set_stage(meshcat: Meshcat, view: View) -> None:
     if view.floor:
         meshcat.SetObject("stage/floor", Cylinder(2.6, 0.01), Rgba(0.86, 0.87, 0.88))
         meshcat.SetTransform("stage/floor", RigidTransform([0.4, 0.0, -0.006]))
-    # One lamp that casts shadows does most, the others fill in. Lights stand in the browser's frame: x, z, -y of W.
+    # One lamp casts shadows; the others fill in. Positions are in the frame of the browser: x, z, -y of W.
     lamp = "/Lights/SpotLight"
     meshcat.SetProperty(lamp, "visible", True)
     meshcat.SetProperty(f"{lamp}/<object>", "position", [1.5, 3.2, -0.9])

@@ -1,4 +1,4 @@
-"""Runs a scenario: builds the diagram, simulates it, judges it from outside, and leaves the run directory."""
+"""Runs a scenario: builds and simulates its diagram, records and judges the run, and writes the run directory."""
 
 import time
 from pathlib import Path
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from drake_tracker.live.view import LiveView
 
 DEFAULT_OPTIONS = RunOptions()
+"""Options of a run that records everything except images."""
 
 
 def simulate(
@@ -36,29 +37,28 @@ def simulate(
     progress: Progress | None = None,
     live: "LiveView | None" = None,
 ) -> dict[str, Any]:
-    """Runs a scenario to its end and returns its summary.
+    """Runs a scenario and returns its summary.
 
-    The run ends when the object was grasped (the train lifted), when it is lost (the train thrown off its track), or
-    after ``scenario.duration``.
+    The run ends when the object was grasped, when it is lost, or after ``scenario.duration``.
 
     Args:
-        scenario: a scenario, from `load_scenario`.
-        out: directory for summary, log, recording, video and picture; None leaves nothing behind.
+        scenario: a scenario of any task, for example from `load_scenario`.
+        out: run directory for summary, log, scenario, pictures and recordings; None writes nothing.
         options: what is shown and recorded.
-        initialisation: what `initialise` returned; None initialises now, if the task needs it.
-        diagram: Diagram to run instead of the scenario's own, with its ports and subsystems.
+        initialisation: what `initialise` returned; None initialises the task now, if it needs it.
+        diagram: diagram to run instead of the scenario's, with the same ports and subsystems.
         progress: called with (simulated time [s], name of the phase).
-        live: a live view that shows the run and may hold it; real-time factor and wall time exclude that time.
+        live: live view that shows the run and may pause it. Real-time factor and wall times exclude the pauses.
 
-    Returns the summary, a dict; see `drake_tracker.tasks.train.summary` and `drake_tracker.tasks.ball.summary`.
+    Returns the summary, see `drake_tracker.tasks.train.summary` and `drake_tracker.tasks.ball.summary`.
 
-    Raises DrakeTrackerError when the scenario cannot be built or, if cameras are needed, when this machine cannot
-    render. An error that a part of the scenario raises during the run is raised after everything up to it was written.
+    Raises DrakeTrackerError when the scenario cannot be built, or when it needs images and this machine cannot render.
+    An error during the run, for example in a custom part, is raised after the run up to that instant was written.
     """
     started = time.monotonic()
     task = task_of(scenario)
     if options.images and not task.uses_cameras(scenario):
-        raise DrakeTrackerError(f"{scenario.where('vision')}: measured vision has no images that could be recorded")
+        raise DrakeTrackerError(f"{scenario.where('vision')}: measured vision has no images to record")
     if task.uses_cameras(scenario):
         require_renderer()
     if live is not None:
@@ -97,7 +97,7 @@ def simulate(
         try:
             simulator.Initialize()
             simulator.AdvanceTo(scenario.duration)
-        except Exception as error:  # of a custom part, perhaps: what was recorded up to then is kept
+        except Exception as error:  # for example in a custom part; the run up to this instant is written
             if context.get_time() <= 0.0:
                 raise
             fault, monitor.interrupted = error, True

@@ -1,4 +1,4 @@
-"""Writes an H.264 video that browsers play, and that is complete up to the last second whenever writing stops."""
+"""Writes an H.264 video for browsers. If writing is interrupted, only the last second is lost."""
 
 import os
 from fractions import Fraction
@@ -14,18 +14,21 @@ _QUALITY = "26"
 
 
 class VideoFile:
-    """An MP4 file that grows frame by frame.
+    """An MP4 file to which frames are appended.
 
-    While it grows it is written in fragments of one second, each playable on its own, so that nothing but the last
-    second is lost even when the process is killed. `close` rewrites it as one piece, which players seek in at once.
-    When it cannot be written, on a full disk, the error of the system is raised once and the fragments stay.
+    The file is written in fragments of one second, which are playable even if the process is killed. `close` rewrites
+    it as one piece, in which players can seek quickly. On a full disk the fragments written so far are kept.
 
     Args:
-      path: file to write. rate: frames per second. size: (width, height) [px], both even.
+        path: file to write, ``*.mp4``.
+        rate: number of frames per second.
+        size: (width, height) of the frames [px], both even.
+
+    Raises OSError when writing fails, for example on a full disk; after that, nothing more is written.
     """
 
     wanted = True
-    """Every frame is."""
+    """Whether the next frame is wanted, which it always is."""
 
     def __init__(self, path: Path, rate: int, size: tuple[int, int]) -> None:
         self._path = Path(path)
@@ -41,14 +44,14 @@ class VideoFile:
         self._count = 0
 
     def write(self, image: np.ndarray) -> None:
-        """Appends a BGR image, uint8 of shape (height, width, 3)."""
+        """Appends a BGR image, uint8 of shape (height, width, 3). Raises OSError when it cannot be written."""
         frame = av.VideoFrame.from_ndarray(cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420), format="yuv420p")
         frame.pts = self._count
         self._count += 1
         self._mux(frame)
 
     def close(self) -> None:
-        """Writes what is left and joins the fragments. May be called again, and then does nothing."""
+        """Completes the file and joins its fragments. A second call does nothing."""
         if self._container is None:
             return
         self._mux(None)
@@ -61,14 +64,14 @@ class VideoFile:
         try:
             self._container.mux(self._stream.encode(frame))
         except BaseException:
-            # FFmpeg must not be given more: without a header, one packet more ends the process.
+            # Close at once: without a header, FFmpeg crashes on the next packet.
             container, self._container = self._container, None
             container.close()
             raise
 
 
 def _join_fragments(path: Path) -> None:
-    """Rewrites a fragmented MP4 as one piece with its index in front, without coding the images again."""
+    """Rewrites a fragmented MP4 file as one piece with its index in front, without encoding the images again."""
     whole = path.with_name(path.name + ".part")
     try:
         with (
@@ -83,4 +86,4 @@ def _join_fragments(path: Path) -> None:
                     target.mux(packet)
         os.replace(whole, path)
     finally:
-        whole.unlink(missing_ok=True)  # there only when the disk was full; the fragments stay
+        whole.unlink(missing_ok=True)  # it still exists only if the disk was full; the fragments are kept

@@ -1,8 +1,7 @@
-"""Draws one frame of the camera video: the present image, and beside it the image that the centroid describes.
+"""Draws one frame of the camera video: the present image, and next to it the image that the centroid describes.
 
-A centroid appears one vision lag after the images in which it was found. It is therefore drawn on the image of its
-stamp, together with the motion energy of that stamp. The present image shows what results from it: the predicted path
-for now and the next second.
+A centroid appears one vision lag after its images were captured. It is therefore drawn on the image of its stamp,
+together with the motion energy of that stamp. The present image shows the result: the predicted path from now on.
 """
 
 import math
@@ -27,25 +26,25 @@ _BRIGHT, _MEDIUM, _DIM = "#f2f4f6", "#a3abb5", "#565e68"
 _ENERGY, _PATH, _OUTLINE, _GOAL = "#ffb000", "#4cc2ff", "#77808a", "#ff8a3d"
 _STATUS_TOP, _STATUS_HEIGHT = 140, 290
 _BORDER, _WIDE_BORDER = 4, 44
-"""Pixels of the image shown around the windows of two cameras, and around that of a single one."""
+"""Width of the border of the image shown around the windows of two cameras, and around that of a single one [px]."""
 NO_PIXELS = np.zeros((0, 2))
 NO_PIXELS.flags.writeable = False
 _SHIFT = 4
-"""Fractional bits of the coordinates given to OpenCV's drawing functions."""
+"""Number of fractional bits in the coordinates that OpenCV's drawing functions receive."""
 
 
 @dataclass(frozen=True, eq=False)
 class CameraSight:
-    """One camera's share of a frame. Pixel coordinates are those of the full image.
+    """What a frame shows of one camera. Pixel coordinates are those of the full image.
 
     Attributes:
-        image: the newest image, BGR.
-        offset: (u0, v0) of its first pixel.
-        path: (n, 2), where the prediction puts the object, now first; or empty.
-        late_image: the image of the centroid's stamp, BGR, or None.
-        energy: the mask of moving pixels of that stamp, or None.
-        centroid: (u, v), or None when it is not valid.
-        goal: (3, 2), where the object is expected to arrive and the ends of an error bar; or empty.
+        image: newest image, BGR uint8 of shape (height, width, 3).
+        offset: (u0, v0) of its first pixel [px].
+        path: predicted path of the object, from now on [px], shape (n, 2); n may be 0.
+        late_image: image of the centroid's stamp, BGR, or None.
+        energy: mask of the moving pixels at that stamp, or None.
+        centroid: (u, v) [px], or None when it is not valid.
+        goal: predicted arrival of the object and the ends of its error bar [px], shape (3, 2) or (0, 2).
     """
 
     image: np.ndarray
@@ -59,14 +58,14 @@ class CameraSight:
 
 @dataclass(frozen=True)
 class PageState:
-    """What a frame says beside the images.
+    """What a frame shows in addition to the images.
 
     Attributes:
         time: simulated time [s].
-        phase: phase, of the task's enumeration.
+        phase: present phase of the task.
         notes: two short lines of text below the phases.
         stamp: stamp of the centroid [s], or None.
-        blind: whether the arm works without vision.
+        blind: whether the arm moves without vision.
     """
 
     time: float
@@ -77,23 +76,23 @@ class PageState:
 
 
 class VideoPage:
-    """Draws frames.
+    """Draws the frames of the camera video.
 
-    Two cameras are shown side by side, each with its late image below; the late image of a single camera is beside it.
-    The height follows from the windows.
+    Two cameras are shown side by side, each above its late image. A single camera is shown to the left of its late
+    image. The height of the frames depends on the shape of the windows.
 
     Args:
-        polygons: {side: corners (n, 2) [px]} of the windows of interest.
+        polygons: {side: corners of the window of interest [px], shape (n, 2)}.
         image_size: (width, height) of the full images [px].
         title: first line of text.
         subtitle: second line of text.
         lag: time from an image to its centroid [s].
-        goal: name of the mark of `CameraSight.goal`, or None where there is none.
+        goal: name of the mark at `CameraSight.goal`, or None if there is no such mark.
 
     Attributes:
         size: (width, height) of a frame [px], both even.
-        lag: as given.
-        goal: as given.
+        lag: time from an image to its centroid [s].
+        goal: name of the mark, or None.
     """
 
     def __init__(
@@ -106,18 +105,18 @@ class VideoPage:
         goal: str | None = None,
     ) -> None:
         single = len(polygons) == 1
-        # More is shown of a single camera: there is room, and the hand moves outside the window.
+        # The border of a single camera is wide, to show the hand, which moves outside the window.
         border = _WIDE_BORDER if single else _BORDER
         _u0, _v0, width, height = self._view = _common_view(polygons.values(), image_size, border)
         tallest, shortest = (_TALLEST_SINGLE, _SHORTEST_SINGLE) if single else (_TALLEST_PANEL, _SHORTEST_PANEL)
         self._scale = min(_PANEL_WIDTH / width, tallest / height)
         panel_height = 2 * math.ceil(max(self._scale * height, shortest) / 2)
         self._panel = (_PANEL_WIDTH, panel_height)
-        # Pixels of a panel left and above its view.
+        # Width of the margin in a panel to the left of its view and above it [px].
         self._margin = tuple((panel - round(self._scale * n)) // 2 for panel, n in zip(self._panel, (width, height)))
         self._rows = (_TOP,) if single else (_TOP, _TOP + panel_height + _ROW_GAP)
         self.size = (_WIDTH, self._rows[-1] + panel_height + _MARGIN)
-        # Where a side's panels begin, (x, y): of its image now, and of its late image.
+        # For each side, the corners (x, y) of the panels for its present and its late image [px].
         if single:
             (side,) = polygons
             self._places = {side: tuple((x, _TOP) for x in _COLUMNS)}
@@ -130,7 +129,7 @@ class VideoPage:
 
     @property
     def panels(self) -> list[tuple[str, bool, tuple[int, int, int, int]]]:
-        """Places of the images in a frame: (side, whether it is the late image, (x, y, width, height) [px]) of each."""
+        """Images in a frame: (side, whether it is the late image, its rectangle (x, y, width, height) [px])."""
         (dx, dy), size = self._margin, (round(self._scale * self._view[2]), round(self._scale * self._view[3]))
         return [
             (side, late, (x + dx, y + dy, *size))
@@ -139,7 +138,12 @@ class VideoPage:
         ]
 
     def draw(self, sights: Mapping[str, CameraSight], state: PageState) -> np.ndarray:
-        """Returns the frame, BGR uint8, of {side: CameraSight} and a `PageState`."""
+        """Returns a frame, BGR uint8 of shape (height, width, 3).
+
+        Args:
+            sights: {side: what is shown of its camera}.
+            state: what is shown in addition.
+        """
         frame = self._blank.copy()
         for side, places in self._places.items():
             sight = sights[side]
@@ -147,7 +151,7 @@ class VideoPage:
             self._draw_now(now, sight, side)
             self._draw_late(late, sight)
         if state.stamp is not None:
-            words = f"{'not used now: ' if state.blind else ''}image of {state.stamp:.2f} s"
+            words = f"{'not in use: ' if state.blind else ''}image at {state.stamp:.2f} s"
             _right_text(frame, words, _COLUMNS[1] + self._panel[0], self._rows[-1] - 13, 15, _MEDIUM)
         draw_text(frame, f"{state.time:.2f} s", _SIDEBAR - 2, 116, 34, _BRIGHT, bold=True)
         status = _status(state.phase, state.notes)
@@ -163,18 +167,18 @@ class VideoPage:
         (x_now, y_now), (x_late, y_late) = next(iter(self._places.values()))
         y = y_now - 14
         x = draw_text(page, "Now", x_now, y, 17, _BRIGHT, bold=True)
-        words = "camera sees, and the path predicted" if single else "cameras see, and the path predicted from here on"
-        draw_text(page, f"what the {words}", x + 12, y, 15, _MEDIUM)
+        words = "image and predicted path" if single else "images and predicted path"
+        draw_text(page, words, x + 12, y, 15, _MEDIUM)
         y = y_late - (14 if single else 13)
         x = draw_text(page, f"{lag:.2f} s late", x_late, y, 17, _BRIGHT, bold=True)
-        words = "what moved" if single else "motion energy and its centroid, the newest to predict from"
+        words = "motion" if single else "newest motion energy and its centroid"
         draw_text(page, words, x + 12, y, 15, _MEDIUM)
         draw_text(page, title, _SIDEBAR, _TOP - 14, 17, _BRIGHT, bold=True)
         draw_text(page, subtitle, _SIDEBAR, _TOP + 8, 13, _MEDIUM)
         legend = [
-            (_legend_path, "predicted, from now on" if goal else "predicted, now to 1 s on"),
+            (_legend_path, "predicted path" if goal else "predicted, next second"),
             *([(_legend_goal, goal)] if goal else []),
-            (_legend_energy, "pixels that move"),
+            (_legend_energy, "moving pixels"),
             (_legend_centroid, "their centroid"),
             (_legend_outline, "window of interest"),
         ]
@@ -212,7 +216,7 @@ class VideoPage:
             _cross(panel, point, gap=7.0 if len(self._places) == 1 else 0.0)
 
     def _place(self, panel: np.ndarray, image: np.ndarray, offset: tuple[int, int], interpolation: int) -> None:
-        """Puts an image, or the part of it that is in view, into a panel at its place."""
+        """Draws the part of an image that is in view into a panel."""
         u0, v0, width, height = self._view
         left, top = max(u0, offset[0]), max(v0, offset[1])
         right = min(u0 + width, offset[0] + image.shape[1])
@@ -225,15 +229,16 @@ class VideoPage:
         panel[y0:y1, x0:x1] = cv2.resize(part, (x1 - x0, y1 - y0), interpolation=interpolation)
 
     def _to_panel(self, uv: np.ndarray) -> np.ndarray:
-        """Returns where the pixels ``uv`` (n, 2) of the full image are in a panel, a pixel's centre being whole in
-        both.
+        """Returns the positions in a panel of pixels of the full image, both [px], shape (n, 2).
+
+        In both, the centres of pixels have whole coordinates.
         """
         return (np.asarray(uv) - self._view[:2] + 0.5) * self._scale - 0.5 + self._margin
 
 
-@lru_cache(maxsize=64, typed=True)  # phases of two tasks are the same numbers
+@lru_cache(maxsize=64, typed=True)  # typed, since phases of different tasks are equal numbers
 def _status(phase: IntEnum, notes: tuple[str, str]) -> np.ndarray:
-    """Returns the part of the sidebar that seldom changes, BGR."""
+    """Returns the part of the sidebar with phases and notes, BGR. It changes rarely."""
     status = np.full((_STATUS_HEIGHT, _WIDTH - _SIDEBAR, 3), bgr(_GROUND), np.uint8)
     y = 18
     for each in type(phase):
@@ -247,7 +252,7 @@ def _status(phase: IntEnum, notes: tuple[str, str]) -> np.ndarray:
 
 
 def _common_view(polygons: Iterable[np.ndarray], image_size: tuple[int, int], border: int) -> tuple[int, int, int, int]:
-    """Returns the part (u0, v0, width, height) [px] of the full images that shows the windows of both cameras."""
+    """Returns the part (u0, v0, width, height) of the full images [px] that contains the windows of all cameras."""
     corners = np.concatenate([np.asarray(polygon) for polygon in polygons])
     low = np.clip(np.floor(corners.min(axis=0)).astype(int) - border, 0, image_size)
     high = np.clip(np.ceil(corners.max(axis=0)).astype(int) + 1 + border, 0, image_size)
@@ -275,7 +280,14 @@ def _ring(image: np.ndarray, point: Any, radius: float, colour: str) -> None:
 
 
 def _cross(image: np.ndarray, point: Any, arm: float = 13.0, gap: float = 0.0) -> None:
-    """A cross with arms of that length, open by ``gap`` in its middle, where a small object would not be seen."""
+    """Draws a cross.
+
+    Args:
+        image: image, changed in place.
+        point: its centre [px].
+        arm: length of its arms [px].
+        gap: half the width of the gap in its middle, which leaves a small object visible [px].
+    """
     for width, shade in ((4, _VOID), (2, _BRIGHT)):
         for step in ((1.0, 0.0), (0.0, 1.0)):
             along = [np.asarray(point) + reach * np.array(step) for reach in (-arm - gap, -gap, gap, arm + gap)]
@@ -291,7 +303,7 @@ def _diamond(image: np.ndarray, point: Any, radius: float, colour: str) -> None:
 
 
 def _right_text(image: np.ndarray, text: str, right: int, y: int, size: int, colour: str) -> None:
-    # Set once outside of the image to learn its width.
+    # Drawn once outside the image to measure its width.
     width = draw_text(image, text, 0, -100, size, colour)
     draw_text(image, text, right - width, y, size, colour)
 

@@ -52,7 +52,7 @@ def test_there_is_a_packet_for_each_point_and_an_invalid_one_before_that():
     valid = [packet for packet in sender.packets if packet.valid]
     assert len(valid) > 40 and np.diff([packet.stamp for packet in valid]) == pytest.approx(VISION_PERIOD)
     assert sender.host.counts["packets"] == len(valid)
-    assert sender.news == ["hears the arm; its clock stands at 0.00 s"]
+    assert sender.news == ["receiving from the arm; its clock is at 0.00 s"]
 
 
 def test_messages_that_arrive_while_the_host_is_busy_are_all_processed():
@@ -71,7 +71,7 @@ def test_a_host_that_is_too_slow_skips_the_oldest_and_reports_it():
     step, sender.host.step = sender.host.step, lambda timeout: None
     sender.send(range(MOST_WAITING + 30))
     assert step(0.0) == MOST_WAITING
-    assert sender.host.counts["skipped"] == 30 and "slower than the arm sends: images are skipped" in sender.news
+    assert sender.host.counts["skipped"] == 30 and "slower than the arm: skipping the oldest messages" in sender.news
     assert sender.host.time == pytest.approx((MOST_WAITING + 29) * VISION_PERIOD, abs=VISION_PERIOD)
 
 
@@ -83,7 +83,7 @@ def test_the_host_restarts_with_the_laboratory():
     assert not sender.packets[0].valid  # a clean slate, not the other train's path
     fresh.send(range(90))
     np.testing.assert_array_equal(sender.last(), fresh.last())
-    assert sender.news[1:] == ["the arm's clock stands at 0.00 s now: starting afresh"]
+    assert sender.news[1:] == ["the arm's clock went back to 0.00 s: restarting"]
 
 
 def test_lost_points_affect_no_others():
@@ -115,8 +115,8 @@ def test_silence_and_its_end_are_reported_once():
         sender.host.step(0.0)
     sender.send(range(10, 20))
     assert [line.split(",")[0].split(" since")[0] for line in sender.news[1:]] == [
-        "the arm is silent",
-        "hears the arm again",
+        "the arm has been silent",
+        "receiving from the arm again",
     ]
 
 
@@ -136,5 +136,5 @@ def test_images_of_another_scenario_are_refused_in_one_line():
     images = lcmt_image_array()
     images.header, images.num_images, images.images = lcmt_header(), 1, [image]
     sender.lcm.Publish(channel_of("camera_left"), images.encode())
-    with pytest.raises(DrakeTrackerError, match="DRAKE_TRACKER_CAMERA_LEFT: the image is 32 x 16, this scenario's are"):
+    with pytest.raises(DrakeTrackerError, match="DRAKE_TRACKER_CAMERA_LEFT: the image has 32 x 16 px, but this scenario"):
         sender.host.step(0.0)

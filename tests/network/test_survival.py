@@ -86,7 +86,7 @@ def test_without_a_host_the_arm_hovers_and_with_another_one_it_lifts_the_train(s
     assert arm.returncode == 0, said + trouble
     another.send_signal(signal.SIGINT)
     said, trouble = another.communicate(timeout=PATIENCE)
-    assert another.returncode == 0 and "hears the arm; its clock" in said, said + trouble
+    assert another.returncode == 0 and "receiving from the arm; its clock" in said, said + trouble
 
     assert json.loads((out / "summary.json").read_text())["success"]
     log, scenario = load_log(out / "log.npz"), load_scenario("train")
