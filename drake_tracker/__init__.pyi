@@ -1,6 +1,7 @@
 from .campaign.run import run_campaign as run_campaign
 from .core.errors import DrakeTrackerError as DrakeTrackerError
 from .core.log import load_log as load_log
+from .core.messages import Prediction as Prediction
 from .core.messages import evaluate_prediction as evaluate_prediction
 from .diagrams.hand_eye import HandEyeDiagram as HandEyeDiagram
 from .estimation.estimator import Estimator as Estimator
