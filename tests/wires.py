@@ -1,4 +1,4 @@
-"""What the tests that look for leaks of truth share: walks along wires, and along Python references."""
+"""Search along connections and Python references, for tests that ground truth does not reach the controller."""
 
 import functools
 import types
@@ -7,12 +7,12 @@ import numpy as np
 from pydrake.systems.framework import Diagram
 
 
-def controller_rooms(hand_eye):
+def controller_subsystems(hand_eye):
     return {"vision": hand_eye.vision, "host": hand_eye.host, "link": hand_eye.link, "arm": hand_eye.arm}
 
 
 def arrows(hand_eye):
-    """Returns the set of (room, its output port, reader, its input port) of all wires between the rooms."""
+    """Returns all connections between subsystems: (source, its output port, reader, its input port)."""
     found = set()
     for (reader, k), (source, j) in hand_eye.connection_map().items():
         ports = source.get_output_port(int(j)).get_name(), reader.get_input_port(int(k)).get_name()
@@ -21,7 +21,7 @@ def arrows(hand_eye):
 
 
 class Wires:
-    """The wires of a diagram and of all diagrams in it, to be followed against the flow."""
+    """The connections of a diagram and of all diagrams in it, to be followed upstream."""
 
     def __init__(self, root):
         self.parent = {}
@@ -41,11 +41,11 @@ class Wires:
                 self._enter(system)
 
     def leave_open(self, system, port):
-        """Takes an input for one that nothing drives, whatever may be given to it from outside."""
+        """Treats an input as unconnected, although it is exported."""
         del self._exported[system, int(system.GetInputPort(port).get_index())]
 
     def source(self, system, index):
-        """The leaf System and output port that drive an input, None when nothing does."""
+        """Returns the leaf System and output port that drive an input, or None."""
         while (system, index) in self._exported:
             system, index = self._exported[system, index]
         assert system in self.parent, f"{system.get_name()} is driven from outside the diagram"
@@ -57,23 +57,23 @@ class Wires:
         return source, int(port)
 
     def upstream(self, starts, allowed):
-        """Follows the wires from every input of ``starts`` to where they come from, {(leaf, port): way}.
+        """Returns all output ports upstream of the inputs of ``starts``, {(leaf, port): path}.
 
-        A leaf's outputs count as made of all its inputs, whatever it says of feedthrough: state carries truth as well.
-        The walk goes on past everything but the ports ``allowed``.
+        Every output of a leaf is assumed to depend on all its inputs, also without feedthrough, since state can carry
+        ground truth. The search stops at the ports ``allowed``.
         """
-        way = {}
+        paths = {}
         todo = [(system, index, system.get_name()) for system in starts for index in range(system.num_input_ports())]
         while todo:
             system, index, path = todo.pop()
             found = self.source(system, index)
-            if found is None or found in way:
+            if found is None or found in paths:
                 continue
-            way[found] = f"{path} <- {found[0].get_name()}.{found[0].get_output_port(found[1]).get_name()}"
+            paths[found] = f"{path} <- {found[0].get_name()}.{found[0].get_output_port(found[1]).get_name()}"
             if found not in allowed:
                 leaf = found[0]
-                todo += [(leaf, k, way[found]) for k in range(leaf.num_input_ports())]
-        return way
+                todo += [(leaf, k, paths[found]) for k in range(leaf.num_input_ports())]
+        return paths
 
     def inside(self, system, diagram):
         while system in self.parent:
@@ -84,12 +84,12 @@ class Wires:
 
 
 PLAIN = (type(None), bool, int, float, complex, str, bytes, np.ndarray, np.generic, type, types.ModuleType)
-DRAKES_OWN = "_pydrake_internal_ref_cycle_peers"
-"""Where pydrake ties the parts of a diagram together, so that they live as long as it does."""
+PYDRAKE_REFERENCES = "_pydrake_internal_ref_cycle_peers"
+"""Attribute in which pydrake keeps the parts of a diagram alive."""
 
 
 def parts(thing):
-    """Yields (name, part) of all that a Python object refers to by itself."""
+    """Yields (name, part) of everything that a Python object refers to directly."""
     if isinstance(thing, dict):
         yield from ((f"[{key!r}]", value) for key, value in thing.items())
         yield from (("key", key) for key in thing)
@@ -104,7 +104,7 @@ def parts(thing):
         for name, cell in zip(thing.__code__.co_freevars, thing.__closure__ or ()):
             yield name, cell.cell_contents
     for name, part in getattr(thing, "__dict__", {}).items():
-        if name != DRAKES_OWN:
+        if name != PYDRAKE_REFERENCES:
             yield name, part
     for kind in type(thing).__mro__:
         slots = getattr(kind, "__slots__", ())
@@ -114,15 +114,15 @@ def parts(thing):
 
 
 def references(start):
-    """Yields (way, thing) for all that an object leads to through attributes, containers and closures."""
+    """Yields (path, object) of everything that an object refers to through attributes, containers and closures."""
     seen, todo = {}, [("", start)]
     while todo:
-        way, thing = todo.pop()
+        path, thing = todo.pop()
         if isinstance(thing, PLAIN) or id(thing) in seen:
             continue
-        seen[id(thing)] = thing  # held, so that its id is not used again
-        yield way, thing
-        todo += [(f"{way}.{name}", part) for name, part in parts(thing)]
+        seen[id(thing)] = thing  # kept, so that its id is not reused
+        yield path, thing
+        todo += [(f"{path}.{name}", part) for name, part in parts(thing)]
 
 
 def leaves(system):
@@ -131,11 +131,11 @@ def leaves(system):
     return [system] + [leaf for part in system.GetSystems() for leaf in leaves(part)]
 
 
-def truths(room, is_truth):
-    """What of the truth the objects of a room refer to, by its Systems' names: none, one hopes."""
+def truths(subsystem, is_truth):
+    """Returns the ground truth to which the objects of a subsystem refer, {name of the System: [(path, type)]}."""
     found = {}
-    for system in leaves(room):
-        ways = [(way, type(thing).__name__) for way, thing in references(system) if is_truth(thing)]
-        if ways:
-            found[system.get_name()] = ways
+    for system in leaves(subsystem):
+        paths = [(path, type(thing).__name__) for path, thing in references(system) if is_truth(thing)]
+        if paths:
+            found[system.get_name()] = paths
     return found

@@ -1,4 +1,11 @@
-"""A recorded run again, without its world: vision, estimation, link and servo on what was recorded.
+"""Replays of recorded runs: vision, estimator, link and servo run again on recorded images, centroids or points.
 
-run directory ──▶ LogSourceSystem, VideoSource ──▶ the run's own vision, host, link, servo ──▶ log, judge
+A run directory goes in (`open_recording`), with changed settings if desired; out comes a dict with the errors of run
+and replay against ground truth, and whether their signals are bit-identical (`replay_run`). The world is not simulated.
+
+    run directory ──▶ LogSourceSystem, VideoSource ──▶ vision, host, link and servo of the run ──▶ log ──▶ Judge
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,4 +1,4 @@
-"""A recorded signal as a Drake System, in place of the port that it was recorded from."""
+"""A recorded signal as a System, which replaces the output port that was recorded."""
 
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
@@ -6,11 +6,11 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from drake_tracker.core.log import Signal
 
 _SAME_INSTANT = 1e-9
-"""Times that differ by less [s] are one instant."""
+"""Times that differ by less count as equal [s]."""
 
 
 class LogSourceSystem(LeafSystem):
-    """Shows what a port of a run showed, and changes when that port changed.
+    """Outputs what a port of a run had as output, and changes when that port changed.
 
     .. pydrake_system::
 
@@ -18,13 +18,17 @@ class LogSourceSystem(LeafSystem):
         output_ports:
         - signal
 
-    A sample of a log at time t is what the port showed before the updates of that instant. The original was updated in
-    its slot of the period before, and this System is updated in the same slot: it then shows the sample that the log
-    takes next. So whoever reads it in a slot of its own reads what it read in the run. Beyond the last sample that one
-    stays. The output is state, there is no direct feedthrough.
+    - ``signal``: the recorded message, updated every period at the offset.
+
+    A sample of a log at time t is the value of the port before the updates at that instant. The original System was
+    updated in its slot of the previous period. This System is updated in the same slot and then outputs the next sample
+    of the log, so that a System that reads it in another slot reads the same value as in the run. After the last sample
+    the output stays constant. The output is state; there is no direct feedthrough.
 
     Args:
-        signal: `record.log.Signal` with at least one sample. period, offset: of the original's updates [s].
+        signal: the recorded signal, with at least one sample.
+        period: period of the original System's updates [s].
+        offset: time of its first update [s].
     """
 
     def __init__(self, signal: Signal, period: float, offset: float = 0.0) -> None:

@@ -1,4 +1,4 @@
-"""Builds the diagram of a replay from a recording: the parts of the run's scenario, with the changes in it."""
+"""Builds the diagram of a replay from a recording."""
 
 from drake_tracker.arm.servo_system import make_servo_system
 from drake_tracker.core.errors import DrakeTrackerError
@@ -15,9 +15,12 @@ from drake_tracker.run.camera_images import image_file
 
 
 def make_replay_diagram(recording: Recording) -> ReplayDiagram:
-    """Returns the `ReplayDiagram` of a `Recording`.
+    """Returns the diagram of a replay.
 
-    Raises DrakeTrackerError, in one line, when a file that it needs is missing or does not belong to it.
+    Args:
+        recording: the recording, with the settings of the replay.
+
+    Raises DrakeTrackerError when a file that the replay needs is missing, incomplete, or belongs to another run.
     """
     scenario, task = recording.scenario, recording.task
     parts = task.rebuild(scenario, recording.recorded, recording.start, recording.folder)
@@ -30,19 +33,21 @@ def make_replay_diagram(recording: Recording) -> ReplayDiagram:
 
 
 def _log_source(recording: Recording, name: str) -> LogSourceSystem:
-    """Returns the `LogSourceSystem` of a logged signal, which changes in the slot of the System that made it."""
+    """Returns the source of a logged signal, which is updated in the slot of the System that made the signal."""
     task = recording.task
     period = task.signals()[name][0]
     return LogSourceSystem(recording.log[name], period, task.signal_offset(name, recording.scenario.time_step))
 
 
 def _video_source(recording: Recording, name: str, size: tuple[int, int]) -> VideoSource:
-    """Returns the `VideoSource` of the recorded images of a camera.
+    """Returns the source of the recorded images of a camera.
 
     Args:
         recording: the recording.
-        name: of the camera.
-        size: (width, height) [px] that the vision expects.
+        name: name of the camera.
+        size: (width, height) that the vision expects [px].
+
+    Raises DrakeTrackerError when the images are missing, incomplete, or of another size.
     """
     path = image_file(recording.folder, name)
     if not path.is_file():
@@ -50,7 +55,7 @@ def _video_source(recording: Recording, name: str, size: tuple[int, int]) -> Vid
     footage = open_footage(str(path), fps=1.0 / VISION_PERIOD)
     if footage.size != tuple(size):
         raise DrakeTrackerError(
-            f"{path}: the images have {footage.size} px, but the vision of the run reads {tuple(size)}"
+            f"{path}: the images have {footage.size} px, but the vision of the run needs {tuple(size)} px"
         )
     cycles = round(recording.end / VISION_PERIOD)
     count = 0 if footage.times is None else len(footage.times)

@@ -1,4 +1,4 @@
-"""The picture of a replay: the errors of run and replay over time, and both tracks from above."""
+"""The picture of a replay: the errors of run and replay over time, and the predictions of both from above."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,7 +18,7 @@ from drake_tracker.tasks.style import FAR_PREDICTED, PLOT_STYLE, PREDICTED, RULE
 
 RECORDED, REPLAYED = FAR_PREDICTED, PREDICTED
 _MOST_WORDS = 150
-"""Letters of the line that tells the changes."""
+"""Greatest number of characters in the line that lists the changes."""
 
 
 def draw_replay(
@@ -27,8 +27,11 @@ def draw_replay(
     """Draws a replay as one picture, 2400 x 1350 px.
 
     Args:
-      judge: `Judge` of the run. recording: `Recording`. replayed: {name: Signal}. result: what `replay` returns.
-      path: PNG file to write.
+        judge: judge of the run.
+        recording: the recording.
+        replayed: {name: Signal} of the replay.
+        result: what `replay_run` returns.
+        path: PNG file to write.
     """
     logs = ((recording.log, RECORDED, 2.4), (replayed, REPLAYED, 1.0))
     with matplotlib.rc_context(PLOT_STYLE):
@@ -50,7 +53,7 @@ def draw_replay(
 
 
 def _draw_map(ax: Axes, judge: Judge, recording: Recording, logs: Any) -> None:
-    """The track from above: the truth, and where each packet put the object the longer horizon ahead."""
+    """Draws the track from above: the true path, and the predictions at the longer horizon."""
     times = recording.log["point"].times
     xy = judge.true_xy(times[judge.free(times)])
     ax.plot(xy[:, 1], xy[:, 0], color=TRUTH, lw=1.6, zorder=4)
@@ -75,7 +78,7 @@ def _draw_errors(ax: Axes, judge: Judge, logs: Any, horizon: float, end: float) 
         largest.append(1e3 * np.percentile(error, 99) if len(error) else 0.0)
     ax.axhline(0.0, color=RULE, lw=0.8, zorder=0)
     ax.set(xlim=(0.0, end), ylim=(0.0, 1.15 * max(largest)), ylabel="mm")
-    ax.set_title(f"Error of what was predicted {horizon:g} s ahead", pad=10)
+    ax.set_title(f"Error of the prediction {horizon:g} s ahead", pad=10)
     ax.grid(axis="y", color="#f0f1f3", lw=0.8)
     ax.set_axisbelow(True)
 
@@ -84,15 +87,15 @@ def _draw_headline(figure: Figure, recording: Recording, result: Mapping[str, An
     far = f"prediction_{LONG:g}_s_rms_m"
     before, after = (result[which][far] for which in ("recorded", "replayed"))
     if result["identical"]:
-        headline = "The same signals, bit for bit"
+        headline = "All signals are bit-identical"
     elif before is None or after is None:
-        headline = "Nothing was predicted that could be judged"
+        headline = "There is no prediction to judge"
     else:
         headline = f"Error {LONG:g} s ahead: {1e3 * before:.1f} mm recorded, {1e3 * after:.1f} mm replayed"
     figure.text(0.05, 0.955, headline, fontsize=21, weight="bold", va="center")
     facts = f"{recording.folder}, from {recording.start}, {result['real_time_factor']:.0f} times real time"
     figure.text(0.05, 0.915, facts, fontsize=11.5, color=SOFT_INK, va="center")
-    given = recording.scenario.origins  # a role of another kind changes more than the user named
+    given = recording.scenario.origins  # another kind of a role changes more settings than the user named
     named = {key: pair for key, pair in result["changes"].items() if given.get(key, "").startswith("--set")}
     changes = "   ·   ".join(f"{key}: {_show(old)} → {_show(new)}" for key, (old, new) in named.items())
     words = changes if len(changes) <= _MOST_WORDS else changes[: _MOST_WORDS - 1] + "…"

@@ -1,4 +1,4 @@
-"""A run directory, read and checked for a replay."""
+"""Reads and checks a run directory for a replay."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -10,30 +10,31 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal, load_log
 from drake_tracker.replay.changes import check_changes
 from drake_tracker.run.camera_images import IMAGES_FOLDER
-from drake_tracker.tasks import load_scenario
+from drake_tracker.scenarios.base import BaseScenario
+from drake_tracker.tasks.loader import load_scenario
 from drake_tracker.tasks.registry import task_of
 from drake_tracker.tasks.results import git_commit, package_versions
 from drake_tracker.tasks.task import Task
 
 STARTS = ("images", "centroids", "points")
-"""Where a replay may begin."""
+"""The recorded signals with which a replay may begin."""
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A run and what to do with it.
+    """A recorded run, and how to replay it.
 
     Attributes:
         folder: directory of the run.
         recorded: scenario of the run.
-        scenario: the same with the changes.
-        log: {name: Signal}.
-        start: one of `STARTS`.
+        scenario: the same scenario with the changes of the replay.
+        log: {name: Signal} of the run.
+        start: where the replay begins, one of `STARTS`.
         warnings: lines for the user.
     """
 
     folder: Path
-    recorded: Any
+    recorded: BaseScenario
     scenario: Any
     log: dict[str, Signal]
     start: str
@@ -41,37 +42,37 @@ class Recording:
 
     @property
     def task(self) -> Task:
-        """Task of the run."""
+        """The task of the run."""
         return task_of(self.recorded)
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """Names of the logged signals with which the replay begins; none when it begins with images."""
+        """Names of the logged signals with which the replay begins, none when it begins with images."""
         return {"images": (), "centroids": self.task.centroids, "points": ("point",)}[self.start]
 
     @property
     def end(self) -> float:
-        """Time of the last sample of the vision period [s]: everything up to it is known."""
+        """Time of the last sample at the vision period [s], up to which all signals are known."""
         return float(self.log["point"].times[-1])
 
 
 def open_recording(folder: Path | str, overrides: Sequence[str] = (), start: str | None = None) -> Recording:
-    """Returns the `Recording` of a run directory.
+    """Returns the recording in a run directory.
 
     Args:
         folder: directory of the run.
         overrides: changed settings, as for `load_scenario`.
-        start: one of `STARTS`; None: centroids, or points for a run without centroids.
+        start: where the replay begins, one of `STARTS`. None: centroids, or points for a run without centroids.
 
-    Raises DrakeTrackerError, one line for each error, when the directory does not hold a complete run, when its signals
-    are not those of this version, or when a change has no effect.
+    Raises DrakeTrackerError, with one line per error, when the directory does not contain a complete run, when its
+    signals are not those of this version, or when a change has no effect.
     """
     folder = Path(folder)
     if not folder.is_dir():
         raise DrakeTrackerError(f"there is no run directory {folder}")
     scenario_file = folder / "scenario.yaml"
     if not scenario_file.is_file():
-        raise DrakeTrackerError(f"{folder}: there is no scenario.yaml; this is not the directory of a run")
+        raise DrakeTrackerError(f"{folder}: there is no scenario.yaml; this is not a run directory")
     recorded = load_scenario(str(scenario_file))
     log = _load(folder / "log.npz")
     versions, warnings = _versions(folder)
@@ -86,23 +87,23 @@ def open_recording(folder: Path | str, overrides: Sequence[str] = (), start: str
 def _load(path: Path) -> dict[str, Signal]:
     if not path.is_file():
         raise DrakeTrackerError(
-            f"{path.parent}: there is no log.npz; a run writes it at its end, and this one was stopped before"
+            f"{path.parent}: there is no log.npz; a run writes it at its end, but this one was stopped before"
         )
     return load_log(path)
 
 
 def _versions(folder: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Returns {package: version} of the run, and warnings where they are not those of now."""
+    """Returns {package: version} of the run, and warnings if they differ from the installed ones."""
     try:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         versions = dict(summary["package_versions"]) | {"commit": summary.get("git_commit")}
     except (OSError, ValueError, KeyError, TypeError):
-        return {}, (f"{folder}: no summary.json that can be read; which versions made the run is not known",)
+        return {}, (f"{folder}: there is no readable summary.json; the versions that made the run are unknown",)
     now = package_versions() | {"commit": git_commit()}
     others = [f"{name} {versions.get(name)} (now {now[name]})" for name in now if versions.get(name) != now[name]]
     if not others:
         return versions, ()
-    words = f"{folder} was made with {', '.join(others)}; with nothing changed its signals may still differ a little"
+    words = f"{folder} was made with {', '.join(others)}; signals may differ slightly even without changed settings"
     return versions, (words,)
 
 
@@ -110,20 +111,20 @@ def _check_log(recording: Recording, versions: Mapping[str, Any]) -> None:
     """Raises DrakeTrackerError when signals are missing, empty, or have other fields than this version's."""
     folder, task = recording.folder, recording.task
     if recording.start == "images" and not (folder / IMAGES_FOLDER).is_dir():
-        raise DrakeTrackerError(f"{folder}: there are no images; drake-tracker run --record-images keeps them")
+        raise DrakeTrackerError(f"{folder}: there are no images; record them with drake-tracker run --record-images")
     if recording.start == "centroids" and not all(name in recording.log for name in recording.sources):
-        raise DrakeTrackerError(f"{folder}: there are no centroids in its log, measured vision has none; --from points")
+        raise DrakeTrackerError(f"{folder}: the log has no centroids, since vision is measured; use --from points")
     needed = {*recording.sources, "point", "filtered", "prediction", "delivered", "target", "command"}
     needed |= {task.truth_signal, "truth_verdict"}
     known = task.signals()
     for name in sorted(needed):
         signal = recording.log.get(name)
         if signal is None or signal.names != tuple(known[name][1]) or signal.data.shape[1:] != (len(signal.names),):
-            what = "is missing" if signal is None else "has other fields than in this version"
-            made = versions.get("drake_tracker", "of a version not known")
+            what = "is missing" if signal is None else "has fields that differ from this version"
+            made = versions.get("drake_tracker", "(unknown version)")
             raise DrakeTrackerError(
-                f"{folder}/log.npz: the signal {name} {what}; the run is of drake_tracker {made}, "
-                f"this is {package_versions()['drake_tracker']}, which cannot replay it"
+                f"{folder}/log.npz: the signal {name} {what}; the run was made with drake_tracker {made}, "
+                f"which version {package_versions()['drake_tracker']} cannot replay"
             )
         if len(signal.times) < 2 or len(signal.times) != len(signal.data):
             raise DrakeTrackerError(f"{folder}/log.npz: the signal {name} has too few samples to be replayed")

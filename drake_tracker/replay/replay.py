@@ -1,4 +1,4 @@
-"""Runs a replay: the controller of a run on what was recorded of it, far faster than the run."""
+"""Runs a replay: the controller of a run on recorded signals, much faster than the run."""
 
 import json
 import time
@@ -19,28 +19,31 @@ from drake_tracker.run.log_recorder import add_loggers, read_log
 from drake_tracker.tasks.results import git_commit, package_versions
 
 _STRETCH = 1.0
-"""Simulated time [s] between two reports of progress."""
+"""Simulated time between two reports of progress [s]."""
 
 
 def replay_run(
     recording: Recording, out: Path | None = None, progress: Callable[[float, str], object] | None = None
 ) -> dict[str, Any]:
-    """Replays a `Recording` and returns the results as a dict; lengths in m, times in s.
+    """Replays a recording and returns the results, a dict with lengths in m and times in s.
 
-    - ``identical``: whether all replayed signals are those of the run, bit for bit.
-    - ``signals``: what `compare_signals` returns.
-    - ``recorded``, ``replayed``: rms errors from truth, as `Judge.rms` has them.
-    - ``simulated_s``, ``real_time_factor``, ``wall_time_s``: length of the run, and time that the replay took.
-    - ``processor_time_s``: processor time of the simulation, a better measure on a busy machine.
-    - ``changes``: {setting: [before, after]}.
+    - ``run``: directory of the run.
     - ``start``: where the replay began.
+    - ``changes``: {setting: [before, after]}.
+    - ``identical``: whether all replayed signals agree with those of the run, bit for bit.
+    - ``signals``: what `compare_signals` returns.
+    - ``recorded``, ``replayed``: rms errors of run and replay, see `Judge.rms`.
+    - ``simulated_s``: length of the replay.
+    - ``real_time_factor``, ``wall_time_s``: speed of the replay.
+    - ``processor_time_s``: processor time of the simulation, a better measure on a busy machine.
+    - ``package_versions``, ``git_commit``: versions that made the replay.
 
     Args:
-        recording: what to replay.
-        out: directory for log.npz (the replayed signals), replay.json and replay.png; None leaves nothing behind.
+        recording: the recording to replay.
+        out: directory for log.npz (the replayed signals), replay.json and replay.png; None writes nothing.
         progress: called with (simulated time [s], a word).
 
-    Raises DrakeTrackerError, in one line, when the recording cannot be replayed.
+    Raises DrakeTrackerError when the recording cannot be replayed.
     """
     clock = [time.monotonic()]
     diagram = make_replay_diagram(recording)

@@ -1,4 +1,4 @@
-"""The wiring of a replay: recorded sources, then the run's own vision, host, link and servo."""
+"""The wiring of a replay: recorded sources, followed by vision, host, link and servo of the run."""
 
 from collections.abc import Mapping
 
@@ -7,11 +7,11 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from drake_tracker.diagrams.hand_eye import inputs, outputs
 
 UNLOGGED = ("motion", "held_packet")
-"""Beginnings of the names of outputs that no log holds."""
+"""First parts of the names of outputs that are not logged."""
 
 
 class ReplayDiagram(Diagram):
-    """The controller of a run without the hand, behind what was recorded of the run.
+    """The controller of a run without the hand, driven by recorded signals.
 
     .. pydrake_system::
 
@@ -25,14 +25,17 @@ class ReplayDiagram(Diagram):
         - delivered
         - target
 
-    The outputs are those of `HandEyeDiagram` that are computed anew; of which there are the fewer, the later the replay
-    begins. The servo reads the recorded ``command``: where the hand was, and when it no longer used vision, is as it
-    was in the run.
+    The outputs are the ports of `HandEyeDiagram` with the same names, as far as they are computed again: with vision
+    the centroids and points, otherwise from ``filtered`` on. Messages and periods are those of the run. The servo reads
+    the recorded ``command``, so that the hand moves and stops using vision as in the run.
 
     Args:
-      sources: {name of the port replaced: (System, name of its output)}; with ``command``, and ``point`` or what
-        ``vision`` reads. vision: from these to ``point``, a System, or None.
-      host: `EstimatorSystem`. link: a link System. servo: `ServoSystem`.
+        sources: {name of the replaced port: (System, name of its output port)}. They include ``command``, and either
+            ``point`` or the inputs of ``vision``.
+        vision: System with these inputs and the output ``point``, or None.
+        host: an `EstimatorSystem`.
+        link: a `LinkSystem`.
+        servo: a `ServoSystem`.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Short runs of which tests replay: a train with measured vision, a rendered one and a ball, both with their images."""
+"""Short runs to replay: a train with measured vision, and a train and a ball with recorded images."""
 
 import pytest
 from ball_scenario import true_poses
@@ -16,7 +16,7 @@ def make_run(out, spec, duration, overrides, images=False, initialise=lambda sce
 
 @pytest.fixture(scope="session")
 def measured_run(tmp_path_factory):
-    """From the first prediction on, and over a line that loses packets."""
+    """A run with a link that loses packets, long enough for predictions."""
     overrides = ["vision=!Measured {}", "link=!Lossy {drop: 0.2, jitter: 0.03}"]
     return make_run(tmp_path_factory.mktemp("measured") / "run", "train", 2.5, overrides)
 
@@ -28,7 +28,7 @@ def rendered_run(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def ball_run(tmp_path_factory):
-    """The ball rolls at once: the arm is told where the board is, and does not look at it or touch it."""
+    """A run in which the ball rolls at once: the poses of the board are given, without the initialisation."""
     overrides = ["catch.ready_after=0", "catch.home_duration=0.2", "vision.update_cycles=2"]
     overrides += ["camera.supersampling=1"]
     out = tmp_path_factory.mktemp("ball") / "run"

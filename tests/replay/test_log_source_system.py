@@ -1,4 +1,4 @@
-"""A recorded signal shows at every instant what the port showed that it was recorded from."""
+"""Tests of the source of a recorded signal, which agrees with the recorded port at every instant."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ SLOTS = np.arange(16) / 16.0
 
 
 class Counter(LeafSystem):
-    """Counts its own updates."""
+    """Counts its updates."""
 
     def __init__(self, period, offset):
         super().__init__()
@@ -27,7 +27,7 @@ class Counter(LeafSystem):
 
 
 def shown(system, times, period=None):
-    """What a System's port shows at times [s], before their updates; and its log."""
+    """Returns the values of a System's port at times [s], before the updates, and its log."""
     builder = DiagramBuilder()
     builder.AddSystem(system)
     logger = LogVectorOutput(system.get_output_port(), builder, publish_period=period or VISION_PERIOD)
@@ -49,7 +49,7 @@ def shown(system, times, period=None):
         (SERVO_PERIOD, servo_slot(GRASP_SLOT)),
     ],
 )
-def test_it_changes_when_the_original_changed(period, offset):
+def test_the_source_changes_when_the_original_changed(period, offset):
     steps = np.arange(round(END / TIME_STEP))
     times = np.ravel(TIME_STEP * (steps[:, None] + SLOTS))
     original, log = shown(Counter(period, offset), times, period)
@@ -65,6 +65,6 @@ def test_the_last_sample_stays():
     np.testing.assert_array_equal(replayed, log.data[[1, 1]])
 
 
-def test_it_has_no_direct_feedthrough():
+def test_the_source_has_no_direct_feedthrough():
     log = Signal(np.zeros(1), np.zeros((1, 2)), ("a", "b"))
     assert not LogSourceSystem(log, VISION_PERIOD).HasAnyDirectFeedthrough()

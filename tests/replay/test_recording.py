@@ -1,4 +1,4 @@
-"""What cannot be replayed is one clear line, and nothing is left behind."""
+"""Tests of recordings that cannot be replayed: one clear line, and no files are left."""
 
 import json
 import shutil
@@ -38,12 +38,12 @@ def run(measured_run, tmp_path, monkeypatch):
 
 
 def made(folder):
-    """All files in a folder but the empty one in which replays are kept."""
+    """Returns all files in a folder, except the empty folder of replays."""
     return sorted(path for path in folder.rglob("*") if path.name != "runs")
 
 
-def refused(capsys, tmp_path, *arguments, run="run"):
-    """The one line with which ``replay`` refuses; nothing was made."""
+def error_of(capsys, tmp_path, *arguments, run="run"):
+    """Returns the line with which ``replay`` rejects a run, and checks that no files were written."""
     before = made(tmp_path)
     assert cli.main(["replay", str(run), *arguments]) == 2
     captured = capsys.readouterr()
@@ -54,44 +54,44 @@ def refused(capsys, tmp_path, *arguments, run="run"):
 
 
 @pytest.mark.parametrize(
-    "damage, said",
+    "damage, message",
     [
         (shutil.rmtree, "there is no run directory"),
-        (lambda run: (run / "scenario.yaml").unlink(), "no scenario.yaml; this is not the directory of a run"),
-        (lambda run: (run / "log.npz").unlink(), "no log.npz; a run writes it at its end, and this one was stopped"),
+        (lambda run: (run / "scenario.yaml").unlink(), "no scenario.yaml; this is not a run directory"),
+        (lambda run: (run / "log.npz").unlink(), "no log.npz; a run writes it at its end, but this one was stopped"),
         (lambda run: cut(run / "log.npz"), "damaged or incomplete"),
         (lambda run: cut(run / "log.npz", 0.0), "damaged or incomplete"),
         (lambda run: (run / "log.npz").write_bytes(b"PK\x05\x06" + bytes(18)), "the signal command is missing"),
         (lambda run: (run / "scenario.yaml").write_text("a: [1"), "not valid YAML"),
-        (lambda run: change_log(run, rename_a_field), "the signal point has other fields than in this version"),
+        (lambda run: change_log(run, rename_a_field), "the signal point has fields that differ from this version"),
         (lambda run: change_log(run, lambda arrays: arrays.pop("command")), "the signal command is missing"),
         (lambda run: change_log(run, keep_one_sample), "too few samples"),
     ],
 )
-def test_a_directory_that_is_not_whole(run, capsys, tmp_path, damage, said):
+def test_an_incomplete_run_directory(run, capsys, tmp_path, damage, message):
     damage(run)
-    assert said in refused(capsys, tmp_path)
+    assert message in error_of(capsys, tmp_path)
 
 
 @pytest.mark.parametrize(
-    "arguments, said",
+    "arguments, message",
     [
-        (["--set", "track.speed=0.2"], "track.speed has no effect in a replay from points; what can be changed is"),
+        (["--set", "track.speed=0.2"], "track.speed has no effect in a replay from points; these settings have"),
         (["--set", "cameras.calibration=other.yaml"], "cameras.calibration has no effect in a replay from points"),
         (["--set", "vision=!Rendered {}"], "vision has no effect"),
         (["--set", "estimator.sistematic_std=1"], "did you mean estimator.systematic_std?"),
-        (["--from", "centroids"], "there are no centroids in its log"),
-        (["--from", "images"], "there are no images; drake-tracker run --record-images keeps them"),
+        (["--from", "centroids"], "the log has no centroids"),
+        (["--from", "images"], "there are no images; record them with drake-tracker run --record-images"),
     ],
 )
-def test_what_cannot_be_changed_or_begun_with(run, capsys, tmp_path, arguments, said):
-    assert said in refused(capsys, tmp_path, *arguments)
+def test_wrong_changes_and_starts(run, capsys, tmp_path, arguments, message):
+    assert message in error_of(capsys, tmp_path, *arguments)
 
 
-def test_in_a_replay_from_centroids_cameras_and_detector_have_no_effect(rendered_run, capsys, tmp_path, monkeypatch):
+def test_cameras_and_detector_have_no_effect_in_a_replay_from_centroids(rendered_run, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for change in ("cameras.noise=0", "vision.detector.centroid=mean"):
-        line = refused(capsys, tmp_path, "--set", change, run=rendered_run)
+        line = error_of(capsys, tmp_path, "--set", change, run=rendered_run)
         assert f"--set {change}: {change.split('=')[0]} has no effect in a replay from centroids" in line
         assert line.endswith("estimator, link, servo, vision.work_volume, cameras.calibration")
 
@@ -101,21 +101,21 @@ def test_images_that_are_missing_or_incomplete(rendered_run, capsys, tmp_path, m
     shutil.copytree(rendered_run, tmp_path / "run")
     file = image_file(tmp_path / "run", "camera_right")
     cut(file)
-    assert "of 150 images; it is incomplete" in refused(capsys, tmp_path, "--from", "images")
+    assert "of 150 images; it is incomplete" in error_of(capsys, tmp_path, "--from", "images")
     file.unlink()
-    assert "the images of this camera are missing" in refused(capsys, tmp_path, "--from", "images")
+    assert "the images of this camera are missing" in error_of(capsys, tmp_path, "--from", "images")
 
 
-def test_a_ball_without_its_boards_poses(ball_run, capsys, tmp_path, monkeypatch):
+def test_a_run_of_the_ball_without_the_poses_of_the_board(ball_run, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.copytree(ball_run, tmp_path / "run")
     cut(tmp_path / "run" / "board.npz")
-    assert "board.npz: the board's poses cannot be read" in refused(capsys, tmp_path)
+    assert "board.npz: the board's poses cannot be read" in error_of(capsys, tmp_path)
     (tmp_path / "run" / "board.npz").unlink()
-    assert "there is no board.npz" in refused(capsys, tmp_path)
+    assert "there is no board.npz" in error_of(capsys, tmp_path)
 
 
-def test_other_versions_are_told_of_and_do_not_matter(run):
+def test_other_versions_give_a_warning_only(run):
     assert open_recording(run).warnings == ()
     summary = json.loads((run / "summary.json").read_text())
     summary["package_versions"]["numpy"] = "1.0"
@@ -124,4 +124,4 @@ def test_other_versions_are_told_of_and_do_not_matter(run):
     assert "made with numpy 1.0 (now " in line and "commit" not in line
     (run / "summary.json").unlink()
     (line,) = open_recording(run).warnings
-    assert "no summary.json" in line
+    assert "no readable summary.json" in line

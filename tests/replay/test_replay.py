@@ -1,4 +1,4 @@
-"""A replay is the run, to the last bit, until something is changed."""
+"""Tests of replays: bit-identical to the run until a setting is changed."""
 
 import json
 
@@ -22,7 +22,7 @@ CENTROIDS = {"train": {"centroid_left", "centroid_right"}, "ball": {"centroid"}}
     [("measured_run", "train", "points")]
     + [(f"{name}_run", task, start) for name, task in (("rendered", "train"), ("ball", "ball")) for start in STARTS],
 )
-def test_with_nothing_changed_the_signals_are_the_same_bit_for_bit(request, name, task, start):
+def test_signals_are_bit_identical_without_changes(request, name, task, start):
     recording = open_recording(request.getfixturevalue(name), start=start)
     result = replay_run(recording)
     expected = FROM_POINTS | ({"point"} if start != "points" else set())
@@ -30,17 +30,17 @@ def test_with_nothing_changed_the_signals_are_the_same_bit_for_bit(request, name
     assert set(result["signals"]) == expected
     assert result["identical"], result["signals"]
     assert result["replayed"] == result["recorded"] and None not in result["recorded"].values()
-    # It did run: packets came, and the last of them near the end.
+    # The replay did run: there are packets, the last one near the end.
     delivered = recording.log["delivered"]
     assert delivered["valid"][-1] and delivered["seq"][-1] > 5 and recording.end - delivered["stamp"][-1] < 0.5
 
 
-def test_the_default_is_the_centroids_or_else_the_points(measured_run, rendered_run):
+def test_the_default_start_is_centroids_or_otherwise_points(measured_run, rendered_run):
     assert open_recording(measured_run).start == "points"
     assert open_recording(rendered_run).start == "centroids"
 
 
-def test_no_truth_is_among_the_sources(ball_run):
+def test_no_source_is_ground_truth(ball_run):
     recording = open_recording(ball_run)
     diagram = make_replay_diagram(recording)
     names = {system.get_name() for system in diagram.GetSystems()}
@@ -57,7 +57,7 @@ def test_no_truth_is_among_the_sources(ball_run):
         ("images", "vision.lag_cycles=10", set()),
     ],
 )
-def test_a_change_shows_behind_it_and_nowhere_else(rendered_run, start, change, same):
+def test_a_change_affects_only_the_signals_downstream(rendered_run, start, change, same):
     result = replay_run(open_recording(rendered_run, [change], start))
     assert {name for name, found in result["signals"].items() if found["identical"]} == same
     assert not result["identical"] and list(result["changes"])
@@ -65,7 +65,7 @@ def test_a_change_shows_behind_it_and_nowhere_else(rendered_run, start, change, 
     assert (result["replayed"] == result["recorded"]) == change.startswith("servo")
 
 
-def test_the_command_leaves_log_picture_and_numbers(rendered_run, tmp_path, capsys):
+def test_the_command_writes_log_picture_and_numbers(rendered_run, tmp_path, capsys):
     out = tmp_path / "out"
     arguments = ["replay", str(rendered_run), "--set", "estimator=!AlphaBetaGamma {}", "--out", str(out)]
     assert cli.main(arguments) == 0
@@ -82,7 +82,7 @@ def test_the_command_leaves_log_picture_and_numbers(rendered_run, tmp_path, caps
     assert ["0.75", "s", "ahead", *pair] in rows and ["identical", "point"] in rows
 
 
-def test_the_judge_finds_what_the_summary_and_the_truth_say(measured_run):
+def test_the_judge_agrees_with_the_summary_and_with_ground_truth(measured_run):
     recording = open_recording(measured_run)
     judge, log = Judge(recording.task, recording.recorded, recording.log), dict(recording.log)
     summary = json.loads((measured_run / "summary.json").read_text())
@@ -100,4 +100,4 @@ def test_the_judge_finds_what_the_summary_and_the_truth_say(measured_run):
         times, error = judge.ahead(log, horizon)
         known = times < recording.end - KNOT_SPACING
         assert np.count_nonzero(known) > 5
-        np.testing.assert_allclose(error[known], 0.005, atol=2e-4)  # between knots the path is taken for straight
+        np.testing.assert_allclose(error[known], 0.005, atol=2e-4)  # the path is linear between knots

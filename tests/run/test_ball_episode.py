@@ -1,4 +1,4 @@
-"""One full-size run of the ball, images in the loop, from the initialisation to the ball in the cup."""
+"""A complete run of the ball with rendered images, from the initialisation to the catch."""
 
 import base64
 import json
@@ -39,7 +39,7 @@ def test_the_ball_is_caught(episode):
     assert summary["simulated_s"] < episode.scenario.duration, "a run ends once the ball was caught"
 
 
-def test_each_part_did_its_share(episode):
+def test_the_errors_of_all_parts_are_small(episode):
     summary = episode.summary
     for key, place, turn in (("board_in_camera_error", 0.003, 0.005), ("board_in_world_error", 0.004, 0.01)):
         assert summary[key][0] < place and summary[key][1] < turn
@@ -47,7 +47,7 @@ def test_each_part_did_its_share(episode):
     assert summary["lag_s"]["min"] == summary["lag_s"]["max"]
 
 
-def test_it_went_through_the_phases_in_order(episode):
+def test_the_phases_are_in_order(episode):
     phases = episode.log["command"]["phase"]
     seen = list(dict.fromkeys(CatchPhase(int(phase)) for phase in phases))
     assert seen == [
@@ -55,14 +55,14 @@ def test_it_went_through_the_phases_in_order(episode):
     ]  # fmt: skip
 
 
-def test_this_is_left_and_nothing_else(episode):
+def test_the_run_directory_holds_exactly_these_files(episode):
     left = {path.name for path in episode.out.iterdir()}
     assert left == {"summary.json", "log.npz", "board.npz", "scenario.yaml"} | PICTURES
     assert json.loads((episode.out / "summary.json").read_text())["success"] is True
     assert load_scenario(str(episode.out / "scenario.yaml")) == episode.scenario
 
 
-def test_the_log_holds_every_signal_with_its_names(episode):
+def test_the_log_holds_all_signals_with_their_names(episode):
     assert set(episode.log) == set(TASK.signals()) | {"tool"}
     for name, (period, fields) in TASK.signals().items():
         signal = episode.log[name]
@@ -70,7 +70,7 @@ def test_the_log_holds_every_signal_with_its_names(episode):
         assert np.diff(signal.times) == pytest.approx(period, abs=1e-9), name
 
 
-def test_the_video_has_a_frame_each_thirtieth_of_a_second(episode):
+def test_the_video_has_thirty_frames_per_second(episode):
     video = cv2.VideoCapture(str(episode.out / "cameras.mp4"))
     assert video.get(cv2.CAP_PROP_FPS) == pytest.approx(FRAMES_PER_SECOND)
     frames = int(video.get(cv2.CAP_PROP_FRAME_COUNT))
@@ -79,7 +79,7 @@ def test_the_video_has_a_frame_each_thirtieth_of_a_second(episode):
     assert more and frame.mean() > 5.0
 
 
-def test_the_recording_needs_nothing_else(episode):
+def test_the_recording_is_self_contained(episode):
     page = (episode.out / "recording.html").read_text()
     assert len(page) < 10e6
     assert not re.search(r"""<(script|link|img)[^>]+(src|href)=["']?(https?:)?//""", page)
@@ -90,7 +90,7 @@ def test_the_recording_needs_nothing_else(episode):
 
 
 @pytest.mark.parametrize("name", sorted(name for name in PICTURES if name.endswith(".png")))
-def test_the_pictures_can_be_looked_at(episode, name):
+def test_the_pictures_can_be_read(episode, name):
     picture = cv2.imread(str(episode.out / name))
     assert min(picture.shape[:2]) >= 600
     assert len(np.unique(picture[::4, ::4].astype(int) @ [1, 256, 65536])) > 50

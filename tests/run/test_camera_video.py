@@ -1,4 +1,4 @@
-"""Tests of the System that films a run."""
+"""Tests of the System that makes the camera video."""
 
 import numpy as np
 import pytest
@@ -24,10 +24,11 @@ OFFSET = (10, 20)
 
 
 class Laboratory(LeafSystem):
-    """Images whose grey level is the number of their cycle, and everything that is said of them. The mask of the cycle
-    before the last has one pixel at a column that is its cycle's number; centroids come ``LAG`` cycles late.
+    """Images whose grey level is the number of their cycle, with masks, centroids, packets and commands.
 
-    From ``blind_from`` [s] on the jaws close without sight; the packets are then 1 m off.
+    The mask describes the cycle before the last; it has one pixel, in the column with the number of that cycle. The
+    centroids are ``LAG`` cycles late. From ``blind_from`` [s] on, the jaws close without vision and the packets are 1 m
+    off.
     """
 
     def __init__(self, blind_from=np.inf):
@@ -70,7 +71,7 @@ class Laboratory(LeafSystem):
 
 
 class OneCamera(LeafSystem):
-    """As above, of one camera that finds a centroid every fourth cycle, from a pair of images two cycles apart."""
+    """The same for one camera with a centroid every fourth cycle, from a pair of images two cycles apart."""
 
     def __init__(self):
         super().__init__()
@@ -103,7 +104,7 @@ class OneCamera(LeafSystem):
 
 
 class Notebook:
-    """Stands in for page and video: keeps what would have been drawn."""
+    """Replaces page and video, and stores what would be drawn."""
 
     wanted = True
 
@@ -118,13 +119,13 @@ class Notebook:
 
 
 class Camera:
-    """Sees x and y in millimetres."""
+    """A camera whose pixel coordinates are x and y in millimetres."""
 
     def project(self, p_WQ):
         return 1e3 * np.asarray(p_WQ)[:, :2]
 
 
-def made_up_film(sides, offset, lag_cycles, script, **settings):
+def synthetic_film(sides, offset, lag_cycles, script, **settings):
     return Film(
         title="train",
         subtitle="seed 0",
@@ -143,7 +144,7 @@ def film(duration, blind_from=np.inf):
     notebook = Notebook()
     builder = DiagramBuilder()
     laboratory = builder.AddSystem(Laboratory(blind_from))
-    video = builder.AddSystem(CameraVideoSystem([notebook], notebook, made_up_film(SIDES, OFFSET, LAG, TRAIN_SCRIPT)))
+    video = builder.AddSystem(CameraVideoSystem([notebook], notebook, synthetic_film(SIDES, OFFSET, LAG, TRAIN_SCRIPT)))
     for k in range(video.num_input_ports()):
         name = video.get_input_port(k).get_name()
         builder.Connect(laboratory.GetOutputPort(name), video.GetInputPort(name))
@@ -164,7 +165,7 @@ def film_one(duration):
         path=no_points,
     )
     video = builder.AddSystem(
-        CameraVideoSystem([notebook], notebook, made_up_film(("",), (0, 0), 5.0, script, every=2, update_cycles=4))
+        CameraVideoSystem([notebook], notebook, synthetic_film(("",), (0, 0), 5.0, script, every=2, update_cycles=4))
     )
     for k in range(video.num_input_ports()):
         port = video.get_input_port(k)
@@ -173,9 +174,9 @@ def film_one(duration):
     return notebook.pages, camera.rendered
 
 
-def test_a_single_camera_is_filmed_without_images_of_its_own():
+def test_no_image_is_rendered_for_the_video_of_a_single_camera():
     pages, rendered = film_one(1.0)
-    assert all(cycle % 2 == 0 for cycle in rendered), "cycles whose images nobody else wants"
+    assert all(cycle % 2 == 0 for cycle in rendered), "an image was rendered only for the video"
     for sights, state in pages[6:]:
         described = round(state.stamp / VISION_PERIOD)
         assert state.phase is CatchPhase.FOLLOW and state.notes == ("FOLLOW", "")
@@ -184,12 +185,12 @@ def test_a_single_camera_is_filmed_without_images_of_its_own():
         assert len(sights[""].path) == len(sights[""].goal) == 0
 
 
-def test_thirty_frames_a_second_from_time_zero():
+def test_there_are_thirty_frames_per_second_from_time_zero():
     times = [state.time for _, state in film(1.0)]
     np.testing.assert_allclose(times, np.arange(31) / 30.0, atol=1e-9)
 
 
-def test_the_late_row_holds_image_and_mask_of_the_centroids_stamp():
+def test_the_late_images_and_masks_are_those_of_the_centroids_stamp():
     for sights, state in film(1.0)[4:]:
         described = round(state.time / VISION_PERIOD) - LAG
         assert state.stamp == pytest.approx(described * VISION_PERIOD)
@@ -200,38 +201,38 @@ def test_the_late_row_holds_image_and_mask_of_the_centroids_stamp():
             assert sight.centroid == (50.0, 50.0) and sight.offset == OFFSET
 
 
-def test_nothing_is_made_up_before_the_first_centroid():
+def test_nothing_late_is_shown_before_the_first_centroid():
     sights, state = film(0.05)[0]
     assert state.stamp is None
     assert sights["left"].late_image is None and sights["left"].energy is None and sights["left"].centroid is None
 
 
-def test_the_path_starts_where_the_object_should_be_now():
+def test_the_path_starts_at_the_predicted_present_position():
     sights, state = film(0.5)[-1]
     assert sights["left"].path[0, 0] == pytest.approx(100.0 * state.time, abs=1e-6)
     assert sights["left"].path[-1, 0] == pytest.approx(100.0 * (state.time + 1.0), abs=1e-6)
 
 
-def test_while_blind_the_last_packet_before_is_shown():
+def test_the_packet_held_is_shown_while_the_arm_is_blind():
     sights, state = film(1.0, blind_from=0.5)[-1]
     assert state.phase == Phase.CLOSE
     assert sights["right"].path[0, 0] == pytest.approx(100.0 * state.time, abs=1e-6)
 
 
-def test_a_replay_from_the_same_context_draws_the_same():
+def test_two_simulations_draw_the_same():
     first, second = film(0.4), film(0.4)
     for (a, _), (b, _) in zip(first, second):
         np.testing.assert_array_equal(a["left"].path, b["left"].path)
 
 
-def test_a_real_page_takes_what_the_system_gives():
+def test_a_page_can_draw_what_the_system_outputs():
     window = np.array([[20.0, 30.0], [80.0, 30.0], [80.0, 70.0]])
     page = VideoPage(dict.fromkeys(SIDES, window), (256, 256), "train", "seed 0", 0.25)
     (sights, state) = film(0.3)[-1]
     assert page.draw(sights, state).shape == (page.size[1], page.size[0], 3)
 
 
-def test_a_frame_is_drawn_once_for_all_who_want_it_and_never_for_nobody():
+def test_a_frame_is_drawn_once_for_all_sinks_that_want_it():
     keen, idle, page = Notebook(), Notebook(), Notebook()
     keen.seen, idle.wanted = [], False
     keen.write = keen.seen.append
@@ -240,7 +241,7 @@ def test_a_frame_is_drawn_once_for_all_who_want_it_and_never_for_nobody():
         page.pages.clear()
         builder = DiagramBuilder()
         laboratory = builder.AddSystem(Laboratory())
-        video = builder.AddSystem(CameraVideoSystem(sinks, page, made_up_film(SIDES, OFFSET, LAG, TRAIN_SCRIPT)))
+        video = builder.AddSystem(CameraVideoSystem(sinks, page, synthetic_film(SIDES, OFFSET, LAG, TRAIN_SCRIPT)))
         for k in range(video.num_input_ports()):
             name = video.get_input_port(k).get_name()
             builder.Connect(laboratory.GetOutputPort(name), video.GetInputPort(name))

@@ -8,7 +8,7 @@ from drake_tracker.run.lossless_video import LosslessVideo
 @pytest.fixture
 def images():
     rng = np.random.default_rng(0)
-    return rng.integers(0, 256, (200, 21, 33), dtype=np.uint8)  # odd sides, every grey level
+    return rng.integers(0, 256, (200, 21, 33), dtype=np.uint8)  # odd sizes, all grey levels
 
 
 def write(path, images):
@@ -18,7 +18,7 @@ def write(path, images):
     return video
 
 
-def test_every_pixel_comes_back(tmp_path, images):
+def test_every_pixel_is_read_back(tmp_path, images):
     video = write(tmp_path / "a.mkv", images)
     video.close()
     video.close()
@@ -28,7 +28,7 @@ def test_every_pixel_comes_back(tmp_path, images):
     np.testing.assert_array_equal(read, np.repeat(images[..., None], 3, axis=-1))
 
 
-def test_a_file_that_was_not_ended_can_be_read_but_for_the_last_second(tmp_path, images):
+def test_a_file_that_was_not_closed_lacks_at_most_the_last_second(tmp_path, images):
     video = write(tmp_path / "a.mkv", images)
     (tmp_path / "cut.mkv").write_bytes((tmp_path / "a.mkv").read_bytes())
     video.close()

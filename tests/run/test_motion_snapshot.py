@@ -1,4 +1,4 @@
-"""Tests of the keeper of intermediate images."""
+"""Tests of the System that keeps intermediate images of the motion detector."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from drake_tracker.vision.normal_flow import MotionImages
 
 
 class OneCamera(LeafSystem):
-    """Images whose grey level is the time; the ball is waited for, followed from 1 s to 2 s, and waited for again."""
+    """Images whose grey level is the time; the phase is FOLLOW from 1 s to 2 s, WAIT before and after."""
 
     def __init__(self):
         super().__init__()
@@ -31,7 +31,7 @@ class OneCamera(LeafSystem):
 
 
 class Vision(LeafSystem):
-    """Makes images whose grey level is the time, from 0.5 s on; the hand tracks from ``start`` to ``end`` [s]."""
+    """Images whose grey level is the time, from 0.5 s on; the hand tracks from ``start`` to ``end`` [s]."""
 
     def __init__(self, start, end):
         super().__init__()
@@ -64,21 +64,21 @@ def run(tmp_path, start, end):
     return vision, system.kept(system.GetMyContextFromRoot(context))
 
 
-def test_the_newest_tracking_instant_is_kept(tmp_path):
+def test_the_newest_images_while_tracking_are_kept(tmp_path):
     vision, kept = run(tmp_path, 0.0, 3.5)
     assert kept["left"].smoothed[0, 0] == 3.0
     assert set(vision.looked_at) == {0.0, 1.0, 2.0, 3.0}
     assert (tmp_path / "motion.png").stat().st_size > 1000
 
 
-def test_a_hand_that_never_tracks_leaves_nothing(tmp_path):
+def test_no_picture_is_drawn_if_the_hand_never_tracks(tmp_path):
     vision, kept = run(tmp_path, 9.0, 9.0)
     assert kept is None and vision.looked_at == []
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("duration, expected", [(0.9, 0.8), (3.0, 1.8)])
-def test_a_better_phase_is_not_overwritten_by_a_later_one(tmp_path, duration, expected):
+def test_images_of_a_preferred_phase_are_not_overwritten(tmp_path, duration, expected):
     builder = DiagramBuilder()
     drawn = []
     snapshot = Snapshot(

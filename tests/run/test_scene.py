@@ -1,4 +1,4 @@
-"""Tests of the Meshcat recording."""
+"""Tests of the 3-D recording in Meshcat."""
 
 import base64
 import re
@@ -19,7 +19,7 @@ from drake_tracker.tasks.train.filming import TRAIN_VIEW
 
 
 class Tracker(LeafSystem):
-    """A point that runs along x at 0.1 m/s, what is predicted of it, and a command that freezes at 0.5 s."""
+    """A point that moves along x at 0.1 m/s, its prediction, and a command that becomes blind at 0.5 s."""
 
     def __init__(self):
         super().__init__()
@@ -43,7 +43,7 @@ class Tracker(LeafSystem):
 
 
 class Canvas:
-    """Stands in for Meshcat: remembers where each mark was put, and what was visible, by time."""
+    """Replaces Meshcat: stores the positions and the visibility of the marks over time."""
 
     def __init__(self):
         self.places, self.visible = {}, {}
@@ -70,27 +70,27 @@ def draw(duration):
     return canvas
 
 
-def test_the_predicted_path_runs_ahead_of_now():
+def test_the_predicted_path_is_ahead_of_the_present():
     canvas = draw(0.4)
     for k in range(9):
         assert canvas.places[f"tracking/predicted/{k}", 0.4][0] == pytest.approx(0.1 * (0.4 + 0.15 * k), abs=1e-9)
 
 
-def test_while_blind_the_last_packet_is_held_and_no_point_shown():
+def test_the_packet_held_is_shown_and_no_point_while_the_arm_is_blind():
     canvas = draw(1.0)
     assert canvas.places["tracking/predicted/0", 1.0][0] == pytest.approx(0.1, abs=1e-9)
     assert canvas.visible["tracking/predicted", 1.0] is True
     assert canvas.visible["tracking/seen", 1.0] is False
 
 
-def test_a_trail_of_points_follows():
+def test_the_latest_points_are_marked():
     canvas = draw(0.467)
     newest = [canvas.places[f"tracking/seen/{k}", 0.467][0] for k in range(3)]
     np.testing.assert_allclose(np.diff(newest), -0.1 * 5 / 30, atol=1e-9)
 
 
 def laboratory():
-    """A box that falls, with the ports of a hand-eye diagram."""
+    """A falling box with the ports of a hand-eye diagram."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
     body = plant.AddRigidBody("box", SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.1, 0.1))
@@ -103,7 +103,7 @@ def laboratory():
     return builder.Build()
 
 
-def test_the_recording_is_one_file_that_plays(tmp_path, capsys):
+def test_the_recording_is_one_file_with_an_animation(tmp_path, capsys):
     builder = DiagramBuilder()
     hand_eye = builder.AddSystem(laboratory())
     recorder = add_scene_recording(
@@ -121,7 +121,7 @@ def test_the_recording_is_one_file_that_plays(tmp_path, capsys):
     assert b"tracking/predicted/0" in messages and b"laboratory/box" in messages
 
 
-def test_nothing_is_written_or_said_when_nobody_asks(tmp_path, capsys):
+def test_nothing_is_written_or_printed_unless_requested(tmp_path, capsys):
     builder = DiagramBuilder()
     hand_eye = builder.AddSystem(laboratory())
     recorder = add_scene_recording(builder, hand_eye=hand_eye, view=TRAIN_VIEW, path=None)

@@ -1,4 +1,4 @@
-"""One full-size run of the default scenario, images in the loop, from the first frame to the lifted train."""
+"""A complete run of the default scenario with rendered images, from the first image to the lifted train."""
 
 import base64
 import json
@@ -53,7 +53,7 @@ def test_the_train_is_lifted_off_its_track(episode):
     assert summary["simulated_s"] < 60.0, "a run ends once the train was taken"
 
 
-def test_it_went_through_the_phases_in_order(episode):
+def test_the_phases_are_in_order(episode):
     phases = episode.log["command"]["phase"]
     seen = [Phase(int(phases[0]))] + [Phase(int(b)) for a, b in zip(phases, phases[1:]) if a != b]
     assert seen == [Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE, Phase.LIFT, Phase.HOLD]
@@ -63,7 +63,7 @@ def test_it_went_through_the_phases_in_order(episode):
     assert times == sorted(times) and times[-1] == pytest.approx(episode.summary["simulated_s"], abs=0.05)
 
 
-def test_each_part_did_its_share(episode):
+def test_the_errors_of_all_parts_are_small(episode):
     summary = episode.summary
     assert summary["vision_valid_fraction"] > 0.95
     assert summary["triangulation_rms_m"] < 0.010
@@ -91,7 +91,7 @@ def test_the_arm_kept_within_its_limits_at_every_step_of_the_plant(episode):
     assert not np.any(episode.log["truth_verdict"]["table_touched"])
 
 
-def test_the_summary_is_what_was_written(episode):
+def test_the_returned_summary_is_the_written_one(episode):
     assert set(episode.summary) >= PROMISED
     written = json.loads((episode.out / "summary.json").read_text())
     assert set(written) == set(episode.summary)
@@ -102,7 +102,7 @@ def test_the_summary_is_what_was_written(episode):
     assert written["package_versions"]["drake"] and written["package_versions"]["python"]
 
 
-def test_the_log_holds_every_signal_with_its_names(episode):
+def test_the_log_holds_all_signals_with_their_names(episode):
     assert set(TASK.signals()) <= set(episode.log)
     for name, (period, fields) in TASK.signals().items():
         signal = episode.log[name]
@@ -113,7 +113,7 @@ def test_the_log_holds_every_signal_with_its_names(episode):
         assert signal.times[-1] == pytest.approx(episode.summary["simulated_s"], abs=2 * period)
 
 
-def test_the_video_has_a_frame_each_thirtieth_of_a_second(episode):
+def test_the_video_has_thirty_frames_per_second(episode):
     video = cv2.VideoCapture(str(episode.out / "cameras.mp4"))
     assert video.get(cv2.CAP_PROP_FPS) == pytest.approx(FRAMES_PER_SECOND)
     count, brightness = 0, []
@@ -129,7 +129,7 @@ def test_the_video_has_a_frame_each_thirtieth_of_a_second(episode):
     assert width >= 2 * 256 and height >= 256
 
 
-def test_the_recording_needs_nothing_else(episode):
+def test_the_recording_is_self_contained(episode):
     page = (episode.out / "recording.html").read_text()
     assert len(page) > 100_000
     assert not re.search(r"""<(script|link|img)[^>]+(src|href)=["']?(https?:)?//""", page)
@@ -138,18 +138,18 @@ def test_the_recording_needs_nothing_else(episode):
     assert b"set_animation" in scene
 
 
-def test_the_picture_can_be_looked_at(episode):
+def test_the_picture_can_be_read(episode):
     picture = cv2.imread(str(episode.out / "tracking.png"))
     assert min(picture.shape[:2]) >= 600
     assert len(np.unique(picture[::4, ::4].astype(int) @ [1, 256, 65536])) > 50
 
 
-def test_the_resolved_scenario_gives_the_same_run(episode):
+def test_the_saved_scenario_gives_the_same_run(episode):
     again = load_scenario(str(episode.out / "scenario.yaml"))
     assert again == episode.scenario
 
 
-def test_nothing_else_is_left(episode):
+def test_the_run_directory_holds_exactly_these_files(episode):
     left = {path.name for path in episode.out.iterdir()}
     pictures = {"recording.html", "cameras.mp4", "tracking.png", "motion.png"}
     assert left == {"summary.json", "log.npz", "scenario.yaml"} | pictures

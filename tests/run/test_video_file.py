@@ -23,7 +23,7 @@ def read(path):
         images.append(image)
 
 
-def test_frames_come_back(tmp_path):
+def test_frames_are_read_back(tmp_path):
     video = VideoFile(tmp_path / "v.mp4", 30, (160, 96))
     for k in range(35):
         video.write(frame(k))
@@ -36,8 +36,8 @@ def test_frames_come_back(tmp_path):
     assert list(tmp_path.iterdir()) == [tmp_path / "v.mp4"]
 
 
-def test_what_was_written_is_there_before_the_end(tmp_path):
-    """A run that is killed leaves all but its last second."""
+def test_written_frames_are_readable_before_the_file_is_closed(tmp_path):
+    """A run that is killed loses at most the last second."""
     video = VideoFile(tmp_path / "v.mp4", 10, (160, 96))
     for k in range(35):
         video.write(frame(k))
@@ -47,7 +47,7 @@ def test_what_was_written_is_there_before_the_end(tmp_path):
     assert len(read(tmp_path / "v.mp4")[0]) == 35
 
 
-def test_closing_twice_and_closing_nothing(tmp_path):
+def test_a_file_can_be_closed_twice_and_without_frames(tmp_path):
     video = VideoFile(tmp_path / "v.mp4", 30, (160, 96))
     video.close()
     video.close()
@@ -58,7 +58,7 @@ def write_frames(video, count):
         video.write(frame(k))
 
 
-def test_a_full_disk_is_an_error_once_and_no_end_of_the_process():
+def test_a_full_disk_raises_an_error_once_and_does_not_crash():
     video = VideoFile("/dev/full", 10, (160, 96))
     with pytest.raises(OSError, match="No space left"):
         write_frames(video, 35)

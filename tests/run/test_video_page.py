@@ -37,7 +37,7 @@ def bright_centre(panel, colour):
     return columns.mean(), rows.mean()
 
 
-def test_a_video_wants_even_sides(page):
+def test_the_size_of_a_frame_is_even(page):
     frame = page.draw({"left": sight(), "right": sight()}, STATE)
     assert frame.shape == (page.size[1], page.size[0], 3) and frame.dtype == np.uint8
     assert page.size[0] % 2 == page.size[1] % 2 == 0
@@ -60,8 +60,8 @@ def test_every_window_fits(window, size):
     assert frame.shape[1] == 1280 and frame.shape[0] <= 760
 
 
-def test_an_image_comes_to_its_place(page):
-    """A bright block at full-frame pixels 100-110, 120-130 appears where the page puts pixel (105, 125)."""
+def test_an_image_is_drawn_at_its_place(page):
+    """A bright block at pixels 100-110, 120-130 of the full image is drawn where the page draws pixel (105, 125)."""
     image = np.zeros((120, 240, 3), np.uint8)
     image[120 - 76 : 131 - 76, 100 - 8 : 111 - 8] = 255
     frame = page.draw({"left": sight(image=image), "right": sight()}, STATE)
@@ -69,7 +69,7 @@ def test_an_image_comes_to_its_place(page):
     assert bright_centre(panels(page, frame)["left", "now"], (255, 255, 255)) == pytest.approx(expected, abs=0.6)
 
 
-def test_the_late_row_shows_the_mask_and_its_centroid(page):
+def test_the_late_image_shows_the_mask_and_its_centroid(page):
     energy = np.zeros((120, 240), np.uint8)
     energy[120 - 76 : 131 - 76, 100 - 8 : 111 - 8] = 255
     late = sight(late_image=np.zeros((120, 240, 3), np.uint8), energy=energy, centroid=None)
@@ -79,7 +79,7 @@ def test_the_late_row_shows_the_mask_and_its_centroid(page):
     assert not (np.abs(shown["right", "late"].astype(int) - bgr(_ENERGY)) < 30).all(axis=2).any()
 
 
-def test_a_centroid_is_drawn_where_it_is_and_only_when_valid(page):
+def test_a_centroid_is_drawn_at_its_place_and_only_if_valid(page):
     black = np.zeros((120, 240, 3), np.uint8)
     seen = sight(late_image=black, centroid=(150.3, 140.7))
     with_cross = panels(page, page.draw({"left": seen, "right": sight()}, STATE))
@@ -89,12 +89,12 @@ def test_a_centroid_is_drawn_where_it_is_and_only_when_valid(page):
     assert without["left", "late"].max() < 60
 
 
-def test_a_path_out_of_the_image_or_behind_the_camera_does_no_harm(page):
+def test_a_path_outside_the_image_or_behind_the_camera_is_allowed(page):
     path = np.array([[np.nan, np.nan], [1e6, -1e6], [120.0, 130.0]])
     page.draw({"left": sight(path=path), "right": sight(path=path[:1])}, STATE)
 
 
-def test_drawing_leaves_nothing_behind(page):
+def test_a_frame_does_not_depend_on_earlier_frames(page):
     sights = {"left": sight(), "right": sight()}
     first = page.draw(sights, STATE)
     page.draw(sights, PageState(99.0, Phase.HOLD, ("attempt 3", ""), None))
@@ -103,11 +103,11 @@ def test_drawing_leaves_nothing_behind(page):
 
 @pytest.fixture(scope="module")
 def single():
-    return VideoPage({"": WINDOW}, (256, 256), "ball", "seed 0", 0.083, goal="foreseen crossing")
+    return VideoPage({"": WINDOW}, (256, 256), "ball", "seed 0", 0.083, goal="predicted crossing")
 
 
-def test_a_single_camera_stands_beside_its_late_image(single):
-    """A block at pixels 100-110, 120-130 is shown larger than by a pair, twice, at one height."""
+def test_a_single_camera_is_shown_next_to_its_late_image(single):
+    """A block at pixels 100-110, 120-130 is drawn twice at the same height, larger than for two cameras."""
     image = np.zeros((256, 256, 3), np.uint8)
     image[120:131, 100:111] = 255
     seen = sight(image=image, offset=(0, 0), late_image=0 * image, energy=image[:, :, 0])
@@ -120,7 +120,7 @@ def test_a_single_camera_stands_beside_its_late_image(single):
     assert bright_centre(late, bgr(_ENERGY)) == pytest.approx(expected, abs=0.6)
 
 
-def test_the_goal_is_marked_where_it_is(single, page):
+def test_the_goal_is_marked_at_its_place(single, page):
     state = PageState(1.0, CatchPhase.SETTLE, ("", ""), None)
     goal = np.array([[120.0, 180.0], [110.0, 180.0], [130.0, 180.0]])
     x, y = single._places[""][0]
@@ -130,8 +130,8 @@ def test_the_goal_is_marked_where_it_is(single, page):
         single.draw({"": sight(goal=out)}, state)
 
 
-def test_phases_of_two_tasks_are_told_apart(single):
-    """They are the same numbers, and what seldom changes is drawn once."""
+def test_phases_of_two_tasks_are_distinguished(single):
+    """They are equal numbers, and the part of the sidebar with the phases is cached."""
     state = {kind: PageState(1.0, kind(1), ("", ""), None) for kind in (Phase, CatchPhase)}
     frames = [single.draw({"": sight()}, state[kind]) for kind in (Phase, CatchPhase)]
     assert (frames[0] != frames[1]).any()

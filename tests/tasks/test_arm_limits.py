@@ -1,4 +1,4 @@
-"""Tests of the watch over the arm's limits."""
+"""Tests of the summary of the limits of the arm."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def test_a_joint_past_its_limit_has_a_negative_margin():
     assert arm_findings(make_log(q, 0 * q, 0 * q), LIMITS)["joint_limit_margin_rad"] == pytest.approx(-0.05)
 
 
-def test_nothing_logged():
+def test_a_run_that_logged_nothing():
     empty = np.zeros((0, 2))
     assert set(arm_findings(make_log(empty, empty, empty), LIMITS).values()) == {None}
 

@@ -1,4 +1,4 @@
-"""Tests of what is read from a log."""
+"""Tests of what a log says about a run."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def test_phases_start_when_they_were_commanded(episode, grasp_phases, known):
     assert spans[-1].end == pytest.approx(6.0)
 
 
-def test_vision_is_not_used_from_the_descent_on(episode, grasp_phases):
+def test_vision_is_not_used_after_the_descent_begins(episode, grasp_phases):
     episode.phases = grasp_phases
     spans = phase_spans(episode.log())
     times = np.array([0.5, 2.0, 3.1, 3.4, 4.0, 5.0])
@@ -27,14 +27,14 @@ def test_vision_is_not_used_from_the_descent_on(episode, grasp_phases):
     assert during(spans, times, Phase.CLOSE).tolist() == [False, False, False, True, False, False]
 
 
-def test_truth_between_and_beyond_samples(episode, known):
+def test_the_true_pose_between_and_beyond_samples(episode, known):
     pose = train_pose(episode.log(), [1.2345, 99.0])
     expected = [episode.x, episode.y + known.SPEED * 1.2345, known.TRAIN_Z, np.pi / 2]
     np.testing.assert_allclose(pose[0], expected, atol=1e-9)
     assert np.isnan(pose[1]).all()
 
 
-def test_yaw_of_truth_is_continuous_and_ignores_the_length_of_the_quaternion(episode):
+def test_the_true_yaw_is_continuous_and_independent_of_the_quaternions_length(episode):
     log = episode.log()
     truth = log["truth_train_state"]
     turned = np.linspace(0.0, 4 * np.pi, len(truth.times))
@@ -42,14 +42,14 @@ def test_yaw_of_truth_is_continuous_and_ignores_the_length_of_the_quaternion(epi
     np.testing.assert_allclose(train_pose(log, truth.times)[:, 3], turned, atol=1e-9)
 
 
-def test_errors_are_signed_ahead_and_left(episode):
+def test_errors_are_positive_ahead_and_to_the_left(episode):
     log = episode.log()
     (x, y) = episode.place(np.array([2.0]))[0]
     # The train runs along +y: 5 mm ahead is +y, 3 mm to its left is -x.
     np.testing.assert_allclose(errors(log, [2.0], [(x - 0.003, y + 0.005)]), [[0.005, 0.003]], atol=1e-12)
 
 
-def test_predictions_are_read_at_their_horizon(episode):
+def test_predictions_are_evaluated_at_their_horizon(episode):
     episode.beside = lambda t: 0.001 * t
     log = episode.log()
     prediction = log["prediction"]
@@ -61,7 +61,7 @@ def test_predictions_are_read_at_their_horizon(episode):
     assert np.all(now.times - now.stamps > 0.25)
 
 
-def test_a_packet_counts_once_however_long_it_shows(episode):
+def test_a_packet_counts_once_even_if_it_is_logged_repeatedly(episode):
     log = episode.log()
     prediction = log["prediction"]
     first = fresh_packets(prediction)
@@ -69,7 +69,7 @@ def test_a_packet_counts_once_however_long_it_shows(episode):
     assert len(fresh_packets(prediction)) == len(first) - 9
 
 
-def test_an_empty_log_says_nothing(nothing):
+def test_an_empty_log(nothing):
     assert phase_spans(nothing) == ()
     assert np.isnan(train_pose(nothing, [0.0])).all()
     assert np.isnan(tool_pose(nothing, [0.0])).all()

@@ -1,4 +1,4 @@
-"""What only the simulator knows does not reach the controller: no wire carries it, no Python object refers to it."""
+"""Tests that ground truth does not reach the controller, neither through connections nor through Python references."""
 
 import functools
 import types
@@ -7,7 +7,7 @@ import pytest
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
-from wires import Wires, controller_rooms, references, truths
+from wires import Wires, controller_subsystems, references, truths
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.diagrams import hand_eye as hand_eye_module
@@ -18,14 +18,14 @@ from drake_tracker.world.config import TrackConfig as TrackSettings
 
 MEASURED = "vision=!Measured {}"
 BEHIND_THE_SENSORS = {"camera_left_noise", "camera_right_noise", "jaw_sensor"}
-"""Systems of the world between what a sensor measures and the port through which the controller reads it."""
+"""Systems of the world between a sensor and the port that the controller reads."""
 
 
 def measured(hand_eye, stand_in):
-    """The allow list: output ports of leaf Systems that a controller may read, {port: what it is}.
+    """Returns the output ports of leaf Systems that the controller may read, {port: name of the sensor}.
 
-    ``stand_in``: whether the scenario says ``vision: !Measured``. Then, and only then, there is the System that knows
-    the truth in place of the cameras, and what it puts out counts as a sensor.
+    With ``vision: !Measured`` (``stand_in``), and only then, one System that reads ground truth replaces the cameras,
+    and its output counts as a sensor.
     """
     world = hand_eye.world
     laboratory = world.laboratory
@@ -41,13 +41,13 @@ def measured(hand_eye, stand_in):
 
 
 def leaks(hand_eye, stand_in=False):
-    """The ways by which truth comes to a controller room, and the sensors that come to one."""
+    """Returns the paths from ground truth to the controller, and the sensors that reach it."""
     allowed = measured(hand_eye, stand_in)
     wires = Wires(hand_eye)
-    rooms = controller_rooms(hand_eye)
-    if stand_in:  # all of the room but the System that stands in for the cameras
-        rooms["vision"] = hand_eye.vision.GetSubsystemByName("lag")
-    upstream = wires.upstream(rooms.values(), allowed)
+    subsystems = controller_subsystems(hand_eye)
+    if stand_in:  # the vision without the System that replaces the cameras
+        subsystems["vision"] = hand_eye.vision.GetSubsystemByName("lag")
+    upstream = wires.upstream(subsystems.values(), allowed)
     leaking = [
         path
         for (leaf, port), path in upstream.items()
@@ -63,24 +63,23 @@ def hand_eye():
     return make_diagram(load_scenario("train"))
 
 
-def test_the_controller_reads_the_sensors_and_no_truth(hand_eye):
+def test_the_controller_reads_all_sensors_but_no_ground_truth(hand_eye):
     leaking, sensors = leaks(hand_eye)
     assert leaking == []
-    # The walk did walk: it came to every sensor.
     assert sensors == set(measured(hand_eye, False).values())
 
 
 @pytest.fixture(scope="module")
 def blind():
-    """A diagram with measured vision: without cameras."""
+    """A diagram with measured vision, without cameras."""
     return make_diagram(load_scenario("train", overrides=[MEASURED]))
 
 
-def test_measured_vision_is_the_one_system_that_reads_truth_and_in_place_of_cameras(blind):
+def test_measured_vision_is_the_only_system_that_reads_ground_truth(blind):
     leaking, sensors = leaks(blind, stand_in=True)
     assert leaking == []
     assert sensors == set(measured(blind, True).values())
-    # What it reads is the train's state and nothing else of the world, and it is all that is in its room.
+    # It reads only the train's state, and the vision has no other System except the delay.
     system = blind.vision.GetSubsystemByName("measured_error")
     assert system.num_input_ports() == 1
     source, port = Wires(blind).source(system, 0)
@@ -88,37 +87,37 @@ def test_measured_vision_is_the_one_system_that_reads_truth_and_in_place_of_came
     assert {part.get_name() for part in blind.vision.GetSystems()} == {"measured_error", "lag"}
 
 
-def test_measured_vision_is_a_leak_where_the_scenario_does_not_ask_for_it(blind):
+def test_measured_vision_is_a_leak_if_the_scenario_does_not_ask_for_it(blind):
     leaking, _ = leaks(blind)
     assert any("measured_error" in path and "plant.train_state" in path for path in leaking)
 
 
-def test_a_leak_beside_measured_vision_is_found(monkeypatch):
+def test_a_leak_in_a_diagram_with_measured_vision_is_found(monkeypatch):
     monkeypatch.setattr(hand_eye_module, "DiagramBuilder", WorldLeaksToHost)
     leaking, _ = leaks(make_diagram(load_scenario("train", overrides=[MEASURED])), stand_in=True)
     assert any("plant.train_state" in path for path in leaking), leaking
 
 
-def test_nothing_comes_in_from_outside(hand_eye):
+def test_the_diagram_has_no_inputs(hand_eye):
     assert hand_eye.num_input_ports() == 0
 
 
-def test_truth_is_named_so_and_comes_only_from_the_world(hand_eye):
-    for room in controller_rooms(hand_eye).values():
-        ports = [room.get_input_port(k).get_name() for k in range(room.num_input_ports())]
-        ports += [room.get_output_port(k).get_name() for k in range(room.num_output_ports())]
+def test_only_the_world_has_ports_of_ground_truth_and_their_names_say_so(hand_eye):
+    for subsystem in controller_subsystems(hand_eye).values():
+        ports = [subsystem.get_input_port(k).get_name() for k in range(subsystem.num_input_ports())]
+        ports += [subsystem.get_output_port(k).get_name() for k in range(subsystem.num_output_ports())]
         assert not [name for name in ports if "truth" in name]
     world = hand_eye.world
     names = {world.get_output_port(k).get_name() for k in range(world.num_output_ports())}
-    open_to_all = {"camera_left", "camera_right", "arm_state", "arm_effort", "jaws"}
-    assert {name for name in names if not name.startswith("truth_")} == open_to_all
+    sensors = {"camera_left", "camera_right", "arm_state", "arm_effort", "jaws"}
+    assert {name for name in names if not name.startswith("truth_")} == sensors
 
 
-# Wrongly wired diagrams, which the walk must find out.
+# Diagrams with leaks, which the search must find.
 
 
 class Tap(LeafSystem):
-    """Passes a signal on, a step late, and has truth on a second input: no feedthrough from either."""
+    """Outputs its first input one step later, and reads ground truth on its second input, both without feedthrough."""
 
     def __init__(self, size, truth_size):
         super().__init__()
@@ -133,7 +132,7 @@ class Tap(LeafSystem):
 
 
 def tapped(builder, port, truth):
-    """Adds a Tap two diagrams deep behind ``port`` and returns its output port."""
+    """Adds a Tap inside two nested diagrams after a port, and returns its output port."""
     inner, outer = DiagramBuilder(), DiagramBuilder()
     tap = inner.AddSystem(Tap(port.size(), truth.size()))
     for name in ("signal", "truth"):
@@ -150,7 +149,7 @@ def tapped(builder, port, truth):
 
 
 class WorldLeaksToHost(DiagramBuilder):
-    """The truth_train_state of the world gets into the points that the host reads."""
+    """The true state of the train leaks into the points that the host reads."""
 
     def Connect(self, output, input):
         if input.get_name() == "point":
@@ -159,7 +158,7 @@ class WorldLeaksToHost(DiagramBuilder):
 
 
 class VerdictLeaksToArm(DiagramBuilder):
-    """The judge's verdict gets into the packets that the arm reads."""
+    """The judge's verdict leaks into the packets that the arm reads."""
 
     def Connect(self, output, input):
         if input.get_name() == "packet" and input.get_system().get_name() == "arm":
@@ -168,7 +167,7 @@ class VerdictLeaksToArm(DiagramBuilder):
 
 
 class JawsKnowTheTrain(DiagramBuilder):
-    """Within the world, under an innocent name, the train's state gets into what the gripper feels."""
+    """Inside the world, the state of the train leaks into the measurement of the gripper."""
 
     def ExportOutput(self, output, name):
         if name == "jaws":
@@ -191,7 +190,7 @@ def test_a_leak_is_found(monkeypatch, module, builder, source):
     assert any(source in path for path in leaking), leaking
 
 
-# References.
+# Python references
 
 
 def is_truth(thing):
@@ -202,19 +201,19 @@ def is_truth(thing):
     return type(thing).__module__.startswith("drake_tracker.world")
 
 
-@pytest.mark.parametrize("room", ["vision", "host", "link", "arm"])
-def test_no_object_of_the_controller_refers_to_the_world(hand_eye, room):
-    assert truths(controller_rooms(hand_eye)[room], is_truth) == {}
+@pytest.mark.parametrize("subsystem", ["vision", "host", "link", "arm"])
+def test_no_object_of_the_controller_refers_to_the_world(hand_eye, subsystem):
+    assert truths(controller_subsystems(hand_eye)[subsystem], is_truth) == {}
 
 
-def test_the_stand_in_reads_its_port_and_refers_to_nothing_of_the_world(blind):
+def test_measured_vision_refers_to_nothing_of_the_world(blind):
     assert truths(blind.vision, is_truth) == {}
 
 
-def test_the_controllers_plant_is_not_the_simulators(hand_eye):
+def test_the_plant_of_the_controller_is_not_that_of_the_simulator(hand_eye):
     own = hand_eye.arm.model.plant
     assert own is not hand_eye.world.laboratory.plant
-    assert any(thing is own for _, thing in references(hand_eye.arm)), "the walk did not come to the controller's plant"
+    assert any(thing is own for _, thing in references(hand_eye.arm)), "the search did not reach the controller's plant"
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The values of the live view's strips, computed from the messages of a run."""
+"""Tests of the values of the live view's strips."""
 
 import numpy as np
 import pytest
@@ -81,6 +81,6 @@ def test_the_strips_of_a_ball():
 
 
 @pytest.mark.parametrize("chart", [TRAIN_STRIPS, BALL_STRIPS])
-def test_every_line_has_its_value(chart):
+def test_every_line_has_a_value(chart):
     values = chart.values(inputs(report=view(chart.report_view)))
     assert len(values) == sum(len(strip.lines) for strip in chart.strips)

@@ -1,4 +1,4 @@
-"""Tests of colours and type."""
+"""Tests of colours and text."""
 
 import re
 from enum import IntEnum
@@ -16,7 +16,7 @@ def test_the_phases_of_a_task_have_different_colours():
         assert len({phase_colour(phase) for phase in phases}) == len(phases)
 
 
-def test_a_phase_without_an_entry_has_a_colour_too():
+def test_a_phase_that_is_not_listed_has_a_colour():
     class Other(IntEnum):
         WELD = 3
 
@@ -42,14 +42,14 @@ def test_a_descender_hangs_below_the_baseline():
     assert np.nonzero(image[:, :, 0] > 128)[0].max() > 40
 
 
-def test_text_beyond_the_edges_is_cut():
+def test_text_beyond_the_edges_is_clipped():
     image = np.zeros((20, 30, 3), np.uint8)
     for x, y in ((-10, 15), (25, 15), (5, 2), (5, 30), (100, 100)):
         draw_text(image, "drake", x, y, 16)
     assert image.shape == (20, 30, 3)
 
 
-def test_colour_is_blended_over_what_is_there():
+def test_text_is_blended_with_the_image():
     image = np.full((40, 40, 3), 100, np.uint8)
     draw_text(image, "I", 15, 30, 24, "#00ff00", bold=True)
     assert image[:, :, 1].max() == 255 and image[:, :, 0].min() == 0

@@ -1,4 +1,4 @@
-"""How old a prediction is when it can be read, measured on vision, host and link as they are, without a renderer."""
+"""Tests of the age of a prediction when it becomes available, on vision, host and link without a renderer."""
 
 import numpy as np
 import pytest
@@ -24,11 +24,11 @@ from drake_tracker.link.link_system import make_link
 from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
-ROOMS = ("film", "vision", "host", "link", "clock")
+SUBSYSTEMS = ("film", "vision", "host", "link", "clock")
 
 
 class Clock(LeafSystem):
-    """Stands in for the plant and for the servo: updates on their grids, so that their instants exist."""
+    """Replaces plant and servo: it updates at their instants."""
 
     def __init__(self, time_step):
         super().__init__()
@@ -38,11 +38,11 @@ class Clock(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(SERVO_PERIOD, offset, lambda context, state: None)
 
 
-class Readings:
-    """What each port of interest said from which instant on: {name: [(time, vector), ...]}, changes only.
+class ChangeRecorder:
+    """A monitor that records the changes of ports: {name: [(time of the change, vector), ...]}.
 
-    A monitor is called once before the updates of every instant at which there are any, so that what it sees changed
-    was changed at the instant of the call before.
+    A monitor is called before the updates of each instant, so that a change that it sees was made at the instant of the
+    previous call.
     """
 
     def __init__(self, ports):
@@ -60,13 +60,13 @@ class Readings:
         return EventStatus.DidNothing()
 
 
-def run(laboratory, duration, order=ROOMS, lag_cycles=LAG_CYCLES, time_step=TIME_STEP, path=None):
-    """Returns {port: [(instant from which it could be read, vector), ...]}."""
+def run(laboratory, duration, order=SUBSYSTEMS, lag_cycles=LAG_CYCLES, time_step=TIME_STEP, path=None):
+    """Returns {port: [(time from which the value was available, vector), ...]}."""
     detectors = {
         side: NormalFlowDetector(window=window.mask(laboratory.whole[side]))
         for side, window in laboratory.windows.items()
     }
-    rooms = {
+    subsystems = {
         "film": laboratory.film(path),
         "vision": VisionDiagram(
             laboratory.cameras, detectors, lag_cycles=lag_cycles, work_volume=laboratory.work_volume
@@ -79,26 +79,28 @@ def run(laboratory, duration, order=ROOMS, lag_cycles=LAG_CYCLES, time_step=TIME
     }
     builder = DiagramBuilder()
     for name in order:
-        builder.AddNamedSystem(name, rooms[name])
+        builder.AddNamedSystem(name, subsystems[name])
     for side in ("left", "right"):
-        builder.Connect(rooms["film"].GetOutputPort(f"camera_{side}"), rooms["vision"].GetInputPort(f"camera_{side}"))
-    builder.Connect(rooms["vision"].GetOutputPort("point"), rooms["host"].GetInputPort("point"))
-    builder.Connect(rooms["host"].GetOutputPort("prediction"), rooms["link"].GetInputPort("packet"))
+        builder.Connect(
+            subsystems["film"].GetOutputPort(f"camera_{side}"), subsystems["vision"].GetInputPort(f"camera_{side}")
+        )
+    builder.Connect(subsystems["vision"].GetOutputPort("point"), subsystems["host"].GetInputPort("point"))
+    builder.Connect(subsystems["host"].GetOutputPort("prediction"), subsystems["link"].GetInputPort("packet"))
     simulator = Simulator(builder.Build())
-    readings = Readings(
+    recorder = ChangeRecorder(
         {
-            "point": rooms["vision"].GetOutputPort("point"),
-            "prediction": rooms["host"].GetOutputPort("prediction"),
-            "delivered": rooms["link"].GetOutputPort("delivered"),
+            "point": subsystems["vision"].GetOutputPort("point"),
+            "prediction": subsystems["host"].GetOutputPort("prediction"),
+            "delivered": subsystems["link"].GetOutputPort("delivered"),
         }
     )
-    simulator.set_monitor(readings)
+    simulator.set_monitor(recorder)
     simulator.AdvanceTo(duration)
-    return readings.changes
+    return recorder.changes
 
 
 def lags(changes, view):
-    """Time [s] from the capture of the middle image to the instant at which each valid message could be read."""
+    """Returns the times [s] from the capture of the middle image until each valid message was available."""
     field = view.get_fields().index
     return np.array([time - value[field("stamp")] for time, value in changes if value[field("valid")]])
 
@@ -107,7 +109,7 @@ def one_value(values, expected):
     return len(values) > 20 and np.ptp(values) < 1e-9 and values[0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_prediction_is_15_cycles_and_one_slot_old_when_it_can_be_read(small_laboratory):
+def test_a_prediction_is_15_cycles_and_one_slot_old_when_it_is_available(small_laboratory):
     changes = run(small_laboratory, 2.0)
     assert one_value(lags(changes["point"], TrackPoint), 0.250)
     assert one_value(lags(changes["prediction"], Prediction), 0.250 + TIME_STEP / 4)
@@ -115,12 +117,12 @@ def test_a_prediction_is_15_cycles_and_one_slot_old_when_it_can_be_read(small_la
     assert ESTIMATOR_SLOT * TIME_STEP < 0.001
 
 
-def test_there_is_one_prediction_for_each_image_and_it_is_of_its_stamp(small_laboratory):
+def test_there_is_one_prediction_for_each_image_with_its_stamp(small_laboratory):
     packets = [value for _, value in run(small_laboratory, 2.0)["prediction"] if Prediction(value).valid]
     stamps = np.array([Prediction(packet).stamp for packet in packets])
     assert np.diff(stamps) == pytest.approx(VISION_PERIOD, abs=1e-9)
     assert np.array_equal(np.diff([Prediction(packet).seq for packet in packets]), np.ones(len(packets) - 1))
-    # An image that is a cycle older than its stamp would be seen here: the train runs 2.5 mm a cycle.
+    # A stamp that is wrong by one cycle would give an error of 2.5 mm.
     settled = stamps > 1.0
     knots = np.array([prediction_knots(packet)[0] for packet in packets])[settled]
     x, y = (knots[:, KNOT_FIELDS.index(name)] for name in ("x", "y"))
@@ -130,12 +132,12 @@ def test_there_is_one_prediction_for_each_image_and_it_is_of_its_stamp(small_lab
     assert abs(along.mean()) < 0.0015
 
 
-def test_what_starts_to_move_is_seen_a_lag_later_and_not_before(small_laboratory):
-    """The capture of the middle image, measured on the film instead of read from a stamp."""
+def test_a_motion_is_seen_one_lag_after_it_begins(small_laboratory):
+    """The capture time of the middle image follows from the images, not from a stamp."""
     start = 30 * VISION_PERIOD
     changes = run(small_laboratory, 1.2, path=lambda time: small_laboratory.circle(max(time - start, 0.0)))
     first_time, first = next((time, value) for time, value in changes["point"] if TrackPoint(value).valid)
-    # The first image that differs is the newest of the three some cycles on: its middle image shows the train at rest.
+    # When the first image that differs is the newest of three, their middle image still shows the train at rest.
     assert start - 2 * VISION_PERIOD <= TrackPoint(first).stamp <= start + 4 * VISION_PERIOD
     assert first_time - start >= (LAG_CYCLES - 2) * VISION_PERIOD
 
@@ -149,7 +151,7 @@ def test_what_starts_to_move_is_seen_a_lag_later_and_not_before(small_laboratory
     ],
     ids=" ".join,
 )
-def test_the_order_in_which_rooms_are_added_changes_nothing(small_laboratory, order):
+def test_the_order_in_which_subsystems_are_added_has_no_effect(small_laboratory, order):
     usual, other = run(small_laboratory, 1.0), run(small_laboratory, 1.0, order)
     for name, changes in usual.items():
         assert [time for time, _ in changes] == [time for time, _ in other[name]]
@@ -158,12 +160,12 @@ def test_the_order_in_which_rooms_are_added_changes_nothing(small_laboratory, or
 
 
 @pytest.mark.parametrize("lag_cycles", [3, 30])
-def test_another_lag_is_kept_as_exactly(small_laboratory, lag_cycles):
+def test_another_lag_is_kept_exactly(small_laboratory, lag_cycles):
     changes = run(small_laboratory, 1.5, lag_cycles=lag_cycles)
     assert one_value(lags(changes["prediction"], Prediction), lag_cycles * VISION_PERIOD + TIME_STEP / 4)
 
 
-def test_with_a_plant_of_twice_the_rate_the_slots_shrink_along(small_laboratory):
+def test_slots_scale_with_the_plant_step(small_laboratory):
     fine = TIME_STEP / 2
     changes = run(small_laboratory, 1.2, time_step=fine)
     assert one_value(lags(changes["prediction"], Prediction), 0.250 + fine / 4)

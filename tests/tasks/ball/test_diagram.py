@@ -5,7 +5,7 @@ from ball_scenario import make_scenario, true_poses
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
-from wires import Wires, arrows, controller_rooms, truths
+from wires import Wires, arrows, controller_subsystems, truths
 
 from drake_tracker import DrakeTrackerError, load_scenario, make_diagram
 from drake_tracker.core.timing import BALL_SERVO_PERIOD
@@ -55,7 +55,7 @@ def test_the_controller_reads_camera_and_joints_but_no_ground_truth(hand_eye):
     allowed = {(port.get_system(), int(port.get_index())) for port in sensors}
     wires = Wires(hand_eye)
     wires.leave_open(hand_eye.arm, "operator")
-    upstream = wires.upstream(controller_rooms(hand_eye).values(), allowed)
+    upstream = wires.upstream(controller_subsystems(hand_eye).values(), allowed)
     leaking = [
         path
         for (leaf, port), path in upstream.items()
@@ -75,7 +75,7 @@ def is_truth(thing):
 
 @pytest.mark.parametrize("subsystem", ["vision", "host", "link", "arm"])
 def test_no_object_of_the_controller_refers_to_the_world(hand_eye, subsystem):
-    assert truths(controller_rooms(hand_eye)[subsystem], is_truth) == {}
+    assert truths(controller_subsystems(hand_eye)[subsystem], is_truth) == {}
 
 
 def test_the_hand_waits_beyond_the_edge_and_then_reports_ready(hand_eye):
