@@ -9,11 +9,32 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import lru_cache
-from typing import Any
 
 import cv2
 import numpy as np
 
+from drake_tracker.run.video_marks import (
+    BRIGHT,
+    DIM,
+    ENERGY,
+    GOAL,
+    GROUND,
+    MEDIUM,
+    OUTLINE,
+    PATH,
+    VOID,
+    cross,
+    diamond,
+    dot,
+    legend_centroid,
+    legend_energy,
+    legend_goal,
+    legend_outline,
+    legend_path,
+    polyline,
+    right_text,
+    ring,
+)
 from drake_tracker.tasks.style import bgr, draw_text, phase_colour
 
 _WIDTH, _MARGIN = 1280, 20
@@ -21,16 +42,11 @@ _PANEL_WIDTH, _TALLEST_PANEL, _SHORTEST_PANEL = 512, 308, 230
 _TALLEST_SINGLE, _SHORTEST_SINGLE = 616, 500
 _COLUMNS, _TOP, _ROW_GAP = (20, 544), 50, 42
 _SIDEBAR = 1080
-_GROUND, _VOID = "#15181c", "#0c0e10"
-_BRIGHT, _MEDIUM, _DIM = "#f2f4f6", "#a3abb5", "#565e68"
-_ENERGY, _PATH, _OUTLINE, _GOAL = "#ffb000", "#4cc2ff", "#77808a", "#ff8a3d"
 _STATUS_TOP, _STATUS_HEIGHT = 140, 290
 _BORDER, _WIDE_BORDER = 4, 44
 """Width of the border of the image shown around the windows of two cameras, and around that of a single one [px]."""
 NO_PIXELS = np.zeros((0, 2))
 NO_PIXELS.flags.writeable = False
-_SHIFT = 4
-"""Number of fractional bits in the coordinates that OpenCV's drawing functions receive."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +140,7 @@ class VideoPage:
             self._places = {side: tuple((x, y) for y in self._rows) for side, x in zip(polygons, _COLUMNS)}
         self.lag, self.goal = lag, goal
         self._polygons = {side: self._to_panel(polygon) for side, polygon in polygons.items()}
-        self._blank = np.full((*reversed(self.size), 3), bgr(_GROUND), np.uint8)
+        self._blank = np.full((*reversed(self.size), 3), bgr(GROUND), np.uint8)
         self._draw_fixed(title, subtitle, lag, goal)
 
     @property
@@ -152,8 +168,8 @@ class VideoPage:
             self._draw_late(late, sight)
         if state.stamp is not None:
             words = f"{'not in use: ' if state.blind else ''}image at {state.stamp:.2f} s"
-            _right_text(frame, words, _COLUMNS[1] + self._panel[0], self._rows[-1] - 13, 15, _MEDIUM)
-        draw_text(frame, f"{state.time:.2f} s", _SIDEBAR - 2, 116, 34, _BRIGHT, bold=True)
+            right_text(frame, words, _COLUMNS[1] + self._panel[0], self._rows[-1] - 13, 15, MEDIUM)
+        draw_text(frame, f"{state.time:.2f} s", _SIDEBAR - 2, 116, 34, BRIGHT, bold=True)
         status = _status(state.phase, state.notes)
         frame[_STATUS_TOP : _STATUS_TOP + len(status), _SIDEBAR:] = status
         return frame
@@ -162,46 +178,46 @@ class VideoPage:
         page = self._blank
         for x in _COLUMNS:
             for y in self._rows:
-                page[y : y + self._panel[1], x : x + self._panel[0]] = bgr(_VOID)
+                page[y : y + self._panel[1], x : x + self._panel[0]] = bgr(VOID)
         single = len(self._places) == 1
         (x_now, y_now), (x_late, y_late) = next(iter(self._places.values()))
         y = y_now - 14
-        x = draw_text(page, "Now", x_now, y, 17, _BRIGHT, bold=True)
+        x = draw_text(page, "Now", x_now, y, 17, BRIGHT, bold=True)
         words = "image and predicted path" if single else "images and predicted path"
-        draw_text(page, words, x + 12, y, 15, _MEDIUM)
+        draw_text(page, words, x + 12, y, 15, MEDIUM)
         y = y_late - (14 if single else 13)
-        x = draw_text(page, f"{lag:.2f} s late", x_late, y, 17, _BRIGHT, bold=True)
+        x = draw_text(page, f"{lag:.2f} s late", x_late, y, 17, BRIGHT, bold=True)
         words = "motion" if single else "newest motion energy and its centroid"
-        draw_text(page, words, x + 12, y, 15, _MEDIUM)
-        draw_text(page, title, _SIDEBAR, _TOP - 14, 17, _BRIGHT, bold=True)
-        draw_text(page, subtitle, _SIDEBAR, _TOP + 8, 13, _MEDIUM)
+        draw_text(page, words, x + 12, y, 15, MEDIUM)
+        draw_text(page, title, _SIDEBAR, _TOP - 14, 17, BRIGHT, bold=True)
+        draw_text(page, subtitle, _SIDEBAR, _TOP + 8, 13, MEDIUM)
         legend = [
-            (_legend_path, "predicted path" if goal else "predicted, next second"),
-            *([(_legend_goal, goal)] if goal else []),
-            (_legend_energy, "moving pixels"),
-            (_legend_centroid, "their centroid"),
-            (_legend_outline, "window of interest"),
+            (legend_path, "predicted path" if goal else "predicted, next second"),
+            *([(legend_goal, goal)] if goal else []),
+            (legend_energy, "moving pixels"),
+            (legend_centroid, "their centroid"),
+            (legend_outline, "window of interest"),
         ]
         y = self.size[1] - _MARGIN - 4 - 24 * (len(legend) - 1)
         for draw, words in legend:
             draw(page, _SIDEBAR + 10, y - 5)
-            draw_text(page, words, _SIDEBAR + 28, y, 13, _MEDIUM)
+            draw_text(page, words, _SIDEBAR + 28, y, 13, MEDIUM)
             y += 24
 
     def _draw_now(self, panel: np.ndarray, sight: CameraSight, side: str) -> None:
         self._place(panel, sight.image, sight.offset, cv2.INTER_LINEAR)
-        _polyline(panel, self._polygons[side], _OUTLINE, 1, closed=True)
+        polyline(panel, self._polygons[side], OUTLINE, 1, closed=True)
         if len(sight.path):
             path = self._to_panel(sight.path)
             for point in path[1:]:
-                _dot(panel, point, 2.5, _PATH)
-            _ring(panel, path[0], 9.0, _PATH)
+                dot(panel, point, 2.5, PATH)
+            ring(panel, path[0], 9.0, PATH)
         if len(sight.goal):
             at, *ends = self._to_panel(sight.goal)
             if np.isfinite(ends).all():
-                _polyline(panel, ends, _VOID, 5)
-                _polyline(panel, ends, _GOAL, 2)
-            _diamond(panel, at, 7.0, _GOAL)
+                polyline(panel, ends, VOID, 5)
+                polyline(panel, ends, GOAL, 2)
+            diamond(panel, at, 7.0, GOAL)
 
     def _draw_late(self, panel: np.ndarray, sight: CameraSight) -> None:
         if sight.late_image is None:
@@ -209,11 +225,11 @@ class VideoPage:
         grey = cv2.cvtColor(sight.late_image, cv2.COLOR_BGR2GRAY)
         dim = cv2.cvtColor(cv2.convertScaleAbs(grey, alpha=0.55), cv2.COLOR_GRAY2BGR)
         if sight.energy is not None and sight.energy.shape == grey.shape:
-            dim[sight.energy > 0] = bgr(_ENERGY)
+            dim[sight.energy > 0] = bgr(ENERGY)
         self._place(panel, dim, sight.offset, cv2.INTER_NEAREST_EXACT)
         if sight.centroid is not None:
             (point,) = self._to_panel(np.array([sight.centroid]))
-            _cross(panel, point, gap=7.0 if len(self._places) == 1 else 0.0)
+            cross(panel, point, gap=7.0 if len(self._places) == 1 else 0.0)
 
     def _place(self, panel: np.ndarray, image: np.ndarray, offset: tuple[int, int], interpolation: int) -> None:
         """Draws the part of an image that is in view into a panel."""
@@ -239,15 +255,15 @@ class VideoPage:
 @lru_cache(maxsize=64, typed=True)  # typed, since phases of different tasks are equal numbers
 def _status(phase: IntEnum, notes: tuple[str, str]) -> np.ndarray:
     """Returns the part of the sidebar with phases and notes, BGR. It changes rarely."""
-    status = np.full((_STATUS_HEIGHT, _WIDTH - _SIDEBAR, 3), bgr(_GROUND), np.uint8)
+    status = np.full((_STATUS_HEIGHT, _WIDTH - _SIDEBAR, 3), bgr(GROUND), np.uint8)
     y = 18
     for each in type(phase):
         current = each == phase
-        _dot(status, (8, y - 5), 6.0 if current else 3.0, phase_colour(each))
-        draw_text(status, each.name.capitalize(), 26, y, 16, _BRIGHT if current else _DIM, bold=current)
+        dot(status, (8, y - 5), 6.0 if current else 3.0, phase_colour(each))
+        draw_text(status, each.name.capitalize(), 26, y, 16, BRIGHT if current else DIM, bold=current)
         y += 27
     for words, below, size in zip(notes, (12, 38), (15, 13)):
-        draw_text(status, words, 0, y + below, size, _MEDIUM)
+        draw_text(status, words, 0, y + below, size, MEDIUM)
     return status
 
 
@@ -257,75 +273,3 @@ def _common_view(polygons: Iterable[np.ndarray], image_size: tuple[int, int], bo
     low = np.clip(np.floor(corners.min(axis=0)).astype(int) - border, 0, image_size)
     high = np.clip(np.ceil(corners.max(axis=0)).astype(int) + 1 + border, 0, image_size)
     return int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1])
-
-
-def _fixed(point: Any) -> tuple[int, ...]:
-    return tuple(round(float(c) * (1 << _SHIFT)) for c in point)
-
-
-def _polyline(image: np.ndarray, points: Any, colour: str, thickness: int, closed: bool = False) -> None:
-    corners = np.rint(np.asarray(points) * (1 << _SHIFT)).astype(np.int32)
-    cv2.polylines(image, [corners], closed, bgr(colour), thickness, cv2.LINE_AA, _SHIFT)
-
-
-def _dot(image: np.ndarray, point: Any, radius: float, colour: str) -> None:
-    if np.isfinite(point).all():
-        cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(colour), -1, cv2.LINE_AA, _SHIFT)
-
-
-def _ring(image: np.ndarray, point: Any, radius: float, colour: str) -> None:
-    if np.isfinite(point).all():
-        for width, shade in ((4, _VOID), (2, colour)):
-            cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(shade), width, cv2.LINE_AA, _SHIFT)
-
-
-def _cross(image: np.ndarray, point: Any, arm: float = 13.0, gap: float = 0.0) -> None:
-    """Draws a cross.
-
-    Args:
-        image: image, changed in place.
-        point: its centre [px].
-        arm: length of its arms [px].
-        gap: half the width of the gap in its middle, which leaves a small object visible [px].
-    """
-    for width, shade in ((4, _VOID), (2, _BRIGHT)):
-        for step in ((1.0, 0.0), (0.0, 1.0)):
-            along = [np.asarray(point) + reach * np.array(step) for reach in (-arm - gap, -gap, gap, arm + gap)]
-            for ends in ((along[0], along[3]),) if not gap else (along[:2], along[2:]):
-                cv2.line(image, _fixed(ends[0]), _fixed(ends[1]), bgr(shade), width, cv2.LINE_AA, _SHIFT)
-
-
-def _diamond(image: np.ndarray, point: Any, radius: float, colour: str) -> None:
-    if np.isfinite(point).all():
-        corners = np.asarray(point) + np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]) * radius
-        cv2.fillPoly(image, [np.rint(corners * (1 << _SHIFT)).astype(np.int32)], bgr(colour), cv2.LINE_AA, _SHIFT)
-        _polyline(image, corners, _VOID, 1, closed=True)
-
-
-def _right_text(image: np.ndarray, text: str, right: int, y: int, size: int, colour: str) -> None:
-    # Drawn once outside the image to measure its width.
-    width = draw_text(image, text, 0, -100, size, colour)
-    draw_text(image, text, right - width, y, size, colour)
-
-
-def _legend_path(page: np.ndarray, x: int, y: int) -> None:
-    _ring(page, (x - 5, y), 5.0, _PATH)
-    for step in (5, 11):
-        _dot(page, (x + step - 1, y), 2.0, _PATH)
-
-
-def _legend_goal(page: np.ndarray, x: int, y: int) -> None:
-    _polyline(page, [(x - 10, y), (x + 10, y)], _GOAL, 2)
-    _diamond(page, (x, y), 6.0, _GOAL)
-
-
-def _legend_energy(page: np.ndarray, x: int, y: int) -> None:
-    cv2.rectangle(page, (x - 6, y - 5), (x + 5, y + 5), bgr(_ENERGY), -1)
-
-
-def _legend_centroid(page: np.ndarray, x: int, y: int) -> None:
-    _cross(page, (x, y), 7.0)
-
-
-def _legend_outline(page: np.ndarray, x: int, y: int) -> None:
-    _polyline(page, [(x - 8, y + 2), (x - 2, y - 6), (x + 8, y - 1), (x + 2, y + 6)], _OUTLINE, 1, closed=True)

@@ -27,7 +27,12 @@ PathFunction = Callable[[np.ndarray, float], np.ndarray]
 
 
 def no_points(packet: np.ndarray, now: float) -> np.ndarray:
-    """A `PathFunction` that returns no points."""
+    """A `PathFunction` that returns no points.
+
+    Args:
+        packet: vector of a valid `Prediction`, ignored.
+        now: present time [s], ignored.
+    """
     return NO_POINTS
 
 

@@ -114,7 +114,12 @@ def arc_lengths(inputs: StripInputs) -> tuple[float | None, float | None]:
 
 
 def horizontal_distance(first: Any, second: Any) -> float:
-    """Returns the horizontal distance between two positions (x, y, ...) [m], in mm."""
+    """Returns the horizontal distance between two positions [mm].
+
+    Args:
+        first: a position (x, y, ...) [m].
+        second: another position (x, y, ...) [m].
+    """
     return 1e3 * float(np.hypot(first[0] - second[0], first[1] - second[1]))
 
 

@@ -217,7 +217,12 @@ class Task(Protocol[Scenario]):
         ...
 
     def film(self, scenario: Scenario, hand_eye: HandEyeDiagram) -> Film:
-        """Returns what the camera video shows; only for a run that renders images."""
+        """Returns what the camera video shows; only for a run that renders images.
+
+        Args:
+            scenario: the scenario of the run.
+            hand_eye: the diagram of the run.
+        """
         ...
 
     def snapshot(self, scenario: Scenario) -> Snapshot:
@@ -225,7 +230,12 @@ class Task(Protocol[Scenario]):
         ...
 
     def view(self, scenario: Scenario, hand_eye: HandEyeDiagram) -> View:
-        """Returns how the 3-D recording shows a run."""
+        """Returns how the 3-D recording shows a run.
+
+        Args:
+            scenario: the scenario of the run.
+            hand_eye: the diagram of the run.
+        """
         ...
 
     def success_sentence(self, summary: Mapping[str, Any]) -> str | None:

@@ -5,7 +5,8 @@ import pytest
 
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.run.video_page import _COLUMNS, _ENERGY, _GOAL, CameraSight, PageState, VideoPage
+from drake_tracker.run.video_marks import ENERGY, GOAL
+from drake_tracker.run.video_page import _COLUMNS, CameraSight, PageState, VideoPage
 from drake_tracker.tasks.style import bgr
 
 WINDOW = np.array([[10.0, 80.0], [245.0, 80.0], [245.0, 190.0], [10.0, 190.0]])
@@ -75,8 +76,8 @@ def test_the_late_image_shows_the_mask_and_its_centroid(page):
     late = sight(late_image=np.zeros((120, 240, 3), np.uint8), energy=energy, centroid=None)
     shown = panels(page, page.draw({"left": late, "right": sight()}, STATE))
     expected = page._to_panel(np.array([[105.0, 125.0]]))[0]
-    assert bright_centre(shown["left", "late"], bgr(_ENERGY)) == pytest.approx(expected, abs=0.6)
-    assert not (np.abs(shown["right", "late"].astype(int) - bgr(_ENERGY)) < 30).all(axis=2).any()
+    assert bright_centre(shown["left", "late"], bgr(ENERGY)) == pytest.approx(expected, abs=0.6)
+    assert not (np.abs(shown["right", "late"].astype(int) - bgr(ENERGY)) < 30).all(axis=2).any()
 
 
 def test_a_centroid_is_drawn_at_its_place_and_only_if_valid(page):
@@ -117,7 +118,7 @@ def test_a_single_camera_is_shown_next_to_its_late_image(single):
     now, late = (frame[y : y + height, x : x + width] for x, y in single._places[""])
     expected = single._to_panel(np.array([[105.0, 125.0]]))[0]
     assert bright_centre(now, (255, 255, 255)) == pytest.approx(expected, abs=0.6)
-    assert bright_centre(late, bgr(_ENERGY)) == pytest.approx(expected, abs=0.6)
+    assert bright_centre(late, bgr(ENERGY)) == pytest.approx(expected, abs=0.6)
 
 
 def test_the_goal_is_marked_at_its_place(single, page):
@@ -125,7 +126,7 @@ def test_the_goal_is_marked_at_its_place(single, page):
     goal = np.array([[120.0, 180.0], [110.0, 180.0], [130.0, 180.0]])
     x, y = single._places[""][0]
     marked = single.draw({"": sight(goal=goal)}, state)[y:, x : x + single._panel[0]]
-    assert bright_centre(marked, bgr(_GOAL)) == pytest.approx(single._to_panel(goal)[0], abs=1.0)
+    assert bright_centre(marked, bgr(GOAL)) == pytest.approx(single._to_panel(goal)[0], abs=1.0)
     for out in (np.full((3, 2), np.nan), np.array([[9e5, 0.0], [np.nan, np.nan], [np.nan, np.nan]])):
         single.draw({"": sight(goal=out)}, state)
 

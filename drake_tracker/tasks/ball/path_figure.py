@@ -9,17 +9,15 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
 
 from drake_tracker.core.messages import Prediction, predicted_points
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
-from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.tasks.ball.diagram import known_edge
+from drake_tracker.tasks.ball.path_data import LONG_BEFORE, WARM, RunOfTheBall
 from drake_tracker.tasks.ball.scenario import BallScenario
-from drake_tracker.tasks.ball.summary import HALF_CUP, last_verdict, over_the_cup
-from drake_tracker.tasks.episode import Log, fresh_packets, phase_spans
+from drake_tracker.tasks.ball.summary import HALF_CUP
+from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.plots import broken, draw_phases, name_colours
 from drake_tracker.tasks.style import (
     FAR_PREDICTED,
@@ -37,14 +35,8 @@ from drake_tracker.world.ball_board_visual import WALL_THICKNESS
 from drake_tracker.world.ball_fixtures import GATE_SIZE
 from drake_tracker.world.catch_judge_system import BOWL_LOWER, BOWL_UPPER
 
-WARM = LinearSegmentedColormap.from_list("warm", ["#7a2b00", FAR_PREDICTED, "#e69f00", "#f7dfa5"])
-"""Colours of predictions: dark shortly before the crossing, pale long before."""
-LONG_BEFORE = 1.5
-"""Time before the crossing at which the colour is palest [s]."""
 FACE, WOOD = "#f7f6f2", "#a9794a"
 """Colours of the board's face and of the pegs."""
-BEFORE, AFTER = 0.35, 1.1
-"""Time shown before the release and after the crossing [s]."""
 STROBE = 0.25
 """Time between two drawings of the ball on its path [s]."""
 
@@ -61,7 +53,7 @@ def draw_ball_path(
         summary: what `summarise_ball` returned.
         path: PNG file to write.
     """
-    run = _Run(hand_eye, scenario, log)
+    run = RunOfTheBall(hand_eye, scenario, log)
     with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(16, 9), facecolor="white")
         FigureCanvasAgg(figure)
@@ -76,75 +68,7 @@ def draw_ball_path(
         figure.savefig(path, dpi=200)
 
 
-class _Run:
-    """Values of a run that several parts of the picture need.
-
-    Args:
-        hand_eye: the diagram of the run.
-        scenario: the scenario of the run.
-        log: {name: Signal} of the run.
-
-    Attributes:
-        log: {name: Signal} of the run.
-        laboratory: the true laboratory.
-        X_BW: pose of the world in the true frame of the board.
-        half_width: half the width of the board [m].
-        spans: phases of the run.
-        verdict: the last findings of the judge, a `CatchVerdict`.
-        released: time of the release [s], or None.
-        crossing: time at which the ball crossed the bottom edge [s], or None.
-        over_the_cup: x_B at which the ball passes over the cup [m], or None.
-        shown: start and end of the time axes [s].
-        packets: all packets that predict a crossing.
-        times: times at which these packets arrived [s], shape (n,).
-        predicted: predicted crossings of the packets: x_B [m], time [s], standard deviation [m]; shape (n, 3).
-    """
-
-    def __init__(self, hand_eye: HandEyeDiagram, scenario: BallScenario, log: Log) -> None:
-        self.log, self.laboratory = log, hand_eye.world.laboratory
-        self.X_BW, self.half_width = self.laboratory.X_WB.inverse(), 0.5 * scenario.board.width
-        self.spans = phase_spans(log, CatchPhase, scenario.time_step)
-        self.verdict = last_verdict(log)
-        self.released = float(self.verdict.released) or None
-        self.crossing = float(self.verdict.crossing_time) or None
-        self.over_the_cup = over_the_cup(hand_eye, scenario, log, self.verdict) if self.crossing else None
-        end = self.spans[-1].end if self.spans else 0.1
-        start = max(self.released - BEFORE, 0.0) if self.released else 0.0
-        self.shown = (start, max(min(end, self.crossing + AFTER) if self.crossing else end, start + 0.1))
-        delivered, edge = log["delivered"], known_edge(scenario, hand_eye.poses)
-        packets, times, predicted = [], [], []
-        for k in fresh_packets(delivered):
-            crossing = edge.crossing(delivered.data[k])
-            if crossing is not None and crossing.time > delivered.times[k]:
-                x, _, _ = self.X_BW @ crossing.p_WQ
-                packets.append(delivered.data[k])
-                times.append(delivered.times[k])
-                predicted.append((x, crossing.time, crossing.std))
-        self.packets, self.times, self.predicted = packets, np.array(times), np.reshape(predicted, (-1, 3))
-
-    def on_board(self, p_WQ: np.ndarray) -> np.ndarray:
-        """Returns points in the frame of the board [m], shape (n, 3), from points in W [m]."""
-        return (self.X_BW @ np.reshape(p_WQ, (-1, 3)).T).T
-
-    def ball(self, times: np.ndarray) -> np.ndarray:
-        """Returns the true (x, y)_B of the ball [m], shape (n, 2), at given times [s], shape (n,)."""
-        truth = self.log["truth_ball_state"]
-        if len(truth.times) == 0:
-            return np.full((len(times), 2), np.nan)
-        return self.on_board(np.column_stack([np.interp(times, truth.times, truth[axis]) for axis in "xyz"]))[:, :2]
-
-    @property
-    def colours(self) -> np.ndarray:
-        """Colours of the packets, by the time from their arrival to the predicted crossing, shape (n, 4)."""
-        return WARM(Normalize(0.0, LONG_BEFORE)(self.predicted[:, 1] - self.times))
-
-    @property
-    def end_of_roll(self) -> float:
-        """Time of the crossing, or the end of the time axes when there was none [s]."""
-        return self.crossing or self.shown[1]
-
-
-def _draw_board(ax: Axes, run: _Run, scenario: BallScenario) -> None:
+def _draw_board(ax: Axes, run: RunOfTheBall, scenario: BallScenario) -> None:
     board = scenario.board
     _draw_furniture(ax, board, run)
     for packet, colour, (_, time, _) in zip(run.packets, run.colours, run.predicted):
@@ -190,7 +114,7 @@ def _draw_board(ax: Axes, run: _Run, scenario: BallScenario) -> None:
     name_colours(ax, names)
 
 
-def _draw_furniture(ax: Axes, board: Any, run: _Run) -> None:
+def _draw_furniture(ax: Axes, board: Any, run: RunOfTheBall) -> None:
     half = 0.5 * board.width
     ax.add_patch(Rectangle((-half, 0.0), board.width, board.length, fc=FACE, ec="#d9d6cc", lw=1.0, zorder=0))
     if board.walls:
@@ -219,7 +143,7 @@ def _cup(ax: Axes, place: Any, **look: Any) -> None:
     ax.add_patch(FancyBboxPatch(corner, width, depth, boxstyle="round,pad=0,rounding_size=0.012", **style))
 
 
-def _draw_across(ax: Axes, run: _Run) -> None:
+def _draw_across(ax: Axes, run: RunOfTheBall) -> None:
     tool = run.log["tool"]
     hand = 1e3 * run.on_board(tool.view("x", "y", "z"))[:, 0]
     if run.released:
@@ -245,7 +169,7 @@ def _draw_across(ax: Axes, run: _Run) -> None:
     bar.set_title("time before the crossing  [s]", fontsize=9.5, weight="normal", color=SOFT_INK, pad=3, loc="right")
 
 
-def _draw_errors(ax: Axes, run: _Run) -> None:
+def _draw_errors(ax: Axes, run: RunOfTheBall) -> None:
     fits = 1e3 * HALF_CUP
     if run.crossing:
         tool = run.log["tool"]
@@ -271,7 +195,7 @@ def _draw_errors(ax: Axes, run: _Run) -> None:
     _time_axis(ax, run, "Error relative to the true crossing", "error  [mm]", pad=10)
 
 
-def _draw_time_left(ax: Axes, run: _Run) -> None:
+def _draw_time_left(ax: Axes, run: RunOfTheBall) -> None:
     left = run.predicted[:, 1] - run.times
     longest = max([LONG_BEFORE, *left])
     ax.scatter(run.times, left, s=30, c=run.colours, ec="white", lw=0.5, zorder=4)
@@ -284,7 +208,7 @@ def _draw_time_left(ax: Axes, run: _Run) -> None:
     ax.set_xlabel("time  [s]")
 
 
-def _time_axis(ax: Axes, run: _Run, title: str, label: str, pad: float = 27) -> None:
+def _time_axis(ax: Axes, run: RunOfTheBall, title: str, label: str, pad: float = 27) -> None:
     ax.set(xlim=run.shown, ylabel=label)
     ax.set_title(title, pad=pad)
     ax.tick_params(labelbottom=False)

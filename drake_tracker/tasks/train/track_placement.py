@@ -77,7 +77,12 @@ def _placed(config: TrackConfig, offset: np.ndarray, turn: float) -> Track:
 
 
 def place_outside(scenario: TrainScenario, track: Track) -> tuple[float, float] | None:
-    """Returns a place (x, y) in W at which a track is outside the work volume [m], or None."""
+    """Returns a place (x, y) in W at which a track is outside the work volume [m], or None.
+
+    Args:
+        scenario: the scenario with the work volume.
+        track: the track.
+    """
     outline = footprint(scenario.vision.work_volume, scenario.vision.outline).astype(np.float32)
     for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
         x, y, _ = track.pose(s)

@@ -186,7 +186,12 @@ def slowest_seen(
 
 
 def largest_scale(scenario: TrainScenario, camera: CameraModel) -> float:
-    """Returns the scale of an image at the centre of the track, in the direction in which it is largest [px/m]."""
+    """Returns the scale of an image at the centre of the track, in the direction in which it is largest [px/m].
+
+    Args:
+        scenario: the scenario with the track.
+        camera: the camera.
+    """
     centre = np.array([*scenario.track.centre, scenario.table_height + TRAIN_HEIGHT])
     headings = np.linspace(0.0, np.pi, 36)
     step = 0.01
