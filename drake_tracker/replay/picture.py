@@ -1,6 +1,6 @@
 """The picture of a replay: the errors of run and replay over time, and the predictions of both from above."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,8 @@ from drake_tracker.tasks.plots import LONG, broken, draw_phases, name_colours
 from drake_tracker.tasks.style import FAR_PREDICTED, PLOT_STYLE, PREDICTED, RULE, SOFT_INK, TRUTH
 
 RECORDED, REPLAYED = FAR_PREDICTED, PREDICTED
+_Log = tuple[Mapping[str, Signal], str, float]
+"""(log, colour, width of its lines)."""
 _MOST_WORDS = 150
 """Greatest number of characters in the line that lists the changes."""
 
@@ -52,7 +54,7 @@ def draw_replay(
         figure.savefig(path, dpi=150)
 
 
-def _draw_map(ax: Axes, judge: Judge, recording: Recording, logs: Any) -> None:
+def _draw_map(ax: Axes, judge: Judge, recording: Recording, logs: Sequence[_Log]) -> None:
     """Draws the track from above: the true path, and the predictions at the longer horizon."""
     times = recording.log["point"].times
     xy = judge.true_xy(times[judge.free(times)])
@@ -70,7 +72,7 @@ def _draw_map(ax: Axes, judge: Judge, recording: Recording, logs: Any) -> None:
     ax.set_axisbelow(True)
 
 
-def _draw_errors(ax: Axes, judge: Judge, logs: Any, horizon: float, end: float) -> None:
+def _draw_errors(ax: Axes, judge: Judge, logs: Sequence[_Log], horizon: float, end: float) -> None:
     largest = [1.0]
     for log, colour, width in logs:
         times, error = judge.ahead(log, horizon)

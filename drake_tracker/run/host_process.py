@@ -12,7 +12,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import Prediction
 from drake_tracker.core.timing import SERVO_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.network.channels import channel_of
-from drake_tracker.network.cycles import CycleCollector
+from drake_tracker.network.cycles import Cycle, CycleCollector
 from drake_tracker.network.mailbox import Mailbox
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.two_processes import make_host_side
@@ -99,7 +99,7 @@ class HostProcess:
         self._notice(count > 0)
         return count
 
-    def _take(self, port: str, data: bytes) -> list[Any]:
+    def _take(self, port: str, data: bytes) -> list[Cycle]:
         """Adds an encoded message of one port. Returns the cycles that it completes."""
         try:
             if port.startswith(_CAMERA):
@@ -121,7 +121,7 @@ class HostProcess:
             "arm with the same scenario and settings"
         )
 
-    def _work(self, cycle: Any) -> None:
+    def _work(self, cycle: Cycle) -> None:
         if cycle.anew:
             self._begin(cycle.number)
         elif cycle.number > self._next:  # cycles without any message

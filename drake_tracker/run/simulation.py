@@ -19,6 +19,7 @@ from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.loader import save_scenario
 from drake_tracker.tasks.registry import task_of
 from drake_tracker.tasks.results import save_summary
+from drake_tracker.tasks.task import Task
 
 if TYPE_CHECKING:
     from drake_tracker.live.view import LiveView
@@ -57,10 +58,7 @@ def simulate(
     """
     started = time.monotonic()
     task = task_of(scenario)
-    if options.images and not task.uses_cameras(scenario):
-        raise DrakeTrackerError(f"{scenario.where('vision')}: measured vision has no images to record")
-    if task.uses_cameras(scenario):
-        require_renderer()
+    _require_cameras(scenario, task, options)
     if live is not None:
         live.introduce(scenario)
     if diagram is None and initialisation is None:
@@ -71,11 +69,7 @@ def simulate(
     loggers = add_loggers(builder, hand_eye, task)
     if out is not None:
         out = Path(out)
-        out.mkdir(parents=True, exist_ok=True)
-        if initialisation is not None:
-            scenario = task.resolved(scenario, initialisation)
-            task.save_initialisation(initialisation, out)
-        save_scenario(scenario, out / "scenario.yaml")
+        scenario = _start_directory(out, scenario, task, initialisation)
     recorders = add_recorders(
         builder, hand_eye=hand_eye, scenario=scenario, task=task, out=out, options=options, live=live
     )
@@ -85,22 +79,14 @@ def simulate(
         Path(options.graphviz).write_text(hand_eye.GetGraphvizString(max_depth=1))
 
     simulator = Simulator(root)
-    context = simulator.get_mutable_context()
+    context = simulator.get_context()
     monitor = RunMonitor(task, hand_eye, progress, options.stop_when_over, live)
     simulator.set_monitor(monitor)
     simulator.set_target_realtime_rate(options.realtime_rate)
     if live is not None:
         live.begin()
     built = time.monotonic()
-    fault = None
-    with interrupts(monitor):
-        try:
-            simulator.Initialize()
-            simulator.AdvanceTo(scenario.duration)
-        except Exception as error:  # for example in a custom part; the run up to this instant is written
-            if context.get_time() <= 0.0:
-                raise
-            fault, monitor.interrupted = error, True
+    fault = _advance(simulator, monitor, scenario.duration)
     simulated = time.monotonic()
     if live is not None:
         live.write()
@@ -116,13 +102,42 @@ def simulate(
         task.draw(scenario, hand_eye, log, summary, out)
     simulating = simulated - built - (live.control.held if live is not None else 0.0)
     summary["real_time_factor"] = context.get_time() / simulating
-    summary["wall_time_s"] = {
-        "build": built - started,
-        "simulate": simulating,
-        "write": time.monotonic() - simulated,
-    }
+    wall_time = {"build": built - started, "simulate": simulating, "write": time.monotonic() - simulated}
+    summary["wall_time_s"] = wall_time
     if out is not None:
         save_summary(summary, out / "summary.json")
     if fault is not None:
         raise fault
     return summary
+
+
+def _require_cameras(scenario: BaseScenario, task: Task, options: RunOptions) -> None:
+    """Checks that a run that needs images can have them."""
+    if task.uses_cameras(scenario):
+        require_renderer()
+    elif options.images:
+        raise DrakeTrackerError(f"{scenario.where('vision')}: measured vision has no images to record")
+
+
+def _start_directory(out: Path, scenario: BaseScenario, task: Task, initialisation: Any) -> BaseScenario:
+    """Creates the run directory, saves what the run starts from, and returns the scenario with what was measured."""
+    out.mkdir(parents=True, exist_ok=True)
+    if initialisation is not None:
+        scenario = task.resolved(scenario, initialisation)
+        task.save_initialisation(initialisation, out)
+    save_scenario(scenario, out / "scenario.yaml")
+    return scenario
+
+
+def _advance(simulator: Simulator, monitor: RunMonitor, duration: float) -> Exception | None:
+    """Simulates until the end of the run; returns the error that ended it after the first instant, if any."""
+    with interrupts(monitor):
+        try:
+            simulator.Initialize()
+            simulator.AdvanceTo(duration)
+        except Exception as error:  # for example in a custom part; the run up to this instant is written
+            if simulator.get_context().get_time() <= 0.0:
+                raise
+            monitor.interrupted = True
+            return error
+    return None

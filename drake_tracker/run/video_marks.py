@@ -1,9 +1,8 @@
 """The marks in the camera video, and their colours."""
 
-from typing import Any
-
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from drake_tracker.tasks.style import bgr, draw_text
 
@@ -17,30 +16,30 @@ _SHIFT = 4
 """Number of fractional bits in the coordinates that OpenCV's drawing functions receive."""
 
 
-def _fixed(point: Any) -> tuple[int, ...]:
-    return tuple(round(float(c) * (1 << _SHIFT)) for c in point)
+def _fixed(point: ArrayLike) -> tuple[int, ...]:
+    return tuple(round(float(c) * (1 << _SHIFT)) for c in np.asarray(point))
 
 
-def polyline(image: np.ndarray, points: Any, colour: str, thickness: int, closed: bool = False) -> None:
+def polyline(image: np.ndarray, points: ArrayLike, colour: str, thickness: int, closed: bool = False) -> None:
     """Draws a line through points [px], shape (n, 2), of a given thickness [px]."""
     corners = np.rint(np.asarray(points) * (1 << _SHIFT)).astype(np.int32)
     cv2.polylines(image, [corners], closed, bgr(colour), thickness, cv2.LINE_AA, _SHIFT)
 
 
-def dot(image: np.ndarray, point: Any, radius: float, colour: str) -> None:
+def dot(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> None:
     """Draws a filled circle of a given radius [px], unless its centre [px] is not finite."""
     if np.isfinite(point).all():
         cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(colour), -1, cv2.LINE_AA, _SHIFT)
 
 
-def ring(image: np.ndarray, point: Any, radius: float, colour: str) -> None:
+def ring(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> None:
     """Draws a circle of a given radius [px] with a dark edge, unless its centre [px] is not finite."""
     if np.isfinite(point).all():
         for width, shade in ((4, VOID), (2, colour)):
             cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(shade), width, cv2.LINE_AA, _SHIFT)
 
 
-def cross(image: np.ndarray, point: Any, arm: float = 13.0, gap: float = 0.0) -> None:
+def cross(image: np.ndarray, point: ArrayLike, arm: float = 13.0, gap: float = 0.0) -> None:
     """Draws a cross.
 
     Args:
@@ -56,7 +55,7 @@ def cross(image: np.ndarray, point: Any, arm: float = 13.0, gap: float = 0.0) ->
                 cv2.line(image, _fixed(ends[0]), _fixed(ends[1]), bgr(shade), width, cv2.LINE_AA, _SHIFT)
 
 
-def diamond(image: np.ndarray, point: Any, radius: float, colour: str) -> None:
+def diamond(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> None:
     """Draws a square on its corner of a given radius [px], unless its centre [px] is not finite."""
     if np.isfinite(point).all():
         corners = np.asarray(point) + np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]) * radius

@@ -206,7 +206,7 @@ def _check(tree: Value, errors: list[str]) -> Any:
     return scenario
 
 
-def _files(scenario: Any, folder: Path) -> dict[str, str]:
+def _files(scenario: BaseScenario, folder: Path) -> dict[str, str]:
     """Returns {key path: absolute path} of the user's files that a scenario names.
 
     A file is searched for in the folder of the scenario file or, when an override names it, in the current folder.
@@ -230,7 +230,7 @@ def _files(scenario: Any, folder: Path) -> dict[str, str]:
     return found
 
 
-def _custom_folders(scenario: Any, folder: Path) -> dict[str, str]:
+def _custom_folders(scenario: BaseScenario, folder: Path) -> dict[str, str]:
     """Returns {key path: folder} of the modules of custom parts, so that worker processes and later runs find them.
 
     Nothing is imported.

@@ -4,7 +4,7 @@ Errors are measured against the simulator's ground truth, which the tracking loo
 task are in `drake_tracker.tasks.train.strips` and `drake_tracker.tasks.ball.strips`.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -113,7 +113,7 @@ def arc_lengths(inputs: StripInputs) -> tuple[float | None, float | None]:
     return 1e3 * measured, 1e3 * inputs.filtered.speed * time if inputs.filtered.valid else None
 
 
-def horizontal_distance(first: Any, second: Any) -> float:
+def horizontal_distance(first: Sequence[float] | np.ndarray, second: Sequence[float] | np.ndarray) -> float:
     """Returns the horizontal distance between two positions [mm].
 
     Args:

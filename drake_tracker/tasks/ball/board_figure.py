@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.tasks.ball.diagram import board_sight
@@ -94,6 +95,6 @@ def _pose_words(scenario: BallScenario, summary: Mapping[str, Any]) -> str:
     return "   ·   ".join(words)
 
 
-def _on_face(xy: Any) -> np.ndarray:
+def _on_face(xy: ArrayLike) -> np.ndarray:
     """Returns points on the face of the board in B [m], shape (n, 3), from their (x, y)_B, shape (n, 2)."""
-    return np.column_stack([xy, np.zeros(len(xy))])
+    return np.column_stack([xy, np.zeros(len(np.asarray(xy)))])

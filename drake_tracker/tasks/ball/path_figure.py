@@ -34,6 +34,7 @@ from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, 
 from drake_tracker.world.ball_board_visual import WALL_THICKNESS
 from drake_tracker.world.ball_fixtures import GATE_SIZE
 from drake_tracker.world.catch_judge_system import BOWL_LOWER, BOWL_UPPER
+from drake_tracker.world.config import BoardConfig
 
 FACE, WOOD = "#f7f6f2", "#a9794a"
 """Colours of the board's face and of the pegs."""
@@ -114,7 +115,7 @@ def _draw_board(ax: Axes, run: RunOfTheBall, scenario: BallScenario) -> None:
     name_colours(ax, names)
 
 
-def _draw_furniture(ax: Axes, board: Any, run: RunOfTheBall) -> None:
+def _draw_furniture(ax: Axes, board: BoardConfig, run: RunOfTheBall) -> None:
     half = 0.5 * board.width
     ax.add_patch(Rectangle((-half, 0.0), board.width, board.length, fc=FACE, ec="#d9d6cc", lw=1.0, zorder=0))
     if board.walls:
@@ -131,11 +132,11 @@ def _draw_furniture(ax: Axes, board: Any, run: RunOfTheBall) -> None:
         ax.add_patch(Circle(peg, PEG_RADIUS, fc=WOOD, ec="#7d5a37", lw=0.8, zorder=2))
 
 
-def _ball(ax: Axes, place: Any, strength: float, zorder: float) -> None:
+def _ball(ax: Axes, place: np.ndarray, strength: float, zorder: float) -> None:
     ax.add_patch(Circle(place, BALL_RADIUS, fc="white", ec=INK, lw=0.9, alpha=strength, zorder=zorder))
 
 
-def _cup(ax: Axes, place: Any, **look: Any) -> None:
+def _cup(ax: Axes, place: np.ndarray, **look: Any) -> None:
     """Draws the inside of the bowl, projected onto the board: x_T is parallel to y_B."""
     depth, width = (BOWL_UPPER[k] - BOWL_LOWER[k] for k in (0, 1))
     corner = np.subtract(place, (0.5 * width, 0.5 * depth))
