@@ -109,5 +109,5 @@ pins:
 	    s/ (and|;) sys_platform == 'linux'//" constraints.txt
 
 clean:
-	@rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .coverage build dist docs/_build
+	@rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .coverage build dist docs/_build docs/tutorials/*.ipynb
 	find . -name __pycache__ -prune -exec rm -rf {} +

@@ -1,4 +1,4 @@
-"""Makes the pictures of the README, from a run with the filter of 1991 and a run of the ball.
+"""Makes the pictures of the documentation, from a run with the filter of 1991 and a run of the ball.
 
     python docs/make_pictures.py                     runs `train:paper` with seed 0 and `ball` with seed 4 first
     python docs/make_pictures.py --run runs/train-…  takes the log of a run that is there already, of either task

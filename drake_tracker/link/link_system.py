@@ -33,8 +33,8 @@ class LinkSystem(LeafSystem):
 
     Args:
         link: decides when each packet arrives, if it does.
-        period: time between two readings of the input [s].
-        offset: time of the first reading of the input [s].
+        period: sampling period of the input [s].
+        offset: time of the first sample [s].
     """
 
     def __init__(
