@@ -101,7 +101,7 @@ def _draw_headline(figure: Figure, recording: Recording, result: Mapping[str, An
     named = {key: pair for key, pair in result["changes"].items() if given.get(key, "").startswith("--set")}
     changes = "   ·   ".join(f"{key}: {_show(old)} → {_show(new)}" for key, (old, new) in named.items())
     words = changes if len(changes) <= _MOST_WORDS else changes[: _MOST_WORDS - 1] + "…"
-    figure.text(0.05, 0.885, words or "nothing changed", fontsize=11.5, color=REPLAYED, va="center")
+    figure.text(0.05, 0.885, words or "no changed settings", fontsize=11.5, color=REPLAYED, va="center")
 
 
 def _show(value: Any) -> str:
