@@ -21,19 +21,41 @@ def _fixed(point: ArrayLike) -> tuple[int, ...]:
 
 
 def polyline(image: np.ndarray, points: ArrayLike, colour: str, thickness: int, closed: bool = False) -> None:
-    """Draws a line through points [px], shape (n, 2), of a given thickness [px]."""
+    """Draws a line through points.
+
+    Args:
+        image: BGR image, changed in place.
+        points: points [px], shape (n, 2).
+        colour: colour, "#rrggbb".
+        thickness: thickness of the line [px].
+        closed: whether to connect the last point with the first.
+    """
     corners = np.rint(np.asarray(points) * (1 << _SHIFT)).astype(np.int32)
     cv2.polylines(image, [corners], closed, bgr(colour), thickness, cv2.LINE_AA, _SHIFT)
 
 
 def dot(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> None:
-    """Draws a filled circle of a given radius [px], unless its centre [px] is not finite."""
+    """Draws a filled circle.
+
+    Args:
+        image: BGR image, changed in place.
+        point: its centre [px]; nothing is drawn if it is not finite.
+        radius: radius [px].
+        colour: colour, "#rrggbb".
+    """
     if np.isfinite(point).all():
         cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(colour), -1, cv2.LINE_AA, _SHIFT)
 
 
 def ring(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> None:
-    """Draws a circle of a given radius [px] with a dark edge, unless its centre [px] is not finite."""
+    """Draws a circle with a dark edge.
+
+    Args:
+        image: BGR image, changed in place.
+        point: its centre [px]; nothing is drawn if it is not finite.
+        radius: radius [px].
+        colour: colour, "#rrggbb".
+    """
     if np.isfinite(point).all():
         for width, shade in ((4, VOID), (2, colour)):
             cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(shade), width, cv2.LINE_AA, _SHIFT)
@@ -56,7 +78,14 @@ def cross(image: np.ndarray, point: ArrayLike, arm: float = 13.0, gap: float = 0
 
 
 def diamond(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> None:
-    """Draws a square on its corner of a given radius [px], unless its centre [px] is not finite."""
+    """Draws a filled square that stands on a corner.
+
+    Args:
+        image: BGR image, changed in place.
+        point: its centre [px]; nothing is drawn if it is not finite.
+        radius: radius [px].
+        colour: colour, "#rrggbb".
+    """
     if np.isfinite(point).all():
         corners = np.asarray(point) + np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]) * radius
         cv2.fillPoly(image, [np.rint(corners * (1 << _SHIFT)).astype(np.int32)], bgr(colour), cv2.LINE_AA, _SHIFT)
@@ -64,35 +93,74 @@ def diamond(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> 
 
 
 def right_text(image: np.ndarray, text: str, right: int, y: int, size: int, colour: str) -> None:
-    """Writes a line of text that ends at the column ``right`` [px]; see `draw_text`."""
+    """Writes a line of text that ends at a given column.
+
+    Args:
+        image: BGR image, changed in place.
+        text: one line of text.
+        right: column at which the text ends [px].
+        y: row of the baseline [px].
+        size: font size [px].
+        colour: colour, "#rrggbb".
+    """
     # Drawn once outside the image to measure its width.
     width = draw_text(image, text, 0, -100, size, colour)
     draw_text(image, text, right - width, y, size, colour)
 
 
 def legend_path(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the mark of the predicted path around (x, y) [px]."""
+    """Draws the mark of the predicted path.
+
+    Args:
+        page: BGR image, changed in place.
+        x: column of its centre [px].
+        y: row of its centre [px].
+    """
     ring(page, (x - 5, y), 5.0, PATH)
     for step in (5, 11):
         dot(page, (x + step - 1, y), 2.0, PATH)
 
 
 def legend_goal(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the mark of the predicted arrival around (x, y) [px]."""
+    """Draws the mark of the predicted arrival.
+
+    Args:
+        page: BGR image, changed in place.
+        x: column of its centre [px].
+        y: row of its centre [px].
+    """
     polyline(page, [(x - 10, y), (x + 10, y)], GOAL, 2)
     diamond(page, (x, y), 6.0, GOAL)
 
 
 def legend_energy(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the mark of moving pixels around (x, y) [px]."""
+    """Draws the mark of moving pixels.
+
+    Args:
+        page: BGR image, changed in place.
+        x: column of its centre [px].
+        y: row of its centre [px].
+    """
     cv2.rectangle(page, (x - 6, y - 5), (x + 5, y + 5), bgr(ENERGY), -1)
 
 
 def legend_centroid(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the mark of a centroid around (x, y) [px]."""
+    """Draws the mark of a centroid.
+
+    Args:
+        page: BGR image, changed in place.
+        x: column of its centre [px].
+        y: row of its centre [px].
+    """
     cross(page, (x, y), 7.0)
 
 
 def legend_outline(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the mark of a window of interest around (x, y) [px]."""
+    """Draws the mark of a window of interest.
+
+    Args:
+        page: BGR image, changed in place.
+        x: column of its centre [px].
+        y: row of its centre [px].
+    """
     polyline(page, [(x - 8, y + 2), (x - 2, y - 6), (x + 8, y - 1), (x + 2, y + 6)], OUTLINE, 1, closed=True)
