@@ -136,5 +136,7 @@ def test_images_of_another_scenario_are_refused_in_one_line():
     images = lcmt_image_array()
     images.header, images.num_images, images.images = lcmt_header(), 1, [image]
     sender.lcm.Publish(channel_of("camera_left"), images.encode())
-    with pytest.raises(DrakeTrackerError, match="DRAKE_TRACKER_CAMERA_LEFT: the image has 32 x 16 px, but this scenario"):
+    with pytest.raises(
+        DrakeTrackerError, match="DRAKE_TRACKER_CAMERA_LEFT: the image has 32 x 16 px, but this scenario"
+    ):
         sender.host.step(0.0)
