@@ -23,7 +23,8 @@ def headline() -> str:
     _, failed, named = totals(lines("autopsy"))
     rows = [
         [
-            f"Train lifted at the first attempt, rendered cameras, {len({row['cell'] for row in trains})} conditions",
+            f"Train lifted at the first attempt, rendered cameras, {len({row['cell'] for row in trains})} conditions"
+            " without cast shadows",
             *_rate(sum(bool(row["first_attempt_success"]) for row in trains), len(trains)),
         ],
         [
