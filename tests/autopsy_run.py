@@ -55,7 +55,15 @@ class AutopsyRun:
 
     def scenario(self):
         scenario = TrainScenario(name="made-up", seed=1)
-        return scenario.with_settings({"track.kind": "line", "track.speed": SPEED})
+        return scenario.with_settings(
+            {
+                "track.kind": "line",
+                "track.speed": SPEED,
+                "track.direction": "forward",
+                "track.centre_range": 0.0,
+                "track.rotation_range_deg": 0.0,
+            }
+        )
 
     def log(self):
         scenario = self.scenario()
@@ -98,9 +106,8 @@ class AutopsyRun:
         verdict[:, 5] = lifted
         half = 0.25 * np.pi
         zero = np.zeros(len(cycles))
-        train = np.column_stack(
-            [zero + np.cos(half), zero, zero, zero + np.sin(half), self._truth(cycles), np.zeros((len(cycles), 6))]
-        )
+        velocity = np.column_stack([zero, zero, zero, zero, zero + SPEED, zero])  # angular, then translational
+        train = np.column_stack([zero + np.cos(half), zero, zero, zero + np.sin(half), self._truth(cycles), velocity])
         status = np.zeros((len(ticks), 8))
         status[10:, 1] = known[:-10]  # the hand needs some time to reach the train
         command = np.column_stack([phases, np.zeros((len(ticks), 6))])

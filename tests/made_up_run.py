@@ -94,9 +94,8 @@ class Episode:
         place, tool = self.place(cycles), self.predicted(cycles)
         half = 0.5 * self.yaw
         lift = verdict[:, 0]
-        train = np.column_stack(
-            [zero + np.cos(half), zero, zero, zero + np.sin(half), place, TRAIN_Z + lift, np.tile(zero[:, None], 6)]
-        )
+        velocity = np.column_stack([zero, zero, zero, zero, zero + SPEED, zero])  # angular, then translational
+        train = np.column_stack([zero + np.cos(half), zero, zero, zero + np.sin(half), place, TRAIN_Z + lift, velocity])
         data = {
             "centroid_left": (cycles, np.zeros((len(cycles), 5))),
             "centroid_right": (cycles, np.zeros((len(cycles), 5))),

@@ -253,6 +253,14 @@ def test_progress_rewrites_one_line_on_a_terminal_and_clears_it():
     assert lines[-1] == "\x1b[K"
 
 
+def test_progress_fits_on_one_line_of_the_terminal(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "60")
+    stream, times = Terminal(), iter([0.0, 1.0, 2.0])
+    progress = Progress(60.0, stream, clock=lambda: next(times))
+    progress(1.0, "track: waiting for " + "predictions from this place that come true" * 3)
+    assert len(stream.getvalue().removeprefix("\r").removesuffix("\x1b[K")) == 59
+
+
 def test_progress_prints_a_line_now_and_then_without_a_terminal():
     assert run_for(io.StringIO(), 5.0, 0.1) == ""
     lines = run_for(io.StringIO(), 35.0, 0.1).splitlines()

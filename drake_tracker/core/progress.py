@@ -1,5 +1,6 @@
 """Shows the progress of a run, a job or a campaign on the terminal."""
 
+import shutil
 import sys
 import time
 from collections.abc import Callable
@@ -50,7 +51,7 @@ class _Line:
 
 
 class Progress(_Line):
-    """A callable ``progress(sim_time, phase)``: simulated time, phase and real-time factor of a run.
+    """A callable ``progress(sim_time, activity)``: simulated time, real-time factor, and what the arm does in a run.
 
     Args:
         duration: simulated time after which the run ends at the latest [s].
@@ -65,12 +66,12 @@ class Progress(_Line):
         self._duration = duration
         self._first_time = 0.0
 
-    def __call__(self, sim_time: float, phase: str) -> None:
+    def __call__(self, sim_time: float, activity: str) -> None:
         """Shows the progress, at most five times a second on a terminal and every ten seconds elsewhere.
 
         Args:
             sim_time: simulated time [s].
-            phase: name of the phase.
+            activity: the phase and, after a colon, what the arm waits for.
         """
         now = self._clock()
         if not self._started:
@@ -80,7 +81,10 @@ class Progress(_Line):
             return
         wall = now - self._first
         rate = f"{(sim_time - self._first_time) / wall:.2f}x real time" if wall > 0.0 else ""
-        self._show(f"{sim_time:6.1f} s of {self._duration:g}  {phase:<10}  {rate}", now)
+        line = f"{sim_time:6.1f} s of {self._duration:g}  {rate:<15}  {activity}"
+        if self._terminal:  # a line that wraps could not be rewritten
+            line = line[: shutil.get_terminal_size().columns - 1]
+        self._show(line, now)
 
 
 class StepsProgress(_Line):

@@ -160,13 +160,13 @@ class GraspMachine(SchemaMachine[GraspState, GraspObservation]):
         config = self.config
         if state.phase != Phase.TRACK:
             return Gate.NOT_TRACKING, 0.0
+        if seen.target.stale:
+            return Gate.STALE, 0.0
         settling = self._elapsed(state, seen) < config.approach_duration + config.settle_time
         if settling or seen.status.fraction < 1.0:  # a target that jumped is approached anew within the phase
             return Gate.SETTLING, 0.0
         if seen.status.flipping:
             return Gate.FLIPPING, 0.0
-        if seen.target.stale:
-            return Gate.STALE, 0.0
         if horizon(config, seen.target) > PATH_DURATION:
             return Gate.OUT_OF_REACH, 0.0
         verdict, error = judge_prediction(config, state.memory, seen.packet, seen.target)

@@ -21,7 +21,7 @@ _ROUNDING = 1e-9
 """Allowance for rounding errors of times [s]."""
 
 Progress = Callable[[float, str], object]
-"""Called with (simulated time [s], name of the phase)."""
+"""Called with (simulated time [s], what the arm does: the phase and, after a colon, what it waits for)."""
 
 
 class Onlooker(Protocol):
@@ -44,7 +44,7 @@ class RunMonitor:
     Args:
         task: task of the run.
         hand_eye: diagram to monitor.
-        progress: called with (simulated time [s], name of the phase), or None.
+        progress: a `Progress`, or None.
         stop_when_over: whether the run ends when the object was grasped or is lost, according to the judge.
         onlooker: a live view, or None.
 
@@ -76,7 +76,8 @@ class RunMonitor:
         context = self._hand_eye.GetMyContextFromRoot(root_context)
         phase = self._task.phases(int(ArmCommand(self._hand_eye.GetOutputPort("command").Eval(context)).phase))
         if self._progress is not None:
-            self._progress(now, phase.name.lower())
+            diagnosis = self._task.diagnosis(self._hand_eye.GetOutputPort("diagnosis").Eval(context))
+            self._progress(now, self._task.activity(phase, diagnosis))
         if self._onlooker is not None:
             self._onlooker.look(now, int(phase), lambda: self.interrupted)
         over = self._task.ended(self._task.verdict(self._hand_eye.GetOutputPort("truth_verdict").Eval(context)))

@@ -48,7 +48,7 @@ def simulate(
         options: what is shown and recorded.
         initialisation: what `initialise` returned; None initialises the task now, if it needs it.
         diagram: diagram to run instead of the scenario's, with the same ports and subsystems.
-        progress: called with (simulated time [s], name of the phase).
+        progress: called with (simulated time [s], what the arm does and what it waits for).
         live: live view that shows the run and may pause it. Real-time factor and wall times exclude the pauses.
 
     Returns the summary, see `drake_tracker.tasks.train.summary` and `drake_tracker.tasks.ball.summary`.

@@ -299,6 +299,15 @@ class Task(Protocol[Scenario]):
         """
         return servo_slot(GRASP_SLOT, time_step, self.servo_period) if name == "command" else 0.0
 
+    def activity(self, phase: IntEnum, diagnosis: Any) -> str:
+        """Returns what the arm does, for the progress line: the phase and, after a colon, what it waits for.
+
+        Args:
+            phase: one of ``phases``.
+            diagnosis: value of the ``diagnosis`` port, of the type ``self.diagnosis``.
+        """
+        return phase.name.lower()
+
     def phase_spans(self, log: Log, time_step: float) -> tuple[PhaseSpan, ...]:
         """Returns the phases of a run, in order.
 

@@ -285,13 +285,13 @@ def test_the_gate_gives_its_reasons_in_this_order(bench):
     bench.tick()
     assert bench.state.gate == Gate.NOT_TRACKING
     bench.put(Phase.TRACK)
-    bench.tick()
+    bench.tick(flipping=1, stale=1)
+    assert bench.state.gate == Gate.STALE, "trouble on the link is not called settling"
+    bench.tick(flipping=1)
     assert bench.state.gate == Gate.SETTLING
     bench.state = replace(bench.state, entered=bench.time - 10.0)
-    bench.tick(flipping=1, stale=1)
+    bench.tick(flipping=1)
     assert bench.state.gate == Gate.FLIPPING
-    bench.tick(stale=1)
-    assert bench.state.gate == Gate.STALE
     bench.tick()
     assert bench.state.gate == Gate.NO_MEMORY
     memory = good_memory(bench.time - LAG)

@@ -11,8 +11,11 @@ from drake_tracker.report.autopsy.blame import attempt_excess, run_excess, sizes
 from drake_tracker.report.autopsy.evidence import Attempt, Evidence
 from drake_tracker.report.autopsy.sentences import tell_attempt, tell_run
 from drake_tracker.report.autopsy.stages import WORDS, Stage
+from drake_tracker.tasks.episode import PhaseSpan
+from drake_tracker.tasks.train.cause import main_trouble
 from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.trouble import Cause
 
 LEAST_BLAME = 0.002
 """A stage whose excess is less than this [m] is not blamed."""
@@ -26,7 +29,8 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
 
     - ``culprit``: name of the stage that contributed most of what was not normal; None when the train was lifted or no
       stage did. ``excess_m``: {stage: its excess over normal}, largest first.
-    - ``verdict``: a sentence on the run, None when the train was lifted.
+    - ``verdict``: one or two sentences on the run, None when the train was lifted. Trouble outside of the stages, such
+      as a train that was stopped or a camera that saw nothing, comes first.
     - ``attempts``: a dict for each descent: ``sentence``, ``outcome``, its times, ``culprit``, ``offset`` and
       ``contributions`` {stage: (along, across, up, yaw)}, which add up to it, ``size_m`` {stage: m}, ``ages_s``.
     - ``tracking``: the contributions while tracking: number of ``moments`` evaluated, ``size_m`` {stage: 68th
@@ -53,7 +57,7 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
     order = np.argsort(-found)
     return {
         "culprit": None if culprit is None else WORDS[culprit],
-        "verdict": None if lifted else tell_run(culprit, found, broken, described),
+        "verdict": None if lifted else _verdict(scenario, log, spans) + tell_run(culprit, found, broken, described),
         "excess_m": _named(found[order], order),
         "attempts": described,
         "tracking": {
@@ -63,6 +67,14 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
             "age_s": float(tracking.ages.mean()) if len(tracking.ages) else None,
         },
     }
+
+
+def _verdict(scenario: TrainScenario, log: Mapping[str, Signal], spans: Sequence[PhaseSpan]) -> str:
+    """Returns the sentence on the main trouble of a run and a space, or "" when the stages show it themselves."""
+    trouble = main_trouble(scenario, log, spans)
+    if trouble is None or trouble.cause in (Cause.CALIBRATION, Cause.SECOND_OBJECT, Cause.IMAGE_DISTURBED):
+        return ""
+    return f"{trouble.sentence[0].upper()}{trouble.sentence[1:]}. "
 
 
 def _judged(attempts: Sequence[Attempt]) -> list[Attempt]:

@@ -2,14 +2,17 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, during
+from drake_tracker.tasks.train.cause import main_trouble
 from drake_tracker.tasks.train.closing import clearance, offset_at_touch
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.trouble import Cause
 
 GATE_WORDS = {
     Gate.OPEN: "nothing held it back",
@@ -22,6 +25,56 @@ GATE_WORDS = {
     Gate.OUT_OF_REACH: "the meeting point was out of reach",
 }
 """Reasons for which the gate stays closed, as clauses of a sentence."""
+
+_GATE_WAITS_FOR = {
+    Gate.SETTLING: "the hand to settle",
+    Gate.FLIPPING: "the jaws to turn over",
+    Gate.STALE: "a fresh prediction",
+    Gate.NO_MEMORY: "predictions from this place that can be checked",
+    Gate.PREDICTIONS_FAILED: "predictions from this place that come true",
+    Gate.OUT_OF_REACH: "a meeting point within reach",
+}
+"""What the arm waits for while tracking, by the verdict of the gate."""
+_PHASE_WAITS_FOR = {Phase.ACQUIRE: "the train to be seen", Phase.HOVER: "a fresh prediction"}
+"""What the arm waits for in other phases."""
+
+
+def activity(phase: Phase, gate: Gate) -> str:
+    """Returns the phase and, after a colon, what the arm waits for in it.
+
+    Args:
+        phase: the phase.
+        gate: the gate's verdict.
+    """
+    reason = _GATE_WAITS_FOR.get(gate) if phase == Phase.TRACK else _PHASE_WAITS_FOR.get(phase)
+    return phase.name.lower() + (f": waiting for {reason}" if reason else "")
+
+
+class Failure(NamedTuple):
+    """Why the train was not lifted.
+
+    Attributes:
+        reason: one sentence.
+        cause: the cause, for tables.
+    """
+
+    reason: str
+    cause: Cause
+
+
+def explain_failure(
+    scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], valid_fraction: float | None, interrupted: bool
+) -> Failure | None:
+    """Returns why the train was not lifted, None when it was. The arguments are those of `failure_reason`."""
+    reason = failure_reason(scenario, log, spans, valid_fraction, False)
+    if reason is None:
+        return None
+    trouble = main_trouble(scenario, log, spans)
+    if trouble is not None:
+        reason, cause = f"{trouble.sentence}; {reason}", trouble.cause
+    else:
+        cause = Cause.MISSED if _attempts(log) else Cause.NOT_LEARNED
+    return Failure(f"interrupted; until then {reason}" if interrupted else reason, cause)
 
 
 def failure_reason(

@@ -15,7 +15,7 @@ from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_of_n
 from drake_tracker.tasks.results import git_commit, lag_of, package_versions, tidy
 from drake_tracker.tasks.train.closing import closing_onset_error
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
-from drake_tracker.tasks.train.failure import failure_reason
+from drake_tracker.tasks.train.failure import explain_failure
 from drake_tracker.tasks.train.scenario import TrainScenario
 
 JITTER_WINDOW = 31
@@ -27,6 +27,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
 
     Lengths are in m, times in s, angles in rad. Position errors are horizontal, at the centre of the train's body:
 
+    - ``cause``: one of `drake_tracker.tasks.train.trouble.Cause`; None when the train was lifted.
     - ``prediction_rms_m``, ``prediction_p95_m``: error of the servo's target at the time for which it predicts, while
       tracking. This time is ahead of the newest measurement by the lag and up to two servo periods.
     - ``position_rms_m``: error of the present position according to the newest packet, while tracking.
@@ -58,12 +59,14 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
     attempts = int(counts[-1]) if len(counts) else 0
     verdict = log["truth_verdict"]
     success = bool(len(verdict.times) and verdict["taken"][-1])
+    failure = explain_failure(scenario, log, spans, vision["vision_valid_fraction"], interrupted)
     lifts = [span.start for span in spans if span.phase == Phase.LIFT]
     summary = {
         "scenario": scenario.name,
         "seed": scenario.seed,
         "success": success,
-        "failure_reason": failure_reason(scenario, log, spans, vision["vision_valid_fraction"], interrupted),
+        "failure_reason": None if failure is None else failure.reason,
+        "cause": None if failure is None else str(failure.cause),
         "attempts": attempts,
         "first_attempt_success": success and attempts == 1,
         "time_to_grasp_s": lifts[-1] if success and lifts else None,

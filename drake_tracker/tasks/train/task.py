@@ -1,6 +1,7 @@
 """The task of Allen et al. 1991: track a model train with two cameras, and grasp it while it moves."""
 
 from collections.abc import Mapping
+from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +11,14 @@ from pydrake.systems.framework import System
 from drake_tracker.core.messages import GraspDiagnosis, JawState, Verdict
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, during
 from drake_tracker.tasks.filming import Film, Snapshot, View
 from drake_tracker.tasks.task import ReplayParts, Task
 from drake_tracker.tasks.train.diagram import make_train_diagram, train_host
 from drake_tracker.tasks.train.episode import phase_spans, sighted
+from drake_tracker.tasks.train.failure import activity
 from drake_tracker.tasks.train.figures import draw_tracking
 from drake_tracker.tasks.train.filming import TRAIN_SNAPSHOT, TRAIN_VIEW, train_film
 from drake_tracker.tasks.train.scenario import Measured, TrainScenario
@@ -117,6 +120,9 @@ class TrainTask(Task[TrainScenario]):
         if verdict.taken:
             return "the train was lifted"
         return "the train was thrown off its track" if verdict.derailed else None
+
+    def activity(self, phase: IntEnum, diagnosis: Any) -> str:
+        return activity(Phase(phase), Gate(int(diagnosis.gate)))
 
     def summarise(
         self, scenario: TrainScenario, hand_eye: HandEyeDiagram, log: Log, simulated: float, interrupted: bool

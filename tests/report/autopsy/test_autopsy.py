@@ -118,7 +118,7 @@ def test_a_broken_chain_is_blamed_on_the_stage_where_it_breaks(dead, stage):
         log[name].data[:, log[name].names.index("valid")] = 0.0
     found = perform(run.scenario(), log)
     assert found["culprit"] == stage
-    assert found["verdict"].lower().removeprefix("the ") == f"{stage} never produced valid output."
+    assert found["verdict"].lower().endswith(f"{stage} never produced valid output.")
 
 
 def test_packets_whose_path_has_ended_on_arrival_are_blamed_on_the_link():

@@ -6,7 +6,7 @@ import pytest
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.train.episode import phase_spans
-from drake_tracker.tasks.train.failure import GATE_WORDS, failure_reason
+from drake_tracker.tasks.train.failure import GATE_WORDS, activity, failure_reason
 
 
 def reason(episode, valid_fraction=1.0, interrupted=False):
@@ -24,6 +24,15 @@ def between(start, end):
 
 def test_every_gate_has_a_clause():
     assert set(GATE_WORDS) == set(Gate)
+
+
+def test_the_progress_line_says_what_the_arm_waits_for():
+    assert activity(Phase.TRACK, Gate.STALE) == "track: waiting for a fresh prediction"
+    assert activity(Phase.TRACK, Gate.OPEN) == "track"
+    assert activity(Phase.LIFT, Gate.NOT_TRACKING) == "lift"
+    assert activity(Phase.ACQUIRE, Gate.NOT_TRACKING) == "acquire: waiting for the train to be seen"
+    waiting = set(Gate) - {Gate.OPEN, Gate.NOT_TRACKING}
+    assert all(": waiting for " in activity(Phase.TRACK, gate) for gate in waiting)
 
 
 def test_a_success_has_no_reason(episode):
