@@ -43,9 +43,12 @@ CELLS = {  # name: overrides
     "one-sided-light": ["lighting.side=one_side"],
     "flicker-5%": ["lighting.flicker=0.05"],
     "varying-speed": ["track.speed_law=varying"],
+    "line": [],
     "cast-shadows-gated": ["lighting.shadows=true", "vision.detector.brightness_gate=true"],
     "cast-shadows": ["lighting.shadows=true"],
 }
+SCENARIOS = {"line": "train:line"}
+"""Cells with a scenario other than "train"."""
 BY_NAME = ("cast-shadows-gated", "cast-shadows")
 """Cells that run only when asked for: rendering their images takes four times as long."""
 
@@ -53,7 +56,9 @@ BY_NAME = ("cast-shadows-gated", "cast-shadows")
 def run_one(job):
     """Runs one trial in a worker; returns its line, or `Lost`."""
     estimator, cell, seed, overrides = job
-    return run_line(load_scenario("train", seed=seed, overrides=overrides), estimator=estimator, cell=cell)
+    return run_line(
+        load_scenario(SCENARIOS.get(cell, "train"), seed=seed, overrides=overrides), estimator=estimator, cell=cell
+    )
 
 
 def outcome(row):

@@ -20,6 +20,7 @@ def setting(
     range: tuple[float, float] | None = None,
     choices: Sequence[str] | None = None,
     shape: tuple[int | None, ...] | None = None,
+    shared: bool = False,
 ) -> Any:
     """Declares a setting as a dataclass field.
 
@@ -32,8 +33,10 @@ def setting(
         choices: the allowed words of a text setting.
         shape: length of a tuple as (n,), or rows and columns of a tuple of tuples as (m, n). Any number of rows is
             allowed when m is None.
+        shared: whether all kinds of the role have this setting with the same meaning. A value written for one kind is
+            kept when a scenario replaces it by another kind.
     """
-    metadata = {"help": help, "unit": unit, "range": range, "choices": choices, "shape": shape}
+    metadata = {"help": help, "unit": unit, "range": range, "choices": choices, "shape": shape, "shared": shared}
     if isinstance(default, type):
         return dataclasses.field(default_factory=default, metadata=metadata)
     if isinstance(default, dict):

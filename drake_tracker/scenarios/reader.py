@@ -4,7 +4,7 @@ import dataclasses
 import difflib
 import math
 import typing
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from drake_tracker.core.setting import allowed, as_tuple, kinds_of, settings_of
@@ -65,7 +65,7 @@ def _read_part(value: Value, kinds: Any, key: str, errors: list[str], origins: d
         return kind()
     fields = {field.name: field for field in settings_of(kind)}
     values = {}
-    for name, item in data.items():
+    for name, item in (_kept(value, fields) | data).items():
         item_key = f"{key}.{name}" if key else name
         if name not in fields:
             errors.append(f"{item.origin}: there is no setting {item_key}{_suggest(name, key, tag, by_name, root)}")
@@ -74,6 +74,15 @@ def _read_part(value: Value, kinds: Any, key: str, errors: list[str], origins: d
         field = fields[name]
         values[name] = read(item, field.type, item_key, errors, origins, field.metadata, root)
     return kind(**values)
+
+
+def _kept(value: Value, fields: Mapping[str, Any]) -> dict[str, Value]:
+    """Returns the shared settings of the kinds that a part replaced, which hold for the part as well."""
+    replaced = value.replaced
+    if replaced is None or not isinstance(replaced.data, dict):
+        return {}
+    written = _kept(replaced, fields) | replaced.data
+    return {name: item for name, item in written.items() if name in fields and fields[name].metadata["shared"]}
 
 
 def _read_list(value: Value, metadata: Any, key: str, errors: list[str]) -> Any:

@@ -6,7 +6,7 @@ contain line numbers, tags and repeated keys.
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import yaml
@@ -24,11 +24,13 @@ class Value:
         data: a dict of Values, a list of Values, or a number, text, bool or None.
         origin: where the value was written, for messages: "train.yaml line 12".
         tag: YAML tag without the exclamation mark, None when there is none.
+        replaced: mapping with another tag that this value replaced, None when there is none.
     """
 
     data: Any
     origin: str
     tag: str | None = None
+    replaced: "Value | None" = None
 
 
 def parse(text: str, describe: Callable[[int], str], errors: list[str]) -> Value | None:
@@ -91,19 +93,22 @@ def _convert(
 def merge(base: Value, over: Value) -> Value:
     """Returns one tree with another on top.
 
-    Mappings are merged key by key. Anything else, also a mapping with another tag, is replaced.
+    Mappings are merged key by key. Anything else, also a mapping with another tag, is replaced. The new value
+    keeps a replaced mapping, for the settings that all kinds of a role share.
 
     Args:
         base: the lower tree.
         over: the tree on top of it.
     """
     same_kind = over.tag in (None, base.tag)
-    if not (isinstance(base.data, dict) and isinstance(over.data, dict) and same_kind):
+    if not (isinstance(base.data, dict) and isinstance(over.data, dict)):
         return over
+    if not same_kind:
+        return replace(over, replaced=base)
     data = dict(base.data)
     for key, value in over.data.items():
         data[key] = merge(data[key], value) if key in data else value
-    return Value(data, over.origin, base.tag)
+    return Value(data, over.origin, base.tag, base.replaced)
 
 
 def nest(key_path: str, value: Value) -> Value:

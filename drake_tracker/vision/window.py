@@ -74,6 +74,18 @@ def footprint(work_volume: ArrayLike, outline: str) -> np.ndarray:
     raise DrakeTrackerError(f"work volume outline is {outline!r}; it must be box or ellipse")
 
 
+def is_within(work_volume: ArrayLike, outline: str, points: ArrayLike) -> np.ndarray:
+    """Returns which points are within the `footprint` of a work volume, its edge included, bool of shape (n,).
+
+    Args:
+        work_volume: lower and upper corner in W, shape (2, 3) [m].
+        outline: "box" or "ellipse".
+        points: (x, y) in W, shape (n, 2) [m].
+    """
+    edge = footprint(work_volume, outline).astype(np.float32)
+    return np.array([cv2.pointPolygonTest(edge, (float(x), float(y)), False) >= 0 for x, y in np.asarray(points)])
+
+
 def project_window(camera: CameraModel, work_volume: ArrayLike, outline: str = "box", *, padding: int = 4) -> Window:
     """Returns the `Window` through which a camera sees a work volume.
 

@@ -16,6 +16,10 @@ from drake_tracker.world.tracks import Track
 
 TRAIN_HEIGHT = 0.035
 """Height of the train's reference point, the centre of its body, above the table [m]."""
+TABLE_TOP = ((0.21, -0.50), (0.91, 0.50))
+"""Lowest and highest corner (x, y) in W of the table's top, as in its model [m]."""
+WHEELS = (0.045, 0.015)
+"""Distances of the train's wheels from its centre, along and across, as in its models [m]."""
 TABLE_MODEL_HEIGHT = 0.45
 """Height of the table model's top above its own origin [m]."""
 

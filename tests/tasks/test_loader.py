@@ -108,6 +108,21 @@ def test_a_tag_chooses_the_kind_of_a_role():
     )
 
 
+@pytest.mark.parametrize("kind", ["Measured", "Rendered"])
+def test_a_new_kind_of_vision_keeps_the_work_volume_and_the_lag(kind):
+    scenario = load_scenario("train:line", overrides=["vision.lag_cycles=9", f"vision=!{kind} {{}}"])
+    assert type(scenario.vision).__name__ == kind
+    assert scenario.vision.work_volume == ((0.44, -0.50, 0.45), (0.68, 0.50, 0.51))
+    assert scenario.vision.outline == "box" and scenario.vision.lag_cycles == 9
+    assert "train.yaml line" in scenario.where("vision.outline")
+    own = load_scenario("train:line", overrides=[f"vision=!{kind} {{outline: ellipse}}"])
+    assert own.vision.outline == "ellipse" and own.vision.work_volume == scenario.vision.work_volume
+    later = load_scenario(
+        "train:line", overrides=["vision=!Measured {}", f"vision=!{kind} {{}}", "vision.lag_cycles=8"]
+    )
+    assert later.vision.outline == "box" and later.vision.lag_cycles == 8
+
+
 def test_a_new_tag_discards_the_settings_of_the_base_kind(tmp_path):
     path = write(
         tmp_path,

@@ -52,7 +52,7 @@ def assemble(
     """
     reach = Reach(scenario)
     track, start = place_track(scenario, reach)
-    check_track(scenario, track, reach)
+    check_track(scenario, track, start, reach)
 
     model, q_initial = reach.model, reach.q_initial
     world = make_train_world(

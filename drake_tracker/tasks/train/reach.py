@@ -38,6 +38,7 @@ class Reach:
         self.description = arm_of(scenario)
         self.model = make_arm_model(self.description)
         self.home = home_reference(scenario)
+        self._parameters = make_parameters(self.model, _STEP)
         over_home = tool_down(self.home[:3] + [0.0, 0.0, scenario.grasp.hover_height], self.home[3])
         self.q_initial = joints_for(self.model, self.description.q_start, over_home)
 
@@ -49,19 +50,48 @@ class Reach:
 
         Returns (x and y in W, height above the train) [m], or None when the tool can reach all places.
         """
-        parameters = make_parameters(self.model, _STEP)
         q = np.array(self.q_initial)
         for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
             x, y, _ = track.pose(s)
-            for height in self._heights:
-                X_WT = tool_down((float(x), float(y), self._z + height), np.pi / 2)
-                for _ in range(_STEPS):
-                    q, _ = step_joints(self.model, parameters, q, X_WT)
-                    if np.linalg.norm(self.model.tool_pose(q).translation() - X_WT.translation()) < _NEAR:
-                        break
-                else:
-                    return float(x), float(y), height
+            q, height = self._move(q, float(x), float(y))
+            if height is not None:
+                return float(x), float(y), height
         return None
+
+    def reached(self, track: Track, s: np.ndarray) -> np.ndarray:
+        """Returns which places of a track the tool can reach, for hovering and for grasping, bool of shape (n,).
+
+        The tool goes from the place nearest to ``home`` along the track in both directions. Where it comes to a place
+        that it cannot reach, the places behind it count as out of reach.
+
+        Args:
+            track: the track.
+            s: arc lengths of the places, ascending, shape (n,) [m].
+        """
+        x, y, _ = track.pose(s)
+        nearest = int(np.argmin(np.hypot(x - self.home[0], y - self.home[1])))
+        found = np.zeros(len(s), dtype=bool)
+        for places in (range(nearest, len(s)), range(nearest, -1, -1)):
+            q = np.array(self.q_initial)
+            for k in places:
+                q, height = self._move(q, float(x[k]), float(y[k]))
+                if height is not None:
+                    break
+                found[k] = True
+        return found
+
+    def _move(self, q: np.ndarray, x: float, y: float) -> tuple[np.ndarray, float | None]:
+        """Moves the tool over a place. Returns the joints [rad] and the height above the train [m] at which it cannot
+        be reached, None when it can."""
+        for height in self._heights:
+            X_WT = tool_down((x, y, self._z + height), np.pi / 2)
+            for _ in range(_STEPS):
+                q, _ = step_joints(self.model, self._parameters, q, X_WT)
+                if np.linalg.norm(self.model.tool_pose(q).translation() - X_WT.translation()) < _NEAR:
+                    break
+            else:
+                return q, height
+        return q, None
 
 
 def home_reference(scenario: TrainScenario) -> np.ndarray:

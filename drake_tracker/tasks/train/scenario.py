@@ -33,18 +33,22 @@ class Rendered:
     """
 
     detector: NormalFlow = setting(NormalFlow, "the motion detector")
-    lag_cycles: int = setting(15, "time from the capture of the middle image to its centroid", "cycles", (1, 120))
+    lag_cycles: int = setting(
+        15, "time from the capture of the middle image to its centroid", "cycles", (1, 120), shared=True
+    )
     work_volume: tuple[tuple[float, ...], ...] = setting(
         WORK_VOLUME,
         "lowest and highest corner of the box in which motion is searched for",
         "m",
         (-5.0, 5.0),
         shape=(2, 3),
+        shared=True,
     )
     outline: str = setting(
         "ellipse",
         "outline of the work volume seen from above: the box, or the ellipse in it",
         choices=("box", "ellipse"),
+        shared=True,
     )
 
 
@@ -60,14 +64,22 @@ class Measured:
     """
 
     file: str = setting("train_vision.yaml", "file of the measured error, from drake-tracker measure")
-    lag_cycles: int = setting(15, "time from capture to point; a camera needs at least 2", "cycles", (0, 120))
+    lag_cycles: int = setting(
+        15, "time from capture to point; a camera needs at least 2", "cycles", (0, 120), shared=True
+    )
     work_volume: tuple[tuple[float, ...], ...] = setting(
-        WORK_VOLUME, "lowest and highest corner of the box in which the train is seen", "m", (-5.0, 5.0), shape=(2, 3)
+        WORK_VOLUME,
+        "lowest and highest corner of the box in which the train is seen",
+        "m",
+        (-5.0, 5.0),
+        shape=(2, 3),
+        shared=True,
     )
     outline: str = setting(
         "ellipse",
         "outline of the work volume seen from above: the box, or the ellipse in it",
         choices=("box", "ellipse"),
+        shared=True,
     )
 
 

@@ -1,15 +1,16 @@
-"""The track of a run: placed at random by the seed, and checked against the work volume and the reach of the arm."""
+"""The track of a run: placed at random by the seed, and checked against table, work volume and reach of the arm."""
 
 import math
 
-import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.tasks.train.open_track import off_table, shortest_grasp, time_within_reach
 from drake_tracker.tasks.train.reach import CHECKED_PLACES, Reach
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.window import footprint
+from drake_tracker.vision.window import is_within
 from drake_tracker.world.config import TrackConfig
+from drake_tracker.world.plant import TABLE_TOP
 from drake_tracker.world.tracks import Track, make_track
 
 STREAM = 1
@@ -24,7 +25,8 @@ def place_track(scenario: TrainScenario, reach: Reach | None = None) -> tuple[Tr
     """Returns the track of a scenario and the arc length at which the train starts.
 
     Centre and rotation within their ranges, the direction and the start are drawn at random, where the scenario leaves
-    them open. A closed track that would leave the work volume or the reach of the arm is placed again.
+    them open. A track that does not fit (see `check_track`) is placed again, unless it comes from a file. When none of
+    the placements fits, the first of those that are only out of reach is returned, or else the first of all.
 
     Args:
         scenario: the scenario.
@@ -37,29 +39,28 @@ def place_track(scenario: TrainScenario, reach: Reach | None = None) -> tuple[Tr
     offset, turn = rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0)
     backward = rng.uniform() < 0.5 if config.direction == "random" else config.direction == "backward"
     drawn = rng.uniform()
-    track = _placed(config, offset, turn)
-    if config.kind != "csv" and track.closed:
-        track = _fitting(scenario, track, rng, reach or Reach(scenario))
-    if backward:
-        track = track.reversed()
-    fraction = config.start
-    if fraction < 0.0:
-        fraction = drawn if track.closed else 0.0
-    return track, fraction * track.length
 
+    def placed(offset: np.ndarray, turn: float) -> tuple[Track, float]:
+        track = _placed(config, offset, turn)
+        track = track.reversed() if backward else track
+        fraction = config.start
+        if fraction < 0.0:
+            fraction = drawn if track.closed else 0.0
+        return track, fraction * track.length
 
-def _fitting(scenario: TrainScenario, first: Track, rng: np.random.Generator, reach: Reach) -> Track:
-    """Returns the track in the first placement that fits, or in the first placement when none does."""
-    track, missed = first, 0
+    first = placed(offset, turn)
+    if config.kind == "csv":
+        return first
+    found, reach, missed = first, reach or Reach(scenario), []
     for _ in range(MOST_DRAWS):
-        if place_outside(scenario, track) is None:
-            if reach.missed(track) is None:
-                return track
-            missed += 1
-            if missed == MOST_MISSED:
+        if misplaced(scenario, *found) is None:
+            if unreachable(scenario, *found, reach) is None:
+                return found
+            missed.append(found)
+            if len(missed) == MOST_MISSED:
                 break
-        track = _placed(scenario.track, rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0))
-    return first
+        found = placed(rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0))
+    return missed[0] if missed else first
 
 
 def _placed(config: TrackConfig, offset: np.ndarray, turn: float) -> Track:
@@ -76,6 +77,53 @@ def _placed(config: TrackConfig, offset: np.ndarray, turn: float) -> Track:
     )
 
 
+def misplaced(scenario: TrainScenario, track: Track, start: float) -> str | None:
+    """Returns why a track cannot lie where it is, as the rest of a sentence, or None when it can.
+
+    Args:
+        scenario: the scenario with the work volume.
+        track: the track in the direction of travel.
+        start: arc length at which the train starts [m].
+    """
+    outside = place_outside(scenario, track) if track.closed else None
+    if outside is not None:
+        (x_low, y_low, _), (x_high, y_high, _) = scenario.vision.work_volume
+        volume = f"{scenario.vision.outline} of x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g}"
+        where = f"({outside[0]:.3f}, {outside[1]:.3f}) m"
+        return f"the track passes {where}, outside the {volume} (vision.work_volume)"
+    beyond = off_table(track, start)
+    if beyond is not None:
+        (x_low, y_low), (x_high, y_high) = TABLE_TOP
+        table = f"which covers x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g} m"
+        return f"rails or train would be beyond the table at ({beyond[0]:.3f}, {beyond[1]:.3f}) m, {table}"
+    return None
+
+
+def unreachable(scenario: TrainScenario, track: Track, start: float, reach: Reach) -> str | None:
+    """Returns why the arm cannot grasp on a track, as the rest of a sentence, or None when it can.
+
+    Args:
+        scenario: the scenario.
+        track: the track in the direction of travel.
+        start: arc length at which the train starts [m].
+        reach: reach of the scenario's arm.
+    """
+    if not track.closed:
+        time, needed = time_within_reach(scenario, track, start, reach), shortest_grasp(scenario)
+        if time >= needed:
+            return None
+        return (
+            f"the train is in the work volume and within the arm's reach for {time:.1f} s only, and a grasp takes "
+            f"{needed:.1f} s; move or lengthen the track, or lower track.speed"
+        )
+    missed = reach.missed(track)
+    if missed is None:
+        return None
+    x, y, height = missed
+    where = f"({x:.3f}, {y:.3f}) m, {height:.2f} m above the train"
+    return f"the track is out of the arm's reach at {where}; move or shrink it"
+
+
 def place_outside(scenario: TrainScenario, track: Track) -> tuple[float, float] | None:
     """Returns a place (x, y) in W at which a track is outside the work volume [m], or None.
 
@@ -83,41 +131,28 @@ def place_outside(scenario: TrainScenario, track: Track) -> tuple[float, float] 
         scenario: the scenario with the work volume.
         track: the track.
     """
-    outline = footprint(scenario.vision.work_volume, scenario.vision.outline).astype(np.float32)
-    for s in np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False):
-        x, y, _ = track.pose(s)
-        if cv2.pointPolygonTest(outline, (float(x), float(y)), False) < 0:
-            return float(x), float(y)
-    return None
+    x, y, _ = track.pose(np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False))
+    points = np.column_stack([x, y])
+    within = is_within(scenario.vision.work_volume, scenario.vision.outline, points)
+    return None if within.all() else tuple(points[np.argmin(within)].tolist())
 
 
-def check_track(scenario: TrainScenario, track: Track, reach: Reach) -> None:
-    """Checks that a closed track is inside the work volume and within reach.
+def check_track(scenario: TrainScenario, track: Track, start: float, reach: Reach) -> None:
+    """Checks that a train can run on a track, and that the arm can grasp it there.
 
-    An open track passes the arm and may begin and end where the arm cannot follow. It is not checked.
+    The table must support rails and train. A closed track must be inside the work volume and within reach everywhere.
+    An open track passes the arm and may begin and end where the arm cannot follow, but the train must be in the work
+    volume and within reach for the time that a grasp takes.
 
     Args:
         scenario: the scenario.
         track: its track, as placed.
+        start: arc length at which the train starts [m].
         reach: reach of its arm.
 
-    Raises DrakeTrackerError when a place is outside the work volume or out of reach.
+    Raises DrakeTrackerError when the track does not fit.
     """
-    if not track.closed:
-        return
-    (x_low, y_low, _), (x_high, y_high, _) = scenario.vision.work_volume
-    volume = f"{scenario.vision.outline} of x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g} (vision.work_volume)"
-    what = scenario.where("track.csv" if scenario.track.kind == "csv" else "track.kind")
-    outside = place_outside(scenario, track)
-    if outside is not None:
-        x, y = outside
-        raise DrakeTrackerError(
-            f"{what} = {scenario.track.kind}: the track passes ({x:.3f}, {y:.3f}) m, outside the {volume}"
-        )
-    missed = reach.missed(track)
-    if missed is not None:
-        x, y, height = missed
-        raise DrakeTrackerError(
-            f"{what} = {scenario.track.kind}: the track is out of the arm's reach at ({x:.3f}, {y:.3f}) m, "
-            f"{height:.2f} m above the train; move or shrink it"
-        )
+    problem = misplaced(scenario, track, start) or unreachable(scenario, track, start, reach)
+    if problem is not None:
+        what = scenario.where("track.csv" if scenario.track.kind == "csv" else "track.kind")
+        raise DrakeTrackerError(f"{what} = {scenario.track.kind}: {problem}")

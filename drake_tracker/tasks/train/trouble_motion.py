@@ -4,10 +4,10 @@ import numpy as np
 
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.train.episode import train_pose
+from drake_tracker.tasks.train.open_track import last_place
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.tasks.train.trouble import Cause, Trouble, troubles
-from drake_tracker.world.rail import END_MARGIN
 from drake_tracker.world.speed_law import speed_at
 
 STARTING = 1.0
@@ -45,7 +45,7 @@ def motion_troubles(scenario: TrainScenario, log: Log, until: float) -> list[Tro
     speed = np.cos(yaw) * vx + np.sin(yaw) * vy
 
     beside = (np.abs(places[:, 1]) > BESIDE) | (np.abs(lift) > RAISED)
-    braking = not track.closed and places[:, 0] > track.length - END_MARGIN - END_ZONE
+    braking = not track.closed and places[:, 0] > last_place(track) - END_ZONE
     follows = ~beside & (wanted > 0.0) & ~np.asarray(braking)
     found = [
         *_beside_its_track(log, times, beside, until),

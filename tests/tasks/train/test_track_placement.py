@@ -1,11 +1,16 @@
 import functools
+import itertools
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 from drake_tracker import DrakeTrackerError, load_scenario
+from drake_tracker.core.models_path import models_path
+from drake_tracker.tasks.train.open_track import last_place, time_within_reach
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.track_placement import check_track, place_outside, place_track
+from drake_tracker.world.plant import TABLE_TOP, WHEELS
 
 OUT_OF_REACH = 110
 """A seed whose first figure-eight inside the work volume is too close to the base of the arm."""
@@ -77,16 +82,59 @@ def test_a_csv_is_used_unchanged(tmp_path):
         assert track.points.mean(axis=0) == pytest.approx([0.55, 0.02], abs=2e-3)
 
 
+def line(*overrides, seed=3):
+    return load_scenario("train:line", seed=seed, overrides=overrides)
+
+
 def test_an_open_track_starts_at_its_beginning():
-    track, start = place_track(load_scenario("train:line", seed=5))
+    track, start = place_track(line(seed=5))
     assert not track.closed and start == 0.0
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+def test_a_line_lies_on_the_table_with_the_train_at_its_start_and_where_it_stops(direction):
+    low, high = TABLE_TOP
+    offsets = []
+    for seed in range(20):
+        track, start = place_track(line(f"track.direction={direction}", seed=seed), reach())
+        for s in (start, last_place(track)):
+            x, y, heading = track.pose(s)
+            cos, sin = np.cos(heading), np.sin(heading)
+            for along, across in itertools.product((-0.045, 0.045), (-0.015, 0.015)):
+                wheel = (x + along * cos - across * sin, y + along * sin + across * cos)
+                assert np.all(np.greater_equal(wheel, low) & np.less_equal(wheel, high)), (seed, wheel)
+        assert np.all((track.points > low) & (track.points < high))
+        offsets.append(track.points.mean(axis=0) - [0.56, 0.0])
+    assert np.max(np.abs(offsets)) <= 0.03 + 1e-9 and np.ptp(offsets, axis=0)[0] > 0.04
+
+
+def test_a_line_that_fits_where_it_was_drawn_first_stays_there():
+    scenario = line(seed=2)
+    offset, turn = np.split(np.random.default_rng([2, 1]).uniform(-1.0, 1.0, 3), [2])
+    track, _ = place_track(scenario, reach())
+    assert track.points.mean(axis=0) == pytest.approx(scenario.track.centre + 0.03 * offset)
+    assert track.pose(0.0)[2] == pytest.approx(np.pi / 2 + np.radians(5.0) * turn[0])
+
+
+def test_the_extents_of_table_and_wheels_are_those_of_the_models():
+    def numbers(element, path):
+        return np.array(element.find(path).text.split(), dtype=float)
+
+    top = ElementTree.parse(models_path() / "table" / "table.sdf").find(".//collision[@name='top']")
+    middle, half = numbers(top, "pose")[:2], numbers(top, "geometry/box/size")[:2] / 2
+    assert np.array(TABLE_TOP) == pytest.approx(np.array([middle - half, middle + half]))
+    for model in sorted((models_path() / "train").glob("train_*.sdf")):
+        wheels = [c for c in ElementTree.parse(model).iter("collision") if c.get("name").startswith("wheel")]
+        assert len(wheels) == 4
+        for wheel in wheels:
+            assert np.abs(numbers(wheel, "pose")[:2]) == pytest.approx(np.array(WHEELS))
 
 
 def check(*overrides, seed=3):
     scenario = load_scenario("train", seed=seed, overrides=overrides)
     arm = Reach(scenario)
-    track, _ = place_track(scenario, arm)
-    check_track(scenario, track, arm)
+    track, start = place_track(scenario, arm)
+    check_track(scenario, track, start, arm)
     return track
 
 
@@ -127,7 +175,7 @@ def test_a_track_outside_the_work_volume_is_rejected():
 def test_a_track_out_of_reach_is_rejected():
     wide = "vision.work_volume=[[0.2,-0.6,0.45],[1.2,0.6,0.505]]"
     with pytest.raises(DrakeTrackerError) as error:
-        check(wide, "track.centre=[0.85,0.0]")
+        check(wide, "track.centre=[0.72,0.2]", "track.rotation_range_deg=0", "track.centre_range=0")
     (line,) = str(error.value).split("\n")
     assert "out of the arm's reach at (" in line and "track.kind (default) = oval" in line
 
@@ -135,3 +183,48 @@ def test_a_track_out_of_reach_is_rejected():
 def test_the_message_names_the_override():
     with pytest.raises(DrakeTrackerError, match="^--set track.kind=circle: track.kind = circle"):
         check("track.kind=circle", "track.radius=0.4")
+
+
+def test_a_track_beyond_the_table_is_rejected(tmp_path):
+    wide = "vision.work_volume=[[0.2,-0.6,0.45],[1.2,0.6,0.505]]"
+    angle = np.linspace(0.0, 2 * np.pi, 40, endpoint=False)
+    file = tmp_path / "mine.csv"
+    rows = (f"{0.55 + 0.12 * np.cos(a):.4f},{0.40 + 0.12 * np.sin(a):.4f}" for a in angle)
+    file.write_text("x,y\n" + "\n".join(rows))
+    for overrides in ([wide, "track.kind=csv", f"track.csv={file}"], ["track.kind=line", "track.length=1.2"]):
+        with pytest.raises(DrakeTrackerError) as error:
+            check(*overrides)
+        (text,) = str(error.value).split("\n")
+        assert "beyond the table at (" in text and "covers x 0.21 to 0.91, y -0.5 to 0.5 m" in text
+
+
+def test_a_train_that_starts_at_the_end_of_a_line_is_rejected():
+    with pytest.raises(DrakeTrackerError, match=r"for 0\.0 s only"):
+        check("track.kind=line", "track.start=1.0", "track.direction=forward")
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ["track.speed=0.5"],
+        ["track.start=0.8"],
+        ["vision.work_volume=[[0.44, -0.10, 0.45], [0.68, 0.10, 0.51]]"],
+        ["track.speed=0.15", "track.centre=[0.84, 0.0]", "vision.work_volume=[[0.3, -0.50, 0.45], [0.9, 0.50, 0.51]]"],
+    ],
+)
+def test_a_line_that_leaves_no_time_for_a_grasp_is_rejected(overrides):
+    scenario = line(*overrides)
+    arm = Reach(scenario)
+    with pytest.raises(DrakeTrackerError) as error:
+        check_track(scenario, *place_track(scenario, arm), arm)
+    (text,) = str(error.value).split("\n")
+    assert "track.kind = line: the train is in the work volume and within the arm's reach for" in text
+    assert "a grasp takes 2.4 s" in text
+
+
+def test_the_time_within_reach_counts_the_rests_of_a_speed_law():
+    times = []
+    for law in ("constant", "stop_and_go"):
+        scenario = line(f"track.speed_law={law}")
+        times.append(time_within_reach(scenario, *place_track(scenario, reach()), reach()))
+    assert times[0] == pytest.approx(8.4, abs=0.1) and times[1] == pytest.approx(10.4, abs=0.1)
