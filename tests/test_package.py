@@ -19,7 +19,7 @@ PACKAGE = Path(drake_tracker.core.errors.__file__).parents[1]
 REPOSITORY = PACKAGE.parent
 MODULES = sorted(PACKAGE.rglob("*.py"))
 SCRIPTS = sorted(path for folder in ("benchmarks", "docs", "models") for path in (REPOSITORY / folder).rglob("*.py"))
-SUBSYSTEMS = ("core", "world", "vision", "estimation", "link", "arm", "grasp", "footage", "network")
+SUBSYSTEMS = ("core", "world", "vision", "estimation", "link", "arm", "grasp", "footage", "network", "faults")
 TASKS = ("scenarios", "diagrams", "tasks")
 APPLICATIONS = (
     *("run", "replay", "live", "report", "campaign", "calibration", "tracking", "figures", "commands"),
@@ -101,6 +101,15 @@ def test_no_subsystem_of_the_controller_imports_the_world(subsystem):
     for path in (PACKAGE / subsystem).rglob("*.py"):
         for name in imports_of(path):
             assert not name.startswith("drake_tracker.world"), f"{relative(path)}: ground truth stays in the world"
+
+
+@pytest.mark.parametrize("subsystem", CONTROLLER)
+def test_no_subsystem_of_the_controller_imports_the_faults(subsystem):
+    for path in (PACKAGE / subsystem).rglob("*.py"):
+        for name in imports_of(path):
+            assert not name.startswith("drake_tracker.faults"), (
+                f"{relative(path)}: the controller must notice by itself"
+            )
 
 
 def test_the_top_level_holds_only_the_three_layers():

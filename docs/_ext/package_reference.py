@@ -18,9 +18,9 @@ from pathlib import Path
 from sphinx.util.docutils import SphinxDirective
 
 from drake_tracker import cli
-from drake_tracker.core.setting import kinds_of, settings_of
+from drake_tracker.core.setting import key_of, kinds_of, list_kinds, settings_of
 from drake_tracker.scenarios.base import Custom
-from drake_tracker.scenarios.reader import describe_settings
+from drake_tracker.scenarios.reader import describe_settings, summary_of
 
 PACKAGE = Path(__file__).parents[2] / "drake_tracker"
 BLOCK = ".. pydrake_system::"
@@ -87,25 +87,32 @@ class Settings(SphinxDirective):
         scenario = load_scenario(self.arguments[0])
         self.env.note_dependency(str(PACKAGE / "tasks" / self.arguments[0] / "scenario.py"))
         all_rows = describe_settings(scenario)
-        sections = {"Run": []}
+        sections, texts = {"Run": []}, {}
         for field in settings_of(scenario):
             value = getattr(scenario, field.name)
+            name = key_of(field)
             kinds = [kind for kind in kinds_of(field.type) if dataclasses.is_dataclass(kind)]
-            if not kinds:
-                sections["Run"] += [row for row in all_rows if row[0] == field.name]
+            listed = list_kinds(field.type)
+            if listed:
+                sections[name] = [row for row in all_rows if row[0] == name]
+                for kind in listed:
+                    title = f"{name}: !{kind.__name__}"
+                    sections[title] = describe_settings(kind(), f"{name}[i].")
+                    texts[title] = summary_of(kind)
+            elif not kinds:
+                sections["Run"] += [row for row in all_rows if row[0] == name]
             elif len(kinds) == 1:
-                sections[field.name] = describe_settings(value, f"{field.name}.")
+                sections[name] = describe_settings(value, f"{name}.")
             else:
                 for kind in kinds:
                     default = " (default)" if kind is type(value) else ""
-                    rows = custom_rows(field.name) if kind is Custom else None
+                    rows = custom_rows(name) if kind is Custom else None
                     part = value if default else kind()
-                    sections[f"{field.name}: !{kind.__name__}{default}"] = rows or describe_settings(
-                        part, f"{field.name}."
-                    )
+                    sections[f"{name}: !{kind.__name__}{default}"] = rows or describe_settings(part, f"{name}.")
         lines = []
         for title, rows in sections.items():
-            lines += [title, "-" * len(title), "", *(table(rows) if rows else ["No settings."]), ""]
+            lines += [title, "-" * len(title), "", *([texts[title], ""] if title in texts else [])]
+            lines += [*(table(rows) if rows else ["No settings."]), ""]
         return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True)
 
 

@@ -21,6 +21,7 @@ def setting(
     choices: Sequence[str] | None = None,
     shape: tuple[int | None, ...] | None = None,
     shared: bool = False,
+    key: str = "",
 ) -> Any:
     """Declares a setting as a dataclass field.
 
@@ -35,8 +36,17 @@ def setting(
             allowed when m is None.
         shared: whether all kinds of the role have this setting with the same meaning. A value written for one kind is
             kept when a scenario replaces it by another kind.
+        key: name in a scenario, where it is not the name of the field, for example a keyword of Python.
     """
-    metadata = {"help": help, "unit": unit, "range": range, "choices": choices, "shape": shape, "shared": shared}
+    metadata = {
+        "help": help,
+        "unit": unit,
+        "range": range,
+        "choices": choices,
+        "shape": shape,
+        "shared": shared,
+        "key": key,
+    }
     if isinstance(default, type):
         return dataclasses.field(default_factory=default, metadata=metadata)
     if isinstance(default, dict):
@@ -54,6 +64,11 @@ def settings_of(part: Any) -> tuple[dataclasses.Field[Any], ...]:
     return tuple(field for field in dataclasses.fields(part) if "help" in field.metadata)
 
 
+def key_of(field: dataclasses.Field[Any]) -> str:
+    """Returns the name of a setting in a scenario."""
+    return field.metadata.get("key") or field.name
+
+
 def replace_settings(part: Part, changes: Mapping[str, Any]) -> Part:
     """Returns a copy of a dataclass instance with some settings changed. Does not check whether values are allowed.
 
@@ -67,8 +82,10 @@ def replace_settings(part: Part, changes: Mapping[str, Any]) -> Part:
     values: dict[str, Any] = {}
     for key, value in changes.items():
         name, _, rest = key.partition(".")
-        if not any(field.name == name for field in settings_of(part)):
+        fields = {key_of(field): field.name for field in settings_of(part)}
+        if name not in fields:
             raise AttributeError(f"{type(part).__name__} has no setting {name!r}")
+        name = fields[name]
         if rest:
             nested.setdefault(name, {})[rest] = value
         else:
@@ -99,3 +116,11 @@ def kinds_of(annotation: Any) -> tuple[Any, ...]:
     if typing.get_origin(annotation) in (typing.Union, types.UnionType):
         return typing.get_args(annotation)
     return (annotation,)
+
+
+def list_kinds(annotation: Any) -> tuple[Any, ...]:
+    """Returns the dataclasses of which a setting is a list, for ``tuple[A | B, ...]``; empty for any other setting."""
+    arguments = typing.get_args(annotation)
+    if typing.get_origin(annotation) is not tuple or len(arguments) != 2 or arguments[1] is not Ellipsis:
+        return ()
+    return tuple(kind for kind in kinds_of(arguments[0]) if dataclasses.is_dataclass(kind))

@@ -1,5 +1,6 @@
 """Makes the parts that a scenario names by YAML tags, including custom parts."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from drake_tracker.core.timing import ESTIMATOR_SLOT, vision_slot
@@ -9,6 +10,9 @@ from drake_tracker.estimation.check import check_estimator
 from drake_tracker.estimation.estimator import Estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.estimation.kinds import make_estimator
+from drake_tracker.faults.fault import Fault, HostFault, LinkFault, faults_at
+from drake_tracker.link.link import Link
+from drake_tracker.link.link_system import LinkSystem, make_link
 from drake_tracker.scenarios.base import Custom
 
 
@@ -29,16 +33,37 @@ def estimator_of(settings: Any, where: str = "estimator", **context: Any) -> Est
     return make_estimator(settings, **context)
 
 
-def make_host(estimator: Estimator, time_step: float) -> EstimatorSystem:
+def make_host(estimator: Estimator, time_step: float, faults: Sequence[Fault] = ()) -> EstimatorSystem:
     """Returns the host: an estimator as a System named "host", updated in the estimator's slot.
 
     Args:
         estimator: turns points into predicted paths.
         time_step: the plant's step, of which the slot is a fraction [s].
+        faults: what goes wrong; of these, those of the host.
     """
+    for fault in faults_at(faults, HostFault):
+        estimator = fault.estimator(estimator)
     host = EstimatorSystem(estimator, offset=vision_slot(ESTIMATOR_SLOT, time_step))
     host.set_name("host")
     return host
+
+
+def link_of(scenario: Any, faults: Sequence[Fault] = ()) -> LinkSystem:
+    """Returns the link of a scenario as a System named "link".
+
+    Args:
+        scenario: a scenario of any task.
+        faults: what goes wrong; of these, those of the link.
+
+    Raises DrakeTrackerError for settings out of range.
+    """
+
+    def with_faults(link: Link[Any]) -> Link[Any]:
+        for fault in faults_at(faults, LinkFault):
+            link = fault.link(link)
+        return link
+
+    return make_link(scenario.link, seed=scenario.seed, time_step=scenario.time_step, wrap=with_faults)
 
 
 def check_custom_parts(scenario: Any) -> None:

@@ -1,5 +1,6 @@
 """A link as a System."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -66,7 +67,12 @@ class LinkSystem(LeafSystem):
 
 
 def make_link(
-    settings: Any, *, seed: int = 0, time_step: float = TIME_STEP, period: float = VISION_PERIOD
+    settings: Any,
+    *,
+    seed: int = 0,
+    time_step: float = TIME_STEP,
+    period: float = VISION_PERIOD,
+    wrap: Callable[[Link[Any]], Link[Any]] | None = None,
 ) -> LinkSystem:
     """Returns the System of a link, named "link".
 
@@ -75,10 +81,14 @@ def make_link(
         seed: seed of the random losses and delays.
         time_step: the plant's step [s], of which the link's slot is a fraction.
         period: time between two packets [s].
+        wrap: makes the link that is used of the one that the settings describe; None uses that one.
 
     Raises DrakeTrackerError for settings of no kind, or out of range.
     """
-    link = LinkSystem(LINKS.make(settings, seed=seed), period=period, offset=vision_slot(LINK_SLOT, time_step))
+    arithmetic = LINKS.make(settings, seed=seed)
+    if wrap is not None:
+        arithmetic = wrap(arithmetic)
+    link = LinkSystem(arithmetic, period=period, offset=vision_slot(LINK_SLOT, time_step))
     link.set_name("link")
     return link
 

@@ -7,7 +7,6 @@ from drake_tracker.footage.frame_clock import FrameClock
 from drake_tracker.footage.frame_sequence import FrameSequence
 from drake_tracker.footage.sources import open_footage
 from drake_tracker.footage.video_source_system import VideoSource
-from drake_tracker.link.link_system import make_link
 from drake_tracker.replay.log_source_system import LogSourceSystem
 from drake_tracker.replay.recording import Recording
 from drake_tracker.replay.replay_diagram import ReplayDiagram
@@ -28,8 +27,7 @@ def make_replay_diagram(recording: Recording) -> ReplayDiagram:
     sources |= {name: (_video_source(recording, name, size), "image") for name, size in parts.images.items()}
     servo = make_servo_system(scenario.servo, scenario.time_step, task.servo_period)
     servo.set_name("servo")
-    link = make_link(scenario.link, seed=scenario.seed, time_step=scenario.time_step)
-    return ReplayDiagram(sources, parts.vision, parts.host, link, servo)
+    return ReplayDiagram(sources, parts.vision, parts.host, parts.link, servo)
 
 
 def _log_source(recording: Recording, name: str) -> LogSourceSystem:

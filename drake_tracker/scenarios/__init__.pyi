@@ -5,6 +5,7 @@ from .reader import describe_settings as describe_settings
 from .reader import read as read
 from .reader import setting_keys as setting_keys
 from .reader import setting_unit as setting_unit
+from .reader import summary_of as summary_of
 from .tree import Value as Value
 from .tree import dump as dump
 from .tree import merge as merge

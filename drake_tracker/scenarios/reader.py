@@ -7,8 +7,9 @@ import typing
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from drake_tracker.core.setting import allowed, as_tuple, kinds_of, settings_of
+from drake_tracker.core.setting import allowed, as_tuple, key_of, kinds_of, list_kinds, settings_of
 from drake_tracker.scenarios.tree import Value
+from drake_tracker.scenarios.writer import tree_of
 
 _NOUNS = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
 _NAMES = "names, each with a number, true or false, or text"
@@ -27,8 +28,9 @@ def read(
 
     Args:
         value: value to read.
-        schema: type to return: a dataclass of settings, a Union of them, an Optional of one of these, a tuple of
-            numbers or of such tuples, float, int, bool, str, or a dict from names to any of the last four.
+        schema: type to return: a dataclass of settings, a Union of them, a tuple of any number of these, an Optional of
+            one of these, a tuple of numbers or of such tuples, float, int, bool, str, or a dict from names to any of
+            the last four.
         key: key path of the value, empty at the top.
         errors: list to which problems are appended, one line each. A value that cannot be read becomes None.
         origins: dict that is filled in: {key path: where the value was written}.
@@ -44,6 +46,8 @@ def read(
         kinds.remove(type(None))
     if all(dataclasses.is_dataclass(kind) for kind in kinds):
         return _read_part(value, kinds, key, errors, origins, root)
+    if parts := list_kinds(kinds[0]):
+        return _read_parts(value, parts, key, errors, origins, root)
     if typing.get_origin(kinds[0]) is tuple:
         return _read_list(value, metadata, key, errors)
     if typing.get_origin(kinds[0]) is dict:
@@ -51,19 +55,34 @@ def read(
     return _read_scalar(value, kinds[0], metadata, key, errors)
 
 
+def _read_parts(value: Value, kinds: Any, key: str, errors: list[str], origins: dict[str, str], root: Any) -> Any:
+    """Returns the parts of a list, each with its tag, as a tuple."""
+    if not isinstance(value.data, list) or value.tag:
+        errors.append(f"{value.origin}: {key} must be {_parts_noun(kinds)}, not {_show(value)}")
+        return ()
+    items = []
+    for number, item in enumerate(value.data):
+        item_key = f"{key}[{number}]"
+        if item.tag is None:
+            errors.append(f"{item.origin}: {item_key} must begin with one of {_tags(kinds)}, not {_show(item)}")
+            continue
+        origins[item_key] = item.origin
+        items.append(_read_part(item, kinds, item_key, errors, origins, root))
+    return tuple(items)
+
+
 def _read_part(value: Value, kinds: Any, key: str, errors: list[str], origins: dict[str, str], root: Any) -> Any:
     by_name = {kind.__name__: kind for kind in kinds}
     tag = value.tag or kinds[0].__name__
     if tag not in by_name:
-        choices = ", ".join("!" + name for name in by_name)
-        errors.append(f"{value.origin}: {key} must be one of {choices}, not !{tag}{_nearest(tag, by_name, '!')}")
+        errors.append(f"{value.origin}: {key} must be one of {_tags(kinds)}, not !{tag}{_nearest(tag, by_name, '!')}")
         return kinds[0]()
     kind = by_name[tag]
     data = {} if value.data is None else value.data
     if not isinstance(data, dict):
         errors.append(f"{value.origin}: {key or 'the scenario'} must be a mapping of settings, not {_show(value)}")
         return kind()
-    fields = {field.name: field for field in settings_of(kind)}
+    fields = {key_of(field): field for field in settings_of(kind)}
     values = {}
     for name, item in (_kept(value, fields) | data).items():
         item_key = f"{key}.{name}" if key else name
@@ -72,7 +91,7 @@ def _read_part(value: Value, kinds: Any, key: str, errors: list[str], origins: d
             continue
         origins[item_key] = item.origin
         field = fields[name]
-        values[name] = read(item, field.type, item_key, errors, origins, field.metadata, root)
+        values[field.name] = read(item, field.type, item_key, errors, origins, field.metadata, root)
     return kind(**values)
 
 
@@ -132,6 +151,19 @@ def _read_scalar(value: Value, kind: Any, metadata: Any, key: str, errors: list[
     return kind(data)
 
 
+def _tags(kinds: Iterable[type]) -> str:
+    return ", ".join("!" + kind.__name__ for kind in kinds)
+
+
+def _parts_noun(kinds: Iterable[type]) -> str:
+    return f"a list of {_tags(kinds)}"
+
+
+def summary_of(kind: type) -> str:
+    """Returns the first line of the docstring of a dataclass of settings."""
+    return (kind.__doc__ or "").strip().partition("\n")[0]
+
+
 def _list_noun(shape: Any) -> str:
     return f"a list of {shape[0]} numbers" if len(shape) == 1 else f"a list of {shape[0]} lists of {shape[1]} numbers"
 
@@ -173,9 +205,9 @@ def _suggest(name: str, key: str, tag: str, kinds: Any, root: Any) -> str:
     name, where settings of the same part come first.
     """
     prefix = f"{key}." if key else ""
-    names = [field.name for field in settings_of(kinds[tag])]
+    names = [key_of(field) for field in settings_of(kinds[tag])]
     for kind, part in kinds.items():
-        if name in [field.name for field in settings_of(part)]:
+        if name in map(key_of, settings_of(part)):
             return f" in !{tag}; it belongs to {key}: !{kind}"
     paths = [prefix + own for own in names]
     if dataclasses.is_dataclass(root):  # a Union when an option of the command line names a single part
@@ -197,9 +229,9 @@ def setting_keys(schema: Any, prefix: str = "") -> Iterator[str]:
         kinds = kinds_of(field.type)
         parts = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
         if not parts:
-            yield prefix + field.name
+            yield prefix + key_of(field)
         for part in parts:
-            yield from setting_keys(part, f"{prefix}{field.name}.")
+            yield from setting_keys(part, f"{prefix}{key_of(field)}.")
 
 
 def setting_unit(schema: Any, key: str) -> str:
@@ -211,7 +243,7 @@ def setting_unit(schema: Any, key: str) -> str:
     """
     name, _, rest = key.partition(".")
     for field in settings_of(schema):
-        if field.name == name:
+        if key_of(field) == name:
             if not rest:
                 return field.metadata["unit"]
             kinds = kinds_of(field.type)
@@ -229,12 +261,18 @@ def describe_settings(part: Any, prefix: str = "") -> list[tuple[str, str, str, 
     """
     rows = []
     for field in settings_of(part):
-        value, key = getattr(part, field.name), prefix + field.name
+        value, key = getattr(part, field.name), prefix + key_of(field)
         kinds = kinds_of(field.type)
-        if dataclasses.is_dataclass(value):
+        if parts := list_kinds(field.type):
+            tags = f"[{_tags(type(item) for item in value)}]"
+            rows.append((key, tags, _parts_noun(parts), field.metadata["help"]))
+            for number, item in enumerate(value):
+                item_key = f"{key}[{number}]"
+                rows.append((item_key, f"!{type(item).__name__}", "its kind", summary_of(type(item))))
+                rows += describe_settings(item, item_key + ".")
+        elif dataclasses.is_dataclass(value):
             if len(kinds) > 1:
-                kind_names = ", ".join("!" + kind.__name__ for kind in kinds)
-                rows.append((key, f"!{type(value).__name__}", f"one of {kind_names}", field.metadata["help"]))
+                rows.append((key, f"!{type(value).__name__}", f"one of {_tags(kinds)}", field.metadata["help"]))
             rows += describe_settings(value, key + ".")
         else:
             shape = field.metadata["shape"]
@@ -243,44 +281,3 @@ def describe_settings(part: Any, prefix: str = "") -> list[tuple[str, str, str, 
             shown = value if isinstance(value, str) else _show(tree_of(value, ""))
             rows.append((key, shown, allowed(field.metadata, noun), field.metadata["help"]))
     return rows
-
-
-def tree_of(part: Any, origin: str) -> Value:
-    """Returns the tree of a dataclass instance, from which `read` makes an equal instance.
-
-    Args:
-        part: a dataclass instance made of settings, or the value of a setting.
-        origin: where the values were written, for messages.
-    """
-    if dataclasses.is_dataclass(part):
-        data = {field.name: tree_of(getattr(part, field.name), origin) for field in settings_of(part)}
-        return Value(data, origin, type(part).__name__)
-    if isinstance(part, dict):
-        return Value({name: tree_of(item, origin) for name, item in part.items()}, origin)
-    if isinstance(part, (list, tuple)):
-        return Value([tree_of(item, origin) for item in part], origin)
-    return Value(part, origin)
-
-
-def plain(part: Any) -> dict[str, Any]:
-    """Returns a dataclass instance as dicts, lists and plain values, in the form that Drake's ``yaml_dump`` writes.
-
-    A part that is not of the first kind of its role has the name of its kind as ``_tag``. A setting that is None is
-    omitted.
-    """
-    result = {}
-    for field in settings_of(part):
-        value, kinds = getattr(part, field.name), kinds_of(field.type)
-        if value is None:
-            continue
-        if dataclasses.is_dataclass(value):
-            result[field.name] = plain(value)
-            if type(value) is not kinds[0]:
-                result[field.name]["_tag"] = f"!{type(value).__name__}"
-        else:
-            result[field.name] = _as_list(value)
-    return result
-
-
-def _as_list(value: Any) -> Any:
-    return [_as_list(item) for item in value] if isinstance(value, tuple) else value

@@ -14,8 +14,9 @@ from typing import Any
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.setting import settings_of
 from drake_tracker.scenarios.base import BaseScenario, Custom, find_module
-from drake_tracker.scenarios.reader import plain, read, tree_of
+from drake_tracker.scenarios.reader import read
 from drake_tracker.scenarios.tree import Value, dump, merge, nest, parse
+from drake_tracker.scenarios.writer import plain, tree_of
 from drake_tracker.tasks.registry import TASKS
 
 PACKAGE_FOLDERS = {name: entry.folder for name, entry in TASKS.items()}

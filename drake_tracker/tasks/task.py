@@ -19,6 +19,7 @@ from drake_tracker.core.messages import ArmCommand, Centroid, Filtered, Predicti
 from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP, VISION_PERIOD, servo_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.estimation.estimator_system import EstimatorSystem
+from drake_tracker.link.link_system import LinkSystem
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.episode import Log, PhaseSpan, phase_spans
 from drake_tracker.tasks.filming import Film, Snapshot, View
@@ -63,17 +64,19 @@ class FreeMotion(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ReplayParts:
-    """The parts that a replay runs again, ahead of link and servo.
+    """The parts that a replay runs again, ahead of the servo.
 
     Attributes:
         vision: System with the replayed signals as inputs and the output ``point``; None when points are replayed.
         images: {camera: (width, height) [px]} of the recorded images that ``vision`` reads.
         host: the estimator as a System.
+        link: the link as a System.
     """
 
     vision: System | None
     images: Mapping[str, tuple[int, int]]
     host: EstimatorSystem
+    link: LinkSystem
 
 
 class Task(Protocol[Scenario]):

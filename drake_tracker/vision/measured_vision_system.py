@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem, System
 from pydrake.systems.primitives import DiscreteTimeDelay
 
 from drake_tracker.core.messages import TrackPoint, message_size
@@ -97,6 +97,7 @@ class MeasuredVisionDiagram(Diagram):
         work_volume: lower and upper corner in W, shape (2, 3) [m].
         seed: of all random numbers.
         period: of a cycle [s].
+        faults: a System with input and output ``point`` that changes the points before the lag; None changes nothing.
     """
 
     def __init__(
@@ -107,6 +108,7 @@ class MeasuredVisionDiagram(Diagram):
         seed: int,
         *,
         period: float = VISION_PERIOD,
+        faults: System | None = None,
     ) -> None:
         super().__init__()
         self.set_name("vision")
@@ -114,6 +116,11 @@ class MeasuredVisionDiagram(Diagram):
         system = builder.AddNamedSystem("measured_error", MeasuredErrorSystem(error, work_volume, seed, period=period))
         lag = builder.AddNamedSystem("lag", DiscreteTimeDelay(period, lag_cycles, message_size(TrackPoint)))
         builder.ExportInput(system.GetInputPort(TRUTH_PORT), TRUTH_PORT)
-        builder.Connect(system.GetOutputPort("point"), lag.get_input_port())
+        point = system.GetOutputPort("point")
+        if faults is not None:
+            builder.AddNamedSystem("faults", faults)
+            builder.Connect(point, faults.GetInputPort("point"))
+            point = faults.GetOutputPort("point")
+        builder.Connect(point, lag.get_input_port())
         builder.ExportOutput(lag.get_output_port(), "point")
         builder.BuildInto(self)

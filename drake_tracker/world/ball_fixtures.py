@@ -1,25 +1,17 @@
 """The fixtures in the laboratory of the ball: board with pegs and walls, release gate, and a moving distractor."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from pydrake.geometry import AddContactMaterial, Box, Cylinder, ProximityProperties
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
-from pydrake.multibody.tree import (
-    FixedOffsetFrame,
-    Frame,
-    ModelInstanceIndex,
-    PdControllerGains,
-    PrismaticJoint,
-    RigidBody,
-    SpatialInertia,
-)
+from pydrake.multibody.tree import ModelInstanceIndex, RigidBody, SpatialInertia
 
 from drake_tracker.world.ball_board import BALL_RADIUS, PEG_HEIGHT, PEG_RADIUS, START_Y
 from drake_tracker.world.ball_board_visual import THICKNESS, WALL_HEIGHT, WALL_THICKNESS, add_board_visual
 from drake_tracker.world.config import BoardConfig
+from drake_tracker.world.slide import add_slide
 
 TABLE_HEIGHT = 0.45
 """Height of the top of the table that carries the board [m]."""
@@ -100,7 +92,7 @@ def add_board(
             plant.RegisterCollisionGeometry(body, X_BWall, wall, name, PEG.properties())
     add_board_visual(plant, body=body, board=board, X_WB=X_WB, pegs=pegs, table_height=TABLE_HEIGHT)
     if loose:
-        _add_slide(
+        add_slide(
             plant,
             name="board_slide",
             instance=instance,
@@ -131,7 +123,7 @@ def add_gate(plant: MultibodyPlant, *, board_body: RigidBody, start_x: float) ->
     plant.RegisterCollisionGeometry(gate, RigidTransform(), Box(*GATE_SIZE), "bar", WOOD.properties())
     plant.RegisterVisualGeometry(gate, RigidTransform(), Box(*GATE_SIZE), "look", np.array([0.85, 0.85, 0.83, 1.0]))
     X_BG = RigidTransform([start_x, START_Y - BALL_RADIUS - 0.5 * GATE_SIZE[1], 0.5 * GATE_SIZE[2] + 0.001])
-    _add_slide(
+    add_slide(
         plant,
         name="gate_slide",
         instance=instance,
@@ -158,7 +150,7 @@ def add_distractor(plant: MultibodyPlant) -> ModelInstanceIndex:
         box, RigidTransform(), Box(*DISTRACTOR_SIZE), "look", np.array([0.05, 0.05, 0.06, 1.0])
     )
     X_WG = RigidTransform([*DISTRACTOR_PLACE, TABLE_HEIGHT + 0.5 * DISTRACTOR_SIZE[2] + 0.001])
-    _add_slide(
+    add_slide(
         plant,
         name="distractor_slide",
         instance=instance,
@@ -171,26 +163,3 @@ def add_distractor(plant: MultibodyPlant) -> ModelInstanceIndex:
         travel=2.0 * SLIDE_AMPLITUDE,
     )
     return instance
-
-
-def _add_slide(
-    plant: MultibodyPlant,
-    *,
-    name: str,
-    instance: ModelInstanceIndex,
-    parent: Frame,
-    X_PF: RigidTransform,
-    body: RigidBody,
-    axis: Sequence[float],
-    mass: float,
-    bandwidth: float,
-    travel: float,
-) -> None:
-    """Puts a body of a ``mass`` [kg] on a prismatic joint with a position drive.
-
-    The drive has a ``bandwidth`` [rad/s] and travels by at most ``travel`` [m] to either side of X_PF.
-    """
-    frame = plant.AddFrame(FixedOffsetFrame(f"{name}_frame", parent, X_PF, instance))
-    joint = plant.AddJoint(PrismaticJoint(name, frame, body.body_frame(), axis, -travel, travel))
-    actuator = plant.AddJointActuator(name, joint, 500.0)
-    actuator.set_controller_gains(PdControllerGains(p=mass * bandwidth**2, d=2.0 * mass * bandwidth))

@@ -1,21 +1,24 @@
 """The laboratory of the ball as a Diagram: everything that is real, and the only place that holds the ground truth."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.arm.description import Arm
 from drake_tracker.core.timing import BALL_TIME_STEP
+from drake_tracker.faults.fault import Fault, View
+from drake_tracker.faults.image_faults_system import add_image_faults
 from drake_tracker.world.ball_board import face_corners
 from drake_tracker.world.ball_camera import NAME, draw_camera_pose
 from drake_tracker.world.ball_fixtures import GATE_TRAVEL, KNOCK, SLIDE_AMPLITUDE
 from drake_tracker.world.ball_plant import add_ball_laboratory, add_floor
 from drake_tracker.world.camera_system import Camera, add_camera, add_renderer
-from drake_tracker.world.cameras import ImageWindow
+from drake_tracker.world.cameras import ImageWindow, true_camera_model
 from drake_tracker.world.catch_judge_system import add_catch_judge
 from drake_tracker.world.config import BallConfig, BoardCameraConfig, BoardConfig, LightingConfig
-from drake_tracker.world.disturbance_system import add_disturbance
+from drake_tracker.world.disturbance_system import add_disturbance, sinusoid, step
 from drake_tracker.world.lighting import overhead_render_engine_params
 from drake_tracker.world.release_system import add_release, draw_delay
 
@@ -55,6 +58,7 @@ class BallWorldDiagram(Diagram):
         lighting: the lamps.
         window: part of the image to render; None renders all of it.
         ball_on_board: False puts the ball aside and opens the gate, as while camera and board are initialised.
+        faults: what goes wrong; of these, the world has those of the images.
         seed: of every random draw.
         time_step: of the plant [s].
 
@@ -76,6 +80,7 @@ class BallWorldDiagram(Diagram):
         lighting: LightingConfig = LightingConfig(),
         window: ImageWindow | None = None,
         ball_on_board: bool = True,
+        faults: Sequence[Fault] = (),
         seed: int = 0,
         time_step: float = BALL_TIME_STEP,
     ) -> None:
@@ -109,12 +114,11 @@ class BallWorldDiagram(Diagram):
                 plant=plant,
                 slide=laboratory.board,
                 name="knock",
-                amplitude=KNOCK,
-                step_time=board.knock_time,
+                path=step(KNOCK, board.knock_time),
             )
         if laboratory.distractor is not None:
             add_disturbance(
-                builder, plant=plant, slide=laboratory.distractor, name="distractor", amplitude=SLIDE_AMPLITUDE
+                builder, plant=plant, slide=laboratory.distractor, name="distractor", path=sinusoid(SLIDE_AMPLITUDE)
             )
         self.laboratory = laboratory
         self.camera: Camera | None = None
@@ -135,6 +139,16 @@ class BallWorldDiagram(Diagram):
                 flicker=lighting.flicker,
                 flicker_hz=lighting.flicker_hz,
                 seed=seed,
+            )
+            self.camera = replace(
+                self.camera,
+                image_port=add_image_faults(
+                    builder,
+                    image_port=self.camera.image_port,
+                    view=View("both", true_camera_model(camera, self.camera.X_WC), self.camera.window),
+                    faults=faults,
+                    name=f"{NAME}_faults",
+                ),
             )
         judge = add_catch_judge(builder, laboratory=laboratory, tool_frame=description.tool_frame)
 

@@ -1,13 +1,39 @@
-"""Drake System that moves what the controller takes to be at rest: the knocked board, and the box beside it."""
+"""Drake System that moves what the controller takes to be at rest: the knocked board, the box beside it, and faults."""
+
+from collections.abc import Callable
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem
 
+Path = Callable[[float], tuple[float, float]]
+"""Position [m] and speed [m/s] of a slide as a function of time [s]."""
+
+
+def step(amplitude: float, step_time: float) -> Path:
+    """Returns the path of one step.
+
+    Args:
+        amplitude: of the step [m].
+        step_time: time of the step [s].
+    """
+    return lambda time: (amplitude * (time >= step_time), 0.0)
+
+
+def sinusoid(amplitude: float, period: float = 4.0) -> Path:
+    """Returns the path of a sinusoid.
+
+    Args:
+        amplitude: of the sinusoid [m].
+        period: of the sinusoid [s].
+    """
+    rate = 2.0 * np.pi / period
+    return lambda time: (amplitude * np.sin(rate * time), amplitude * (rate * np.cos(rate * time)))
+
 
 class DisturbanceSystem(LeafSystem):
-    """Set-points of a slide as a function of time alone: one step, or a sinusoid.
+    """Set-points of a slide as a function of time alone.
 
     .. pydrake_system::
 
@@ -18,36 +44,20 @@ class DisturbanceSystem(LeafSystem):
     ``desired_state``: position [m] and speed [m/s]. There is no state.
 
     Args:
-        amplitude: of the step or the sinusoid [m].
-        step_time: time of the step [s]; None for a sinusoid.
-        period: of the sinusoid [s].
+        path: of the slide, such as `step` or `sinusoid`.
     """
 
-    def __init__(self, amplitude: float, *, step_time: float | None = None, period: float = 4.0) -> None:
+    def __init__(self, path: Path) -> None:
         super().__init__()
-        self._amplitude = amplitude
-        self._step_time = step_time
-        self._rate = 2.0 * np.pi / period
+        self._path = path
         self.DeclareVectorOutputPort("desired_state", 2, self._calc, prerequisites_of_calc={self.time_ticket()})
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        time = context.get_time()
-        if self._step_time is not None:
-            output.SetFromVector([self._amplitude * (time >= self._step_time), 0.0])
-            return
-        phase = self._rate * time
-        output.SetFromVector(self._amplitude * np.array([np.sin(phase), self._rate * np.cos(phase)]))
+        output.SetFromVector(self._path(context.get_time()))
 
 
 def add_disturbance(
-    builder: DiagramBuilder,
-    *,
-    plant: MultibodyPlant,
-    slide: ModelInstanceIndex,
-    name: str,
-    amplitude: float,
-    step_time: float | None = None,
-    period: float = 4.0,
+    builder: DiagramBuilder, *, plant: MultibodyPlant, slide: ModelInstanceIndex, name: str, path: Path
 ) -> DisturbanceSystem:
     """Adds a `DisturbanceSystem` and connects it to a slide.
 
@@ -56,10 +66,8 @@ def add_disturbance(
         plant: finalized.
         slide: model instance with one driven joint.
         name: of the System.
-        amplitude: as for `DisturbanceSystem`.
-        step_time: as for `DisturbanceSystem`.
-        period: as for `DisturbanceSystem`.
+        path: as for `DisturbanceSystem`.
     """
-    disturbance = builder.AddNamedSystem(name, DisturbanceSystem(amplitude, step_time=step_time, period=period))
+    disturbance = builder.AddNamedSystem(name, DisturbanceSystem(path))
     builder.Connect(disturbance.get_output_port(), plant.get_desired_state_input_port(slide))
     return disturbance

@@ -33,7 +33,7 @@ def rail_force(track: Track, state: Sequence[float], target_speed: float, height
         track: travelled in the direction of growing arc length.
         state: the 13 numbers of a free body in W, as plain floats: quaternion w, x, y, z, position of O [m], angular
             velocity [rad/s], velocity of O [m/s].
-        target_speed: speed along the track [m/s].
+        target_speed: speed along the track, negative backwards [m/s].
         height: z_W of O while the train stands on the rail [m].
     """
     qw, qx, qy, qz, x, y, z, _, _, wz, vx, vy, _ = state
@@ -53,6 +53,8 @@ def rail_force(track: Track, state: Sequence[float], target_speed: float, height
     if not track.closed:
         remaining = max(track.length - END_MARGIN - s, 0.0)
         target_speed = min(target_speed, math.sqrt(2.0 * BRAKING * remaining))
+        behind = max(s - END_MARGIN, 0.0)  # a train that runs backwards stays on the rails too
+        target_speed = max(target_speed, -math.sqrt(2.0 * BRAKING * behind))
 
     speed = vx * tangent_x + vy * tangent_y
     drift = vy * tangent_x - vx * tangent_y

@@ -1,11 +1,15 @@
 """Drake System of the rail."""
 
+from collections.abc import Sequence
+
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
+from drake_tracker.faults.fault import Fault, SpeedFault, faults_at
+from drake_tracker.faults.train_faults_system import add_train_faults
 from drake_tracker.world.rail import rail_force
 from drake_tracker.world.speed_law import check_speed_law, speed_at
 from drake_tracker.world.tracks import Track
@@ -33,6 +37,7 @@ class RailSystem(LeafSystem):
         speed: mean speed [m/s].
         speed_law: one of `SPEED_LAWS`.
         variation: amplitude of a varying speed as a fraction of ``speed``.
+        faults: what goes wrong; of these, those of the drive.
 
     Raises DrakeTrackerError when the speed law or its numbers are not allowed.
     """
@@ -46,6 +51,7 @@ class RailSystem(LeafSystem):
         speed: float,
         speed_law: str = "constant",
         variation: float = 0.15,
+        faults: Sequence[Fault] = (),
     ) -> None:
         super().__init__()
         check_speed_law(speed_law, speed, variation)
@@ -53,6 +59,7 @@ class RailSystem(LeafSystem):
         self._body_index = body_index
         self._height = height
         self._law = (speed_law, speed, variation)
+        self._faults = faults_at(faults, SpeedFault)
         self._train_state = self.DeclareVectorInputPort("train_state", 13)
         self.DeclareAbstractOutputPort(
             "spatial_forces", lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]), self._calc_forces
@@ -60,7 +67,11 @@ class RailSystem(LeafSystem):
 
     def _calc_forces(self, context: Context, output: AbstractValue) -> None:
         state = self._train_state.Eval(context).tolist()
-        target_speed = speed_at(*self._law, context.get_time())
+        time = context.get_time()
+        target_speed = speed_at(*self._law, time)
+        for fault in self._faults:
+            if fault.active(time):
+                target_speed = fault.target_speed(target_speed)
         force_x, force_y, torque_z = rail_force(self._track, state, target_speed, self._height)
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = self._body_index
@@ -78,9 +89,10 @@ def add_rail(
     speed: float,
     speed_law: str = "constant",
     variation: float = 0.15,
+    faults: Sequence[Fault] = (),
     name: str = "rail",
 ) -> RailSystem:
-    """Adds a `RailSystem` and connects it to a train.
+    """Adds a `RailSystem`, with the forces of faults if there are any, and connects it to a train.
 
     Args:
         builder: of the diagram that has the plant.
@@ -91,12 +103,17 @@ def add_rail(
         speed: as for `RailSystem`.
         speed_law: as for `RailSystem`.
         variation: as for `RailSystem`.
+        faults: what goes wrong with the train.
         name: of the System.
     """
     (body_index,) = plant.GetBodyIndices(train)
     rail = builder.AddNamedSystem(
-        name, RailSystem(track, body_index, height, speed=speed, speed_law=speed_law, variation=variation)
+        name,
+        RailSystem(track, body_index, height, speed=speed, speed_law=speed_law, variation=variation, faults=faults),
     )
     builder.Connect(plant.get_state_output_port(train), rail.GetInputPort("train_state"))
-    builder.Connect(rail.GetOutputPort("spatial_forces"), plant.get_applied_spatial_force_input_port())
+    forces = add_train_faults(
+        builder, plant=plant, train=train, rail_forces=rail.GetOutputPort("spatial_forces"), faults=faults
+    )
+    builder.Connect(forces, plant.get_applied_spatial_force_input_port())
     return rail

@@ -1,19 +1,26 @@
 """The laboratory of the train as a Diagram: everything that is real, and the only place that holds the ground truth."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.arm.description import Arm
 from drake_tracker.core.timing import TIME_STEP
+from drake_tracker.faults.arm_faults_system import add_gripper_faults, add_joint_faults
+from drake_tracker.faults.fault import Fault, SceneFault, View, faults_at
+from drake_tracker.faults.image_faults_system import add_image_faults
 from drake_tracker.world.camera_system import Camera, add_cameras
-from drake_tracker.world.cameras import ImageWindow
+from drake_tracker.world.cameras import ImageWindow, true_camera_model
 from drake_tracker.world.config import CamerasConfig, LightingConfig
+from drake_tracker.world.disturbance_system import add_disturbance
 from drake_tracker.world.grasp_judge_system import add_grasp_judge
 from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
 from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory, place_train
 from drake_tracker.world.rail_system import add_rail
+from drake_tracker.world.slide import add_moving_body
 from drake_tracker.world.track_visual import add_track_visual
 from drake_tracker.world.tracks import Track
 
@@ -62,6 +69,7 @@ class WorldDiagram(Diagram):
         lighting: the lamps.
         windows: {camera name: window} to render; None renders the full images. When it is empty there are no cameras,
             no ``camera_*`` ports and no renderer.
+        faults: what goes wrong; of these, the world has those of images, scene, train, joints and gripper.
         seed: of the sensor noise.
         time_step: of the plant [s].
 
@@ -87,12 +95,20 @@ class WorldDiagram(Diagram):
         cameras: CamerasConfig = CamerasConfig(),
         lighting: LightingConfig = LightingConfig(),
         windows: Mapping[str, ImageWindow] | None = None,
+        faults: Sequence[Fault] = (),
         seed: int = 0,
         time_step: float = TIME_STEP,
     ) -> None:
         super().__init__()
         self.set_name("world")
         builder = DiagramBuilder()
+        scene_faults = faults_at(faults, SceneFault)
+
+        def decorate(plant: MultibodyPlant) -> None:
+            add_track_visual(plant, track=track, table_height=table_height)
+            for fault in scene_faults:
+                add_moving_body(plant, fault.body)
+
         laboratory = add_laboratory(
             builder,
             description=description,
@@ -100,7 +116,7 @@ class WorldDiagram(Diagram):
             table_height=table_height,
             time_step=time_step,
             grip_force=grip_force,
-            decorate=lambda plant: add_track_visual(plant, track=track, table_height=table_height),
+            decorate=decorate,
         )
         plant = laboratory.plant
         plant.set_name("plant")
@@ -117,7 +133,12 @@ class WorldDiagram(Diagram):
             speed=speed,
             speed_law=speed_law,
             variation=variation,
+            faults=faults,
         )
+        for fault in scene_faults:
+            name = fault.body.name
+            add_disturbance(builder, plant=plant, slide=plant.GetModelInstanceByName(name), name=name, path=fault.slide)
+        add_joint_faults(builder, plant=plant, arm=laboratory.arm, faults=faults)
         self.laboratory = laboratory
         self.cameras: dict[str, Camera] = {}
         if windows is None or windows:
@@ -129,12 +150,19 @@ class WorldDiagram(Diagram):
                 windows=windows,
                 seed=seed,
             )
+        for name, camera in self.cameras.items():
+            view = View(name.removeprefix("camera_"), true_camera_model(cameras, camera.X_WC), camera.window)
+            image_port = add_image_faults(
+                builder, image_port=camera.image_port, view=view, faults=faults, name=f"{name}_faults"
+            )
+            self.cameras[name] = replace(camera, image_port=image_port)
         jaws = add_jaw_sensor(builder, plant=plant, gripper=laboratory.gripper)
         judge = add_grasp_judge(builder, laboratory=laboratory, track=track, rest_height=rest_height)
 
         builder.ExportInput(plant.get_desired_state_input_port(laboratory.arm), "arm_desired_state")
         builder.ExportInput(plant.get_actuation_input_port(laboratory.arm), "arm_feedforward")
-        builder.ExportInput(plant.get_desired_state_input_port(laboratory.gripper), "gripper_desired_state")
+        gripper = add_gripper_faults(builder, plant=plant, gripper=laboratory.gripper, faults=faults)
+        builder.ExportInput(gripper, "gripper_desired_state")
         for name, camera in self.cameras.items():
             builder.ExportOutput(camera.image_port, name)
         builder.ExportOutput(plant.get_state_output_port(laboratory.arm), "arm_state")

@@ -4,6 +4,7 @@ import functools
 import types
 
 import pytest
+from faulty_runs import all_at_once
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
@@ -17,7 +18,9 @@ from drake_tracker.world import world_diagram as world_module
 from drake_tracker.world.config import TrackConfig as TrackSettings
 
 MEASURED = "vision=!Measured {}"
-BEHIND_THE_SENSORS = {"camera_left_noise", "camera_right_noise", "jaw_sensor"}
+BEHIND_THE_SENSORS = {
+    *("camera_left_noise", "camera_right_noise", "camera_left_faults", "camera_right_faults", "jaw_sensor"),
+}
 """Systems of the world between a sensor and the port that the controller reads."""
 
 
@@ -90,6 +93,17 @@ def test_measured_vision_is_the_only_system_that_reads_ground_truth(blind):
 def test_measured_vision_is_a_leak_if_the_scenario_does_not_ask_for_it(blind):
     leaking, _ = leaks(blind)
     assert any("measured_error" in path and "plant.train_state" in path for path in leaking)
+
+
+def test_faults_give_the_controller_no_ground_truth():
+    """Faults change what the controller reads, but what it reads still comes from the sensors alone."""
+    for stand_in, overrides in ((False, []), (True, [MEASURED])):
+        hand_eye = make_diagram(load_scenario("train", overrides=[all_at_once(), *overrides]))
+        leaking, sensors = leaks(hand_eye, stand_in)
+        assert leaking == []
+        assert sensors == set(measured(hand_eye, stand_in).values())
+        for subsystem in controller_subsystems(hand_eye).values():
+            assert truths(subsystem, is_truth) == {}
 
 
 def test_a_leak_in_a_diagram_with_measured_vision_is_found(monkeypatch):

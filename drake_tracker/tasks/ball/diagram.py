@@ -8,15 +8,17 @@ from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.timing import BALL_SERVO_PERIOD, ESTIMATOR_SLOT, PROJECTOR_SLOT, vision_slot
+from drake_tracker.core.timing import BALL_SERVO_PERIOD, PROJECTOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.diagrams.parts import link_of, make_host
 from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
+from drake_tracker.faults.fault import Fault
+from drake_tracker.faults.kinds import make_faults
 from drake_tracker.grasp.catch_machine import CatchMachine
 from drake_tracker.grasp.catch_system import CatchSystem
 from drake_tracker.grasp.crossing import BoardEdge
-from drake_tracker.link.link_system import make_link
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.vision.board_poses import BoardPoses
@@ -46,15 +48,14 @@ def make_ball_diagram(scenario: BallScenario, poses: BoardPoses) -> HandEyeDiagr
     waiting = edge.home + [0.0, 0.0, scenario.catch.rim_height, 0.0]
     q_initial = joints_for(model, description.q_start, tool_down(waiting[:3], waiting[3]))
 
-    world = make_ball_world(scenario, description=description, q_initial=q_initial)
+    faults = ball_faults(scenario)
+    world = make_ball_world(scenario, description=description, q_initial=q_initial, faults=faults)
     vision = board_vision(scenario, poses)
     host = ball_host(scenario, poses)
     catch = CatchSystem(CatchMachine(scenario.catch, edge, BALL_SERVO_PERIOD), scenario.time_step, BALL_SERVO_PERIOD)
     catch.set_name("catch")
     arm = ArmDiagram(catch, scenario.servo, model, q_initial, edge.home, scenario.time_step, BALL_SERVO_PERIOD)
-    hand_eye = HandEyeDiagram(
-        world, vision, host, make_link(scenario.link, seed=scenario.seed, time_step=scenario.time_step), arm
-    )
+    hand_eye = HandEyeDiagram(world, vision, host, link_of(scenario, faults), arm)
     hand_eye.poses = poses
     return hand_eye
 
@@ -73,9 +74,12 @@ def ball_host(scenario: BallScenario, poses: BoardPoses) -> EstimatorSystem:
         "slope", X_WB=poses.X_WB.GetAsMatrix4(), width=board.width, length=board.length, ball_radius=BALL_RADIUS,
         walls=board.walls, **asdict(scenario.estimator),
     )  # fmt: skip
-    host = EstimatorSystem(slope, offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step))
-    host.set_name("host")
-    return host
+    return make_host(slope, scenario.time_step, ball_faults(scenario))
+
+
+def ball_faults(scenario: BallScenario) -> tuple[Fault, ...]:
+    """Returns what goes wrong in a scenario."""
+    return make_faults(scenario.faults, seed=scenario.seed, lag=scenario.vision.throughput_cycles * VISION_PERIOD)
 
 
 def known_edge(scenario: BallScenario, poses: BoardPoses) -> BoardEdge:

@@ -16,6 +16,7 @@ from drake_tracker.core.timing import (
     BALL_UPDATE_CYCLES,
 )
 from drake_tracker.estimation.config import Slope
+from drake_tracker.faults.kinds import faults_of
 from drake_tracker.grasp.config import CatchConfig
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.kinds import LINKS
@@ -72,6 +73,7 @@ class BallScenario(BaseScenario):
         servo: from packets of predicted path to set-points every 5 ms.
         catch: what the hand does, and when.
         arm: the arm.
+        faults: what goes wrong, and when.
     """
 
     hand: ClassVar[Hand] = Hand.CUP
@@ -93,6 +95,7 @@ class BallScenario(BaseScenario):
     arm: ARMS.union(Custom, without=arms_without(Hand.CUP)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"
     )
+    faults: tuple[faults_of("ball"), ...] = setting([], "what goes wrong, and when")  # type: ignore[valid-type]
 
     def problems(self) -> list[tuple[str, str]]:
         """Returns the settings that contradict each other: a list of (key path, what is required)."""
@@ -105,4 +108,7 @@ class BallScenario(BaseScenario):
             found.append(("vision.detector.smoothing_size", "must be odd"))
         if self.catch.settle_tolerance < self.catch.follow_tolerance:
             found.append(("catch.settle_tolerance", "must not be below catch.follow_tolerance"))
+        for number, fault in enumerate(self.faults):
+            if getattr(fault, "camera", "both") != "both":
+                found.append((f"faults[{number}].camera", "must be both: the ball has one camera"))
         return found

@@ -10,9 +10,10 @@ from pydrake.systems.framework import System
 from drake_tracker.core.messages import CatchDiagnosis, CatchVerdict
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, BALL_TIME_STEP, PROJECTOR_SLOT, vision_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.diagrams.parts import link_of
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.board_figure import draw_board_found
-from drake_tracker.tasks.ball.diagram import ball_host, board_projector, board_vision, make_ball_diagram
+from drake_tracker.tasks.ball.diagram import ball_faults, ball_host, board_projector, board_vision, make_ball_diagram
 from drake_tracker.tasks.ball.filming import ball_film, ball_snapshot, ball_view
 from drake_tracker.tasks.ball.initialisation import initialise_board
 from drake_tracker.tasks.ball.path_figure import draw_ball_path
@@ -170,7 +171,7 @@ class BallTask(Task[BallScenario]):
         elif start == "centroids":
             vision = board_projector(scenario, poses)
             vision.set_name("projector")
-        return ReplayParts(vision, images, ball_host(scenario, poses))
+        return ReplayParts(vision, images, ball_host(scenario, poses), link_of(scenario, ball_faults(scenario)))
 
 
 TASK = BallTask()

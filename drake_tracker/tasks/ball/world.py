@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drake_tracker.arm.description import Arm
+from drake_tracker.faults.fault import Fault
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
 
@@ -16,6 +17,7 @@ def make_ball_world(
     q_initial: Sequence[float] | np.ndarray,
     ball_on_board: bool = True,
     with_camera: bool = True,
+    faults: Sequence[Fault] = (),
 ) -> BallWorldDiagram:
     """Returns the laboratory of a scenario.
 
@@ -26,6 +28,7 @@ def make_ball_world(
         ball_on_board: whether the ball starts on the board. Otherwise it lies aside and the gate is open, as during the
             initialisation.
         with_camera: whether to add the camera and its renderer.
+        faults: what goes wrong.
     """
     return BallWorldDiagram(
         description=description,
@@ -35,6 +38,7 @@ def make_ball_world(
         camera=scenario.camera if with_camera else None,
         lighting=scenario.lighting,
         ball_on_board=ball_on_board,
+        faults=faults,
         seed=scenario.seed,
         time_step=scenario.time_step,
     )

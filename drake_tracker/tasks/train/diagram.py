@@ -7,11 +7,11 @@ from pydrake.systems.framework import Diagram, System
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.diagrams.hand_eye import BETWEEN_SUBSYSTEMS, Connection, HandEyeDiagram
-from drake_tracker.diagrams.parts import estimator_of, make_host
+from drake_tracker.diagrams.parts import estimator_of, link_of, make_host
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspSystem
-from drake_tracker.link.link_system import make_link
+from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import check_track, place_track
@@ -55,10 +55,17 @@ def assemble(
     check_track(scenario, track, start, reach)
 
     model, q_initial = reach.model, reach.q_initial
+    faults = train_faults(scenario)
     world = make_train_world(
-        scenario, description=reach.description, q_initial=q_initial, track=track, start=start, windows=windows
+        scenario,
+        description=reach.description,
+        q_initial=q_initial,
+        track=track,
+        start=start,
+        windows=windows,
+        faults=faults,
     )
-    link = make_link(scenario.link, seed=scenario.seed, time_step=scenario.time_step)
+    link = link_of(scenario, faults)
     grasp = GraspSystem(GraspMachine(scenario.grasp, model, SERVO_PERIOD), scenario.time_step)
     grasp.set_name("grasp")
     arm = ArmDiagram(
@@ -69,4 +76,5 @@ def assemble(
 
 def train_host(scenario: TrainScenario) -> EstimatorSystem:
     """Returns the host of a scenario, its estimator as a System. Raises DrakeTrackerError when it cannot be made."""
-    return make_host(estimator_of(scenario.estimator, scenario.where("estimator")), scenario.time_step)
+    estimator = estimator_of(scenario.estimator, scenario.where("estimator"))
+    return make_host(estimator, scenario.time_step, train_faults(scenario))

@@ -10,6 +10,7 @@ from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.estimation.config import ClosedPath
 from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
+from drake_tracker.faults.kinds import faults_of
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.kinds import LINKS
@@ -100,6 +101,7 @@ class TrainScenario(BaseScenario):
         servo: from packets of predicted path to set-points every 30 ms.
         grasp: what the hand does, and when.
         arm: the arm.
+        faults: what goes wrong, and when.
     """
 
     hand: ClassVar[Hand] = Hand.GRIPPER
@@ -121,6 +123,7 @@ class TrainScenario(BaseScenario):
     arm: ARMS.union(Custom, without=arms_without(Hand.GRIPPER)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"
     )
+    faults: tuple[faults_of("train"), ...] = setting([], "what goes wrong, and when")  # type: ignore[valid-type]
 
     def problems(self) -> list[tuple[str, str]]:
         """Returns the settings that contradict each other: a list of (key path, what is required)."""

@@ -11,6 +11,7 @@ from pydrake.systems.framework import System
 from drake_tracker.core.messages import GraspDiagnosis, JawState, Verdict
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.diagrams.parts import link_of
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, during
@@ -19,6 +20,7 @@ from drake_tracker.tasks.task import ReplayParts, Task
 from drake_tracker.tasks.train.diagram import make_train_diagram, train_host
 from drake_tracker.tasks.train.episode import phase_spans, sighted
 from drake_tracker.tasks.train.failure import activity
+from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.figures import draw_tracking
 from drake_tracker.tasks.train.filming import TRAIN_SNAPSHOT, TRAIN_VIEW, train_film
 from drake_tracker.tasks.train.scenario import Measured, TrainScenario
@@ -167,7 +169,7 @@ class TrainTask(Task[TrainScenario]):
             models = load_cameras(scenario)
             vision = TriangulatorSystem(*(models[side] for side in SIDES), work_volume=scenario.vision.work_volume)
             vision.set_name("triangulator")
-        return ReplayParts(vision, images, train_host(scenario))
+        return ReplayParts(vision, images, train_host(scenario), link_of(scenario, train_faults(scenario)))
 
 
 TASK = TrainTask()

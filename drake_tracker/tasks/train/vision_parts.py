@@ -7,7 +7,10 @@ import numpy as np
 from pydrake.systems.framework import Diagram
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.faults.fault import CalibrationFault, PointFault, calibrated_with, faults_at
+from drake_tracker.faults.point_faults_system import PointFaultsSystem
 from drake_tracker.tasks.loader import scenario_file
+from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
 from drake_tracker.vision.calibration_file import load_calibration
 from drake_tracker.vision.camera_model import CameraModel
@@ -110,10 +113,31 @@ def measured_vision(scenario: TrainScenario) -> MeasuredVisionDiagram:
             f"{scenario.where('track.speed')} = {scenario.track.speed:g} m/s: the measured vision sees nothing below "
             f"{error.seen_from:.3f} m/s"
         )
-    return MeasuredVisionDiagram(error, config.lag_cycles, config.work_volume, scenario.seed)
+    return MeasuredVisionDiagram(
+        error, config.lag_cycles, config.work_volume, scenario.seed, faults=point_faults(scenario)
+    )
+
+
+def point_faults(scenario: TrainScenario) -> PointFaultsSystem | None:
+    """Returns what goes wrong with the points of measured vision, or None when nothing does.
+
+    Raises DrakeTrackerError when a fault cannot happen in the scenario, or the calibration file cannot be used.
+    """
+    faults = train_faults(scenario)
+    if not faults_at(faults, PointFault) and not faults_at(faults, CalibrationFault):
+        return None
+    return PointFaultsSystem(faults, calibrated_cameras(scenario), scenario.vision.work_volume)
 
 
 def load_cameras(scenario: TrainScenario) -> dict[str, CameraModel]:
+    """Returns {side: camera as the controller knows it}: that of the calibration file, with faults of the calibration.
+
+    Raises DrakeTrackerError when the file cannot be used, or does not belong to the scenario's cameras.
+    """
+    return calibrated_with(train_faults(scenario), calibrated_cameras(scenario))
+
+
+def calibrated_cameras(scenario: TrainScenario) -> dict[str, CameraModel]:
     """Returns {side: camera} from the calibration file that a scenario names.
 
     Raises DrakeTrackerError when the file cannot be used, or does not belong to the scenario's cameras.

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from drake_tracker.arm.description import Arm
+from drake_tracker.faults.fault import Fault
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.world.cameras import ImageWindow
 from drake_tracker.world.tracks import Track
@@ -19,6 +20,7 @@ def make_train_world(
     track: Track,
     start: float,
     windows: Mapping[str, ImageWindow] | None = None,
+    faults: Sequence[Fault] = (),
 ) -> WorldDiagram:
     """Returns the laboratory of a scenario.
 
@@ -29,6 +31,7 @@ def make_train_world(
         track: track in the direction of travel.
         start: arc length at which the train starts [m].
         windows: {name of the camera: window to render}. None renders the full images; an empty dict adds no cameras.
+        faults: what goes wrong.
     """
     return WorldDiagram(
         description=description,
@@ -45,6 +48,7 @@ def make_train_world(
         cameras=scenario.cameras,
         lighting=scenario.lighting,
         windows=windows,
+        faults=faults,
         seed=scenario.seed,
         time_step=scenario.time_step,
     )

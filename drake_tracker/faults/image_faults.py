@@ -1,0 +1,84 @@
+"""Faults of the images: a dark camera, a frozen image, flicker and noise."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.faults.fault import ImageFault, PointFault, Sight, View
+from drake_tracker.vision.light_gain import light_gain
+
+NOISE_BLINDS = 75.0
+"""Noise [grey levels] from which normal flow sees nothing. It raises its gate to 5 standard deviations of the
+difference of two smoothed images, 2 grey levels per grey level of noise; the edges of the train are 150 grey levels
+high."""
+CENTROID_NOISE = 0.012
+"""Noise of the centroid [px] per grey level of noise in the image."""
+IMAGE_SPAN = 4
+"""Cycles between the first and the last image of the train's motion detector."""
+
+
+@dataclass(frozen=True)
+class CameraDarkFault(ImageFault, PointFault):
+    """`CameraDark`: black images, in which nothing moves."""
+
+    def image(self, image: np.ndarray, view: View, time: float, held: np.ndarray | None) -> np.ndarray:
+        dark = np.zeros_like(image)
+        dark[..., 3] = 255
+        return dark
+
+    def centroid(self, sight: Sight) -> np.ndarray | None:
+        return None
+
+
+@dataclass(frozen=True)
+class FrozenImageFault(ImageFault, PointFault):
+    """`FrozenImage`: the same image again and again, in which nothing moves."""
+
+    def image(self, image: np.ndarray, view: View, time: float, held: np.ndarray | None) -> np.ndarray:
+        return image if held is None else held
+
+    def centroid(self, sight: Sight) -> np.ndarray | None:
+        return None
+
+
+@dataclass(frozen=True)
+class FlickerFault(ImageFault, PointFault):
+    """`Flicker`: a gain on the whole image.
+
+    The motion detector scales its first image to the brightness of its last, and finds nothing when they differ too
+    much (`light_gain`). Measured vision has no point in those cycles, and is otherwise undisturbed.
+    """
+
+    def gain(self, time: float) -> float:
+        """Returns the gain of the light at a time [s]."""
+        return 1.0 + self.settings.amplitude * np.sin(2.0 * np.pi * self.settings.frequency * (time - self.begin))
+
+    def image(self, image: np.ndarray, view: View, time: float, held: np.ndarray | None) -> np.ndarray:
+        changed = cv2.convertScaleAbs(image, alpha=self.gain(time))
+        changed[..., 3] = 255
+        return changed
+
+    def centroid(self, sight: Sight) -> np.ndarray | None:
+        half = 0.5 * IMAGE_SPAN * VISION_PERIOD  # the stamp is that of the middle image
+        levels = [self.gain(time) if self.active(time) else 1.0 for time in (sight.time - half, sight.time + half)]
+        return None if light_gain(*levels) is None else sight.uv
+
+
+@dataclass(frozen=True)
+class ImageNoiseFault(ImageFault, PointFault):
+    """`ImageNoise`: white luminance noise. Measured vision gets noise of the centroid, or sees nothing."""
+
+    def image(self, image: np.ndarray, view: View, time: float, held: np.ndarray | None) -> np.ndarray:
+        random = self.random(len(view.camera), round(time / VISION_PERIOD))
+        noise = self.settings.std * random.standard_normal(image.shape[:2], dtype=np.float32)
+        changed = image.copy()
+        changed[..., :3] = np.clip(np.rint(image[..., :3] + noise[..., np.newaxis]), 0.0, 255.0).astype(np.uint8)
+        return changed
+
+    def centroid(self, sight: Sight) -> np.ndarray | None:
+        if self.settings.std >= NOISE_BLINDS or sight.uv is None:
+            return None
+        noise = self.random(len(sight.camera), sight.cycle).standard_normal(2)
+        return sight.uv + CENTROID_NOISE * self.settings.std * noise
