@@ -24,7 +24,8 @@ def main_trouble(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) 
     """Returns the trouble to which a failure is due, None when nothing in the log was out of the ordinary.
 
     Ground truth is used, as in every judgement after a run; the settings of injected faults are not. What happens after
-    the hand touched the train is a consequence, and counts only if nothing was wrong before.
+    the hand touched the train is a consequence, and counts only if nothing was wrong before. The hand reaches the train
+    when the jaws begin to close; what moves the train from then on may be the hand.
 
     Args:
         scenario: the scenario of the run.
@@ -36,11 +37,12 @@ def main_trouble(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) 
     end = spans[-1].end
     touch = first_touch(log)
     until = end if touch is None else touch
+    closings = [span.start for span in spans if span.phase == Phase.CLOSE]
     launches = [span.start for span in spans if span.phase == Phase.INTERCEPT]
     found = [
-        *motion_troubles(scenario, log, until),
+        *motion_troubles(scenario, log, min([until, *closings])),
         *_signal_troubles(scenario, log, spans, until),
-        *gripper_troubles(scenario, log, spans),
+        *gripper_troubles(scenario, log, spans, until),
     ]
     if not found and until < end:
         found = _signal_troubles(scenario, log, spans, end)

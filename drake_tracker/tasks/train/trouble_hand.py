@@ -42,13 +42,14 @@ def arm_troubles(log: Log, until: float) -> list[Trouble]:
     return found
 
 
-def gripper_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> list[Trouble]:
+def gripper_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], touch: float) -> list[Trouble]:
     """Returns where the jaws closed too slowly, or pressed too weakly on the train.
 
     Args:
         scenario: the scenario of the run.
         log: {name: Signal} of the run.
         spans: phases of the run.
+        touch: time until which nothing holds the jaws back [s], normally the first touch of the train.
     """
     jaws, command = log["jaws"], log["command"]
     if len(command.times) == 0:
@@ -57,7 +58,7 @@ def gripper_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpa
     asked = np.interp(times - _DELAY, command.times, command["jaw_width"])
     closing = during(spans, times, Phase.CLOSE)
     open_ = jaws["width"] > width + WIDTH_TOLERANCE
-    slow = closing & open_ & (jaws["width"] > asked + JAWS_LATE)
+    slow = closing & open_ & (times <= touch) & (jaws["width"] > asked + JAWS_LATE)
     on_object = (np.abs(jaws["width"] - width) <= WIDTH_TOLERANCE) & (asked < width - WIDTH_TOLERANCE)
     gripping = during(spans, times, Phase.CLOSE, Phase.LIFT, Phase.HOLD)
     weak = gripping & on_object & (jaws["force"] < FORCE_SHARE * scenario.grasp.grip_force)
