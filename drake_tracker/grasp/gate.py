@@ -45,6 +45,10 @@ STARTING = 1.0
 """Places of the first seconds [s] do not tell whether a path is straight: the filter had hardly begun."""
 _ALONG_PACKET = np.linspace(0.0, KNOT_COUNT - 1, 5 * (KNOT_COUNT - 1) + 1)
 """Places on the predicted path, as numbers of knots, that are compared with where the object went before."""
+STANDING = 0.010
+"""An object whose predicted path stays within this distance [m] of its beginning stands still."""
+SLOWER = 2.5
+"""Factor by which the descent to an object that stands still may be slower."""
 
 
 class Gate(IntEnum):
@@ -182,6 +186,12 @@ def is_straight(config: GraspConfig, memory: PredictionMemory, packet: np.ndarra
     return bool(np.max(np.abs(away @ np.array([-dy, dx]))) <= config.straight_tolerance)
 
 
+def stands(packet: np.ndarray) -> bool:
+    """Returns whether the object of a `Prediction` vector stands still."""
+    knots = prediction_knots(packet)
+    return bool(np.max(np.hypot(*(knots[:, :2] - knots[0, :2]).T)) <= STANDING)
+
+
 def can_follow(
     config: GraspConfig,
     model: ArmModel,
@@ -191,6 +201,7 @@ def can_follow(
     start: float,
     from_height: float,
     half_turns: float,
+    descent_duration: float,
 ) -> bool:
     """Rehearses the descent and the closing on the predicted path. Returns whether the arm can follow.
 
@@ -203,13 +214,14 @@ def can_follow(
         start: instant for which ``q`` is due [s].
         from_height: height of the hand above the object now [m].
         half_turns: the jaws' branch.
+        descent_duration: duration of the descent [s].
     """
     period = ik_parameters.get_time_step()
-    blind_time = config.descent_duration + touch_delay(config)
+    blind_time = descent_duration + touch_delay(config)
     poses = []
     for k in range(1, int(np.ceil(blind_time / period)) + 1):
         x, y, z, yaw, _ = evaluate_prediction(packet, start + k * period)
-        drop = share_done(k * period / config.descent_duration)
+        drop = share_done(k * period / descent_duration)
         height = from_height + (config.grasp_height - from_height) * drop
         poses.append(tool_down((x, y, z + height), yaw + np.pi * half_turns))
     return rehearse(model, ik_parameters, q, poses, FOLLOWING_ERROR)

@@ -9,7 +9,7 @@ from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.differential_ik import make_parameters
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.grasp.config import GraspConfig
-from drake_tracker.grasp.gate import Gate, can_follow, horizon, judge_prediction
+from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, horizon, judge_prediction, stands
 from drake_tracker.grasp.motor_schema import SchemaMachine, SchemaState, since
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
 from drake_tracker.grasp.schema import PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
@@ -38,6 +38,7 @@ class GraspState(SchemaState):
         gate: why the machine waits.
         remembered_error: largest lateral error [m] of the predictions on which the gate's verdict rests.
         memory: predictions made so far, and what became of them.
+        descent_duration: duration of the descent [s] that the gate has rehearsed.
     """
 
     phase: Phase = Phase.ACQUIRE
@@ -47,6 +48,7 @@ class GraspState(SchemaState):
     gate: Gate = Gate.NOT_TRACKING
     remembered_error: float = 0.0
     memory: PredictionMemory = PredictionMemory()
+    descent_duration: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ class GraspMachine(SchemaMachine[GraspState, GraspObservation]):
 
     def initial_state(self) -> GraspState:
         """Returns the state of a hand that waits at home with open jaws."""
-        return GraspState(jaw_width=self.config.jaw_opening)
+        return GraspState(jaw_width=self.config.jaw_opening, descent_duration=self.config.descent_duration)
 
     def update(self, state: GraspState, seen: GraspObservation) -> GraspState:
         """Returns the state after a tick."""
@@ -129,7 +131,7 @@ class GraspMachine(SchemaMachine[GraspState, GraspObservation]):
 
     def time_to_close(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether the jaws should begin to close."""
-        return self._elapsed(state, seen) >= self.config.descent_duration - self.config.closing_lead
+        return self._elapsed(state, seen) >= state.descent_duration - self.config.closing_lead
 
     def jaws_hold(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether the grip is confirmed."""
@@ -149,11 +151,46 @@ class GraspMachine(SchemaMachine[GraspState, GraspObservation]):
         """Returns whether the retreat is over."""
         return self._elapsed(state, seen) >= self.config.retreat_duration
 
+    def duration(self, state: GraspState) -> float:
+        """Returns the duration of the motion [s]."""
+        if state.phase in (Phase.INTERCEPT, Phase.CLOSE):
+            return state.descent_duration
+        return super().duration(state)
+
     # Parts of a tick.
 
     def _judge(self, state: GraspState, seen: GraspObservation) -> GraspState:
         gate, error = self._gate(state, seen)
-        return replace(state, gate=gate, remembered_error=error)
+        if gate != Gate.OPEN:
+            return replace(state, gate=gate, remembered_error=error)
+        duration = self._descent_duration(seen)
+        if duration is None:
+            return replace(state, gate=Gate.OUT_OF_REACH, remembered_error=error)
+        return replace(state, gate=gate, remembered_error=error, descent_duration=duration)
+
+    def _descent_duration(self, seen: GraspObservation) -> float | None:
+        """Returns the duration of a descent that the arm can follow [s], None when there is none.
+
+        An object that stands still can wait: where a joint is too slow for the normal descent, a slower one will do.
+        """
+        config = self.config
+        durations = [config.descent_duration]
+        if stands(seen.packet):
+            durations.append(SLOWER * config.descent_duration)
+        for duration in durations:
+            if can_follow(
+                config,
+                self.model,
+                self._ik_parameters,
+                seen.q_commanded,
+                seen.packet,
+                seen.target.time - self.period,
+                config.hover_height,
+                seen.status.branch,
+                duration,
+            ):
+                return duration
+        return None
 
     def _gate(self, state: GraspState, seen: GraspObservation) -> tuple[Gate, float]:
         """Returns why the machine waits, and the largest lateral error [m] of the predictions that were judged."""
@@ -169,19 +206,7 @@ class GraspMachine(SchemaMachine[GraspState, GraspObservation]):
             return Gate.FLIPPING, 0.0
         if horizon(config, seen.target) > PATH_DURATION:
             return Gate.OUT_OF_REACH, 0.0
-        verdict, error = judge_prediction(config, state.memory, seen.packet, seen.target)
-        if verdict == Gate.OPEN and not can_follow(
-            config,
-            self.model,
-            self._ik_parameters,
-            seen.q_commanded,
-            seen.packet,
-            seen.target.time - self.period,
-            config.hover_height,
-            seen.status.branch,
-        ):
-            verdict = Gate.OUT_OF_REACH
-        return verdict, error
+        return judge_prediction(config, state.memory, seen.packet, seen.target)
 
     def enter(self, state: GraspState, phase: Phase, seen: GraspObservation) -> GraspState:
         """Returns the state at the beginning of a phase."""

@@ -18,6 +18,7 @@ from drake_tracker.grasp.gate import (
     is_straight,
     judge_memory,
     judge_prediction,
+    stands,
     strays,
     touch_delay,
 )
@@ -262,7 +263,14 @@ def follow(arm_model, hovering, path=circle, **settings):
     q, start = hovering
     parameters = GraspConfig(**settings)
     ik_parameters = make_parameters(arm_model, SERVO_PERIOD)
-    return can_follow(parameters, arm_model, ik_parameters, q, packet_at(1.0, path), start, parameters.hover_height, 1)
+    height, duration = parameters.hover_height, parameters.descent_duration
+    return can_follow(parameters, arm_model, ik_parameters, q, packet_at(1.0, path), start, height, 1, duration)
+
+
+def test_an_object_stands_when_its_whole_predicted_path_stays_in_place():
+    assert stands(packet_at(1.0, lambda t: np.broadcast_to([0.5, 0.1, 0.48, 1.0], (len(t), 4))))
+    assert not stands(packet_at(1.0, lambda t: np.column_stack([0.5 + 0.01 * (t - 1.0), 0 * t, 0 * t, 0 * t])))
+    assert not stands(packet_at(1.0, circle))
 
 
 def test_the_arm_can_follow_the_default_descent(arm_model, hovering):

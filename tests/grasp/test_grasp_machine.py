@@ -315,13 +315,27 @@ def test_the_rehearsal_starts_from_the_last_set_point(bench, monkeypatch):
     monkeypatch.setattr("drake_tracker.grasp.grasp_machine.can_follow", lambda *question: asked.append(question))
     assert open_gate(bench) == Phase.TRACK
     assert bench.state.gate == Gate.OUT_OF_REACH
-    ((_, _, _, q, packet, start, from_height, half_turns),) = asked
+    ((_, _, _, q, packet, start, from_height, half_turns, duration),) = asked
+    assert duration == PARAMETERS.descent_duration
     last_due = bench.time - SERVO_PERIOD + LEAD - SERVO_PERIOD
     assert start == pytest.approx(last_due)
     expected = path(last_due)[:3] + [0.0, 0.0, PARAMETERS.hover_height]
     np.testing.assert_allclose(bench.model.tool_pose(q).translation(), expected, atol=1e-5)
     assert packet[0] == pytest.approx(bench.time - SERVO_PERIOD - LAG)
     assert (from_height, half_turns) == (PARAMETERS.hover_height, 1.0)
+
+
+def test_the_descent_to_a_standing_object_may_be_slower(bench, monkeypatch):
+    """A standing train over which a joint was too slow for the descent was never grasped."""
+    slow = 2.5 * PARAMETERS.descent_duration
+    monkeypatch.setattr("drake_tracker.grasp.grasp_machine.can_follow", lambda *question: question[-1] == slow)
+    assert open_gate(bench) == Phase.TRACK and bench.state.gate == Gate.OUT_OF_REACH
+    monkeypatch.setattr("drake_tracker.grasp.grasp_machine.stands", lambda packet: True)
+    bench.remember_well()
+    assert bench.tick() == Phase.INTERCEPT
+    assert bench.commands[-1].duration == pytest.approx(slow)
+    wanted = slow - PARAMETERS.closing_lead
+    assert bench.until(Phase.CLOSE) == pytest.approx(wanted, abs=2 * SERVO_PERIOD)
 
 
 def test_it_settles_for_the_approach_and_a_while(bench):
