@@ -34,7 +34,7 @@ from drake_tracker.commands import (
     track,
     view,
 )
-from drake_tracker.commands.common import BROKEN_PIPE, FAULT, INTERRUPTED, TROUBLE, quiet_graphics
+from drake_tracker.commands.common import BROKEN_PIPE, FAULT, INTERRUPTED, TROUBLE, quiet_graphics, warn
 from drake_tracker.core.errors import DrakeTrackerError
 
 COMMANDS = (run, view, replay, list_scenarios, doctor, calibrate, track, measure, campaign, figures, host, arm)
@@ -54,8 +54,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return options.action(options)
     except DrakeTrackerError as error:
-        for line in str(error).splitlines():
-            print(f"drake-tracker: {line}", file=sys.stderr)
+        for line in str(error).split("\n"):
+            warn(line)
         return TROUBLE
     except KeyboardInterrupt:
         print("drake-tracker: interrupted", file=sys.stderr)

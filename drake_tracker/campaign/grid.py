@@ -11,6 +11,7 @@ import yaml
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.scenarios.tree import parse
 from drake_tracker.tasks import load_scenario
+from drake_tracker.tasks.loader import origin_of
 
 _OWN = {"seed": "every trial has a seed of its own; use --trials and --first-seed"}
 _OPENING = (yaml.FlowSequenceStartToken, yaml.FlowMappingStartToken)
@@ -90,6 +91,7 @@ def make_cells(
     overrides: Sequence[str],
     vary: Mapping[str, Sequence[str]],
     origins: Mapping[str, str] | None = None,
+    allow_code: bool | None = None,
 ) -> list[Cell]:
     """Returns the `Cell` of every combination; the last key varies fastest.
 
@@ -100,6 +102,7 @@ def make_cells(
         overrides: as `load_scenario` takes them.
         vary: {key path: values, as YAML texts}.
         origins: {override: what the user wrote for it}, for messages.
+        allow_code: as `load_scenario` takes it.
     """
     origins = dict(origins or {})
     errors = []
@@ -119,7 +122,7 @@ def make_cells(
         settings = dict(zip(vary, combination))
         own = [f"{key}={value}" for key, value in settings.items()]
         try:
-            scenario = load_scenario(spec, overrides=[*overrides, *own])
+            scenario = load_scenario(spec, overrides=[*overrides, *own], allow_code=allow_code)
         except DrakeTrackerError as error:
             errors += [_by_its_origin(line, origins) for line in str(error).splitlines()]
         else:
@@ -132,5 +135,5 @@ def make_cells(
 def _by_its_origin(line: str, origins: Mapping[str, str]) -> str:
     """Returns an error of `load_scenario` that names what the user wrote, where it names the override made of that."""
     for override, origin in origins.items():
-        line = line.replace(f"--set {override}:", f"{origin}:")
+        line = line.replace(f"{origin_of(override)}:", f"{origin}:")
     return line

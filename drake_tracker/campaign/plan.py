@@ -93,6 +93,7 @@ def make_plan(
     overrides: Sequence[str] = (),
     first_seed: int = 0,
     vision: str | None = None,
+    allow_code: bool | None = None,
 ) -> Plan:
     """Returns the checked `Plan` of a campaign, before anything runs.
 
@@ -105,6 +106,8 @@ def make_plan(
         overrides: texts "key.path=value" for every trial.
         first_seed: the first seed; the others count up from it.
         vision: "measured" renders no images.
+        allow_code: whether code that the scenario file names may run, as for `load_scenario`. The workers are given
+            this consent with each trial.
     """
     if trials < 1:
         raise DrakeTrackerError(f"--trials {trials}: must be a whole number from 1")
@@ -115,7 +118,7 @@ def make_plan(
         overrides = (VISIONS[vision], *overrides)
         origins[VISIONS[vision]] = f"--vision {vision}"
     texts = {key: [yaml_text(value) for value in values] for key, values in (vary or {}).items()}
-    cells = make_cells(spec, overrides, texts, origins)
+    cells = make_cells(spec, overrides, texts, origins, allow_code)
     for option, seed in (("--first-seed", first_seed), ("the last seed", first_seed + trials - 1)):
         try:
             load_scenario(spec, seed=seed)

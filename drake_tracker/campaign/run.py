@@ -17,6 +17,7 @@ from drake_tracker.campaign.record import Record
 from drake_tracker.campaign.table import columns_of, require_parquet, write_csv, write_parquet
 from drake_tracker.campaign.trial import Lost, run_trial
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.scenarios.consent import allowed_code
 from drake_tracker.scenarios.reader import setting_unit
 
 if TYPE_CHECKING:
@@ -82,6 +83,8 @@ def run_campaign(
     out: str | os.PathLike[str] | None = None,
     parquet: bool = False,
     progress: OnProgress | None = None,
+    allow_code: bool | None = None,
+    say: Callable[[str], object] | None = None,
 ) -> Campaign:
     """Runs every trial of a campaign that has not been run yet. Returns the `Campaign`.
 
@@ -100,12 +103,14 @@ def run_campaign(
         out: directory of the campaign, a new one or one to continue; None writes nothing.
         parquet: whether the table is also written as Parquet.
         progress: called at the start and after each trial.
+        allow_code: see `make_plan`.
+        say: called, before anything runs, with a line for each piece of code that the scenario file names.
     """
-    plan = make_plan(scenario, trials, vary, overrides, first_seed, vision)
+    plan = make_plan(scenario, trials, vary, overrides, first_seed, vision, allow_code)
     runner = make_runner(workers, scheduler)
     if parquet:
         require_parquet()
-    _check_parts(plan)
+    _check_parts(plan, say)
     if scheduler is None:
         _require_renderer(plan)
     return carry_out(plan, runner, out, parquet, progress)
@@ -199,10 +204,16 @@ def _run(
     return lost, False
 
 
-def _check_parts(plan: Plan) -> None:
-    """Raises DrakeTrackerError when a custom part of a cell cannot be made; loading a scenario imports none."""
+def _check_parts(plan: Plan, say: Callable[[str], object] | None) -> None:
+    """Makes the custom parts of each cell, which loading a scenario does not, after saying what code will run.
+
+    Raises DrakeTrackerError when one of them is not allowed or cannot be made.
+    """
     from drake_tracker.diagrams.parts import check_custom_parts
 
+    for line in dict.fromkeys(line for cell in plan.cells for line in allowed_code(cell.scenario)):
+        if say is not None:
+            say(line)
     for cell in plan.cells:
         check_custom_parts(cell.scenario)
 

@@ -8,6 +8,7 @@ from drake_tracker.commands.common import (
     add_lcm,
     add_run,
     add_scenario,
+    announce_code,
     quiet_drake,
     remove_if_empty,
     run_directory,
@@ -51,7 +52,7 @@ def execute(options: Namespace) -> int:
     if not 0.0 <= options.rate < float("inf"):
         raise DrakeTrackerError(f"--rate {options.rate:g}: must be 0 or more")
     request = (options.scenario, options.seed, options.duration)
-    scenario = load_scenario(*request, options.overrides)
+    scenario = load_scenario(*request, options.overrides, allow_code=options.allow_code)
 
     from drake_tracker.network.bus import open_bus
     from drake_tracker.run.options import RunOptions
@@ -61,7 +62,8 @@ def execute(options: Namespace) -> int:
     quiet_drake()
     check_task(scenario)
     if _STALE not in scenario.origins:
-        scenario = load_scenario(*request, [f"{_STALE}=hold", *options.overrides])
+        scenario = load_scenario(*request, [f"{_STALE}=hold", *options.overrides], allow_code=options.allow_code)
+    announce_code(scenario, ["arm"])
     lcm = open_bus(options.lcm)
     diagram = make_arm_side(scenario, lcm)
     out = run_directory(options.out, scenario.name)

@@ -4,7 +4,7 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from drake_tracker.commands.common import INTERRUPTED, SUCCESS, Commands, add_command, add_scenario, free_name
+from drake_tracker.commands.common import INTERRUPTED, SUCCESS, Commands, add_command, add_scenario, free_name, warn
 
 
 def register(commands: Commands) -> None:
@@ -65,6 +65,8 @@ def execute(options: Namespace) -> int:
             out,
             options.parquet,
             progress,
+            allow_code=options.allow_code,
+            say=warn,
         )
     finally:
         progress.close()

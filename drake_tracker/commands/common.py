@@ -3,13 +3,15 @@
 import logging
 import os
 import re
+import sys
 import time
 from argparse import ArgumentParser, _SubParsersAction
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.text_file import printable
 
 Commands = _SubParsersAction
 """The parsers of the commands, as ``ArgumentParser.add_subparsers`` returns them."""
@@ -40,11 +42,12 @@ def add_command(
 
 
 def add_scenario(command: ArgumentParser) -> None:
-    """Adds the argument SCENARIO and ``--set`` to a parser."""
+    """Adds the argument SCENARIO, ``--set`` and ``--allow-code`` to a parser."""
     command.add_argument(
         "scenario", metavar="SCENARIO[:NAME]", help="scenario from `drake-tracker list`, or FILE.yaml[:NAME]"
     )
     add_overrides(command)
+    add_consent(command)
 
 
 def add_overrides(command: ArgumentParser) -> None:
@@ -57,6 +60,36 @@ def add_overrides(command: ArgumentParser) -> None:
         dest="overrides",
         help="change one setting, for example --set track.speed=0.2; may be repeated",
     )
+
+
+def add_consent(command: ArgumentParser) -> None:
+    """Adds ``--allow-code`` to a parser. Its value is True, or None where the user does not give it."""
+    command.add_argument(
+        "--allow-code",
+        action="store_const",
+        const=True,
+        help="run the code that the scenario file names (!Custom); only for files that you trust",
+    )
+
+
+def announce_code(scenario: Any, parts: Iterable[str] | None = None) -> None:
+    """Prints what code of a scenario file will run, and where it is found, before it does.
+
+    Args:
+        scenario: a scenario of any task.
+        parts: names of the parts that will be made; None for all.
+
+    Raises DrakeTrackerError when the user does not allow it.
+    """
+    from drake_tracker.scenarios.consent import allowed_code
+
+    for line in allowed_code(scenario, parts):
+        warn(line)
+
+
+def warn(line: str) -> None:
+    """Prints a line on standard error, in which control characters from a file are spelled out."""
+    print(f"drake-tracker: {printable(line)}", file=sys.stderr)
 
 
 def add_run(command: ArgumentParser) -> None:

@@ -10,6 +10,7 @@ from drake_tracker.commands.common import (
     add_command,
     add_lcm,
     add_scenario,
+    announce_code,
     quiet_drake,
 )
 
@@ -33,7 +34,8 @@ def execute(options: Namespace) -> int:
     """Runs the host until Ctrl-C; returns the exit code."""
     from drake_tracker.tasks import load_scenario
 
-    scenario = load_scenario(options.scenario, overrides=options.overrides)
+    scenario = load_scenario(options.scenario, overrides=options.overrides, allow_code=options.allow_code)
+    announce_code(scenario, ["estimator"])
 
     from drake_tracker.core.progress import Progress
     from drake_tracker.network.bus import open_bus

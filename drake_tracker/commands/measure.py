@@ -3,7 +3,7 @@
 from argparse import Namespace
 from pathlib import Path
 
-from drake_tracker.commands.common import SUCCESS, Commands, add_command, add_scenario, quiet_drake
+from drake_tracker.commands.common import SUCCESS, Commands, add_command, add_scenario, announce_code, quiet_drake
 from drake_tracker.core.errors import DrakeTrackerError
 
 
@@ -28,7 +28,8 @@ def execute(options: Namespace) -> int:
     """Measures the error; returns the exit code."""
     from drake_tracker.tasks import load_scenario
 
-    scenario = load_scenario(options.scenario, overrides=options.overrides)
+    scenario = load_scenario(options.scenario, overrides=options.overrides, allow_code=options.allow_code)
+    announce_code(scenario)
     speeds = None
     if options.speeds is not None:
         try:

@@ -1,7 +1,6 @@
 """``drake-tracker replay``: repeats a recorded run with other settings of its filters, in seconds."""
 
 import os
-import sys
 from argparse import Namespace
 from pathlib import Path
 
@@ -9,10 +8,13 @@ from drake_tracker.commands.common import (
     SUCCESS,
     Commands,
     add_command,
+    add_consent,
     add_overrides,
+    announce_code,
     quiet_drake,
     remove_if_empty,
     run_directory,
+    warn,
 )
 from drake_tracker.core.errors import DrakeTrackerError
 
@@ -38,6 +40,7 @@ def register(commands: Commands) -> None:
     )
     command.add_argument("run", type=Path, metavar="RUN", help="run directory of drake-tracker run")
     add_overrides(command)
+    add_consent(command)
     command.add_argument(
         "--from",
         choices=["images", "centroids", "points"],
@@ -57,9 +60,10 @@ def execute(options: Namespace) -> int:
     from drake_tracker.replay.replay import replay_run
 
     quiet_drake()
-    recording = open_recording(options.run, options.overrides, options.start)
+    recording = open_recording(options.run, options.overrides, options.start, options.allow_code)
     for line in recording.warnings:
-        print(f"drake-tracker: {line}", file=sys.stderr)
+        warn(line)
+    announce_code(recording.scenario, ["estimator"])
     out = run_directory(options.out, "replay", "replay")
     progress = Progress(recording.end)
     try:

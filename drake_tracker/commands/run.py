@@ -10,6 +10,7 @@ from drake_tracker.commands.common import (
     add_command,
     add_run,
     add_scenario,
+    announce_code,
     quiet_drake,
     remove_if_empty,
     run_directory,
@@ -49,8 +50,11 @@ def execute(options: Namespace) -> int:
     from drake_tracker.core.progress import Progress
     from drake_tracker.tasks import load_scenario
 
-    scenario = load_scenario(options.scenario, options.seed, options.duration, options.overrides)
+    scenario = load_scenario(
+        options.scenario, options.seed, options.duration, options.overrides, allow_code=options.allow_code
+    )
     _check_options(options)
+    announce_code(scenario)
     progress = Progress(scenario.duration)
     with _live_view(options, progress) as live:
         out = run_directory(options.out, scenario.name)

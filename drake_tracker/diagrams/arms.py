@@ -22,12 +22,13 @@ def arm_of(scenario: Any) -> ArmDescription:
     Args:
         scenario: a scenario with the setting ``arm`` and the attribute ``hand`` (a `Hand`).
 
-    Raises DrakeTrackerError when a custom arm cannot be made, or does not have that hand.
+    Raises DrakeTrackerError when a custom arm is not allowed (see `drake_tracker.scenarios.consent`), cannot be made,
+    or does not have that hand.
     """
     if not isinstance(scenario.arm, Custom):
         return make_arm(scenario.arm, hand=scenario.hand)
     where = scenario.where("arm")
-    arm = make_custom(scenario.arm, where)
+    arm = make_custom(scenario.arm, where, ArmDescription)
     if not isinstance(arm, ArmDescription):
         raise DrakeTrackerError(
             f"{where}: {scenario.arm.call} returned a {type(arm).__name__}; it must return an ArmDescription"

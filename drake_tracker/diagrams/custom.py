@@ -1,6 +1,7 @@
 """Makes the custom parts of a scenario by calling a class or function of the user.
 
-This is the only module that imports code named by a scenario. Reading a scenario imports nothing.
+This is the only module that imports code named by a scenario, and only with the consent of the user where a file names
+it. Reading a scenario imports nothing.
 """
 
 import importlib
@@ -11,20 +12,30 @@ from pathlib import Path
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError, raised
-from drake_tracker.scenarios.base import Custom, find_module
+from drake_tracker.diagrams.role import check_role
+from drake_tracker.scenarios.base import Custom
+from drake_tracker.scenarios.consent import find_module, require_consent
 
 
-def make_custom(part: Custom, where: str) -> Any:
+def make_custom(part: Custom, where: str, role: type) -> Any:
     """Returns what the class or function of a custom part returns.
 
     Args:
         part: module, class or function, and its keyword arguments.
         where: where the part was named, for messages.
+        role: what the part must be: a Protocol such as `Estimator`, or a class such as `ArmDescription`.
 
-    Raises DrakeTrackerError when the module or the name in it does not exist, when the class or function does not
-    accept the arguments, and when it raises an error itself.
+    Raises DrakeTrackerError when a file names the code and the user does not allow it, when the module or the name in
+    it does not exist, when the class or function does not make a part of the role or does not accept the arguments, and
+    when it raises an error itself.
     """
+    if not part.call.count(".") or not all(name.isidentifier() for name in part.call.split(".")):
+        raise DrakeTrackerError(
+            f"{where}.call must be module.name, for example my_estimator.MyEstimator, not {part.call!r}"
+        )
+    require_consent(part)
     make = _find(part, part.folder or find_module(part, [Path.cwd()]), where)
+    check_role(make, role, f"{where}: {part.call}")
     try:
         inspect.signature(make).bind(**part.parameters)
     except ValueError:
@@ -48,11 +59,7 @@ def _find(part: Custom, folder: str, where: str) -> Callable[..., Any]:
         folder: folder of its module, "" when it is installed.
         where: where the part was named, for messages.
     """
-    module_name, dot, name = part.call.rpartition(".")
-    if not dot or not all(part.call.split(".")):
-        raise DrakeTrackerError(
-            f"{where}.call must be module.name, for example my_estimator.MyEstimator, not {part.call!r}"
-        )
+    module_name, _, name = part.call.rpartition(".")
     if folder and folder not in sys.path:
         sys.path.append(folder)  # last, so that installed packages keep their names
     top = module_name.partition(".")[0]

@@ -24,10 +24,11 @@ def estimator_of(settings: Any, where: str = "estimator", **context: Any) -> Est
         where: where the settings were written, for messages.
         **context: what the kind needs in addition, such as ``period``, the time between two points [s].
 
-    Raises DrakeTrackerError when a custom estimator cannot be made, or does not satisfy the `Estimator` Protocol.
+    Raises DrakeTrackerError when a custom estimator is not allowed (see `drake_tracker.scenarios.consent`), cannot be
+    made, or does not satisfy the `Estimator` Protocol.
     """
     if isinstance(settings, Custom):
-        estimator = make_custom(settings, where)
+        estimator = make_custom(settings, where, Estimator)
         check_estimator(estimator, f"{where}: {settings.call}")
         return estimator
     return make_estimator(settings, **context)

@@ -56,13 +56,16 @@ class Recording:
         return float(self.log["point"].times[-1])
 
 
-def open_recording(folder: Path | str, overrides: Sequence[str] = (), start: str | None = None) -> Recording:
+def open_recording(
+    folder: Path | str, overrides: Sequence[str] = (), start: str | None = None, allow_code: bool | None = None
+) -> Recording:
     """Returns the recording in a run directory.
 
     Args:
         folder: directory of the run.
         overrides: changed settings, as for `load_scenario`.
         start: where the replay begins, one of `STARTS`. None: centroids, or points for a run without centroids.
+        allow_code: whether code that the scenario of the run names may run, as for `load_scenario`.
 
     Raises DrakeTrackerError, with one line per error, when the directory does not contain a complete run, when its
     signals are not those of this version, or when a change has no effect.
@@ -77,7 +80,7 @@ def open_recording(folder: Path | str, overrides: Sequence[str] = (), start: str
     log = _load(folder / "log.npz")
     versions, warnings = _versions(folder)
     start = start or ("centroids" if all(name in log for name in task_of(recorded).centroids) else "points")
-    scenario = load_scenario(str(scenario_file), overrides=overrides)
+    scenario = load_scenario(str(scenario_file), overrides=overrides, allow_code=allow_code)
     recording = Recording(folder, recorded, scenario, log, start, warnings)
     _check_log(recording, versions)
     check_changes(recorded, scenario, start)

@@ -57,7 +57,7 @@ def read_run(folder: str | os.PathLike[str]) -> RunFiles:
     notes: list[str] = []
     summary = _read(folder, "summary.json", lambda path: _mapping(json.loads(path.read_text("utf-8"))), notes)
     log = _read(folder, "log.npz", load_log, notes)
-    scenario = _read(folder, "scenario.yaml", lambda path: load_scenario(str(path.absolute())), notes)
+    scenario = _read(folder, "scenario.yaml", lambda path: load_scenario(str(path.absolute()), allow_code=False), notes)
     task = _task(scenario, log, summary)
     run = RunFiles(folder, task, scenario, summary, log, notes=notes)
     run.names = tuple(name for name in task.files if is_own_file(folder, name))

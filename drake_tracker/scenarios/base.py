@@ -5,9 +5,8 @@ Scenarios are frozen: `BaseScenario.with_settings` returns a changed copy.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Self
 
 from drake_tracker.core.setting import replace_settings, setting
@@ -23,6 +22,10 @@ class Custom:
         parameters: keyword arguments of the call.
         folder: folder of the module, relative to the scenario file. If it is empty, the module is searched for in the
             folder of the scenario file, in the current folder and among the installed packages.
+        named_at: file and line in which a scenario file names the code, "mine.yaml line 3"; empty when the user named
+            it on the command line or in Python. Filled in by `load_scenario`; it is not a setting.
+        allowed: whether the user allows the code to run. Only code that a file names needs that, see
+            `drake_tracker.scenarios.consent`.
     """
 
     call: str = setting("", "class or function that makes the part, as module.name")
@@ -30,6 +33,8 @@ class Custom:
     folder: str = setting(
         "", "folder of the module; empty: that of the scenario, the current folder, or an installed package"
     )
+    named_at: str = field(default="", compare=False, repr=False, kw_only=True)
+    allowed: bool = field(default=True, compare=False, repr=False, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -96,19 +101,3 @@ class BaseScenario:
                 example = f"1/{round(1.0 / default)} ({default!r})"
                 found.append(("time_step", f"must divide the {what}; {example} does"))
         return found
-
-
-def find_module(part: Custom, folders: Iterable[Path]) -> str:
-    """Returns the folder that contains the module of a custom part, or "" when it may be an installed package.
-
-    Args:
-        part: the custom part.
-        folders: folders to search, in this order.
-
-    Returns the absolute path of the first folder that contains the module.
-    """
-    top = part.call.partition(".")[0]
-    for folder in folders:
-        if (folder / f"{top}.py").is_file() or (folder / top / "__init__.py").is_file():
-            return str(Path(folder).resolve())
-    return ""

@@ -8,11 +8,16 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from drake_tracker.core.setting import allowed, as_tuple, key_of, kinds_of, list_kinds, settings_of
+from drake_tracker.core.text_file import printable
 from drake_tracker.scenarios.tree import Value
 from drake_tracker.scenarios.writer import tree_of
 
 _NOUNS = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}
 _NAMES = "names, each with a number, true or false, or text"
+_MOST_SUGGESTIONS = 20
+"""Number of errors after which no similar names are searched for, which takes longer than all the rest."""
+_LONGEST_NAME = 60
+"""Greatest length of an unknown name for which similar ones are searched for, and which a message shows in full."""
 
 
 def read(
@@ -87,7 +92,11 @@ def _read_part(value: Value, kinds: Any, key: str, errors: list[str], origins: d
     for name, item in (_kept(value, fields) | data).items():
         item_key = f"{key}.{name}" if key else name
         if name not in fields:
-            errors.append(f"{item.origin}: there is no setting {item_key}{_suggest(name, key, tag, by_name, root)}")
+            if len(name) > _LONGEST_NAME:
+                errors.append(f"{item.origin}: there is no setting {item_key[: len(item_key) - len(name) + 57]}...")
+            else:
+                hint = _suggest(name, key, tag, by_name, root) if len(errors) < _MOST_SUGGESTIONS else ""
+                errors.append(f"{item.origin}: there is no setting {item_key}{hint}")
             continue
         origins[item_key] = item.origin
         field = fields[name]
@@ -144,6 +153,9 @@ def _read_scalar(value: Value, kind: Any, metadata: Any, key: str, errors: list[
         good = isinstance(data, int) and _number_fits(data, metadata)
     else:
         good = isinstance(data, kind) and (not choices or data in choices)
+    if good and kind is str and printable(data) != data:
+        errors.append(f"{value.origin}: {key} must be text without control characters, not {_show(value)}")
+        return None
     if not good:
         hint = _nearest(str(data), choices) if choices else ""
         errors.append(f"{value.origin}: {key} must be {allowed(metadata, _NOUNS[kind])}, not {_show(value)}{hint}")

@@ -11,6 +11,8 @@ from typing import Any, ClassVar
 
 import yaml
 
+from drake_tracker.core.bounded_yaml import BoundedLoader
+
 _MAPPING = "tag:yaml.org,2002:map"
 """YAML's name of a mapping without a tag."""
 _EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
@@ -24,28 +26,44 @@ class Value:
         data: a dict of Values, a list of Values, or a number, text, bool or None.
         origin: where the value was written, for messages: "train.yaml line 12".
         tag: YAML tag without the exclamation mark, None when there is none.
+        in_file: whether it was written in a file. A value from the command line or from Python was not.
         replaced: mapping with another tag that this value replaced, None when there is none.
     """
 
     data: Any
     origin: str
     tag: str | None = None
+    in_file: bool = False
     replaced: "Value | None" = None
 
+    def find(self, key_path: str) -> "Value | None":
+        """Returns the value at a key path below this one, None when there is none.
 
-def parse(text: str, describe: Callable[[int], str], errors: list[str]) -> Value | None:
+        Args:
+            key_path: names with dots between them.
+        """
+        value: Value | None = self
+        for name in key_path.split("."):
+            value = value.data.get(name) if value is not None and isinstance(value.data, dict) else None
+        return value
+
+
+def parse(text: str, describe: Callable[[int], str], errors: list[str], in_file: bool = False) -> Value | None:
     """Returns the tree of a YAML text, or None when it is not valid YAML.
 
     Args:
         text: the YAML text.
         describe: returns the name of a line, counted from 1, for messages.
         errors: list to which problems are appended, one line each.
+        in_file: whether the text is that of a file.
     """
     try:
-        loader = yaml.SafeLoader(text)  # raises an error on characters that YAML does not allow
+        loader = BoundedLoader(text)  # raises an error on characters that YAML does not allow
         try:
             node = loader.get_single_node()
-            return Value(None, describe(1)) if node is None else _convert(loader, node, "", describe, errors)
+            if node is None:
+                return Value(None, describe(1), in_file=in_file)
+            return _convert(loader, node, "", describe, errors, in_file)
         finally:
             loader.dispose()
     except yaml.MarkedYAMLError as error:
@@ -54,40 +72,48 @@ def parse(text: str, describe: Callable[[int], str], errors: list[str]) -> Value
         errors.append(f"{describe(line)}: not valid YAML: {error.problem or error.context}")
     except (yaml.YAMLError, ValueError) as error:
         errors.append(f"{describe(1)}: not valid YAML: {' '.join(str(error).split())}")
-    except RecursionError:
-        errors.append(f"{describe(1)}: not valid YAML: nested too deeply")
     return None
 
 
 def _convert(
-    loader: yaml.SafeLoader, node: yaml.Node, path: str, describe: Callable[[int], str], errors: list[str]
+    loader: yaml.SafeLoader,
+    node: yaml.Node,
+    path: str,
+    describe: Callable[[int], str],
+    errors: list[str],
+    in_file: bool,
 ) -> Value:
     origin = describe(node.start_mark.line + 1)
     tag = node.tag[1:] if node.tag.startswith("!") else None
     if isinstance(node, yaml.SequenceNode):
-        return Value([_convert(loader, item, path, describe, errors) for item in node.value], origin, tag)
+        items = [_convert(loader, item, path, describe, errors, in_file) for item in node.value]
+        return Value(items, origin, tag, in_file)
     if isinstance(node, yaml.MappingNode):
         if tag is None and node.tag != _MAPPING:
             errors.append(f"{origin}: {path or 'tag'}: !!{node.tag.rpartition(':')[2]} is not a kind; write one !")
         data: dict[str, Value] = {}
         for key_node, value_node in node.value:
+            if not isinstance(key_node, yaml.ScalarNode):
+                here = describe(key_node.start_mark.line + 1)
+                errors.append(f"{here}: {f'{path}: ' if path else ''}a key must be a name, not a list or mapping")
+                continue
             key = str(key_node.value)
             key_path = f"{path}.{key}" if path else key
             if key in data:
                 here = describe(key_node.start_mark.line + 1)
                 errors.append(f"{here}: {key_path} is given twice, first at {data[key].origin}; keep one")
                 continue
-            value = _convert(loader, value_node, key_path, describe, errors)
+            value = _convert(loader, value_node, key_path, describe, errors, in_file)
             value.origin = describe(key_node.start_mark.line + 1)
             data[key] = value
-        return Value(data, origin, tag)
+        return Value(data, origin, tag, in_file)
     if tag:
-        return Value(node.value or {}, origin, tag)
+        return Value(node.value or {}, origin, tag, in_file)
     if node.tag.rsplit(":", 1)[-1] in ("int", "float", "bool", "null"):
-        return Value(loader.construct_object(node), origin)
+        return Value(loader.construct_object(node), origin, in_file=in_file)
     if node.style is None and _EXPONENT.fullmatch(node.value):
-        return Value(float(node.value), origin)  # YAML 1.1 reads 1e-3, without a point, as text.
-    return Value(node.value, origin)
+        return Value(float(node.value), origin, in_file=in_file)  # YAML 1.1 reads 1e-3, without a point, as text.
+    return Value(node.value, origin, in_file=in_file)
 
 
 def merge(base: Value, over: Value) -> Value:
@@ -108,7 +134,7 @@ def merge(base: Value, over: Value) -> Value:
     data = dict(base.data)
     for key, value in over.data.items():
         data[key] = merge(data[key], value) if key in data else value
-    return Value(data, over.origin, base.tag, base.replaced)
+    return Value(data, over.origin, base.tag, over.in_file, base.replaced)
 
 
 def nest(key_path: str, value: Value) -> Value:

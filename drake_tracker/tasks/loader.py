@@ -13,7 +13,9 @@ from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.setting import settings_of
-from drake_tracker.scenarios.base import BaseScenario, Custom, find_module
+from drake_tracker.core.text_file import is_file, read_text
+from drake_tracker.scenarios.base import BaseScenario, Custom
+from drake_tracker.scenarios.consent import find_module, is_trusted
 from drake_tracker.scenarios.reader import read
 from drake_tracker.scenarios.tree import Value, dump, merge, nest, parse
 from drake_tracker.scenarios.writer import plain, tree_of
@@ -22,12 +24,24 @@ from drake_tracker.tasks.registry import TASKS
 PACKAGE_FOLDERS = {name: entry.folder for name, entry in TASKS.items()}
 """{task: folder of its scenario files and of the files that these name}."""
 _FILE_SETTINGS = (("track", "csv"), ("cameras", "calibration"), ("vision", "file"))
+MOST_BASES = 50
+"""Greatest number of scenarios that extend each other in a row."""
+MOST_ERRORS = 100
+"""Greatest number of errors that are reported."""
+MOST_NAMES = 10
+"""Greatest number of names in a key path."""
+_LONGEST_ORIGIN = 500
+"""Greatest length of an override in a message."""
 
 
 def load_scenario(
-    spec: str, seed: int | None = None, duration: float | None = None, overrides: Sequence[str] = ()
+    spec: str,
+    seed: int | None = None,
+    duration: float | None = None,
+    overrides: Sequence[str] = (),
+    allow_code: bool | None = None,
 ) -> Any:
-    """Returns a scenario from a file, checked: a `TrainScenario` or a `BallScenario`.
+    """Returns a scenario from a file, checked: a `TrainScenario` or a `BallScenario`. Runs no code from the file.
 
     Args:
         spec: name of the scenario: "train", "train:interlaced", "path/to/file.yaml" or "path/to/file.yaml:name".
@@ -35,6 +49,8 @@ def load_scenario(
         duration: duration that replaces the scenario's [s]; None keeps it.
         overrides: settings that replace the scenario's, each "key.path=value". The value is YAML; for example,
             "estimator=!AlphaBetaGamma" chooses a kind of estimator.
+        allow_code: whether code that the file names (``!Custom``) may run when a diagram is built; None: if the user
+            trusts the folder of the file, see `drake_tracker.scenarios.consent`. Code that an override names may run.
 
     Raises DrakeTrackerError, with one line per error: file and line or override, key path, what is allowed, value.
     """
@@ -44,17 +60,23 @@ def load_scenario(
     errors: list[str] = []
     tree = _resolve(entries, name, path, errors)
     for override in overrides:
-        tree = _override(tree, override, f"--set {override}", errors)
+        tree = _override(tree, override, origin_of(override), errors)
     for key, value in (("seed", seed), ("duration", duration)):
         if value is not None:
             tree = merge(tree, nest(key, Value(value, f"--{key} {value}")))
     scenario = _check(tree, errors)
     changes = {
         "name": scenario.name or (path.stem if name == path.stem else f"{path.stem}:{name}"),
-        **_files(scenario, path.parent),
-        **_custom_folders(scenario, path.parent),
+        **_files(scenario, tree, path.parent),
+        **_custom_parts(scenario, tree, path, allow_code),
     }
     return scenario.with_settings(changes)
+
+
+def origin_of(override: str) -> str:
+    """Returns how messages name an override of `load_scenario`."""
+    text = f"--set {override}"
+    return text if len(text) <= _LONGEST_ORIGIN else text[: _LONGEST_ORIGIN - 3] + "..."
 
 
 def validate(scenario: BaseScenario) -> None:
@@ -91,7 +113,7 @@ def scenario_file(name: str) -> Path:
             without a folder is a file of the package.
     """
     places = [folder / name for folder in PACKAGE_FOLDERS.values()]
-    return next((place for place in places if place.is_file()), places[0])
+    return next((place for place in places if is_file(place)), places[0])
 
 
 def in_package(name: str) -> bool:
@@ -107,11 +129,11 @@ def _locate(spec: str) -> tuple[Path, str]:
     file, name = (head, tail) if colon else (spec, "")
     if file.endswith((".yaml", ".yml")) or "/" in file:
         path = Path(file)
-        if not path.is_file():
+        if not is_file(path):
             raise DrakeTrackerError(f"there is no scenario file {file}")
         return path, name
     path = PACKAGE_FOLDERS.get(file, Path()) / f"{file}.yaml"
-    if not path.is_file() or file not in _read_file(path):
+    if not is_file(path) or file not in _read_file(path):
         known = [known for known, _ in list_scenarios()]
         raise DrakeTrackerError(f"there is no scenario {spec!r}; allowed are {', '.join(known)}{_near(spec, known)}")
     return path, name
@@ -125,10 +147,12 @@ def _read_file(path: Path) -> dict[str, Value]:
     """Returns {name: tree} of the scenarios in a file."""
     errors: list[str] = []
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
-        raise DrakeTrackerError(f"{_label(path)}: cannot be read: {error}") from None
-    tree = parse(text, lambda line: f"{_label(path)} line {line}", errors)
+        raise DrakeTrackerError(
+            f"{_label(path)}: cannot be read: {getattr(error, 'strerror', None) or error}"
+        ) from None
+    tree = parse(text, lambda line: f"{_label(path)} line {line}", errors, in_file=True)
     if tree is not None and not errors and not isinstance(tree.data, dict):
         errors.append(f"{_label(path)}: must be a mapping from names to scenarios")
     if tree is None or errors:
@@ -164,7 +188,7 @@ def _resolve(
     if not isinstance(own, dict):
         errors.append(f"{entry.origin}: scenario {name!r} must be a mapping of settings")
         own = {}
-    settings = Value({key: value for key, value in own.items() if key != "base"}, entry.origin, entry.tag)
+    settings = Value({key: value for key, value in own.items() if key != "base"}, entry.origin, entry.tag, True)
     if "base" not in own:
         return settings
     base = own["base"].data
@@ -172,6 +196,8 @@ def _resolve(
         others = ", ".join(other for other in entries if other not in (name, *above))
         shown = repr(base) if isinstance(base, str) else "a list or mapping"
         raise DrakeTrackerError(f"{own['base'].origin}: base must be one of {others or '(none)'}, not {shown}")
+    if len(above) >= MOST_BASES:
+        raise DrakeTrackerError(f"{own['base'].origin}: more than {MOST_BASES} scenarios extend each other in a row")
     return merge(_resolve(entries, base, path, errors, (name, *above)), settings)
 
 
@@ -183,7 +209,7 @@ def _near(name: str, names: Iterable[str]) -> str:
 def _override(tree: Value, override: str, origin: str, errors: list[str]) -> Value:
     key, equals, text = override.partition("=")
     key = key.strip()
-    if not equals or not all(key.split(".")):
+    if not equals or not all(key.split(".")) or key.count(".") >= MOST_NAMES:
         errors.append(f"{origin}: write it as key.path=value, for example --set track.speed=0.2")
         return tree
     value = parse(text, lambda line: origin, errors)
@@ -203,11 +229,12 @@ def _check(tree: Value, errors: list[str]) -> Any:
     if not errors:  # settings can be compared with each other only when all of them could be read
         errors += [f"{scenario.where(key)} {problem}" for key, problem in scenario.problems()]
     if errors:
-        raise DrakeTrackerError("\n".join(errors))
+        more = [f"and {len(errors) - MOST_ERRORS} more errors"] if len(errors) > MOST_ERRORS else []
+        raise DrakeTrackerError("\n".join([*errors[:MOST_ERRORS], *more]))
     return scenario
 
 
-def _files(scenario: BaseScenario, folder: Path) -> dict[str, str]:
+def _files(scenario: BaseScenario, tree: Value, folder: Path) -> dict[str, str]:
     """Returns {key path: absolute path} of the user's files that a scenario names.
 
     A file is searched for in the folder of the scenario file or, when an override names it, in the current folder.
@@ -218,11 +245,10 @@ def _files(scenario: BaseScenario, folder: Path) -> dict[str, str]:
         if not text:
             continue
         key = f"{part}.{name}"
-        here = scenario.origins.get(key, "").startswith("--set")
-        file = (Path.cwd() if here else folder) / text
-        if file.is_file() and file.parent not in PACKAGE_FOLDERS.values():
+        file = (Path.cwd() if _is_override(tree, key) else folder) / text
+        if is_file(file) and file.parent not in PACKAGE_FOLDERS.values():
             found[key] = str(file.resolve())
-        elif scenario_file(text).is_file():
+        elif is_file(scenario_file(text)):
             continue
         elif name == "calibration":  # the command ``calibrate`` may be about to write it
             found[key] = str(file.resolve())
@@ -231,19 +257,33 @@ def _files(scenario: BaseScenario, folder: Path) -> dict[str, str]:
     return found
 
 
-def _custom_folders(scenario: BaseScenario, folder: Path) -> dict[str, str]:
-    """Returns {key path: folder} of the modules of custom parts, so that worker processes and later runs find them.
+def _custom_parts(scenario: BaseScenario, tree: Value, path: Path, allow_code: bool | None) -> dict[str, Custom]:
+    """Returns {key path: custom part}, with the folder of its module, and with whether a file names it.
 
-    Nothing is imported.
+    Worker processes and later runs find the module in that folder. Nothing is imported.
     """
     found = {}
     for field in settings_of(scenario):
         part = getattr(scenario, field.name)
         if not isinstance(part, Custom):
             continue
-        here = scenario.origins.get(f"{field.name}.call", "").startswith("--set")
-        folders = [Path.cwd(), folder] if here else [folder, Path.cwd()]
+        folders = [path.parent, Path.cwd()]
+        if _is_override(tree, f"{field.name}.call"):
+            folders.reverse()
         if part.folder:  # set by the user, or by an earlier run, perhaps on another machine
-            folders.insert(0, folder / part.folder)
-        found[f"{field.name}.folder"] = find_module(part, folders) or part.folder
+            folders.insert(0, path.parent / part.folder)
+        written = (tree.find(f"{field.name}.{name}") for name in ("call", "folder"))  # both decide which code it is
+        in_file = next((value for value in written if value is not None and value.in_file and value.data), None)
+        found[field.name] = dataclasses.replace(
+            part,
+            folder=find_module(part, folders) or part.folder,
+            named_at=in_file.origin if in_file is not None else "",
+            allowed=in_file is None or (is_trusted(path) if allow_code is None else allow_code),
+        )
     return found
+
+
+def _is_override(tree: Value, key: str) -> bool:
+    """Returns whether a setting got its value from an override, rather than from a file or by default."""
+    value = tree.find(key)
+    return value is not None and not value.in_file

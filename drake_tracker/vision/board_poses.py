@@ -59,7 +59,7 @@ def load_poses(path: Path) -> BoardPoses:
     if not path.is_file():
         raise DrakeTrackerError(f"{path.parent}: there is no {path.name}, which says where the board was found")
     try:
-        with np.load(path) as arrays:
+        with np.load(path, allow_pickle=False) as arrays:
             found = {name: arrays[name] for name in BoardPoses.__dataclass_fields__ if name != "windows"}
             windows = as_tuple(arrays["windows"].tolist()) if "windows" in arrays else ()
         poses = {name: RigidTransform(found[name]) for name in _TRANSFORMS}

@@ -8,12 +8,18 @@ from typing import Any
 import numpy as np
 import yaml
 
+from drake_tracker.core.bounded_yaml import load_yaml
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.text_file import read_text
 from drake_tracker.vision.camera_model import CameraModel
 
 _CAMERA_ARRAYS = {"K": (3, 3), "distortion": (5,), "X_CW": (4, 4)}
 _DIGITS = 9
 _ROTATION_TOLERANCE = 1e-6
+_MOST_PIXELS = 100_000
+"""Greatest width, height, focal length and coordinate of a centre [px]; a telescope of an amateur has 50,000."""
+_FARTHEST = 1e4
+"""Greatest coordinate of a position [m], and greatest coefficient of distortion."""
 
 
 def save_calibration(
@@ -75,9 +81,9 @@ def load_pose(path: str | Path, *keys: str) -> np.ndarray:
         entry = entry.get(key) if isinstance(entry, dict) else None
     try:
         X = np.array(entry, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         X = np.empty(0)
-    if X.shape != (4, 4) or not _is_pose(X):
+    if X.shape != (4, 4) or not _is_pose(X) or np.abs(X).max() > _FARTHEST:
         raise DrakeTrackerError(
             f"{path}: {name} must contain 4 x 4 numbers, a rotation and a translation above 0 0 0 1"
         )
@@ -86,7 +92,7 @@ def load_pose(path: str | Path, *keys: str) -> np.ndarray:
 
 def _read_yaml(path: str | Path) -> Any:
     try:
-        return yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        return load_yaml(read_text(path))
     except (OSError, UnicodeDecodeError) as error:
         raise DrakeTrackerError(
             f"{path}: the calibration cannot be read ({getattr(error, 'strerror', None) or 'it is not text'}); "
@@ -116,10 +122,14 @@ def check_rig(path: str | Path, found: Any, wanted: Mapping[str, Any], command: 
     """
     for key, value in wanted.items():
         own = found.get(key) if isinstance(found, dict) else None
-        if own is None or np.shape(own) != np.shape(value) or not np.allclose(own, value):
+        try:
+            numbers = np.array(own, dtype=float)
+        except (TypeError, ValueError, OverflowError):
+            numbers = np.array(np.nan)
+        if numbers.shape != np.shape(value) or not np.allclose(numbers, value):
             raise DrakeTrackerError(
-                f"{path}: made with rig.{key} = {own}, but the scenario's cameras have {value}; make it again "
-                f"with drake-tracker {command}"
+                f"{path}: made with rig.{key} = {str(own)[:60]}, but the scenario's cameras have {value}; make it "
+                f"again with drake-tracker {command}"
             )
 
 
@@ -128,16 +138,21 @@ def _read_camera(path: str | Path, key: str, entry: Mapping[str, Any]) -> Camera
     arrays: dict[str, np.ndarray] = {}
     for name in ("width", "height"):
         size = entry.get(name)
-        if type(size) is not int or size < 1:
-            raise DrakeTrackerError(f"{path}: {key}.{name} is {size!r}; it must be a whole number above 0")
+        if type(size) is not int or not 0 < size <= _MOST_PIXELS:
+            raise DrakeTrackerError(
+                f"{path}: {key}.{name} is {size!r}; it must be a whole number from 1 to {_MOST_PIXELS}"
+            )
         sizes[name] = size
     for name, shape in _CAMERA_ARRAYS.items():
         try:
             arrays[name] = np.array(entry.get(name), dtype=float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             arrays[name] = np.empty(0)
         if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
             raise DrakeTrackerError(f"{path}: {key}.{name} must contain {' x '.join(map(str, shape))} finite numbers")
+        most = _MOST_PIXELS if name == "K" else _FARTHEST
+        if np.abs(arrays[name]).max() > most:
+            raise DrakeTrackerError(f"{path}: {key}.{name} has a number beyond {most:g}, which no camera has")
     K, X_CW = arrays["K"], arrays["X_CW"]
     if K[0, 0] <= 0.0 or K[1, 1] <= 0.0 or not np.allclose(K[[1, 2, 2, 2], [0, 0, 1, 2]], [0.0, 0.0, 0.0, 1.0]):
         raise DrakeTrackerError(f"{path}: {key}.K must be [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with fx, fy above 0")

@@ -8,12 +8,16 @@ from typing import Any
 import numpy as np
 import yaml
 
+from drake_tracker.core.bounded_yaml import load_yaml
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.text_file import read_text
 from drake_tracker.vision.calibration_file import check_rig
 from drake_tracker.vision.measured_error import AXES, MeasuredError
 
 _DIGITS = 7
+_GREATEST = 1e6
+"""Greatest number in a file; every length, speed and number of cycles is far smaller."""
 _HEADER = "# Error of the triangulated point in the camera loop, found by drake-tracker measure. Lengths in m.\n"
 
 
@@ -60,7 +64,7 @@ def load_error(path: str | Path, rig: Mapping[str, Any] | None = None) -> Measur
     missing, of another shape, not finite or out of range, and when the rig differs.
     """
     try:
-        data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        data = load_yaml(read_text(path))
     except (OSError, UnicodeDecodeError):
         raise DrakeTrackerError(f"{path}: cannot be read; drake-tracker measure makes such a file") from None
     except yaml.YAMLError as error:
@@ -121,10 +125,10 @@ def _numbers(
     key = f"{where}.{name}" if where else name
     try:
         value = np.array(entry.get(name), dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         value = np.empty(0)
     shaped = value.ndim == (0 if count is None else 1) and value.size and (not count or value.size == count)
-    if not shaped or not np.isfinite(value).all() or np.any(value < low):
+    if not shaped or not np.all(np.abs(value) <= _GREATEST) or np.any(value < low):
         what = {None: "a finite number", 0: "a list of finite numbers"}.get(count, f"{count} finite numbers")
         raise DrakeTrackerError(f"{path}: {key} must be {what}{'' if low == -math.inf else f' from {low:g}'}")
     return value

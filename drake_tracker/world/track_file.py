@@ -1,13 +1,21 @@
 """Reads a closed track from a text file with the header x,y."""
 
 import csv
+import io
 import math
-from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.text_file import read_text
+
+LARGEST = 4 * 1024 * 1024
+"""Greatest size of a file [bytes], about 200,000 points."""
+FARTHEST = 1000.0
+"""Greatest coordinate of a point in W [m]."""
+NEAREST = 1e-5
+"""Least distance of two neighbouring points [m]."""
 
 
 def read_track_file(path: str, samples: int) -> np.ndarray:
@@ -25,14 +33,14 @@ def read_track_file(path: str, samples: int) -> np.ndarray:
     if not path:
         raise DrakeTrackerError("track kind 'csv' needs the name of a file with the header x,y in track.csv")
     points, lines = _read_points(path)
-    if len(points) > 1 and points[0] == points[-1]:
+    if len(points) > 1 and math.dist(points[0], points[-1]) < NEAREST:
         points.pop()
     if len(points) < 3:
         raise DrakeTrackerError(f"track file {path} has {len(points)} points; a closed track needs at least 3")
 
     closed = np.array(points + points[:1])
     chord = np.hypot(*np.diff(closed, axis=0).T)
-    if chord.min() == 0.0:
+    if chord.min() < NEAREST:
         line = lines[int(chord.argmin()) + 1]
         raise DrakeTrackerError(f"track file {path}, line {line}: the point is the same as the one before it")
     parameter = np.concatenate([[0.0], np.cumsum(np.sqrt(chord))])
@@ -44,15 +52,15 @@ def _read_points(path: str) -> tuple[list[tuple[float, float]], list[int]]:
     """Returns the points of a file [m] and the lines on which they stand."""
     points, lines = [], []
     try:
-        with Path(path).open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file)
-            header = [name.strip().lower() for name in next(reader, [])]
-            if header != ["x", "y"]:
-                raise DrakeTrackerError(f"track file {path}, line 1: the header must be x,y, not '{','.join(header)}'")
-            for row in reader:
-                if any(cell.strip() for cell in row):
-                    points.append(_read_row(row, f"track file {path}, line {reader.line_num}"))
-                    lines.append(reader.line_num)
+        reader = csv.reader(io.StringIO(read_text(path, LARGEST, encoding="utf-8-sig"), newline=""))
+        header = [name.strip().lower() for name in next(reader, [])]
+        if header != ["x", "y"]:
+            shown = _show(header)
+            raise DrakeTrackerError(f"track file {path}, line 1: the header must be x,y, not '{shown}'")
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                points.append(_read_row(row, f"track file {path}, line {reader.line_num}"))
+                lines.append(reader.line_num)
     except OSError as error:
         raise DrakeTrackerError(f"track file '{path}' cannot be read: {error.strerror}") from error
     except (UnicodeDecodeError, csv.Error) as error:
@@ -64,7 +72,12 @@ def _read_row(row: list[str], place: str) -> tuple[float, float]:
     try:
         x, y = (float(cell) for cell in row)
     except ValueError:
-        raise DrakeTrackerError(f"{place}: '{','.join(row)}' is not two numbers x,y in metres") from None
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise DrakeTrackerError(f"{place}: '{','.join(row)}' is not finite")
+        raise DrakeTrackerError(f"{place}: '{_show(row)}' is not two numbers x,y in metres") from None
+    if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST):
+        raise DrakeTrackerError(f"{place}: '{_show(row)}' is not within {FARTHEST:g} m of the origin of W")
     return x, y
+
+
+def _show(row: list[str]) -> str:
+    text = ",".join(row)
+    return text if len(text) <= 60 else f"{text[:57]}..."

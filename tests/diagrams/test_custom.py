@@ -26,21 +26,23 @@ ARM = """
 from dataclasses import replace
 from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT
 
-def make_arm(inertia=3.7, flange="flange", joints=6):
+from drake_tracker.arm.description import ArmDescription
+
+def make_arm(inertia=3.7, flange="flange", joints=6) -> ArmDescription:
     values = (inertia, 4.2, 1.1, 0.25, 0.2, 0.2)[:joints]
     return replace(PUMA560, servo_inertia=values, flange=flange)
 
-def with_cup(probe=True):
+def with_cup(probe=True) -> ArmDescription:
     return PUMA560_CUP if probe else replace(PUMA560, fingers=())
 
-def seven_with_jaws():
+def seven_with_jaws() -> "ArmDescription":
     hand = {name: getattr(PUMA560, name) for name in ("gripper_url", "finger_stiffness", "finger_damping", "fingers")}
     return replace(SEVEN_JOINT, **hand)
 
-def one_finger():
+def one_finger() -> ArmDescription:
     return replace(PUMA560, fingers=("finger_left",))
 
-def number():
+def number() -> ArmDescription:
     return 3
 """
 
@@ -69,7 +71,7 @@ def write(folder, name, call="StraightOn", more=""):
 
 def error_of(*args, **kwargs):
     with pytest.raises(DrakeTrackerError) as caught:
-        check_custom_parts(load_scenario(*args, **kwargs))
+        check_custom_parts(load_scenario(*args, **kwargs, allow_code=True))
     (line,) = str(caught.value).splitlines()
     return line
 
@@ -109,9 +111,9 @@ def test_loading_and_saving_a_scenario_executes_no_custom_code(folder, name, tmp
     ran = tmp_path / "ran"
     path = write(folder, name)
     (folder / f"{name}.py").write_text(f"open({str(ran)!r}, 'w').close()\n")
-    scenario = load_scenario(path, overrides=[f"arm=!Custom {{call: {name}.arm}}"])
+    scenario = load_scenario(path, overrides=[f"arm=!Custom {{call: {name}.arm}}"], allow_code=True)
     save_scenario(scenario, tmp_path / "copy.yaml")
-    load_scenario(str(tmp_path / "copy.yaml"))
+    load_scenario(str(tmp_path / "copy.yaml"), allow_code=True)
     assert not ran.exists() and name not in sys.modules
     with pytest.raises(DrakeTrackerError, match="has no class or function"):
         make_diagram(scenario)
@@ -119,7 +121,9 @@ def test_loading_and_saving_a_scenario_executes_no_custom_code(folder, name, tmp
 
 
 def test_a_custom_estimator_runs_in_the_loop(folder, name):
-    summary = simulate(load_scenario(write(folder, name), duration=1.0), options=RunOptions(stop_when_over=False))
+    summary = simulate(
+        load_scenario(write(folder, name), duration=1.0, allow_code=True), options=RunOptions(stop_when_over=False)
+    )
     assert summary["prediction_rms_m"] > 0.0
 
 
@@ -128,14 +132,17 @@ def test_an_error_during_the_run_is_reported_and_the_run_up_to_it_is_kept(folder
     with (folder / f"{name}.py").open("a") as file:
         file.write("\n\nclass Broken(StraightOn):\n    def predict(self, state, times):\n")
         file.write("        return super().predict(state, times) * (np.nan if state.stamp > 2.5 else 1.0)\n")
-    assert cli.main(["run", path, "--out", str(tmp_path / "out"), "--no-record", "--duration", "5"]) == 2
-    (line,) = [line for line in capfd.readouterr().err.splitlines() if line.startswith("drake-tracker: ")]
+    assert (
+        cli.main(["run", path, "--allow-code", "--out", str(tmp_path / "out"), "--no-record", "--duration", "5"]) == 2
+    )
+    said, line = [line for line in capfd.readouterr().err.splitlines() if line.startswith("drake-tracker: ")]
+    assert said.endswith(f"{path} line 1: estimator runs {name}.Broken in {folder / name}.py")
     assert "Broken.predict returned a number that is not finite after the point of 2.5" in line
     assert {"log.npz", "summary.json", "tracking.png"} <= {path.name for path in (tmp_path / "out").iterdir()}
 
 
 def test_workers_find_the_module_in_any_current_folder(folder, name, monkeypatch):
-    plan = make_plan(write(folder, name), 1, overrides=["duration=0.6"])
+    plan = make_plan(write(folder, name), 1, overrides=["duration=0.6"], allow_code=True)
     monkeypatch.chdir("/")
     monkeypatch.setattr(sys, "path", [entry for entry in sys.path if entry != str(folder)])
     ((_, row),) = pool(1)(run_trial, plan.jobs())

@@ -179,7 +179,7 @@ def test_csv_allows_what_editors_write(tmp_path, text):
         ("", "line 1: the header must be x,y"),
         ("u,v\n1,2\n", "line 1: the header must be x,y, not 'u,v'"),
         ("0.1,0.2\n0.2,0.2\n", "line 1"),
-        ("x,y\n0.5,0.1\n0.6,nan\n", "line 3: '0.6,nan' is not finite"),
+        ("x,y\n0.5,0.1\n0.6,nan\n", "line 3: '0.6,nan' is not within 1000 m of the origin"),
         ("x,y\n0.5,0.1\n0.6,left\n", "line 3: '0.6,left' is not two numbers"),
         ("x,y\n0.5,0.1\n0.6\n", "line 3: '0.6' is not two numbers"),
         ("x,y\n0.5,0.1\n0.6,0.2,0.3\n", "line 3"),
