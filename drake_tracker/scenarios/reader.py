@@ -288,8 +288,10 @@ def describe_settings(part: Any, prefix: str = "") -> list[tuple[str, str, str, 
             rows += describe_settings(value, key + ".")
         else:
             shape = field.metadata["shape"]
-            noun = _list_noun(shape) if shape else next(_NOUNS[kind] for kind in kinds if kind in _NOUNS)
-            noun = _NAMES if isinstance(value, dict) else noun
+            if isinstance(value, dict):
+                noun = _NAMES
+            else:
+                noun = _list_noun(shape) if shape else next(_NOUNS[kind] for kind in kinds if kind in _NOUNS)
             shown = value if isinstance(value, str) else _show(tree_of(value, ""))
             rows.append((key, shown, allowed(field.metadata, noun), field.metadata["help"]))
     return rows
