@@ -11,6 +11,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.report.autopsy.autopsy import perform
 from drake_tracker.report.autopsy.normal import NORMAL_ATTEMPT, NORMAL_TRACKING
 from drake_tracker.report.autopsy.stages import WORDS, Stage
@@ -18,6 +19,7 @@ from drake_tracker.report.bars import Bar, by_word, contribution_bars
 from drake_tracker.report.run_files import RunFiles
 from drake_tracker.report.summary_table import summary_rows
 from drake_tracker.report.timeline import Timeline, make_timeline
+from drake_tracker.scenarios.base import Custom
 
 MOTION_CAPTION = "Result of the motion detection in the images of one instant."
 
@@ -91,8 +93,17 @@ def _autopsy(run: RunFiles) -> dict[str, Any] | None:
     if run.scenario is None:
         run.notes.append("There is no autopsy, because the scenario cannot be read.")
         return None
+    if isinstance(run.scenario.arm, Custom):
+        call = run.scenario.arm.call
+        run.notes.append(
+            f"There is no autopsy, because it needs the arm {call}, and viewing runs no code of a scenario."
+        )
+        return None
     try:
         return perform(run.scenario, run.log)
+    except DrakeTrackerError as error:
+        run.notes.append(f"There is no autopsy: {str(error).splitlines()[0]}.")
+        return None
     except (KeyError, ValueError, IndexError) as error:
         run.notes.append(f"There is no autopsy, because the log lacks data that it needs ({error}).")
         return None
