@@ -14,6 +14,8 @@ from drake_tracker.tasks.train.closing import clearance, offset_at_touch
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.trouble import Cause
 
+SEEN = 0.5
+"""Fraction of the cycles with a valid point from which vision is not the reason."""
 GATE_WORDS = {
     Gate.OPEN: "nothing held it back",
     Gate.NOT_TRACKING: "the hand was not tracking",
@@ -100,6 +102,8 @@ def failure_reason(
         reason = "the train left its track before the first attempt"
     elif any(span.phase == Phase.TRACK for span in spans):
         reason = "the gate never opened" + _waiting(log, spans, 0.0)
+    elif valid_fraction is not None and valid_fraction > SEEN:
+        reason = "the hand never followed the train, although vision saw it"
     else:
         seen = "no cycle" if not valid_fraction else f"{valid_fraction:.0%} of the cycles"
         reason = f"the train was never tracked: vision gave a valid point in {seen}"

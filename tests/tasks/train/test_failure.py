@@ -44,6 +44,7 @@ def test_never_tracked(episode):
     episode.phases = [(Phase.ACQUIRE, 0.0)]
     assert reason(episode, 0.03) == "the train was never tracked: vision gave a valid point in 3% of the cycles"
     assert reason(episode, None) == "the train was never tracked: vision gave a valid point in no cycle"
+    assert reason(episode, 1.0) == "the hand never followed the train, although vision saw it"
 
 
 def test_gate_never_opened(episode):
