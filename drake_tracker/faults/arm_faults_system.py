@@ -64,14 +64,15 @@ class GripperFaultsSystem(LeafSystem):
     Args:
         faults: applied in this order.
         time_step: of the plant [s].
+        initial: position of the driven finger at the start [m].
     """
 
-    def __init__(self, faults: Sequence[GripperFault], time_step: float) -> None:
+    def __init__(self, faults: Sequence[GripperFault], time_step: float, initial: float) -> None:
         super().__init__()
         self._faults, self._time_step = tuple(faults), time_step
         self._desired = self.DeclareVectorInputPort("desired_state", 2)
         self._gripper = self.DeclareVectorInputPort("gripper_state", 4)
-        self.DeclareDiscreteState(len(self._faults))
+        self.DeclareDiscreteState(np.full(len(self._faults), initial))
         self.DeclareVectorOutputPort("desired_state", 2, self._calc)
         self.DeclarePeriodicDiscreteUpdateEvent(time_step, 0.0, self._remember)
 
@@ -118,7 +119,12 @@ def add_joint_faults(
 
 
 def add_gripper_faults(
-    builder: DiagramBuilder, *, plant: MultibodyPlant, gripper: ModelInstanceIndex, faults: Sequence[Fault]
+    builder: DiagramBuilder,
+    *,
+    plant: MultibodyPlant,
+    gripper: ModelInstanceIndex,
+    initial: float,
+    faults: Sequence[Fault],
 ) -> InputPort:
     """Adds the faults of the gripper's drive to a diagram, if there are any.
 
@@ -126,6 +132,7 @@ def add_gripper_faults(
         builder: of the diagram that has the plant.
         plant: finalized.
         gripper: model instance of the gripper.
+        initial: position of the driven finger at the start [m].
         faults: all faults of the run.
 
     Returns the port for the set-points of the gripper: the plant's when there is no such fault.
@@ -134,7 +141,7 @@ def add_gripper_faults(
     port = plant.get_desired_state_input_port(gripper)
     if not own:
         return port
-    system = builder.AddNamedSystem("gripper_faults", GripperFaultsSystem(own, plant.time_step()))
+    system = builder.AddNamedSystem("gripper_faults", GripperFaultsSystem(own, plant.time_step(), initial))
     builder.Connect(plant.get_state_output_port(gripper), system.GetInputPort("gripper_state"))
     builder.Connect(system.GetOutputPort("desired_state"), port)
     return system.GetInputPort("desired_state")

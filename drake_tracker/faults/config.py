@@ -169,11 +169,11 @@ class TrainPushed(FaultConfig):
 
 @dataclass(frozen=True)
 class TrainDerailed(FaultConfig):
-    """A sideways push, stronger than what the rail holds, throws the train off its track."""
+    """An invisible hand, stronger than the rail, pushes the train off its track and leaves it beside it."""
 
-    duration: float | None = setting(0.4, "how long it lasts", "s", (0.001, 36000.0), key="for")
+    duration: float | None = setting(1.0, "how long it lasts", "s", (0.2, 10.0), key="for")
     force: float = setting(12.0, "largest force", "N", (8.0, 50.0))
-    speed: float = setting(0.25, "sideways speed at which the push ends", "m/s", (0.05, 2.0))
+    speed: float = setting(0.25, "sideways speed to which it pushes the train", "m/s", (0.05, 2.0))
     side: str = setting("left", "side of the train to which it is pushed", choices=("left", "right"))
 
 

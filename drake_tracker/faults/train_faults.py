@@ -10,12 +10,10 @@ from drake_tracker.faults.fault import SpeedFault, TrainFault
 MASS = 0.25
 """Mass of the train [kg]."""
 GRAVITY = 9.81
-PUSH_GAIN = 30.0
-"""Force of a push per speed that is missing [N s/m]; above .25 kg / (1/300 s) = 75 the motion is jerky."""
 HAND_GAIN = 25.0
-"""Force of the invisible hand per error of the speed [N s/m]."""
+"""Force of an invisible hand per error of the speed [N s/m]; above .25 kg / (1/300 s) = 75 the motion is jerky."""
 HAND_FORCE = 8.0
-"""Largest force of the invisible hand, apart from the weight of the train [N]."""
+"""Largest force of the hand that carries the train, apart from the weight of the train [N]."""
 HAND_SPEED = 1.0
 """Largest speed of the invisible hand [m/s]."""
 CARRY_HEIGHT = 0.06
@@ -55,15 +53,18 @@ class TrainPushedFault(TrainFault):
 
 @dataclass(frozen=True)
 class TrainDerailedFault(TrainFault):
-    """`TrainDerailed`: a force to one side, until the train moves to that side at the set speed."""
+    """`TrainDerailed`: a bounded force moves the train to one side in the first half of the time, and stops it then."""
 
     def wrench(self, time: float, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         _, left = axes(state)
         side = left if self.settings.side == "left" else -left
-        missing = self.settings.speed - float(state[10:13] @ side)
-        # Where the rail holds, it takes the whole force to move the train at all; where it does not, little.
-        force = np.clip(self.settings.force * missing / self.settings.speed, 0.0, self.settings.force)
-        return np.zeros(3), force * side
+        limit = self.settings.force
+        if time < 0.5 * (self.begin + self.end):
+            # Where the rail holds, it takes the whole force to move the train at all; where it does not, little.
+            missing = self.settings.speed - float(state[10:13] @ side)
+            return np.zeros(3), np.clip(limit * missing / self.settings.speed, 0.0, limit) * side
+        force = -HAND_GAIN * np.array([*state[10:12], 0.0])
+        return np.zeros(3), force * min(1.0, limit / max(float(np.linalg.norm(force)), 1e-9))
 
 
 @dataclass(frozen=True)

@@ -161,7 +161,9 @@ class WorldDiagram(Diagram):
 
         builder.ExportInput(plant.get_desired_state_input_port(laboratory.arm), "arm_desired_state")
         builder.ExportInput(plant.get_actuation_input_port(laboratory.arm), "arm_feedforward")
-        gripper = add_gripper_faults(builder, plant=plant, gripper=laboratory.gripper, faults=faults)
+        gripper = add_gripper_faults(
+            builder, plant=plant, gripper=laboratory.gripper, initial=0.5 * jaw_opening, faults=faults
+        )
         builder.ExportInput(gripper, "gripper_desired_state")
         for name, camera in self.cameras.items():
             builder.ExportOutput(camera.image_port, name)

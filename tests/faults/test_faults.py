@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from faulty_runs import CAMERAS, X_WCS, free_body, make
 
+from drake_tracker.arm.description import PUMA560
 from drake_tracker.core.messages import KNOT_COUNT, pack_prediction
 from drake_tracker.faults import config
 from drake_tracker.faults.fault import Sight, View
@@ -212,8 +213,10 @@ class TestTrain:
         _, across = make(config.TrainPushed(force=-2.0, direction="across")).wrench(5.0, state)
         assert along == pytest.approx([0.0, 2.0, 0.0]) and across == pytest.approx([2.0, 0.0, 0.0])
 
-    def test_a_derailing_push_ends_when_the_train_moves_aside(self):
+    def test_a_derailing_push_moves_the_train_aside_and_stops_it(self):
         fault = make(config.TrainDerailed(force=12.0, speed=0.25, side="right"))
+        assert fault.wrench(0.7, free_body(velocity=(0.1, -0.25, 0.0)))[1] == pytest.approx([-2.5, 6.25, 0.0])
+        assert np.linalg.norm(fault.wrench(0.7, free_body(velocity=(3.0, 0.0, 0.0)))[1]) == pytest.approx(12.0)
         assert fault.wrench(0.0, free_body())[1] == pytest.approx([0.0, -12.0, 0.0])
         assert fault.wrench(0.0, free_body(velocity=(0.1, -0.25, 0.0)))[1] == pytest.approx([0.0, 0.0, 0.0])
 
@@ -229,14 +232,16 @@ class TestTrain:
 class TestArm:
     def test_friction_opposes_the_motion_of_one_joint_and_is_bounded(self):
         fault = make(config.StickingJoint(joint=2, friction=10.0))
-        assert fault.torques(np.array([1.0, -5.0, 1.0])) == pytest.approx([0.0, 10.0, 0.0])
-        assert fault.torques(np.zeros(3)) == pytest.approx(np.zeros(3))
+        assert fault.torques(np.array([1.0, -5.0, 1.0, 0.0, 0.0, 0.0])) == pytest.approx(
+            [0.0, 10.0, 0.0, 0.0, 0.0, 0.0]
+        )
+        assert fault.torques(np.zeros(6)) == pytest.approx(np.zeros(6))
 
     def test_friction_never_turns_the_motion_round_in_one_step(self):
-        for joint, inertia in enumerate((1.0, 4.0, 0.2)):
+        for joint, inertia in enumerate(PUMA560.servo_inertia):
             fault = make(config.StickingJoint(joint=joint + 1, friction=50.0))
             for v in (1e-4, 0.01, 0.3, 5.0):
-                velocity = np.zeros(3)
+                velocity = np.zeros(6)
                 velocity[joint] = v
                 assert v + fault.torques(velocity)[joint] / inertia / 300 >= 0.4 * v
 

@@ -1,0 +1,164 @@
+"""The faults that `faults.py` injects, the causes that are right for each, and the tables of its results."""
+
+from dataclasses import dataclass
+
+from common import interval
+
+BOTH = ("measured", "rendered")
+SAFE_PHASES = ("ACQUIRE", "TRACK", "RETREAT", "HOVER")
+"""Phases in which the hand is above the train, or on its way up."""
+MOST_SATURATION, MOST_SPEED = 0.030, 1.0
+"""Largest time for which a drive may saturate [s], and largest fraction of a rated speed."""
+
+
+@dataclass(frozen=True)
+class Injected:
+    """A fault of stated size.
+
+    Attributes:
+        what: in words.
+        tag: YAML tag with its settings.
+        causes: values of `drake_tracker.tasks.train.trouble.Cause` that are right for it.
+        visions: with which vision it is run.
+    """
+
+    what: str
+    tag: str
+    causes: tuple[str, ...]
+    visions: tuple[str, ...] = ("measured",)
+
+
+FAULTS = {
+    "camera-dark": Injected("left camera dark for 4 s", "!CameraDark {camera: left, at: 6, for: 4}", ("camera",), BOTH),
+    "cameras-dark": Injected("both cameras dark", "!CameraDark {at: 6}", ("camera",), BOTH),
+    "frozen-image": Injected(
+        "right camera's image frozen", "!FrozenImage {camera: right, at: 6}", ("camera", "image_disturbed"), BOTH
+    ),
+    "flicker": Injected(
+        "flicker of 60 % at 97 Hz",
+        "!Flicker {amplitude: 0.6, frequency: 97, at: 6}",
+        ("camera", "image_disturbed"),
+        BOTH,
+    ),
+    "noise": Injected("noise of 60 grey levels", "!ImageNoise {std: 60, at: 6}", ("camera", "image_disturbed"), BOTH),
+    "shadow": Injected(
+        "a soft shadow of 50 % crosses the table every 4 s",
+        "!CastShadow {darkness: 0.5, at: 4}",
+        ("image_disturbed", "second_object"),
+        ("rendered",),
+    ),
+    "occluder": Injected(
+        "a panel before the left camera for 6 s",
+        "!PassingOccluder {camera: left, at: 6, for: 6}",
+        ("camera", "image_disturbed", "second_object"),
+        BOTH,
+    ),
+    "second-mover": Injected(
+        "a second object moves at 0.15 m/s", "!SecondMover {at: 6}", ("second_object", "image_disturbed"), BOTH
+    ),
+    "knocked": Injected(
+        "right camera turned by 1.5 deg",
+        "!CameraKnocked {camera: right, angle_deg: 1.5, at: 6}",
+        ("calibration", "image_disturbed", "camera"),
+        BOTH,
+    ),
+    "calibration": Injected(
+        "right camera's calibration wrong by 1.5 deg and 20 mm",
+        "!CalibrationWrong {camera: right, angle_deg: 1.5, distance: 0.02}",
+        ("calibration", "camera"),
+        BOTH,
+    ),
+    "link-loss": Injected("all packets lost", "!LinkLoss {at: 6}", ("link",)),
+    "link-bursts": Injected(
+        "80 % of the packets lost, 120 in a row", "!LinkBursts {drop: 0.8, burst: 120, at: 4}", ("link",)
+    ),
+    "link-jitter": Injected("packets late by up to 1 s", "!LinkJitter {jitter: 1.0, at: 4}", ("link",)),
+    "link-delay": Injected("packets 5 s late", "!LinkDelay {delay: 5.0}", ("link",)),
+    "host-stopped": Injected("host stopped for 5 s", "!HostStopped {at: 6, for: 5}", ("host", "link")),
+    "host-gone": Injected("host stopped for good", "!HostStopped {at: 6}", ("host", "link")),
+    "train-stopped": Injected("train stops", "!TrainStopped {at: 6}", ("train_stopped",)),
+    "train-reversed": Injected("train turns back", "!TrainReversed {at: 6}", ("train_reversed",)),
+    "train-pushed": Injected(
+        "a push of 2 N for 0.2 s along the train",
+        "!TrainPushed {force: 2.0, at: 6}",
+        ("train_displaced", "derailed", "train_stopped"),
+    ),
+    "train-derailed": Injected("train thrown off its track", "!TrainDerailed {at: 6}", ("derailed", "train_displaced")),
+    "train-moved": Injected(
+        "train carried to the middle of the table", "!TrainMoved {at: 6}", ("train_displaced", "derailed")
+    ),
+    "train-removed": Injected("train carried away", "!TrainRemoved {at: 6}", ("train_lost", "train_displaced")),
+    "sticking-joint": Injected(
+        "40 N m of friction in the first joint", "!StickingJoint {joint: 1, friction: 40, at: 2}", ("arm",)
+    ),
+    "slow-gripper": Injected("gripper at 20 mm/s", "!SlowGripper {speed: 0.02}", ("gripper",)),
+    "weak-gripper": Injected("gripper with 0.3 N on each pad", "!WeakGripper {force: 0.3}", ("gripper",)),
+}
+
+
+def limits_kept(row):
+    """Returns whether no limit of the arm was violated in a run."""
+    return (
+        row.get("speed_share") is not None
+        and row["speed_share"] <= MOST_SPEED
+        and row["longest_saturation_s"] <= MOST_SATURATION
+        and row["joint_limit_margin_rad"] >= 0.0
+        and not row["table_touched"]
+    )
+
+
+def is_safe(row):
+    """Returns whether a run ended with the hand above the train or with the train lifted, without a violated limit."""
+    return limits_kept(row) and (bool(row["success"]) or row["phase"] in SAFE_PHASES)
+
+
+def cause_is_right(row):
+    """Returns whether the summary of a failed run names a cause that is right for its fault."""
+    return row.get("cause") in FAULTS[row["fault"]].causes
+
+
+def is_good(row):
+    """Returns whether the train was lifted, or the arm stayed safe and the right cause is named."""
+    return is_safe(row) and (bool(row["success"]) or cause_is_right(row))
+
+
+def bad_runs(rows):
+    """Returns the runs that are not good."""
+    return [row for row in rows if not is_good(row)]
+
+
+def faults_table(rows):
+    """Returns (header, rows) of a table with one row for each fault and vision, and one for all."""
+    lines = []
+    groups = dict.fromkeys((row["vision"], name) for name in FAULTS for row in rows if row["fault"] == name)
+    for vision, name in sorted(groups, key=lambda group: group[0]):
+        runs = [row for row in rows if (row["vision"], row["fault"]) == (vision, name)]
+        lines.append([FAULTS[name].what, vision, *_counts(runs)])
+    lines.append(["all faults", "", *_counts(rows)])
+    header = [
+        "fault",
+        "vision",
+        "runs",
+        "lifted",
+        "safe, right cause",
+        "wrong cause",
+        "not safe",
+        "good",
+        "Wilson 95 %",
+    ]
+    return header, lines
+
+
+def _counts(runs):
+    lifted = sum(bool(row["success"]) and is_safe(row) for row in runs)
+    unsafe = sum(not is_safe(row) for row in runs)
+    good = len(runs) - len(bad_runs(runs))
+    return [
+        len(runs),
+        lifted,
+        good - lifted,
+        len(runs) - good - unsafe,
+        unsafe,
+        good,
+        interval(good, len(runs)) if runs else "",
+    ]

@@ -1,0 +1,97 @@
+"""Measures what the arm does under faults: does it lift the train, or stay safe and name the right cause?
+
+    python benchmarks/faults.py                         every fault, 20 runs each with measured vision; resumes
+    python benchmarks/faults.py --rendered --seeds 5    the faults for which images matter, with cameras
+    python benchmarks/faults.py --faults second-mover,train-removed --seeds 2 --results /tmp/try.jsonl
+
+Each run lasts at most 40 s. Most faults begin after 6 s, while the arm tracks the train or begins to grasp it. A run is
+good when the train was lifted, or when the hand ended above the train and the summary names a cause that is right for
+the fault; in both cases only when no limit of the arm was violated. The published seeds are 900 to 919; nothing was
+chosen on them. Each run becomes a line of ``results/faults.jsonl`` as soon as it ends.
+"""
+
+import argparse
+import os
+import tempfile
+import time
+from pathlib import Path
+
+import common
+from common import append_results, print_table
+from fault_tables import FAULTS, bad_runs, faults_table, is_good, is_safe
+
+from drake_tracker.campaign.record import read_lines
+from drake_tracker.campaign.trial import Lost
+from drake_tracker.core.errors import MachineError
+from drake_tracker.core.log import load_log
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.run.options import RunOptions
+from drake_tracker.run.simulation import simulate
+from drake_tracker.tasks import load_scenario
+from drake_tracker.tasks.results import git_commit, package_versions
+
+FIRST_SEED, SEEDS, DURATION = 900, 20, 40.0
+RESULTS = common.RESULTS / "faults.jsonl"
+KEPT = (
+    *("success", "attempts", "time_to_grasp_s", "failure_reason", "cause", "simulated_s"),
+    *("speed_share", "longest_saturation_s", "joint_limit_margin_rad", "table_touched"),
+    *("package_versions", "git_commit"),
+)
+
+
+def run_one(job):
+    """Runs one trial in a worker; returns its line, or `Lost`."""
+    name, vision, seed = job
+    settings = [f"faults=[{FAULTS[name].tag}]", *(["vision=!Measured {}"] if vision == "measured" else [])]
+    start = time.monotonic()
+    named = {"fault": name, "vision": vision, "seed": seed}
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            scenario = load_scenario("train", seed=seed, duration=DURATION, overrides=settings)
+            summary = simulate(scenario, folder, RunOptions(record=False))
+            phase = Phase(int(load_log(Path(folder) / "log.npz")["command"]["phase"][-1])).name
+        except (MachineError, MemoryError, OSError) as error:
+            return Lost(f"{type(error).__name__}: {error}")
+        except Exception as error:  # one broken trial must not cost the others, and counts as a bad run
+            text = f"{type(error).__name__}: {' '.join(str(error).split())}"
+            origin = {"package_versions": package_versions(), "git_commit": git_commit()}
+            return {**named, "success": False, "failure_reason": text, "phase": None, **origin}
+    kept = {key: summary.get(key) for key in KEPT}
+    return {**named, **kept, "phase": phase, "wall_s": round(time.monotonic() - start, 1)}
+
+
+def outcome(row):
+    """Returns the outcome of a run as a text."""
+    end = "lifted" if row["success"] else f"{row.get('cause')}, {row['phase']}: {row['failure_reason']}"
+    mark = "" if is_good(row) else " (NOT SAFE)" if not is_safe(row) else " (WRONG CAUSE)"
+    return f"{row['fault']} {row['vision']} seed {row['seed']}: {end}{mark}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--faults", default="all", help="names separated by commas")
+    parser.add_argument("--seeds", type=int, default=SEEDS, help=f"runs per fault (default {SEEDS})")
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
+    parser.add_argument("--rendered", action="store_true", help="with cameras, the faults for which images matter")
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
+    parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
+    options = parser.parse_args()
+    vision = "rendered" if options.rendered else "measured"
+    offered = [name for name, fault in FAULTS.items() if vision in fault.visions]
+    names = offered if options.faults == "all" else options.faults.split(",")
+    unknown = [name for name in names if name not in offered]
+    if unknown:
+        parser.error(f"unknown fault {unknown[0]}; with {vision} vision there are {', '.join(offered)}")
+
+    seeds = range(options.first_seed, options.first_seed + options.seeds)
+    done = {(row["fault"], row["vision"], row["seed"]) for row in read_lines(options.results)}
+    jobs = [(name, vision, seed) for seed in seeds for name in names if (name, vision, seed) not in done]
+    append_results(run_one, jobs, options.results, options.workers, outcome)
+    rows = [row for row in read_lines(options.results) if row["fault"] in names and row["seed"] in seeds]
+    print_table(*faults_table(rows))
+    for row in bad_runs(rows):
+        print(outcome(row))
+
+
+if __name__ == "__main__":
+    main()

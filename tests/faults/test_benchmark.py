@@ -1,0 +1,57 @@
+"""The benchmark of the faults: what it injects can be loaded, and its verdict on a run."""
+
+import fault_tables
+import pytest
+from fault_tables import FAULTS, faults_table, is_good
+
+from drake_tracker import load_scenario
+from drake_tracker.faults.kinds import FAULTS as KINDS
+from drake_tracker.tasks.train.trouble import Cause
+
+GOOD = {
+    "fault": "link-loss",
+    "vision": "measured",
+    "seed": 1,
+    "success": False,
+    "cause": "link",
+    "phase": "HOVER",
+    "speed_share": 0.8,
+    "longest_saturation_s": 0.01,
+    "joint_limit_margin_rad": 0.2,
+    "table_touched": False,
+}
+
+
+def test_every_kind_is_injected_and_every_cause_exists():
+    kinds = set()
+    for fault in FAULTS.values():
+        (item,) = load_scenario("train", overrides=[f"faults=[{fault.tag}]"]).faults
+        kinds.add(type(item))
+        assert set(fault.causes) <= set(Cause)
+    assert kinds == set(KINDS.makers)
+    assert sum("measured" in fault.visions for fault in FAULTS.values()) >= 16
+
+
+@pytest.mark.parametrize(
+    "changes, good",
+    [
+        ({}, True),
+        ({"success": True, "cause": None, "phase": "HOLD"}, True),
+        ({"cause": "camera"}, False),
+        ({"phase": "CLOSE"}, False),
+        ({"speed_share": 1.01}, False),
+        ({"longest_saturation_s": 0.05}, False),
+        ({"table_touched": True}, False),
+        ({"joint_limit_margin_rad": -0.01}, False),
+        ({"success": True, "phase": "HOLD", "table_touched": True}, False),
+    ],
+)
+def test_a_run_is_good_when_it_lifts_or_stays_safe_and_names_the_right_cause(changes, good):
+    assert is_good(GOOD | changes) is good
+
+
+def test_a_run_that_ended_with_an_exception_is_bad():
+    broken = {"fault": "link-loss", "vision": "measured", "seed": 2, "success": False, "phase": None}
+    assert not is_good(broken)
+    header, rows = faults_table([GOOD, broken, GOOD | {"cause": "camera"}])
+    assert rows[0][header.index("runs") :] == [3, 0, 1, 1, 1, 1, fault_tables.interval(1, 3)]
