@@ -64,7 +64,7 @@ FAULTS = {
     ),
     "calibration": Injected(
         "right camera's calibration wrong by 1.5 deg and 20 mm",
-        "!CalibrationWrong {camera: right, angle_deg: 1.5, distance: 0.02}",
+        "!CalibrationWrong {camera: right, angle_deg: 1.5, distance: -0.02}",
         ("calibration", "camera"),
         BOTH,
     ),

@@ -10,7 +10,7 @@ from drake_tracker.core.messages import TrackPoint, message_size
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.faults.fault import CalibrationFault, Fault, PointFault, Sight, calibrated_with, faults_at
 from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.triangulation import triangulate
+from drake_tracker.vision.triangulation import RayIntersection, triangulate
 from drake_tracker.vision.triangulator_system import MARGIN, MAX_GAP
 
 
@@ -64,12 +64,15 @@ class PointFaultsSystem(LeafSystem):
         point = TrackPoint(np.array(given))
         if point.stamp > 0.0 and (active or (self._misjudged and point.valid)):
             p_WQ = np.array([point.x, point.y, point.z]) if point.valid else None
-            found = self._triangulated(active, p_WQ, time)
-            point.x, point.y, point.z = (0.0, 0.0, 0.0) if found is None else found
-            point.valid = float(found is not None)
+            meeting = self._meeting(active, p_WQ, time)
+            point.gap = 0.0 if meeting is None else meeting.gap
+            valid = meeting is not None and meeting.gap <= MAX_GAP and self._contains(meeting.p_WQ)
+            point.x, point.y, point.z = meeting.p_WQ if meeting is not None and valid else (0.0, 0.0, 0.0)
+            point.valid = float(valid)
         output.SetFromVector(point[:])
 
-    def _triangulated(self, active: Sequence[PointFault], p_WQ: np.ndarray | None, time: float) -> np.ndarray | None:
+    def _meeting(self, active: Sequence[PointFault], p_WQ: np.ndarray | None, time: float) -> RayIntersection | None:
+        """Returns where the two cameras see the object, or None when one of them sees nothing."""
         pixels = []
         for side, model in self._cameras.items():
             uv = None if p_WQ is None else model.project(p_WQ)[0]
@@ -80,8 +83,8 @@ class PointFaultsSystem(LeafSystem):
                 return None
             pixels.append(uv)
         left, right = (self._assumed[side] for side in self._cameras)
-        meeting = triangulate(left, right, *pixels)
-        if meeting is None or meeting.gap > MAX_GAP:
-            return None
-        inside = np.all(meeting.p_WQ >= self._box[0]) and np.all(meeting.p_WQ <= self._box[1])
-        return meeting.p_WQ if inside else None
+        return triangulate(left, right, *pixels)
+
+    def _contains(self, p_WQ: np.ndarray) -> bool:
+        lower, upper = self._box
+        return bool((p_WQ >= lower).all() and (p_WQ <= upper).all())
