@@ -2,6 +2,7 @@
 
 import pytest
 from ball_scenario import make_scenario, true_poses
+from faulty_runs import all_at_once
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
@@ -25,13 +26,21 @@ ARROWS = {
     ("arm", "arm_feedforward", "world", "arm_feedforward"),
     ("arm", "ready", "world", "ready"),
 }
-BEHIND_THE_SENSORS = {"camera_pixels", "camera_noise"}
+BEHIND_THE_SENSORS = {"camera_pixels", "camera_noise", "camera_faults"}
 """Systems of the world between the rendered image and the port that the controller reads."""
 
 
 @pytest.fixture(scope="module")
 def hand_eye():
     scenario = make_scenario(seed=3, noise=2.0)
+    return make_ball_diagram(scenario, true_poses(scenario))
+
+
+@pytest.fixture(scope="module")
+def faulty():
+    """A diagram with every fault that the ball has."""
+    faults = load_scenario("ball", overrides=[all_at_once("ball")]).faults
+    scenario = make_scenario(seed=3, noise=2.0).with_settings({"faults": faults})
     return make_ball_diagram(scenario, true_poses(scenario))
 
 
@@ -48,7 +57,9 @@ def test_every_signal_of_the_log_is_a_port_with_as_many_fields(hand_eye):
         assert hand_eye.GetOutputPort(name).size() == len(fields), name
 
 
-def test_the_controller_reads_camera_and_joints_but_no_ground_truth(hand_eye):
+@pytest.mark.parametrize("diagram", ["hand_eye", "faulty"])
+def test_the_controller_reads_camera_and_joints_but_no_ground_truth(diagram, request):
+    hand_eye = request.getfixturevalue(diagram)
     world = hand_eye.world
     plant = world.laboratory.plant
     sensors = (world.camera.sensor.color_image_output_port(), plant.get_state_output_port(world.laboratory.arm))
@@ -73,9 +84,10 @@ def is_truth(thing):
     return type(thing).__module__.startswith("drake_tracker.world")
 
 
+@pytest.mark.parametrize("diagram", ["hand_eye", "faulty"])
 @pytest.mark.parametrize("subsystem", ["vision", "host", "link", "arm"])
-def test_no_object_of_the_controller_refers_to_the_world(hand_eye, subsystem):
-    assert truths(controller_subsystems(hand_eye)[subsystem], is_truth) == {}
+def test_no_object_of_the_controller_refers_to_the_world(diagram, subsystem, request):
+    assert truths(controller_subsystems(request.getfixturevalue(diagram))[subsystem], is_truth) == {}
 
 
 def test_the_hand_waits_beyond_the_edge_and_then_reports_ready(hand_eye):
