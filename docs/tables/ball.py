@@ -59,9 +59,10 @@ def ball_limits() -> str:
     lag = arms["puma"] if arms["puma"] == arms["seven_joint"] else listed(list(arms.values()))
     return (
         f"While the ball rolls, {100 * accepted:.0f} % of its measurements are accepted (median of the runs). The time "
-        f"from a measurement's stamp to the prediction built on it is {lag} ms in every run with either arm, and "
-        f"{every} ms with every image used. The arm touched the board in {touched or 'none'} of {len(rows)} runs. The "
-        f"longest saturation of a drive was {puma:.0f} ms with the PUMA 560, {seven:.0f} ms with the seven-joint arm."
+        f"from a measurement's stamp, midway between its two images, to the prediction built on it is {lag} ms in "
+        f"every run with either arm, and {every} ms with every image used. The arm touched the board in "
+        f"{touched or 'none'} of {len(rows)} runs. The longest saturation of a drive was {puma:.0f} ms with the PUMA "
+        f"560, {seven:.0f} ms with the seven-joint arm."
     )
 
 

@@ -2,7 +2,9 @@
 
 from train_grasp import CELLS, ESTIMATORS, cells_table, lifted, side_by_side_table
 
-from tables.results import Row, block, commit_of, lines, of, origin, seeds_between, table, where
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.vision.normal_flow_parameters import PRESETS
+from tables.results import Row, block, commit_of, lines, listed, of, origin, seeds_between, table, where
 
 _GATED = "cast-shadows-gated"
 _BY_CAST_SHADOWS = (_GATED, "cast-shadows")
@@ -63,9 +65,12 @@ def train_limits() -> str:
 def train_lag() -> str:
     rows = lines("train_grasp")
     values = sorted({1e3 * row["lag_s"][end] for row in rows for end in ("min", "max")})
-    shown = ", ".join(f"{value:.2f}" for value in values)
+    younger = 1e3 * PRESETS["scaled"]["stride"] * VISION_PERIOD
+    shown, newest = (listed([f"{value - less:.2f}" for value in values]) for less in (0.0, younger))
     return (
-        f"The time from the capture of an image to the prediction built on it was {shown} ms in all {len(rows)} runs."
+        f"The time from the stamp of a point to the prediction built on it was {shown} ms in all {len(rows)} runs. The "
+        "stamp is the capture of the middle image of the three from which the motion is computed. The newest of them "
+        f"is {younger:.2f} ms younger: {newest} ms pass from its capture to the prediction."
     )
 
 

@@ -24,7 +24,8 @@ TIME_STEP = 1.0 / 300.0
 VISION_PERIOD = 1.0 / 60.0
 """One PIPE cycle [s] (section 3.1: "one cycle - 1/60 second")."""
 LAG_CYCLES = 15
-"""Cycles from the capture of the middle image I1 to its centroid (section 3.1: "15 cycles or 0.25 seconds")."""
+"""Cycles from the capture of the middle image I1 to its centroid (section 3.1: "15 cycles or 0.25 seconds"). The newest
+image used, I2, is one stride younger: the centroid appears 14 cycles after it, or 13 with images every other cycle."""
 SERVO_PERIOD = 0.030
 """Period of the trajectory generator [s] (section 4.4: "every 30 msec")."""
 

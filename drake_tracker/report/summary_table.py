@@ -29,5 +29,5 @@ def summary_rows(summary: Mapping[str, Any], rows: Sequence[SummaryRow]) -> list
             found.append((label, f"{factor * value:.{decimals}f}", unit))
     lag = summary.get("lag_s")
     if isinstance(lag, dict) and isinstance(lag.get("max"), (int, float)):
-        found.append(("lag from image to prediction", f"{1e3 * lag['max']:.1f}", "ms"))
+        found.append(("lag from the stamp of a point to its prediction", f"{1e3 * lag['max']:.1f}", "ms"))
     return found

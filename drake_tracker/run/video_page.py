@@ -102,12 +102,12 @@ class VideoPage:
         image_size: (width, height) of the full images [px].
         title: first line of text.
         subtitle: second line of text.
-        lag: time from an image to its centroid [s].
+        lag: time from the stamp of a centroid until it appears [s].
         goal: name of the mark at `CameraSight.goal`, or None if there is no such mark.
 
     Attributes:
         size: (width, height) of a frame [px], both even.
-        lag: time from an image to its centroid [s].
+        lag: time from the stamp of a centroid until it appears [s].
         goal: name of the mark, or None.
     """
 

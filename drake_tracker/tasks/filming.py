@@ -78,7 +78,7 @@ class Film:
         image_size: (width, height) of the full images [px].
         cameras: {side: calibrated camera with its pose in W}.
         offsets: {side: (u0, v0) of the first pixel of its images in the full image [px]}.
-        lag: time from an image to its centroid [s].
+        lag: time from the stamp of a centroid until it appears [s].
         lag_cycles: the same time in cycles.
         script: what is written and drawn.
         goal: name of the mark that ``script.goal`` draws, None where there is no such mark.

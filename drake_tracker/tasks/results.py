@@ -74,8 +74,10 @@ def git_commit() -> str | None:
 def lag_of(log: Mapping[str, Signal], time_step: float) -> dict[str, float] | None:
     """Returns the smallest and the greatest lag of a run, {"min", "max"} [s], or None without a packet.
 
-    The lag is the time from the capture of an image to the instant at which the estimator outputs the packet based on
-    it. A packet appears in the log one cycle after the slot in which the estimator made it.
+    The lag is the time from the stamp of a point to the instant at which the estimator outputs the packet based on it.
+    The stamp is the capture time of the image that the point describes: the middle one of three for normal flow, or the
+    instant midway between two. The newest image used is younger by the detector's ``stamp_age_cycles``. A packet
+    appears in the log one cycle after the slot in which the estimator made it.
 
     Args:
         log: {name: Signal} of the run.

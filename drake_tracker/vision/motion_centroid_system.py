@@ -235,9 +235,9 @@ def add_motion_centroid(
     """Adds a `MotionCentroidSystem` and the delay line that outputs each centroid ``lag_cycles`` after its stamp.
 
     "The total associated delay time for finding the centroid of a moving object becomes 15 cycles or 0.25 seconds"
-    (Allen et al. 1991, section 3.1): part of it passes while the images after the described one arrive, the delay line
-    adds the rest. The centroid is delayed, not the image, which is cheaper and has the same effect. Both Systems update
-    at the same instants, the delay line after the centroid.
+    (Allen et al. 1991, section 3.1); here it counts from the middle image of three. Part of it passes while the images
+    after the described one arrive, the delay line adds the rest. The centroid is delayed, not the image, which is
+    cheaper and has the same effect. Both Systems update at the same instants, the delay line after the centroid.
 
     `timing.lag_of_throughput` converts a throughput that is counted from the first of several images to a lag. The lag
     is the same whatever ``update_cycles`` is: the delay line runs every cycle.

@@ -43,7 +43,7 @@ class VisionDiagram(Diagram):
         detectors: the same keys, a `MotionDetector` each, with its window.
         image_windows: the same keys, rectangle (u0, v0, width, height) [px] of the full frame that the images cover;
             None is the full frame.
-        lag_cycles: cycles from capture to centroid.
+        lag_cycles: cycles from the stamp of a centroid, which is the capture of its middle image, until it appears.
         work_volume: lower and upper corner in W, shape (2, 3) [m]; None accepts points anywhere.
         period: of a cycle [s].
         own_stamps: whether the images have stamps of their own.

@@ -35,8 +35,8 @@ def summarise_ball(
     - ``position_rms_m``: error of points on the board at their stamps, from `ROLLING` after the release until the ball
       leaves the board.
     - ``vision_valid_fraction``: fraction of the centroids in this time that gave a point.
-    - ``lag_s``: smallest and greatest time from the stamp of a point to the instant at which the prediction based on it
-      is available.
+    - ``lag_s``: smallest and greatest time from the stamp of a point, midway between its two images, to the instant at
+      which the prediction based on it is available.
     - ``crossing_error_m``: {time before the crossing [s]: predicted minus true position on the edge}, for the newest
       packet at that time.
     - ``hand_error_m``: position across of the middle of the cup when the ball leaves the board, minus the position at

@@ -59,14 +59,18 @@ class Measured:
 
     Attributes:
         file: file of the measured error.
-        lag_cycles: time from capture to point [cycles].
+        lag_cycles: time from the capture of the middle image to the point [cycles].
         work_volume: lowest and highest corner of the box in which the train is seen, in W [m].
         outline: horizontal outline of the work volume: the whole box, or the ellipse in it.
     """
 
     file: str = setting("train_vision.yaml", "file of the measured error, from drake-tracker measure")
     lag_cycles: int = setting(
-        15, "time from capture to point; a camera needs at least 2", "cycles", (0, 120), shared=True
+        15,
+        "time from the capture of the middle image to the point; a camera needs at least 2",
+        "cycles",
+        (0, 120),
+        shared=True,
     )
     work_volume: tuple[tuple[float, ...], ...] = setting(
         WORK_VOLUME,

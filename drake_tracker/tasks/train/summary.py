@@ -36,8 +36,9 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
       subtracted.
     - ``vision_valid_fraction``: fraction of the cycles with a valid point, from the first centroid on, while vision is
       used.
-    - ``lag_s``: smallest and greatest time from the capture of an image to the instant at which the prediction based on
-      it is available.
+    - ``lag_s``: smallest and greatest time from the capture of the middle image of the three that give a point, its
+      stamp, to the instant at which the prediction based on it is available. The newest of the three is younger by the
+      detector's ``stride``.
     - ``time_to_grasp_s``: time from the start of the run until the hand felt its grip and began to lift.
     - ``lift_height_m``: greatest height of the train above the rail while a finger touches it.
     - ``hold_s``: longest time for which the train was held, according to the judge.
