@@ -12,7 +12,9 @@ PERIOD = 1.0 / 60.0
 """Time between points [s]."""
 HEIGHT = 0.485
 """Height of the points [m, W]."""
-PATHS = ("stadium", "oval", "circle", "figure_eight", "spline")
+SHARP = ("rectangle", "bean")
+"""Paths with bends of a radius of 5 to 6 cm."""
+PATHS = ("stadium", "oval", "circle", "figure_eight", "spline", *SHARP)
 NOISES = ("white", "autocorrelated", "anisotropic", "replayed")
 SPEED_LAWS = ("constant", "varying", "stop_and_go")
 SPEEDS = (0.10, 0.20)
@@ -49,7 +51,36 @@ def make_path(name, rng):
         return make_track("stadium", radius=0.175, straight=0.25)
     if name == "spline":
         return random_spline(rng)
+    if name in SHARP:
+        return _closed_track(rectangle() if name == "rectangle" else bean())
     return make_track(name)
+
+
+def rectangle(size=(0.24, 0.36), radius=0.06):
+    """Returns a rectangle with round corners, nodes (n, 2) [m]: its size along x and y [m], the corners' radius [m]."""
+    quarter = np.linspace(0.0, 0.5 * np.pi, 4001)
+    x, y = 0.5 * size[0] - radius, 0.5 * size[1] - radius
+    centres = ((x, y), (-x, y), (-x, -y), (x, -y))
+    angles = [quarter + k * 0.5 * np.pi for k in range(4)]
+    corners = [np.add(c, radius * np.column_stack([np.cos(a), np.sin(a)])) for c, a in zip(centres, angles)]
+    return np.vstack([*corners, corners[0][:1]])
+
+
+def bean(semi_axes=(0.10, 0.18), bend=0.14):
+    """Returns an ellipse whose longer axis is bent along an arc, nodes (n, 2) [m]: its semi-axes [m], the arc's radius
+    [m]. Its tightest bend has a radius of 4.6 cm, and one of its sides is concave.
+    """
+    angle = np.linspace(0.0, 2.0 * np.pi, 20001)
+    away, along = bend + semi_axes[0] * np.cos(angle), semi_axes[1] * np.sin(angle) / bend
+    return np.column_stack([away * np.cos(along) - bend, away * np.sin(along)])
+
+
+def _closed_track(curve, nodes=600):
+    """Returns a `Track` of equally spaced nodes on a finely sampled closed curve (n, 2) [m], moved to the middle of the
+    other tracks."""
+    s = np.append(0.0, np.cumsum(np.hypot(*np.diff(curve, axis=0).T)))
+    at = np.linspace(0.0, s[-1], nodes + 1)[:-1]
+    return Track(np.column_stack([np.interp(at, s, curve[:, k]) for k in (0, 1)]), closed=True).translated((0.56, 0.0))
 
 
 def random_spline(rng, corners=7):

@@ -1,3 +1,4 @@
+from .adaptive_turn import AdaptiveTurnEstimator as AdaptiveTurnEstimator
 from .alpha_beta_gamma import AlphaBetaGammaFilter as AlphaBetaGammaFilter
 from .arc_length import ArcLengthEstimator as ArcLengthEstimator
 from .cartesian import AlphaBetaGammaEstimator as AlphaBetaGammaEstimator

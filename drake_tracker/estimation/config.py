@@ -44,10 +44,15 @@ class AlphaBetaGamma:
 
 @dataclass(frozen=True)
 class CoordinatedTurn:
-    """An extended Kalman filter of an object that moves along an arc of slowly changing speed and curvature."""
+    """Two extended Kalman filters of an object that moves along an arc of slowly changing speed and curvature: one
+    expects gentle bends, the other sharp ones. Their predictions are weighted by their past errors."""
 
     speed_noise: float = setting(0.003, "least process noise of the speed", "m/s/sqrt(s)", (1e-6, 1.0))
-    bend_noise: float = setting(8.0, "process noise of the curvature per distance", "1/m/sqrt(m)", (1e-3, 1000.0))
+    bend_noise: float = setting(
+        8.0, "process noise of the curvature per distance, on gentle bends", "1/m/sqrt(m)", (1e-3, 1000.0)
+    )
+    sharp_bend_noise: float = setting(36.0, "the same on sharp bends", "1/m/sqrt(m)", (1e-3, 1000.0))
+    sharp_bend_length: float = setting(0.07, "mean length of a sharp bend", "m", (0.01, 10.0))
     start_sigma: float = setting(0.002, "initial noise of a point, per axis", "m", (0.00001, 0.1))
     systematic_std: float = setting(
         0.0, "standard deviation of the error that the filter cannot observe", "m", (0.0, 0.1)

@@ -12,7 +12,7 @@ ESTIMATORS: "Kinds[Estimator[Any]]" = Kinds(
     "estimator",
     {
         ClosedPath: "drake_tracker.estimation.closed_path:ClosedPathEstimator",
-        CoordinatedTurn: "drake_tracker.estimation.coordinated_turn:CoordinatedTurnEstimator",
+        CoordinatedTurn: "drake_tracker.estimation.adaptive_turn:AdaptiveTurnEstimator",
         ArcLength: "drake_tracker.estimation.arc_length:ArcLengthEstimator",
         AlphaBetaGamma: "drake_tracker.estimation.cartesian:AlphaBetaGammaEstimator",
         Slope: "drake_tracker.estimation.slope:SlopeEstimator",

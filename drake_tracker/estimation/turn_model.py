@@ -14,6 +14,8 @@ SIGMA_LIMITS = (1e-4, 0.02)
 _SIGMA_TIME = 1.0
 """Time constant of that estimate [s]."""
 _SMALL_ANGLE = 1e-6
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+"""Of the integral in `fading_turn`."""
 
 
 def propagate(
@@ -75,6 +77,31 @@ def turn_step(mean: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
         [0.0, 0.0, 0.0, 0.0, 1.0],
     ])  # fmt: skip
     return later, jacobian
+
+
+def fading_turn(mean: np.ndarray, times: np.ndarray, length: float) -> np.ndarray:
+    """Returns positions and headings of an object whose curvature fades, shape (n, 3): rows x, y [m], heading [rad].
+
+    The curvature falls exponentially with the distance travelled. This is the expected curvature on a path whose bends
+    end at random, after ``length`` on average. Exact to 1 um as long as the turn is less than half a circle.
+
+    Args:
+        mean: the state now, shape (5,).
+        times: from now, shape (n,) [s].
+        length: mean length of a bend [m].
+    """
+    x, y, heading, speed, curvature = mean.tolist()
+    distance = speed * times
+    # Nodes crowd at the beginning, where the heading changes: distances as cubes of evenly spread numbers.
+    spread = 0.5 * (_NODES + 1.0)
+    weights = 0.5 * _WEIGHTS * 3.0 * spread**2
+    turn = curvature * length * np.sign(distance)
+    headings = heading - turn[:, None] * np.expm1(-np.outer(np.abs(distance), spread**3) / length)
+    return np.column_stack([
+        x + distance * (np.cos(headings) @ weights),
+        y + distance * (np.sin(headings) @ weights),
+        heading - turn * np.expm1(-np.abs(distance) / length),
+    ])  # fmt: skip
 
 
 def normalized_lead(mean: np.ndarray, covariance: np.ndarray, x: float, y: float, variance: float) -> float:

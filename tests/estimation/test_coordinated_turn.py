@@ -3,14 +3,19 @@ import pytest
 from drives import HEIGHT, PERIOD, Drive, errors, rms, stadium
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.estimation import make_estimator
+from drake_tracker.estimation import (
+    AlphaBetaGammaEstimator,
+    CoordinatedTurn,
+    CoordinatedTurnEstimator,
+    make_estimator,
+)
 from drake_tracker.estimation.coordinated_turn import JUMP_COUNT
 from drake_tracker.estimation.turn_model import CURVATURE, SPEED
 from drake_tracker.world.tracks import make_track
 
 
 def test_one_long_step_is_many_short_ones():
-    estimator = make_estimator("coordinated_turn")
+    estimator = CoordinatedTurnEstimator()
     mean, covariance = np.array([0.5, 0.1, 1.0, 0.15, 4.0]), np.diag([1e-6, 1e-6, 1e-3, 1e-4, 0.5])
     far, far_covariance = estimator.propagate(mean, covariance, 0.5)
     for _ in range(500):
@@ -23,7 +28,7 @@ def test_one_long_step_is_many_short_ones():
 def test_a_circle_without_noise_is_predicted_exactly(direction):
     track = make_track("circle", radius=0.15)
     drive = Drive(track if direction > 0 else track.reversed(), 0.2, 6.0, sigma=0.0)
-    estimator = make_estimator("coordinated_turn")
+    estimator = CoordinatedTurnEstimator()
     state, rows = errors(estimator, drive.times, drive.points, drive, 0.75)
     late = rows[:, 0] > 3.0
     assert rows[late, 1].max() < 5e-4
@@ -35,30 +40,30 @@ def test_a_circle_without_noise_is_predicted_exactly(direction):
 @pytest.mark.parametrize("sigma", [0.0005, 0.004])
 def test_noise_is_estimated(sigma):
     drive = Drive(stadium(), 0.15, 8.0, sigma)
-    state, _ = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.25)
+    state, _ = errors(CoordinatedTurnEstimator(), drive.times, drive.points, drive, 0.25)
     assert state.sigma == pytest.approx(sigma, rel=0.3)
 
 
 def test_it_beats_alpha_beta_gamma_on_a_stadium():
     """The benchmark requires a ratio of 0.82 at most; a single run scatters."""
     found = {}
-    for kind in ("coordinated_turn", "alpha_beta_gamma"):
+    for estimator in (CoordinatedTurnEstimator(), make_estimator("alpha_beta_gamma")):
         drive = Drive(stadium(), 0.15, 20.0)
-        _, rows = errors(make_estimator(kind), drive.times, drive.points, drive, 0.75)
-        found[kind] = rms(rows[rows[:, 0] > 2.0, 1])
-    assert found["coordinated_turn"] < 0.8 * found["alpha_beta_gamma"]
+        _, rows = errors(estimator, drive.times, drive.points, drive, 0.75)
+        found[type(estimator)] = rms(rows[rows[:, 0] > 2.0, 1])
+    assert found[CoordinatedTurnEstimator] < 0.8 * found[AlphaBetaGammaEstimator]
 
 
 def test_68_percent_of_the_errors_lie_within_predict_std():
     drive = Drive(stadium(), 0.15, 30.0)
-    _, rows = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.5)
+    _, rows = errors(CoordinatedTurnEstimator(), drive.times, drive.points, drive, 0.5)
     rows = rows[rows[:, 0] > 5.0]
     assert 0.55 < np.mean(rows[:, 1] < rows[:, 3]) < 0.8
 
 
 def test_at_rest_it_keeps_heading_and_place():
     drive = Drive(make_track("circle", radius=0.15), lambda t: 0.15 if t < 4.0 else 0.0, 8.0)
-    state, rows = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.75)
+    state, rows = errors(CoordinatedTurnEstimator(), drive.times, drive.points, drive, 0.75)
     at_rest = rows[:, 0] > 6.0
     assert rows[at_rest, 1].max() < 0.01
     assert abs(rows[at_rest, 2]).max() < 0.15
@@ -77,7 +82,7 @@ def test_a_constant_speed_is_estimated_sharply_and_a_stop_is_followed():
 def speed_and_greatest_error(speed):
     """Returns (rms error of the speed over 4 to 7.4 s [m/s], greatest error 0.25 s ahead after that [m], the speed
     0.5 s after a stop that ends at 8 s [m/s]) of a drive on a circle."""
-    drive, estimator = Drive(make_track("circle", radius=0.15), speed, 8.5), make_estimator("coordinated_turn")
+    drive, estimator = Drive(make_track("circle", radius=0.15), speed, 8.5), CoordinatedTurnEstimator()
     state, speeds = estimator.initial_state(), []
     for t, p in zip(drive.times, drive.points, strict=True):
         state = estimator.update(state, t, p)
@@ -89,14 +94,14 @@ def speed_and_greatest_error(speed):
 
 def test_backing_up_keeps_the_heading():
     drive = Drive(make_track("circle", radius=0.15), lambda t: np.clip(0.3 * (4.5 - t), -0.15, 0.15), 8.0)
-    state, rows = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.25)
+    state, rows = errors(CoordinatedTurnEstimator(), drive.times, drive.points, drive, 0.25)
     assert state.mean[SPEED] == pytest.approx(-0.15, abs=0.01)
     assert abs(rows[-60:, 2]).max() < 0.15
 
 
 def test_points_that_are_missing_late_or_broken_are_survived():
     drive = Drive(stadium(), 0.15, 8.0)
-    estimator, rng = make_estimator("coordinated_turn"), np.random.default_rng(3)
+    estimator, rng = CoordinatedTurnEstimator(), np.random.default_rng(3)
     state = estimator.initial_state()
     assert np.isfinite(estimator.predict(state, [0.0, 1.0])).all()
     assert np.isfinite(estimator.predict_std(state, [0.0, 1.0])).all()
@@ -118,7 +123,7 @@ def test_points_that_are_missing_late_or_broken_are_survived():
 
 def test_a_few_outliers_are_ignored():
     drive = Drive(stadium(), 0.15, 6.0)
-    estimator = make_estimator("coordinated_turn")
+    estimator = CoordinatedTurnEstimator()
     with_them = without = estimator.initial_state()
     for k, (t, p) in enumerate(zip(drive.times, drive.points, strict=True)):
         outlier = 200 <= k < 200 + JUMP_COUNT - 1
@@ -134,7 +139,7 @@ def test_a_few_outliers_are_ignored():
 def test_an_object_that_jumped_is_found_at_its_new_position():
     drive = Drive(stadium(), 0.15, 6.0)
     points = drive.points + np.where(drive.times > 3.0, 0.08, 0.0)[:, None] * [1.0, -1.0, 0.0]
-    estimator = make_estimator("coordinated_turn")
+    estimator = CoordinatedTurnEstimator()
     state = estimator.initial_state()
     for t, p in zip(drive.times, points, strict=True):
         state = estimator.update(state, t, p)
@@ -147,22 +152,22 @@ def test_an_object_that_jumped_is_found_at_its_new_position():
 
 def test_height_is_averaged():
     drive = Drive(stadium(), 0.15, 5.0, sigma=0.002)
-    state, _ = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.25)
+    state, _ = errors(CoordinatedTurnEstimator(), drive.times, drive.points, drive, 0.25)
     assert estimator_height(state) == pytest.approx(HEIGHT, abs=0.001)
 
 
 def estimator_height(state):
-    return make_estimator("coordinated_turn").predict(state, [state.stamp])[0, 2]
+    return CoordinatedTurnEstimator().predict(state, [state.stamp])[0, 2]
 
 
 def test_zero_process_noise_is_refused():
     with pytest.raises(DrakeTrackerError, match="bend_noise is 0"):
-        make_estimator("coordinated_turn", bend_noise=0.0)
+        CoordinatedTurnEstimator(CoordinatedTurn(bend_noise=0.0))
 
 
 def test_an_update_leaves_the_old_state_alone():
     drive = Drive(stadium(), 0.15, 1.0)
-    estimator = make_estimator("coordinated_turn")
+    estimator = CoordinatedTurnEstimator()
     state, _ = errors(estimator, drive.times, drive.points, drive, 0.25)
     mean = state.mean.copy()
     estimator.update(state, drive.times[-1] + PERIOD, drive.points[-1])
@@ -173,7 +178,7 @@ def test_an_update_leaves_the_old_state_alone():
 
 def test_predict_std_of_many_times_is_that_of_each():
     drive = Drive(stadium(), 0.15, 3.0)
-    estimator = make_estimator("coordinated_turn")
+    estimator = CoordinatedTurnEstimator()
     state, _ = errors(estimator, drive.times, drive.points, drive, 0.25)
     times = state.stamp + np.linspace(0.0, 1.5, 31)
     each = [estimator.predict_std(state, [t])[0] for t in times]
@@ -185,7 +190,7 @@ def test_outliers_among_the_first_points_do_not_matter(outliers):
     drive = Drive(make_track("circle", radius=0.15), 0.15, 2.0)
     points = drive.points.copy()
     points[list(outliers)] += [1.0, -0.5, 0.0]
-    state, rows = errors(make_estimator("coordinated_turn"), drive.times, points, drive, 0.25)
+    state, rows = errors(CoordinatedTurnEstimator(), drive.times, points, drive, 0.25)
     assert rows[0, 0] < 0.6 and rows[rows[:, 0] > 0.6, 1].max() < 0.02
     assert state.sigma < 0.002
 
@@ -193,5 +198,5 @@ def test_outliers_among_the_first_points_do_not_matter(outliers):
 def test_an_object_that_bolts_out_of_rest_is_followed():
     """Like outliers, its points lie far from the line through those at rest."""
     drive = Drive(make_track("line", length=3.0), lambda t: 1.0 if t > 0.11 else 0.0, 1.0, sigma=0.0002)
-    state, rows = errors(make_estimator("coordinated_turn"), drive.times, drive.points, drive, 0.1)
+    state, rows = errors(CoordinatedTurnEstimator(), drive.times, drive.points, drive, 0.1)
     assert rows[-1, 1] < 0.005 and state.mean[SPEED] == pytest.approx(1.0, abs=0.05)

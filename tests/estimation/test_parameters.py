@@ -10,7 +10,7 @@ NOT_NUMBERS = ("fast", None, [1.0], math.nan, math.inf, -1.0, True)
 PARAMETERS = {
     "arc_length": ("period", "start_sigma", "systematic_std", "min_speed", "restart_after", "baseline_factor", "order"),
     "alpha_beta_gamma": ("tracking_index", "vertical_tracking_index", "period", "systematic_std", "restart_after"),
-    "coordinated_turn": ("speed_noise", "start_sigma", "systematic_std", "restart_after", "ready_after"),
+    "coordinated_turn": ("speed_noise", "sharp_bend_noise", "sharp_bend_length", "systematic_std", "restart_after"),
     "closed_path": ("systematic_std",),
 }
 

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
 
-from drake_tracker.estimation.turn_model import HEADING, correct, turn_step
+from drake_tracker.estimation.turn_model import HEADING, correct, fading_turn, turn_step
 
 
 @pytest.mark.parametrize("curvature", [5.0, 0.0, -1e-7, -3.0])
@@ -24,3 +25,21 @@ def test_correction_is_bayes_rule():
     assert after[HEADING, HEADING] == pytest.approx(0.1 - 9e-8 / 8e-6)
     np.testing.assert_allclose(left, [0.5e-3, 0.0])
     assert trace == pytest.approx(2e-6 + 0.8e-6)
+
+
+@pytest.mark.parametrize("speed", [0.15, -0.3, 1.0])
+@pytest.mark.parametrize("curvature", [-20.0, 0.0, 8.0])
+def test_a_fading_turn_is_the_integral_of_its_curvature(speed, curvature):
+    mean, length, times = np.array([0.1, 0.2, 0.7, speed, curvature]), 0.07, np.array([-0.2, 0.0, 0.25, 1.5])
+    found = fading_turn(mean, times, length)
+    for row, time in zip(found, times, strict=True):
+        way = np.linspace(0.0, speed * time, 200001)
+        heading = 0.7 + cumulative_trapezoid(curvature * np.exp(-np.abs(way) / length), way, initial=0.0)
+        place = [0.1 + np.trapezoid(np.cos(heading), way), 0.2 + np.trapezoid(np.sin(heading), way)]
+        np.testing.assert_allclose(row, [*place, heading[-1]], atol=1e-6)
+
+
+def test_a_turn_that_fades_slowly_is_an_arc():
+    mean, times = np.array([0.1, 0.2, 0.7, 0.15, 6.0]), np.array([0.25, 0.75])
+    arcs = [turn_step(mean, time)[0][:3] for time in times]
+    np.testing.assert_allclose(fading_turn(mean, times, 1e4), arcs, atol=1e-5)
