@@ -33,7 +33,7 @@ def run_cell(path, noise, sigma_mm, law, seed, duration, names, parameters):
     truth = {horizon: world.pose(world.times[judged] + ahead) for horizon, ahead in HORIZONS.items()}
     results = {}
     for name in names:
-        rows, std = follow(contestant(name, sigma_mm, law, parameters), world.times, world.points, judged)
+        rows, std = follow(contestant(name, sigma_mm, law, parameters, path), world.times, world.points, judged)
         results[name] = {
             stage: {
                 horizon: summary(rows[among, k], truth[horizon][among], None if std is None else std[among, k])

@@ -28,14 +28,14 @@ from pathlib import Path
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))  # what all benchmarks share
 
 from common import append_results
-from contestants import BASELINES, OURS, read_parameters
+from contestants import BASELINES, OURS, SHARP_BASELINES, SINGLE, read_parameters
 from measure import run_cell
 from speed import update_times
 from tables import cells_of, merged, print_rows, table_rows
 from train_grasp import RESULTS as GRASPS
 from trials import SUBJECTS, TRIALS
 from verdicts import print_verdicts, verdicts
-from worlds import NOISES, PATHS, SPEED_LAWS
+from worlds import NOISES, PATHS, SHARP, SPEED_LAWS
 
 from drake_tracker.campaign.record import read_lines
 
@@ -55,6 +55,7 @@ QUICK = (
     "stadium-replayed-1-constant",
     "oval-white-1-constant",
     "oval-white-1-stop_and_go",
+    "rectangle-white-1-constant",
     *TRIALS,
 )
 
@@ -64,7 +65,7 @@ def all_cells():
     cells = {}
     for path in PATHS:
         for sigma_mm in SIGMAS_MM if path == "stadium" else (1,):
-            for noise in NOISES:
+            for noise in ("white", "replayed") if path in SHARP else NOISES:
                 for law in SPEED_LAWS:
                     cells[f"{path}-{noise}-{sigma_mm:g}-{law}"] = (path, noise, sigma_mm, law)
     return cells | dict.fromkeys(TRIALS)
@@ -78,9 +79,16 @@ def run_one(made_by, job):
         found = {"trial": TRIALS[name](seed, parameters)}
     else:
         path, noise, sigma_mm, law = cell
-        names = OURS + (BASELINES if (path, noise) == ("oval", "white") else ())
+        names = OURS + _others(path, noise)
         found = run_cell(path, noise, sigma_mm, law, seed, DURATION, (only,) if only else names, parameters)
     return {"cell": name, "seed": seed, "only": only, **found, **made_by}
+
+
+def _others(path, noise):
+    """Returns the contestants that are run in a cell beside `OURS`."""
+    if path in SHARP:
+        return (SINGLE, *SHARP_BASELINES)
+    return BASELINES if (path, noise) == ("oval", "white") else ()
 
 
 def circumstances():
@@ -100,7 +108,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="a few cells and seeds, for a look, kept in runs/ only")
     parser.add_argument("--cells", default="", help="parts of names separated by commas (default: all)")
-    parser.add_argument("--renew", metavar="NAME", choices=OURS, help="run this one again where another commit ran it")
+    renewed = (*OURS, SINGLE, *SHARP_BASELINES)
+    parser.add_argument(
+        "--renew", metavar="NAME", choices=renewed, help="run this one again where another commit ran it"
+    )
     parser.add_argument("--seeds", type=int, help=f"runs a cell (default {SEEDS}, {QUICK_SEEDS} with --quick)")
     parser.add_argument("--first-seed", type=int, help=f"default {FIRST_SEED}, {QUICK_FIRST_SEED} with --quick")
     parser.add_argument("--workers", type=int, default=os.cpu_count())

@@ -5,9 +5,9 @@
 Each has the same budget: `CANDIDATES` settings, tried on the same runs of the tuning seeds with white noise. Of them
 that one is kept whose errors at the present and at the grasp horizon have the least product. Alpha-beta-gamma and arc
 length are tuned on the stadium at constant speed, once for each noise; the baselines on the oval at 1 mm, once for each
-speed law. Stone Soup's and filterpy's filters of one model are the same filter, as they should be (they differ by 1e-5
-of the error), so that the faster is tuned for both. Coordinated turn and closed path are not tuned: their defaults are
-their one setting, for every noise and every law.
+speed law, and the turn's also on each path with sharp bends. Stone Soup's and filterpy's filters of one model are the
+same filter, as they should be (they differ by 1e-5 of the error), so that the faster is tuned for both. Coordinated
+turn and closed path are not tuned: their defaults are their one setting, for every path, noise and law.
 """
 
 import argparse
@@ -20,7 +20,7 @@ import sys
 import numpy as np
 from contestants import PARAMETERS, contestant
 from measure import EVERY, HORIZONS, WARM_UP, follow
-from worlds import SPEED_LAWS, make_world
+from worlds import SHARP, SPEED_LAWS, make_world
 
 SEEDS = tuple(range(1000, 1006))
 DURATION = 20.0
@@ -54,12 +54,13 @@ def try_out(job):
     if name in ("alpha_beta_gamma", "arc_length"):
         contestant_name, parameters = name, {name: {f"{sigma_mm:g}": setting}}
     else:
-        contestant_name, parameters = f"filterpy_{name}", {name: {law: setting}}
+        contestant_name, parameters = f"filterpy_{name}", {name: {f"{path} {law}": setting}}
     squares = []
     for seed in SEEDS:
         world = make_world(path, "white", 1e-3 * sigma_mm, law, seed, DURATION)
         judged = np.arange(round(60 * WARM_UP), len(world.times), EVERY)
-        rows, _ = follow(contestant(contestant_name, sigma_mm, law, parameters), world.times, world.points, judged)
+        estimator = contestant(contestant_name, sigma_mm, law, parameters, path)
+        rows, _ = follow(estimator, world.times, world.points, judged)
         truth = [world.pose(world.times[judged] + ahead)[:, :2] for ahead in HORIZONS.values()]
         squares.append([np.mean(np.sum((rows[:, k, :2] - at) ** 2, axis=1)) for k, at in enumerate(truth)])
     return np.mean(squares, axis=0)
@@ -73,7 +74,10 @@ def main():
     jobs = []
     for name, grid in candidates().items():
         ours = name in ("alpha_beta_gamma", "arc_length")
-        places = [("stadium", s, "constant") for s in SIGMAS_MM] if ours else [("oval", 1.0, law) for law in SPEED_LAWS]
+        paths = ("oval", *SHARP) if name == "turn" else ("oval",)
+        places = [(path, 1.0, law) for path in paths for law in SPEED_LAWS]
+        if ours:
+            places = [("stadium", sigma_mm, "constant") for sigma_mm in SIGMAS_MM]
         jobs += [(name, *place, setting) for place in places for setting in grid]
     with multiprocessing.get_context("spawn").Pool(options.workers) as pool:
         found = []
@@ -88,7 +92,8 @@ def main():
         setting, squares = min(of_it, key=lambda item: np.prod(item[1]))
         rms = [round(1e3 * float(np.sqrt(value)), 3) for value in squares]
         chosen["tuned"]["rms_mm"][f"{name} {path} {sigma_mm:g} mm {law}"] = rms
-        chosen.setdefault(name, {})[f"{sigma_mm:g}" if path == "stadium" else law] = setting
+        key = {"stadium": f"{sigma_mm:g}", "oval": law}.get(path, f"{path} {law}")
+        chosen.setdefault(name, {})[key] = setting
     PARAMETERS.write_text(json.dumps(chosen, indent=2) + "\n", encoding="utf-8")
 
 

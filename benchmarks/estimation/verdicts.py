@@ -3,10 +3,11 @@
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from contestants import BASELINES
+from contestants import BASELINES, SHARP_BASELINES
 from measure import HORIZONS
 from tables import cells_of, paired_ratio
 from train_grasp import FIRST_SEED, TRACKS
+from worlds import SHARP
 
 from drake_tracker.campaign.wilson import wilson
 
@@ -59,6 +60,7 @@ def verdicts(lines, times, grasps=()):
         *_extrapolation(cells),
         *_own_world(trials.get("own_world", [])),
         *_baselines(cells),
+        *_sharp_bends(cells),
         *_closed_path(cells, trials.get("moved", [])),
         *_coverage(cells),
         *_rice(trials.get("rice", [])),
@@ -120,6 +122,24 @@ def _baselines(cells):
                 ratio, note = _ratio(cells, name, "coordinated_turn", best, ALL, horizon)
                 note = f"{best}; {note}"
             yield at_most(f"coordinated_turn / best baseline, oval, {law}, paired, {horizon}", ratio, 1.02, note)
+
+
+def _sharp_bends(cells):
+    """Beside the turn's filter with one setting for all paths, and beside the best of all that were run, of which the
+    others are tuned for that path."""
+    for path in SHARP:
+        name = f"{path}-white-1-constant"
+        for horizon in HORIZONS:
+            found = _ratio(cells, name, "coordinated_turn", "filterpy_turn_fixed", ALL, horizon)
+            claim = f"coordinated_turn / turn filter with one setting, {path}, paired, {horizon}"
+            yield at_most(claim, found[0], 1.02, found[1])
+        for horizon in HORIZONS:
+            ratio, note = None, ""
+            if name in cells:
+                best = min(SHARP_BASELINES, key=lambda baseline: cells[name].rms(baseline, ALL, horizon))
+                ratio, note = _ratio(cells, name, "coordinated_turn", best, ALL, horizon)
+                note = f"{best}; {note}"
+            yield at_most(f"coordinated_turn / best baseline, {path}, constant, paired, {horizon}", ratio, 1.02, note)
 
 
 def _closed_path(cells, moved):
