@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from common import interval
 
 BOTH = ("measured", "rendered")
+DURATION = 40.0
+"""Longest duration of a run [s]."""
 SAFE_PHASES = ("ACQUIRE", "TRACK", "RETREAT", "HOVER")
 """Phases in which the hand is above the train, or on its way up."""
 MOST_SATURATION, MOST_SPEED = 0.030, 1.0
@@ -89,7 +91,7 @@ FAULTS = {
     ),
     "train-removed": Injected("train carried away", "!TrainRemoved {at: 6}", ("train_lost", "train_displaced")),
     "sticking-joint": Injected(
-        "40 N m of friction in the first joint", "!StickingJoint {joint: 1, friction: 40, at: 2}", ("arm",)
+        "80 N m of friction in the first joint", "!StickingJoint {joint: 1, friction: 80, at: 2}", ("arm",)
     ),
     "slow-gripper": Injected("gripper at 20 mm/s", "!SlowGripper {speed: 0.02}", ("gripper",)),
     "weak-gripper": Injected("gripper with 0.3 N on each pad", "!WeakGripper {force: 0.3}", ("gripper",)),
@@ -108,8 +110,12 @@ def limits_kept(row):
 
 
 def is_safe(row):
-    """Returns whether a run ended with the hand above the train or with the train lifted, without a violated limit."""
-    return limits_kept(row) and (bool(row["success"]) or row["phase"] in SAFE_PHASES)
+    """Returns whether a run ended safely: no limit was violated, and the train was lifted or the hand was above it.
+
+    The hand may also be down at the end when the time was up in the middle of an attempt.
+    """
+    time_up = row.get("simulated_s") is not None and row["simulated_s"] >= DURATION - 1e-6
+    return limits_kept(row) and (bool(row["success"]) or row["phase"] in SAFE_PHASES or time_up)
 
 
 def cause_is_right(row):
