@@ -60,7 +60,7 @@ from .image_faults_system import add_image_faults as add_image_faults
 from .kinds import FAULTS as FAULTS
 from .kinds import faults_of as faults_of
 from .kinds import make_faults as make_faults
-from .link_faults import LinkFaultKind as LinkFaultKind
+from .link_faults import LossyLinkFault as LossyLinkFault
 from .link_faults import SubstitutedLink as SubstitutedLink
 from .point_faults_system import PointFaultsSystem as PointFaultsSystem
 from .scene_faults import PassingOccluderFault as PassingOccluderFault

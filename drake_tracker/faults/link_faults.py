@@ -15,7 +15,7 @@ from drake_tracker.link.lossy_link import LossyLink
 
 
 @dataclass(frozen=True)
-class LinkFaultKind(LinkFault):
+class LossyLinkFault(LinkFault):
     """`LinkLoss`, `LinkBursts`, `LinkJitter` and `LinkDelay`: a `LossyLink` while the fault lasts."""
 
     def lossy(self) -> Lossy:
