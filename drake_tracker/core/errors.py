@@ -1,6 +1,8 @@
 """The exceptions that users of the package catch."""
 
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -14,6 +16,30 @@ class DrakeTrackerError(Exception):
 
 class MachineError(DrakeTrackerError):
     """This machine cannot do the job, whatever the scenario. For example, it cannot render images."""
+
+
+class FirstError:
+    """Keeps the first of several errors, so that the remaining files of a recording are still written.
+
+    Args:
+        error: the first error, or None.
+    """
+
+    def __init__(self, error: BaseException | None = None) -> None:
+        self._error = error
+
+    @contextmanager
+    def kept(self) -> Iterator[None]:
+        """Ends the block at an error without raising it; later ones than the first are dropped."""
+        try:
+            yield
+        except (Exception, SystemExit) as error:  # Drake raises SystemExit for numbers that are not finite
+            self._error = self._error or error
+
+    def raise_it(self) -> None:
+        """Raises the first error, if there is one."""
+        if self._error is not None:
+            raise self._error
 
 
 def raised(error: BaseException) -> str:

@@ -1,5 +1,9 @@
 """Tests of the log."""
 
+import io
+import os
+import zipfile
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
@@ -82,3 +86,55 @@ def test_tool_comes_from_forward_kinematics():
     tool = tool_signal(state, model)
     np.testing.assert_allclose(tool.times, [0.0, 1 / 60, 2 / 60], atol=1e-9)
     np.testing.assert_allclose(tool.data, np.tile([0.6, 0.1, 0.7, 0.4], (3, 1)), atol=1e-5)
+
+
+def archive(path, **changes):
+    """Writes a log with one signal, some of its arrays replaced."""
+    arrays = {"point": np.zeros((3, 2)), "point.time": np.arange(3.0), "point.names": np.array(["x", "y"])}
+    np.savez(path, **{name: array for name, array in (arrays | changes).items() if array is not None})
+
+
+@pytest.mark.parametrize(
+    "changes, said",
+    [
+        ({"point": np.zeros((2, 2))}, "samples of shape"),
+        ({"point": np.zeros((3, 2, 1))}, "samples of shape"),
+        ({"point.time": np.zeros((3, 1))}, "samples of shape"),
+        ({"point.names": np.array(["x", "y", "z"])}, "samples of shape"),
+        ({"point.names": np.array(["x", "x"])}, "without names of their own"),
+        ({"point.names": np.array([1, 2])}, "without names of their own"),
+        ({"point.time": np.array([0.0, np.nan, 1.0])}, "times that are not finite"),
+        ({"point.time": np.array([0.0, 2.0, 1.0])}, "not in order"),
+        ({"point.time": None}, "point.time"),
+        ({"point": np.array([{}, {}, {}], dtype=object)}, "has the type object"),
+        ({"point": np.zeros((3, 2), complex)}, "not numbers"),
+    ],
+)
+def test_arrays_that_do_not_fit_together_are_one_line(tmp_path, changes, said):
+    archive(tmp_path / "log.npz", **changes)
+    with pytest.raises(DrakeTrackerError, match=f"log.npz: this log is damaged or incomplete: .*{said}") as caught:
+        load_log(tmp_path / "log.npz")
+    assert "\n" not in str(caught.value)
+
+
+def test_an_array_that_promises_more_than_there_is_is_not_allocated(tmp_path):
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (10**13,)})
+    with zipfile.ZipFile(tmp_path / "log.npz", "w") as file:
+        file.writestr("point.npy", header.getvalue())
+    with pytest.raises(DrakeTrackerError, match="does not have the size that it states"):
+        load_log(tmp_path / "log.npz")
+
+
+def test_a_log_that_unpacks_to_more_than_is_allowed_is_refused_before_it_is_unpacked(tmp_path):
+    zeros = np.zeros((10**6, 2))
+    np.savez_compressed(tmp_path / "log.npz", **{"point": zeros, "point.time": zeros[:, 0]})
+    assert (tmp_path / "log.npz").stat().st_size < 10**5
+    with pytest.raises(DrakeTrackerError, match="more than the 1000000 that are read"):
+        load_log(tmp_path / "log.npz", most=10**6)
+
+
+def test_a_pipe_in_place_of_a_log_does_not_block(tmp_path):
+    os.mkfifo(tmp_path / "log.npz")
+    with pytest.raises(DrakeTrackerError, match="it is not a regular file"):
+        load_log(tmp_path)
