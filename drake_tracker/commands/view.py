@@ -4,6 +4,8 @@ from argparse import Namespace
 from pathlib import Path
 
 from drake_tracker.commands.common import SUCCESS, Commands, add_command
+from drake_tracker.core.atomic_file import write_text
+from drake_tracker.core.errors import DrakeTrackerError
 
 PORT = 8317
 """Default port of the page."""
@@ -43,7 +45,7 @@ def execute(options: Namespace) -> int:
     with make_server(page, run.folder, run.names, options.port) as server:
         save_page(page, run.folder / PAGE)
         for note in run.notes:
-            print(note)
+            print("".join(letter if letter.isprintable() else "?" for letter in note))
         print(f"{server.url}  (Ctrl-C ends it)", flush=True)
         if not options.no_browser:
             import webbrowser
@@ -59,6 +61,6 @@ def execute(options: Namespace) -> int:
 def save_page(page: str, path: Path) -> None:
     """Writes the page into the run directory; where that is not possible, the page is only shown."""
     try:
-        path.write_text(page, encoding="utf-8")
-    except OSError as error:
-        print(f"{path} cannot be written: {error.strerror}")
+        write_text(path, page)
+    except DrakeTrackerError as error:
+        print(error)

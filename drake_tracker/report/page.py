@@ -3,11 +3,14 @@
 The templates are in the folder ``templates``. Jinja2 escapes everything that they insert.
 """
 
+import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import Any, TypeVar
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
@@ -16,11 +19,12 @@ from drake_tracker.report.autopsy.autopsy import perform
 from drake_tracker.report.autopsy.normal import NORMAL_ATTEMPT, NORMAL_TRACKING
 from drake_tracker.report.autopsy.stages import WORDS, Stage
 from drake_tracker.report.bars import Bar, by_word, contribution_bars
-from drake_tracker.report.run_files import RunFiles
+from drake_tracker.report.run_files import RunFiles, first_line
 from drake_tracker.report.summary_table import summary_rows
 from drake_tracker.report.timeline import Timeline, make_timeline
 from drake_tracker.scenarios.base import Custom
 
+_Part = TypeVar("_Part")
 MOTION_CAPTION = "Result of the motion detection in the images of one instant."
 
 
@@ -53,8 +57,9 @@ class TrackingSection:
 def page_of(run: RunFiles) -> str:
     """Returns the page of a run as a text of HTML. Adds to the notes of the run when there is no autopsy."""
     autopsy = _autopsy(run)
+    timeline = _guarded(run, "The phases cannot be shown", lambda: _timeline(run, autopsy))
     captions = {**run.task.pictures, "motion.png": MOTION_CAPTION}
-    return (
+    page = (
         _templates()
         .get_template("page.html")
         .render(
@@ -65,7 +70,7 @@ def page_of(run: RunFiles) -> str:
             lead=_lead(run, autopsy),
             notes=run.notes,
             names=run.names,
-            timeline=_timeline(run, autopsy),
+            timeline=timeline,
             attempts=_attempts(autopsy),
             tracking=_tracking(autopsy),
             pictures={name: caption for name, caption in captions.items() if name in run.names},
@@ -73,6 +78,7 @@ def page_of(run: RunFiles) -> str:
             versions={name: version for name, version in _versions(run).items() if version},
         )
     )
+    return page.encode("utf-8", "replace").decode("utf-8")  # a file may contain text that UTF-8 does not allow
 
 
 @cache
@@ -99,13 +105,21 @@ def _autopsy(run: RunFiles) -> dict[str, Any] | None:
             f"There is no autopsy, because it needs the arm {call}, and viewing runs no code of a scenario."
         )
         return None
+    scenario, log = run.scenario, run.log
+    return _guarded(run, "There is no autopsy", lambda: perform(scenario, log))
+
+
+def _guarded(run: RunFiles, consequence: str, make: Callable[[], _Part | None]) -> _Part | None:
+    """Returns a part of the page, or None when it cannot be made from what is in the log, which is noted."""
     try:
-        return perform(run.scenario, run.log)
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return make()
     except DrakeTrackerError as error:
-        run.notes.append(f"There is no autopsy: {str(error).splitlines()[0]}.")
+        run.notes.append(f"{consequence}: {first_line(error)}.")
         return None
-    except (KeyError, ValueError, IndexError) as error:
-        run.notes.append(f"There is no autopsy, because the log lacks data that it needs ({error}).")
+    except Exception as error:  # a log may have any numbers; the other parts of the page are shown
+        run.notes.append(f"{consequence}, because the log lacks data that it needs ({first_line(error)}).")
         return None
 
 

@@ -1,6 +1,8 @@
-"""Reads a run directory, which may be complete, half-written, or of another version."""
+"""Reads a run directory, which may be complete, half-written, damaged, or of another version.
 
-import json
+Nothing in it is executed, no pipe blocks the reader, and no file outside of it is read or served.
+"""
+
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -8,16 +10,22 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.log import Signal, load_log
+from drake_tracker.core.log import LOG_FILE, STREAM_FILE, Signal, load_log
+from drake_tracker.core.regular_file import open_regular
+from drake_tracker.report.sound_summary import sound_summary
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.registry import TASKS, task_named, task_of
-from drake_tracker.tasks.results import package_versions
+from drake_tracker.tasks.results import load_summary, package_versions
 from drake_tracker.tasks.task import CAMERA_FILES, Task
 
-SIGNS = ("summary.json", "log.npz", "scenario.yaml")
+SIGNS = ("summary.json", LOG_FILE, STREAM_FILE, "scenario.yaml")
 """A directory with none of these files is not a run directory."""
-_UNREADABLE = (OSError, ValueError, KeyError)
+LONGEST_RUN = 1e6
+"""Largest time in a log [s]; a scenario lasts at most a tenth of it."""
+_LARGEST_LOG, _LARGEST_SCENARIO = 1 << 31, 1 << 20
+"""Largest log in memory, and largest scenario file [bytes]."""
+_LONGEST_REASON = 300
 _Content = TypeVar("_Content")
 
 
@@ -55,12 +63,21 @@ def read_run(folder: str | os.PathLike[str]) -> RunFiles:
     if not any((folder / name).is_file() for name in SIGNS):
         raise DrakeTrackerError(f"{folder} is not a run directory: it contains none of {', '.join(SIGNS)}")
     notes: list[str] = []
-    summary = _read(folder, "summary.json", lambda path: _mapping(json.loads(path.read_text("utf-8"))), notes)
-    log = _read(folder, "log.npz", load_log, notes)
-    scenario = _read(folder, "scenario.yaml", lambda path: load_scenario(str(path.absolute()), allow_code=False), notes)
+    summary = _read(folder, "summary.json", load_summary, notes)
+    streamed = not is_own_file(folder, LOG_FILE)
+    log = _read(folder, STREAM_FILE if streamed else LOG_FILE, _load_log, notes)
+    scenario = _read(folder, "scenario.yaml", _load_scenario, notes)
     task = _task(scenario, log, summary)
+    if summary is not None:
+        summary, wrong = sound_summary(summary, task)
+        if wrong:
+            notes.append(f"summary.json has wrong values, which are not shown: {', '.join(wrong)}.")
+    if streamed and log is not None:
+        end = max((signal.times[-1] for signal in log.values() if len(signal.times)), default=0.0)
+        notes.append(f"The signals are those of {STREAM_FILE}, up to {end:.1f} s.")
     run = RunFiles(folder, task, scenario, summary, log, notes=notes)
-    run.names = tuple(name for name in task.files if is_own_file(folder, name))
+    files = (*task.files, STREAM_FILE) if streamed else task.files
+    run.names = tuple(name for name in files if is_own_file(folder, name))
     _note(run)
     return run
 
@@ -77,16 +94,27 @@ def _read(folder: Path, name: str, reader: Callable[[Path], _Content], notes: li
         return None
     try:
         return reader(folder / name)
-    except (DrakeTrackerError, *_UNREADABLE) as error:
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        notes.append(f"{name} cannot be read: {reason}.")
+    except Exception as error:  # whatever a file contains, the others are shown
+        notes.append(f"{name} cannot be read: {first_line(error)}.")
         return None
 
 
-def _mapping(value: Any) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise ValueError("it is not a mapping")
-    return value
+def _load_log(path: Path) -> dict[str, Signal]:
+    log = load_log(path, _LARGEST_LOG)
+    for name, signal in log.items():
+        if len(signal.times) and not -LONGEST_RUN < signal.times[0] <= signal.times[-1] < LONGEST_RUN:
+            raise DrakeTrackerError(f"the times of {name} are not those of a run")
+    return log
+
+
+def _load_scenario(path: Path) -> Any:
+    open_regular(path, _LARGEST_SCENARIO).close()
+    return load_scenario(str(path.absolute()), allow_code=False)
+
+
+def first_line(error: Exception) -> str:
+    """Returns the first line of an error's message, or its type when it has none."""
+    return (str(error).splitlines() or [type(error).__name__])[0][:_LONGEST_REASON]
 
 
 def _task(scenario: BaseScenario | None, log: dict[str, Signal] | None, summary: dict[str, Any] | None) -> Task:

@@ -11,11 +11,13 @@ from collections.abc import Iterable, Mapping
 from http import HTTPStatus
 from pathlib import Path
 
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.loopback_server import LoopbackHandler, LoopbackServer
+from drake_tracker.core.regular_file import open_regular
 from drake_tracker.report.run_files import is_own_file
 
 _CHUNK = 1 << 18
-_RANGE = re.compile(r"bytes=(\d*)-(\d*)$")
+_RANGE = re.compile(r"bytes=(\d{0,18})-(\d{0,18})$", re.ASCII)
 _RANGES = {"Accept-Ranges": "bytes"}
 
 
@@ -56,7 +58,12 @@ class _Handler(LoopbackHandler):
 
     def _send_file(self, file: Path) -> None:
         media_type = mimetypes.guess_type(file.name)[0] or "application/octet-stream"
-        with file.open("rb") as stream:
+        try:
+            stream = open_regular(file)
+        except DrakeTrackerError:
+            self.refuse(HTTPStatus.NOT_FOUND, "there is no such file")
+            return
+        with stream:
             size = stream.seek(0, 2)
             requested = self._range(size)
             if requested is None:

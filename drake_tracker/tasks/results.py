@@ -11,12 +11,17 @@ from typing import Any
 
 import numpy as np
 
+from drake_tracker.core.atomic_file import write_text
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal
+from drake_tracker.core.regular_file import read_regular
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.tasks.episode import fresh_packets
 
 _PACKAGES = ("drake_tracker", "drake", "numpy", "scipy", "opencv-python-headless", "matplotlib")
 _DECIMALS = 6
+_MOST = 1 << 24
+"""Largest size of a summary [bytes]."""
 
 
 def save_summary(summary: Mapping[str, Any], path: Path) -> None:
@@ -26,7 +31,19 @@ def save_summary(summary: Mapping[str, Any], path: Path) -> None:
         summary: the summary of a run.
         path: file to write, ``*.json``.
     """
-    Path(path).write_text(json.dumps(tidy(summary), indent=2) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(tidy(summary), indent=2) + "\n")
+
+
+def load_summary(path: Path) -> dict[str, Any]:
+    """Returns a summary that `save_summary` wrote. Raises DrakeTrackerError when it cannot be read or is damaged."""
+    try:
+        summary = json.loads(read_regular(path, _MOST))
+    except (ValueError, RecursionError) as error:
+        reason = "nested too deeply" if isinstance(error, RecursionError) else error
+        raise DrakeTrackerError(f"{path}: this is not JSON: {reason}") from None
+    if not isinstance(summary, dict):
+        raise DrakeTrackerError(f"{path}: this summary is not a mapping")
+    return summary
 
 
 def tidy(value: Any) -> Any:
