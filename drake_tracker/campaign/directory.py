@@ -2,17 +2,21 @@
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from drake_tracker.campaign.plan import Plan
+from drake_tracker.campaign.plan import Plan, TrialKey, key_of
 from drake_tracker.campaign.record import Record
+from drake_tracker.core.atomic_file import write_text
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.regular_file import read_regular
 
 PLAN, TRIALS = "campaign.json", "trials.jsonl"
 """Names of the files."""
+_LARGEST_PLAN = 1 << 26
+"""Largest size of a plan [bytes]."""
 
 
 def open_directory(plan: Plan, out: str | os.PathLike[str] | None) -> Record:
@@ -38,7 +42,8 @@ def open_directory(plan: Plan, out: str | os.PathLike[str] | None) -> Record:
     record = Record(out / TRIALS)
     try:
         _check_rows(record)
-        write_whole(out / PLAN, json.dumps(wanted, indent=2) + "\n")
+        _drop_repeated(record)
+        write_text(out / PLAN, json.dumps(wanted, indent=2) + "\n")
     except DrakeTrackerError:
         record.close()
         raise
@@ -47,8 +52,23 @@ def open_directory(plan: Plan, out: str | os.PathLike[str] | None) -> Record:
 
 def _check_rows(record: Record) -> None:
     for number, row in enumerate(record.rows, 1):
-        if not (isinstance(row.get("settings"), dict) and isinstance(row.get("seed"), int) and "success" in row):
+        settings = row.get("settings")
+        is_trial = isinstance(settings, dict) and all(isinstance(value, str) for value in settings.values())
+        if not (is_trial and type(row.get("seed")) is int and isinstance(row.get("success"), bool)):
             raise DrakeTrackerError(f"{record.path}: result {number} is not the result of a trial; remove its line")
+
+
+def _drop_repeated(record: Record) -> None:
+    """Keeps the first result of each trial, so that none counts twice."""
+    first: dict[TrialKey, dict[str, Any]] = {}
+    for row in record.rows:
+        first.setdefault(key_of(row["settings"], row["seed"]), row)
+    repeated = len(record.rows) - len(first)
+    if repeated:
+        record.rows[:] = first.values()
+        record.notes.append(
+            f"{record.path}: results of a trial that is there already: {repeated}; its first one counts"
+        )
 
 
 def discard(out: str | os.PathLike[str]) -> None:
@@ -59,40 +79,13 @@ def discard(out: str | os.PathLike[str]) -> None:
         Path(out).rmdir()
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Writes a text file so that at any time either the old or the new one exists.
-
-    Raises DrakeTrackerError when it cannot be written.
-    """
-    replace_whole(path, lambda beside: beside.write_text(text, encoding="utf-8"))
-
-
-def replace_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Replaces a file by a new one so that at any time either the old or the new one exists.
-
-    Raises DrakeTrackerError when it cannot be written.
-
-    Args:
-        path: the file.
-        write: writes the new file to the path that it is given, which is in the same folder and has the same suffix.
-    """
-    beside = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
-    try:
-        write(beside)
-        os.replace(beside, path)
-    except OSError as error:
-        raise DrakeTrackerError(f"{path} cannot be written: {error.strerror or error}") from None
-    finally:
-        beside.unlink(missing_ok=True)
-
-
 def _read_plan(out: Path) -> dict[str, Any]:
     path = out / PLAN
     if not path.exists():
         raise DrakeTrackerError(f"the directory {out} is not empty and holds no campaign ({PLAN}); choose another one")
     try:
-        found = json.loads(path.read_bytes())
-    except (OSError, ValueError):
+        found = json.loads(read_regular(path, _LARGEST_PLAN))
+    except (DrakeTrackerError, ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
         raise DrakeTrackerError(f"{path}: damaged, it describes no campaign; choose another directory")

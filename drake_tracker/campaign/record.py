@@ -5,10 +5,12 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import stat
 from pathlib import Path
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.signals import held
 
 
 class Record:
@@ -24,17 +26,21 @@ class Record:
     Attributes:
         path: the file, or None.
         rows: the results, in the order of the file.
+        notes: a line for what was wrong in the file and could be put right.
     """
 
     def __init__(self, path: str | os.PathLike[str] | None) -> None:
         self.path = None if path is None else Path(path)
         self.rows: list[dict[str, Any]] = []
+        self.notes: list[str] = []
         self._file: int | None = None
         if self.path is None:
             return
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o666)
+            self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
+            if not stat.S_ISREG(os.fstat(self._file).st_mode):
+                raise DrakeTrackerError(f"{self.path}: it is not a regular file")
             self._lock(self._file)
             self._read(self._file, self.path)
         except OSError as error:
@@ -50,9 +56,10 @@ class Record:
         Args:
             row: fit for JSON.
         """
-        if self._file is not None:
-            self._write(self._file, (json.dumps(row, separators=(",", ":")) + "\n").encode())
-        self.rows.append(row)
+        with held():  # Ctrl-C does not divide a line
+            if self._file is not None:
+                self._write(self._file, (json.dumps(row, separators=(",", ":")) + "\n").encode())
+            self.rows.append(row)
 
     def close(self) -> None:
         """Closes the file, so that other processes can open it."""
@@ -82,6 +89,7 @@ class Record:
             self.rows += parse_lines(data[end:], path)
         except DrakeTrackerError:
             os.ftruncate(file, end)
+            self.notes.append(f"{path}: the last line is incomplete and was dropped; its trial is run again")
         else:
             if end < len(data):
                 self._write(file, b"\n")
@@ -123,7 +131,7 @@ def parse_lines(data: bytes, path: Path) -> list[dict[str, Any]]:
             continue
         try:
             row = json.loads(line)
-        except ValueError:  # also raised when the line is not UTF-8
+        except (ValueError, RecursionError):  # also raised when the line is not UTF-8
             row = None
         if not isinstance(row, dict):
             raise DrakeTrackerError(f"{path} line {number}: not a result (a JSON object); repair the line or remove it")

@@ -9,14 +9,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drake_tracker.campaign.directory import discard, open_directory, replace_whole
+from drake_tracker.campaign.directory import discard, open_directory
 from drake_tracker.campaign.plan import Plan, Trial, key_of, make_plan
 from drake_tracker.campaign.pool import Runner, pool
 from drake_tracker.campaign.rates import Rate, rate_columns, rate_table, rates_of
 from drake_tracker.campaign.record import Record
 from drake_tracker.campaign.table import columns_of, require_parquet, write_csv, write_parquet
 from drake_tracker.campaign.trial import Lost, run_trial
+from drake_tracker.core.atomic_file import replacing
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.signals import held
 from drake_tracker.scenarios.consent import allowed_code
 from drake_tracker.scenarios.reader import setting_unit
 
@@ -40,12 +42,14 @@ class Campaign:
         lost: (trial, reason) of each trial that could not be completed this time. It has no line, and the next call
             runs it again.
         interrupted: whether the user stopped the campaign.
+        notes: a line for what was wrong in its record and could be put right.
     """
 
     plan: Plan
     rows: list[dict[str, Any]]
     lost: list[tuple[Trial, str]]
     interrupted: bool
+    notes: tuple[str, ...] = ()
 
     @property
     def rates(self) -> list[Rate]:
@@ -168,9 +172,10 @@ def carry_out(
         places = {trial.key: (k % len(plan.cells), k) for k, trial in enumerate(plan.jobs())}
         rows = [row for row in record.rows if key_of(row["settings"], row["seed"]) in places]
         rows.sort(key=lambda row: places[key_of(row["settings"], row["seed"])])
-        campaign = Campaign(plan, rows, lost, interrupted)
+        campaign = Campaign(plan, rows, lost, interrupted, tuple(record.notes))
         if out is not None and rows:
-            _write(campaign, Path(out), parquet)
+            with held():
+                _write(campaign, Path(out), parquet)
     return campaign
 
 
@@ -235,7 +240,8 @@ def _write(campaign: Campaign, out: Path, parquet: bool) -> None:
     write_csv(rate_columns(campaign.rates, list(campaign.plan.vary)), out / RATES)
     figure = campaign.draw()
     if figure is not None:
-        replace_whole(out / PICTURE, lambda beside: figure.savefig(beside, dpi=110))
+        with replacing(out / PICTURE) as beside:
+            figure.savefig(beside, dpi=110)
 
 
 def describe(trial: Trial) -> str:

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from drake_tracker.campaign.directory import replace_whole, write_whole
 from drake_tracker.campaign.grid import plain_value
+from drake_tracker.core.atomic_file import replacing, write_text
 from drake_tracker.core.errors import DrakeTrackerError
 
 FIRST = ("seed", "success", "failure_reason")
@@ -44,7 +44,7 @@ def write_csv(columns: Mapping[str, Sequence[Any]], path: Path) -> None:
     writer.writerow(columns)
     for row in zip(*columns.values()):
         writer.writerow([str(value).lower() if isinstance(value, bool) else value for value in row])
-    write_whole(path, text.getvalue())
+    write_text(path, text.getvalue())
 
 
 def require_parquet() -> tuple[Any, Any]:
@@ -67,7 +67,8 @@ def write_parquet(columns: Mapping[str, Sequence[Any]], path: Path) -> None:
     """
     pyarrow, parquet = require_parquet()
     table = pyarrow.table({name: pyarrow.array(_of_one_type(values)) for name, values in columns.items()})
-    replace_whole(path, lambda beside: parquet.write_table(table, beside))
+    with replacing(path) as beside:
+        parquet.write_table(table, beside)
 
 
 def _of_one_type(values: Sequence[Any]) -> Sequence[Any]:

@@ -4,7 +4,8 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
-from drake_tracker.commands.common import INTERRUPTED, SUCCESS, Commands, add_command, add_scenario, free_name, warn
+from drake_tracker.commands.common import SUCCESS, Commands, add_command, add_scenario, free_name, warn
+from drake_tracker.core.signals import exit_code
 
 
 def register(commands: Commands) -> None:
@@ -70,10 +71,12 @@ def execute(options: Namespace) -> int:
         )
     finally:
         progress.close()
+    for line in campaign.notes:
+        print(f"drake-tracker: {line}", file=sys.stderr)
     for line in campaign.lines():
         print(line)
     print(f"campaign directory  {out}: {TABLE} has one line for each trial, {RATES} one for each rate")
     if campaign.interrupted:
         print(f"drake-tracker: interrupted; finished trials are kept, continue with --out {out}", file=sys.stderr)
-        return INTERRUPTED
+        return exit_code()
     return SUCCESS

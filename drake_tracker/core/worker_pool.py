@@ -97,7 +97,8 @@ _NO_JOB = object()
 
 
 def _serve(work: Callable[[Any], Any], pipe: Any) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the caller handles Ctrl-C
+    for request in (signal.SIGINT, signal.SIGHUP):  # the caller handles Ctrl-C and the end of the terminal
+        signal.signal(request, signal.SIG_IGN)
     while True:
         try:
             job = pipe.recv()

@@ -2,7 +2,9 @@
 
 import csv
 import json
+import os
 import resource
+import signal
 import sys
 
 import pytest
@@ -130,7 +132,12 @@ def test_a_campaign_of_another_version_or_scenario_file_is_refused(tmp_path, key
         (PLAN, '{"scenario": "tr', "campaign.json: damaged"),
         (PLAN, None, "holds no campaign"),
         (TRIALS, '{"seed": 0}\nrubbish\n{"seed": 1}\n', "trials.jsonl line 2: not a result"),
+        (TRIALS, "[" * 9999 + "\n", "trials.jsonl line 1: not a result"),
         (TRIALS, '{"seed": 0, "settings": {}}\n', "trials.jsonl: result 1 is not the result of a trial"),
+        (TRIALS, '{"seed": 0, "settings": {"a": []}, "success": true}\n', "result 1 is not the result of a trial"),
+        (TRIALS, '{"seed": true, "settings": {}, "success": true}\n', "result 1 is not the result of a trial"),
+        (TRIALS, '{"seed": 0, "settings": {}, "success": "no"}\n', "result 1 is not the result of a trial"),
+        (PLAN, "[" * 9999, "campaign.json: damaged"),
     ],
 )
 def test_a_damaged_directory_is_refused_and_unchanged(tmp_path, name, text, said):
@@ -149,8 +156,34 @@ def test_only_an_incomplete_last_line_is_dropped(tmp_path):
     whole = (tmp_path / TRIALS).read_bytes()
     (tmp_path / TRIALS).write_bytes(whole[:-20])
     runner = Stops(99)
-    carry_out(plan(), runner, tmp_path, work=quick)
+    campaign = carry_out(plan(), runner, tmp_path, work=quick)
     assert len(runner.run) == 1 and (tmp_path / TRIALS).read_bytes() == whole
+    assert campaign.notes == (
+        f"{tmp_path / TRIALS}: the last line is incomplete and was dropped; its trial is run again",
+    )
+
+
+def test_a_repeated_line_counts_once(tmp_path):
+    before = carry_out(plan(), here, tmp_path, work=quick)
+    lines = (tmp_path / TRIALS).read_bytes().splitlines(keepends=True)
+    (tmp_path / TRIALS).write_bytes(b"".join([*lines, lines[0], lines[-1].replace(b"true", b"false")]))
+    told = []
+    after = carry_out(plan(), Stops(0), tmp_path, progress=lambda *now: told.append(now), work=quick)
+    assert after.rows == before.rows and after.rates == before.rates and told[0] == (6, 6, 4)
+    assert after.notes == (f"{tmp_path / TRIALS}: results of a trial that is there already: 2; its first one counts",)
+
+
+def test_ctrl_c_while_a_line_is_written_takes_effect_afterwards(tmp_path, monkeypatch):
+    fsync = os.fsync
+
+    def interrupted(file):
+        if os.path.sameopenfile(file, os.open(tmp_path / TRIALS, os.O_RDONLY)):
+            signal.raise_signal(signal.SIGINT)
+        fsync(file)
+
+    monkeypatch.setattr("os.fsync", interrupted)
+    stopped = carry_out(plan(), here, tmp_path, work=quick)
+    assert stopped.interrupted and len(stopped.rows) == len(read_lines(tmp_path / TRIALS)) == 1
 
 
 def test_a_complete_last_line_without_newline_is_kept(tmp_path):
@@ -173,6 +206,15 @@ def test_a_full_disk_is_one_line_and_whole_lines_are_kept(tmp_path):
     assert "trials.jsonl: File too large; 3 of 6 trials are kept, continue with --out" in str(caught.value)
     assert len(read_lines(tmp_path / TRIALS)) == 3
     assert len(carry_out(plan(), here, tmp_path, work=quick).rows) == 6
+
+
+@pytest.mark.parametrize("name", [PLAN, TRIALS])
+def test_a_pipe_in_place_of_a_file_does_not_block(tmp_path, name):
+    carry_out(plan(), here, tmp_path, work=quick)
+    (tmp_path / name).unlink()
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(DrakeTrackerError, match=f"{name}: "):
+        carry_out(plan(), here, tmp_path, work=quick)
 
 
 def test_two_campaigns_do_not_share_a_directory(tmp_path):
