@@ -6,11 +6,12 @@ Exit codes:
 - 1: the run ended and the object was not grasped.
 - 2: bad input or a broken machine, reported in clear lines without a traceback.
 - 3: a fault of the program, with its traceback.
-- 130: interrupted; everything recorded so far is kept.
+- 129, 130, 143: interrupted by SIGHUP, Ctrl-C or SIGTERM; everything recorded so far is kept.
 - 141: the program that reads the output, such as ``head``, ended first.
 """
 
 import argparse
+import errno
 import os
 import shutil
 import sys
@@ -34,42 +35,64 @@ from drake_tracker.commands import (
     track,
     view,
 )
-from drake_tracker.commands.common import BROKEN_PIPE, FAULT, INTERRUPTED, TROUBLE, quiet_graphics, warn
+from drake_tracker.commands.common import BROKEN_PIPE, FAULT, TROUBLE, quiet_graphics, warn
+from drake_tracker.core import signals
 from drake_tracker.core.errors import DrakeTrackerError
 
 COMMANDS = (run, view, replay, list_scenarios, doctor, calibrate, track, measure, campaign, figures, host, arm)
 """Modules of the commands, in the order of ``--help``; `completion` follows."""
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
+"""Errors of a disk, which are not faults of the program."""
 _WIDEST = 110
 """Greatest width of a help text, however wide the terminal is."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs a command and returns its exit code.
+    """Runs a command and returns its exit code. SIGTERM and SIGHUP act like Ctrl-C.
 
     Args:
         arguments: arguments of the command line; None takes those of the process.
     """
+    with signals.graceful():
+        try:
+            return _run(arguments)
+        except KeyboardInterrupt:
+            return _interrupted()
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     options = make_parser().parse_args(arguments)
     quiet_graphics()
     try:
         return options.action(options)
     except DrakeTrackerError as error:
+        if signals.was_interrupted(error):
+            return _interrupted()
         for line in str(error).split("\n"):
             warn(line)
         return TROUBLE
-    except KeyboardInterrupt:
-        print("drake-tracker: interrupted", file=sys.stderr)
-        return INTERRUPTED
     except BrokenPipeError:  # the program that reads the output, such as head, ended first
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - Python flushes it at exit
         return BROKEN_PIPE
     except ImportError as error:
+        if signals.received() is not None:
+            return _interrupted()
         remedy = "`make setup` installs what is missing, `drake-tracker doctor` says more"
         print(f"drake-tracker: a package cannot be imported ({error}); {remedy}", file=sys.stderr)
         return TROUBLE
-    except (Exception, SystemExit):  # a custom part that calls sys.exit(0) must not look like a success
+    except (Exception, SystemExit) as error:  # a custom part that calls sys.exit(0) must not look like a success
+        if signals.was_interrupted(error):
+            return _interrupted()
+        if isinstance(error, OSError) and error.errno in _FULL:
+            print(f"drake-tracker: {error.filename or 'a file'}: cannot be written: {error.strerror}", file=sys.stderr)
+            return TROUBLE
         traceback.print_exc()
         return FAULT
+
+
+def _interrupted() -> int:
+    print("drake-tracker: interrupted", file=sys.stderr)
+    return signals.exit_code()
 
 
 class _HelpFormatter(argparse.HelpFormatter):

@@ -1,5 +1,6 @@
 """The command line: what it passes on, what it prints, and its exit codes. The simulation itself is replaced."""
 
+import errno
 import io
 import signal
 import subprocess
@@ -343,6 +344,18 @@ class Clock:
 
     def __call__(self):
         return self.now
+
+
+class ClosedTerminal(Terminal):
+    def write(self, text):
+        raise OSError(errno.EIO, "Input/output error")
+
+
+def test_a_closed_terminal_does_not_end_a_run():
+    progress = Progress(10.0, ClosedTerminal())
+    progress.say("Building")
+    progress(1.0, "track")
+    progress.close()
 
 
 def test_the_progress_of_trials_shows_the_time_left():

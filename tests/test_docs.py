@@ -18,6 +18,7 @@ from guides import blocks as guide_blocks
 import drake_tracker
 from drake_tracker import cli
 from drake_tracker.commands import common
+from drake_tracker.core.signals import REQUESTS
 from drake_tracker.tasks import load_scenario
 
 REPOSITORY = Path(__file__).parents[1]
@@ -232,7 +233,7 @@ def test_the_exit_codes_in_the_reference_are_those_of_the_program():
         common.NOT_TAKEN: "without a success",
         common.TROUBLE: "invalid input",
         common.FAULT: "internal error",
-        common.INTERRUPTED: "interrupted",
+        **{128 + signum: "interrupted" for signum in REQUESTS},
         common.BROKEN_PIPE: "output",
     }
     assert set(rows) == {str(code) for code in codes}

@@ -85,7 +85,7 @@ def _read_plan(out: Path) -> dict[str, Any]:
         raise DrakeTrackerError(f"the directory {out} is not empty and holds no campaign ({PLAN}); choose another one")
     try:
         found = json.loads(read_regular(path, _LARGEST_PLAN))
-    except (DrakeTrackerError, ValueError, RecursionError):
+    except (OSError, ValueError, RecursionError):
         found = None
     if not isinstance(found, dict):
         raise DrakeTrackerError(f"{path}: damaged, it describes no campaign; choose another directory")

@@ -10,7 +10,6 @@ from drake_tracker.commands.common import (
     add_scenario,
     announce_code,
     quiet_drake,
-    remove_if_empty,
     run_directory,
 )
 from drake_tracker.commands.report import report
@@ -66,14 +65,11 @@ def execute(options: Namespace) -> int:
     announce_code(scenario, ["arm"])
     lcm = open_bus(options.lcm)
     diagram = make_arm_side(scenario, lcm)
-    out = run_directory(options.out, scenario.name)
     progress = Progress(scenario.duration)
     run_options = RunOptions(record=not options.no_record, meshcat=options.meshcat, realtime_rate=options.rate)
-    try:
-        summary = simulate(scenario, out, run_options, diagram=diagram, progress=progress)
-    except DrakeTrackerError:
-        remove_if_empty(out)
-        raise
-    finally:
-        progress.close()
+    with run_directory(options.out, scenario.name) as out:
+        try:
+            summary = simulate(scenario, out, run_options, diagram=diagram, progress=progress)
+        finally:
+            progress.close()
     return report(scenario, summary, out)

@@ -72,7 +72,7 @@ def execute(options: Namespace) -> int:
     finally:
         progress.close()
     for line in campaign.notes:
-        print(f"drake-tracker: {line}", file=sys.stderr)
+        warn(line)
     for line in campaign.lines():
         print(line)
     print(f"campaign directory  {out}: {TABLE} has one line for each trial, {RATES} one for each rate")

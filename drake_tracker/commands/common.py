@@ -1,12 +1,14 @@
 """What several commands share: exit codes, arguments, run directories."""
 
+import fcntl
 import logging
 import os
 import re
 import sys
 import time
 from argparse import ArgumentParser, _SubParsersAction
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +20,8 @@ Commands = _SubParsersAction
 
 LONGEST_NAME = 100
 """Greatest number of characters that a scenario's name contributes to the name of a directory."""
-SUCCESS, NOT_TAKEN, TROUBLE, FAULT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
-"""Exit codes, explained in `drake_tracker.cli`."""
+SUCCESS, NOT_TAKEN, TROUBLE, FAULT, BROKEN_PIPE = 0, 1, 2, 3, 141
+"""Exit codes, explained in `drake_tracker.cli`. `core.signals.exit_code` returns that of an interrupted command."""
 
 
 def add_command(
@@ -129,8 +131,12 @@ def quiet_drake() -> None:
     logging.getLogger("drake").setLevel(logging.WARNING)
 
 
-def run_directory(out: Path | None, name: str, what: str = "run") -> Path:
-    """Creates the directory of a run.
+@contextmanager
+def run_directory(out: Path | None, name: str, what: str = "run") -> Iterator[Path]:
+    """Yields the directory of a run, created if need be. When the block raises, an empty one is removed.
+
+    No other process can use the directory during the block, so that of two commands with the same ``--out`` one is
+    refused.
 
     Args:
         out: the directory that the user chose, or None for a new one in runs/.
@@ -138,26 +144,39 @@ def run_directory(out: Path | None, name: str, what: str = "run") -> Path:
         what: what the directory is for, in messages.
 
     Raises:
-        DrakeTrackerError: the directory cannot be made, or has something in it.
+        DrakeTrackerError: the directory cannot be made, is in use, or has something in it.
     """
-    chosen = out is not None
-    folder = out if out is not None else free_name(name)
+    while True:
+        folder = out if out is not None else free_name(name)
+        try:
+            folder.mkdir(parents=True, exist_ok=out is not None)
+            break
+        except OSError as error:
+            if out is not None or not isinstance(error, FileExistsError):
+                raise DrakeTrackerError(f"the {what} directory {folder} cannot be made: {error.strerror}") from None
+    lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
-        folder.mkdir(parents=True, exist_ok=chosen)
-        occupied = any(folder.iterdir())
-    except OSError as error:
-        raise DrakeTrackerError(f"the {what} directory {folder} cannot be made: {error.strerror}") from None
-    if occupied:
-        raise DrakeTrackerError(
-            f"the {what} directory {folder} is not empty; name a new one, because nothing is ever overwritten"
-        )
-    return folder
+        _claim(lock, f"the {what} directory {folder}")
+        try:
+            yield folder
+        except BaseException:
+            if not os.listdir(lock):
+                folder.rmdir()
+            raise
+    finally:
+        os.close(lock)
 
 
-def remove_if_empty(out: Path) -> None:
-    """Removes the directory of a command that failed before it wrote anything."""
-    if not any(out.iterdir()):
-        out.rmdir()
+def _claim(directory: int, what: str) -> None:
+    """Locks an empty directory until its descriptor is closed or the process ends."""
+    try:
+        fcntl.flock(directory, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise DrakeTrackerError(f"{what} is in use: another drake-tracker writes to it; name another one") from None
+    except OSError:
+        pass  # a file system without locks
+    if os.listdir(directory):
+        raise DrakeTrackerError(f"{what} is not empty; name a new one, because nothing is ever overwritten")
 
 
 def free_name(name: str) -> Path:
@@ -165,7 +184,7 @@ def free_name(name: str) -> Path:
     name = re.sub(r"[^\w.+-]", "-", name).lstrip(".")[:LONGEST_NAME]
     stem = Path("runs") / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}"
     out, count = stem, 1
-    while out.exists():
+    while os.path.lexists(out):
         count += 1
         out = stem.with_name(f"{stem.name}-{count}")
     return out

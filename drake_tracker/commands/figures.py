@@ -3,8 +3,7 @@
 from argparse import Namespace
 from pathlib import Path
 
-from drake_tracker.commands.common import SUCCESS, Commands, add_command, quiet_drake, remove_if_empty, run_directory
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.commands.common import SUCCESS, Commands, add_command, quiet_drake, run_directory
 
 
 def register(commands: Commands) -> None:
@@ -35,14 +34,9 @@ def execute(options: Namespace) -> int:
 
     load_scenario("train", seed=options.seed)  # reports a bad seed before anything is made
     bounds = read_bounds(options.bounds or OWN)
-    out = run_directory(options.out, "figures", "figures")
+    with run_directory(options.out, "figures", "figures") as out:
+        from drake_tracker.figures.command import make_figures
 
-    from drake_tracker.figures.command import make_figures
-
-    quiet_drake()
-    try:
+        quiet_drake()
         make_figures(out, options.seed, options.quick, bounds)
-    except DrakeTrackerError:
-        remove_if_empty(out)
-        raise
     return SUCCESS

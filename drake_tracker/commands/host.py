@@ -1,6 +1,5 @@
 """``drake-tracker host``: runs the image processor and the host computer, with the arm in another process."""
 
-import signal
 from argparse import Namespace
 
 from drake_tracker.commands.common import (
@@ -13,6 +12,7 @@ from drake_tracker.commands.common import (
     announce_code,
     quiet_drake,
 )
+from drake_tracker.core.signals import on_signal
 
 
 def register(commands: Commands) -> None:
@@ -42,8 +42,7 @@ def execute(options: Namespace) -> int:
     from drake_tracker.run.host_process import HostProcess
 
     quiet_drake()
-    stopped: list[bool] = []
-    previous = signal.signal(signal.SIGINT, lambda *_: stopped.append(True))
+    stopped: list[int] = []
     progress = Progress(scenario.duration)
 
     def tell(line: str) -> None:
@@ -53,15 +52,15 @@ def execute(options: Namespace) -> int:
         print(f"host: {line}", flush=True)
 
     try:
-        host = HostProcess(scenario, open_bus(options.lcm), open_bus(options.lcm), tell)
-        tell("waiting for an arm; Ctrl-C ends")
-        with host.mailbox.listening():
-            while not stopped:
-                if host.step():
-                    progress(host.time, f"{host.counts['packets']} packets")
+        with on_signal(stopped.append):
+            host = HostProcess(scenario, open_bus(options.lcm), open_bus(options.lcm), tell)
+            tell("waiting for an arm; Ctrl-C ends")
+            with host.mailbox.listening():
+                while not stopped:
+                    if host.step():
+                        progress(host.time, f"{host.counts['packets']} packets")
     finally:
         progress.close()
-        signal.signal(signal.SIGINT, previous)
     for name, count in host.counts.items():
         print(f"{name.replace('_', ' '):<18}{count}")
     return SUCCESS if host.counts["cycles"] else NOT_TAKEN

@@ -12,11 +12,10 @@ from drake_tracker.commands.common import (
     add_overrides,
     announce_code,
     quiet_drake,
-    remove_if_empty,
     run_directory,
     warn,
 )
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.signals import exit_code
 
 _ROWS = (
     ("position_rms_m", "present position"),
@@ -64,15 +63,12 @@ def execute(options: Namespace) -> int:
     for line in recording.warnings:
         warn(line)
     announce_code(recording.scenario, ["estimator"])
-    out = run_directory(options.out, "replay", "replay")
     progress = Progress(recording.end)
-    try:
-        result = replay_run(recording, out, progress)
-    except DrakeTrackerError:
-        remove_if_empty(out)
-        raise
-    finally:
-        progress.close()
+    with run_directory(options.out, "replay", "replay") as out:
+        try:
+            result = replay_run(recording, out, progress)
+        finally:
+            progress.close()
     print(f"{'rms error [mm]':<18}{'recorded':>10}{'replayed':>10}")
     for key, label in _ROWS:
         print(f"{label:<18}{_millimetres(result['recorded'][key])}{_millimetres(result['replayed'][key])}")
@@ -82,7 +78,7 @@ def execute(options: Namespace) -> int:
         print(f"{label:<18}{', '.join(names) or '-'}")
     print(f"{'real-time factor':<18}{result['real_time_factor']:.1f}")
     print(f"{'directory':<18}{out}")
-    return SUCCESS
+    return exit_code() if result["interrupted"] else SUCCESS
 
 
 def _millimetres(length: float | None) -> str:

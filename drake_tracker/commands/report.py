@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from drake_tracker.commands.common import INTERRUPTED, NOT_TAKEN, SUCCESS
+from drake_tracker.commands.common import NOT_TAKEN, SUCCESS
+from drake_tracker.core.signals import exit_code
 
 
 def report(scenario: Any, summary: dict[str, Any], out: Path) -> int:
@@ -13,7 +14,7 @@ def report(scenario: Any, summary: dict[str, Any], out: Path) -> int:
     print(f"{'run directory':<18}{out}")
     print(f"{'next':<18}drake-tracker view {out}")
     if summary.get("interrupted"):
-        return INTERRUPTED
+        return exit_code()
     return SUCCESS if summary["success"] else NOT_TAKEN
 
 

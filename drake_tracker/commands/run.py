@@ -12,7 +12,6 @@ from drake_tracker.commands.common import (
     add_scenario,
     announce_code,
     quiet_drake,
-    remove_if_empty,
     run_directory,
 )
 from drake_tracker.commands.report import outcome, report
@@ -56,15 +55,11 @@ def execute(options: Namespace) -> int:
     _check_options(options)
     announce_code(scenario)
     progress = Progress(scenario.duration)
-    with _live_view(options, progress) as live:
-        out = run_directory(options.out, scenario.name)
+    with _live_view(options, progress) as live, run_directory(options.out, scenario.name) as out:
         if live is not None:
             print(f"Live view: {live.url}  (open it in a browser; Ctrl-C ends the run)", flush=True)
         try:
             summary = _simulate(options, scenario, out, progress, live)
-        except (DrakeTrackerError, KeyboardInterrupt):
-            remove_if_empty(out)
-            raise
         finally:
             progress.close()
         if live is not None:

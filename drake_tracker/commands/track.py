@@ -4,7 +4,6 @@ from argparse import Namespace
 from pathlib import Path
 
 from drake_tracker.commands.common import (
-    INTERRUPTED,
     NOT_TAKEN,
     SUCCESS,
     Commands,
@@ -13,6 +12,7 @@ from drake_tracker.commands.common import (
     run_directory,
 )
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.signals import exit_code
 
 LEAST_SEEN = 5
 """Number of images with motion in both cameras above which missing points indicate a mistake."""
@@ -73,12 +73,12 @@ def execute(options: Namespace) -> int:
     quiet_drake()
     names = "calibration plane height camera fps offset duration detector estimator max_gap"
     track = prepare_track(options.source, **{name: getattr(options, name) for name in names.split()})
-    out = run_directory(options.out, "track")
     progress = Progress(track.timeline.duration)
-    try:
-        summary = make_track(track, out, overlay=not options.no_overlay, progress=progress)
-    finally:
-        progress.close()
+    with run_directory(options.out, "track") as out:
+        try:
+            summary = make_track(track, out, overlay=not options.no_overlay, progress=progress)
+        finally:
+            progress.close()
     print(f"{'images described':<18}{summary['described']}, {summary['results']} of them with a result")
     print(f"{'images dropped':<18}{' and '.join(map(str, summary['dropped']))}")
     for key, label in (("gap_rms_m", "gap"), ("prediction_rms_m", "prediction rms")):
@@ -86,7 +86,7 @@ def execute(options: Namespace) -> int:
             print(f"{label:<18}{1e3 * summary[key]:.2f} mm")
     print(f"{'directory':<18}{out}")
     if summary["interrupted"]:
-        return INTERRUPTED
+        return exit_code()
     both = summary.get("seen_by_both") or 0
     if both > LEAST_SEEN and summary["results"] < 0.5 * both:
         print(

@@ -6,6 +6,7 @@ from pathlib import Path
 from drake_tracker.commands.common import SUCCESS, Commands, add_command
 from drake_tracker.core.atomic_file import write_text
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.text_file import printable
 
 PORT = 8317
 """Default port of the page."""
@@ -45,7 +46,7 @@ def execute(options: Namespace) -> int:
     with make_server(page, run.folder, run.names, options.port) as server:
         save_page(page, run.folder / PAGE)
         for note in run.notes:
-            print("".join(letter if letter.isprintable() else "?" for letter in note))
+            print(printable(note))
         print(f"{server.url}  (Ctrl-C ends it)", flush=True)
         if not options.no_browser:
             import webbrowser

@@ -79,7 +79,11 @@ def load_log(path: Path | str, most: int | None = None) -> dict[str, Signal]:
     folder = path.parent if path.name == LOG_FILE else path
     if folder.is_dir():
         path = find_log(folder) or folder / LOG_FILE
-    with open_regular(path, most) as file:
+    try:
+        file = open_regular(path, most)
+    except OSError as error:
+        raise DrakeTrackerError(f"{path}: cannot be read: {error.strerror}") from None
+    with file:
         try:
             if path.name == STREAM_FILE:
                 found = [(name, *columns) for name, columns in read_stream(file).items()]

@@ -4,6 +4,7 @@ import shutil
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TextIO
 
 _TERMINAL_INTERVAL = 0.2
@@ -35,18 +36,20 @@ class _Line:
 
     def _show(self, line: str, now: float) -> None:
         self._last = now
-        self._stream.write(f"\r{line}\x1b[K" if self._terminal else line.rstrip() + "\n")
-        self._stream.flush()
+        self._print(f"\r{line}\x1b[K" if self._terminal else line.rstrip() + "\n")
 
     def say(self, line: str) -> None:
         """Prints a separate line, which stays."""
-        self._stream.write(f"\r\x1b[K{line}\n" if self._terminal else f"{line}\n")
-        self._stream.flush()
+        self._print(f"\r\x1b[K{line}\n" if self._terminal else f"{line}\n")
 
     def close(self) -> None:
         """Clears the line on a terminal."""
         if self._terminal and self._started:
-            self._stream.write("\r\x1b[K")
+            self._print("\r\x1b[K")
+
+    def _print(self, text: str) -> None:
+        with suppress(OSError):  # the terminal was closed: this must not end a run
+            self._stream.write(text)
             self._stream.flush()
 
 

@@ -1,10 +1,10 @@
 """Reads text files that anybody may have written: only regular files, and only up to a size."""
 
-import errno
 import os
 import stat
 import unicodedata
-from pathlib import Path
+
+from drake_tracker.core.regular_file import read_regular
 
 LARGEST = 256 * 1024
 """Greatest size of a text file of settings [bytes]; a scenario with every setting has about 6,000."""
@@ -21,14 +21,7 @@ def read_text(path: str | os.PathLike[str], largest: int = LARGEST, encoding: st
     Raises OSError, with a reason in ``strerror``, when the file does not exist, cannot be read, is larger, or is not a
     regular file (a pipe or a device could block for ever). Raises UnicodeDecodeError when it is not text.
     """
-    if not is_file(path):
-        os.stat(path)  # says why, when there is nothing of this name
-        raise OSError(errno.EINVAL, "it is not a regular file", str(path))
-    with Path(path).open("rb") as file:
-        data = file.read(largest + 1)
-    if len(data) > largest:
-        raise OSError(errno.EFBIG, f"it has more than {largest // 1024} KiB", str(path))
-    return data.decode(encoding)
+    return read_regular(path, largest).decode(encoding)
 
 
 def is_file(path: str | os.PathLike[str]) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from drake_tracker.core.atomic_file import write_text
 from drake_tracker.figures import loop_runs
 from drake_tracker.figures.curvature import curvature_limit, draw_curvature
 from drake_tracker.figures.densities import (
@@ -108,7 +109,7 @@ def make_figures(
     keep("figure_14", [moment._asdict() for moment in shown], draw_grasp_frames(frames, shown))
 
     rows = (f"{json.dumps(name)}: {json.dumps(found)}" for name, found in rounded(numbers).items())
-    (out / "figures.json").write_text("{\n" + ",\n".join(rows) + "\n}\n", encoding="utf-8")
+    write_text(out / "figures.json", "{\n" + ",\n".join(rows) + "\n}\n")
     return numbers
 
 

@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
+from drake_tracker.core.atomic_file import replacing
 from drake_tracker.tasks.style import PLOT_STYLE, SOFT_INK
 
 DPI = 150
@@ -40,8 +41,8 @@ def sheet(width: float, height: float) -> Iterator[Figure]:
 
 def save(figure: Figure, path: Path) -> None:
     """Writes a figure as PNG."""
-    with matplotlib.rc_context(PLOT_STYLE):
-        figure.savefig(path, dpi=DPI)
+    with matplotlib.rc_context(PLOT_STYLE), replacing(path) as beside:
+        figure.savefig(beside, dpi=DPI)
 
 
 def head(axes: Axes, title: str, note: str = "") -> None:

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from drake_tracker.core.atomic_file import replacing
 from drake_tracker.core.log import Signal
 from drake_tracker.replay.judge import HORIZONS, Judge
 from drake_tracker.replay.recording import Recording
@@ -51,7 +52,8 @@ def draw_replay(
         axes[0].tick_params(labelbottom=False)
         axes[-1].set_xlabel("time  [s]")
         _draw_headline(figure, recording, result)
-        figure.savefig(path, dpi=150)
+        with replacing(path) as beside:
+            figure.savefig(beside, dpi=150)
 
 
 def _draw_map(ax: Axes, judge: Judge, recording: Recording, logs: Sequence[_Log]) -> None:

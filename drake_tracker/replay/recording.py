@@ -1,19 +1,18 @@
 """Reads and checks a run directory for a replay."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.log import Signal, load_log
+from drake_tracker.core.log import STREAM_FILE, Signal, find_log, load_log
 from drake_tracker.replay.changes import check_changes
 from drake_tracker.run.camera_images import IMAGES_FOLDER
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.loader import load_scenario
 from drake_tracker.tasks.registry import task_of
-from drake_tracker.tasks.results import git_commit, package_versions
+from drake_tracker.tasks.results import git_commit, load_summary, package_versions
 from drake_tracker.tasks.task import Task
 
 STARTS = ("images", "centroids", "points")
@@ -77,8 +76,9 @@ def open_recording(
     if not scenario_file.is_file():
         raise DrakeTrackerError(f"{folder}: there is no scenario.yaml; this is not a run directory")
     recorded = load_scenario(str(scenario_file))
-    log = _load(folder / "log.npz")
+    log = _load(folder)
     versions, warnings = _versions(folder)
+    warnings += _partial(folder, log)
     start = start or ("centroids" if all(name in log for name in task_of(recorded).centroids) else "points")
     scenario = load_scenario(str(scenario_file), overrides=overrides, allow_code=allow_code)
     recording = Recording(folder, recorded, scenario, log, start, warnings)
@@ -87,20 +87,29 @@ def open_recording(
     return recording
 
 
-def _load(path: Path) -> dict[str, Signal]:
-    if not path.is_file():
+def _load(folder: Path) -> dict[str, Signal]:
+    if find_log(folder) is None:
         raise DrakeTrackerError(
-            f"{path.parent}: there is no log.npz; a run writes it at its end, but this one was stopped before"
+            f"{folder}: there is no log.npz; a run writes it at its end, but this one was stopped before"
         )
-    return load_log(path)
+    return load_log(folder)
+
+
+def _partial(folder: Path, log: Mapping[str, Signal]) -> tuple[str, ...]:
+    """Returns a warning when the log is that of a run that was killed, or has not ended."""
+    path = find_log(folder)
+    if path is None or path.name != STREAM_FILE:
+        return ()
+    end = max((signal.times[-1] for signal in log.values() if len(signal.times)), default=0.0)
+    return (f"{folder}: there is no log.npz; the signals are those of {STREAM_FILE}, up to {end:.1f} s",)
 
 
 def _versions(folder: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Returns {package: version} of the run, and warnings if they differ from the installed ones."""
     try:
-        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        summary = load_summary(folder / "summary.json")
         versions = dict(summary["package_versions"]) | {"commit": summary.get("git_commit")}
-    except (OSError, ValueError, KeyError, TypeError):
+    except (DrakeTrackerError, ValueError, KeyError, TypeError):
         return {}, (f"{folder}: there is no readable summary.json; the versions that made the run are unknown",)
     now = package_versions() | {"commit": git_commit()}
     others = [f"{name} {versions.get(name)} (now {now[name]})" for name in now if versions.get(name) != now[name]]

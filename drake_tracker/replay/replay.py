@@ -9,7 +9,9 @@ from typing import Any
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.core.log import save_log
+from drake_tracker.core.atomic_file import write_text
+from drake_tracker.core.log import LOG_FILE, save_log
+from drake_tracker.core.signals import held
 from drake_tracker.replay.changes import changed_settings
 from drake_tracker.replay.judge import Judge, compare_signals
 from drake_tracker.replay.parts import make_replay_diagram
@@ -35,6 +37,7 @@ def replay_run(
     - ``recorded``, ``replayed``: rms errors of run and replay, see `Judge.rms`.
     - ``simulated_s``: length of the replay.
     - ``real_time_factor``, ``wall_time_s``: speed of the replay.
+    - ``interrupted``: whether the user ended the replay early, by Ctrl-C.
     - ``processor_time_s``: processor time of the simulation, a better measure on a busy machine.
     - ``package_versions``, ``git_commit``: versions that made the replay.
 
@@ -54,36 +57,40 @@ def replay_run(
     context = simulator.get_context()
     clock.append(time.monotonic())
     processor = time.process_time()
-    simulator.Initialize()
-    while context.get_time() < recording.end:
-        simulator.AdvanceTo(min(context.get_time() + _STRETCH, recording.end))
-        if progress is not None:
-            progress(context.get_time(), "replay")
-    clock.append(time.monotonic())
-    processor = time.process_time() - processor
+    with held() as signals:
+        simulator.Initialize()
+        while context.get_time() < recording.end and not signals:
+            simulator.AdvanceTo(min(context.get_time() + _STRETCH, recording.end))
+            if progress is not None:
+                progress(context.get_time(), "replay")
+        clock.append(time.monotonic())
+        processor = time.process_time() - processor
 
-    replayed = read_log(loggers, context, recording.task)
-    judge = Judge(recording.task, recording.recorded, recording.log)
-    signals = compare_signals(recording.log, replayed)
-    result = {
-        "run": str(recording.folder.resolve()),
-        "start": recording.start,
-        "changes": changed_settings(recording.recorded, recording.scenario),
-        "identical": all(found["identical"] for found in signals.values()),
-        "signals": signals,
-        "recorded": judge.rms(recording.log),
-        "replayed": judge.rms(replayed),
-        "simulated_s": recording.end,
-        "real_time_factor": recording.end / (clock[2] - clock[1]),
-        "processor_time_s": processor,
-        "package_versions": package_versions(),
-        "git_commit": git_commit(),
-    }
-    if out is not None:
-        save_log(replayed, out / "log.npz")
-        draw_replay(judge, recording, replayed, result, out / "replay.png")
-    build, run, write = clock[1] - clock[0], clock[2] - clock[1], time.monotonic() - clock[2]
-    result["wall_time_s"] = {"build": build, "simulate": run, "write": write}
-    if out is not None:
-        (out / "replay.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+        replayed = read_log(loggers, context, recording.task)
+        judge = Judge(recording.task, recording.recorded, recording.log)
+        found = compare_signals(recording.log, replayed)
+        result = {
+            "run": str(recording.folder.resolve()),
+            "start": recording.start,
+            "changes": changed_settings(recording.recorded, recording.scenario),
+            "identical": all(each["identical"] for each in found.values()),
+            "signals": found,
+            "recorded": judge.rms(recording.log),
+            "replayed": judge.rms(replayed),
+            "simulated_s": context.get_time(),
+            "interrupted": context.get_time() < recording.end,
+            "real_time_factor": context.get_time() / (clock[2] - clock[1]),
+            "processor_time_s": processor,
+            "package_versions": package_versions(),
+            "git_commit": git_commit(),
+        }
+        if out is not None:
+            save_log(replayed, out / LOG_FILE)
+            draw_replay(judge, recording, replayed, result, out / "replay.png")
+        build, run, write = clock[1] - clock[0], clock[2] - clock[1], time.monotonic() - clock[2]
+        result["wall_time_s"] = {"build": build, "simulate": run, "write": write}
+        if out is not None:
+            write_text(out / "replay.json", json.dumps(result, indent=2) + "\n")
+        if result["interrupted"]:
+            signals.clear()
     return result

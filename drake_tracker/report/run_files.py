@@ -11,7 +11,6 @@ from typing import Any, TypeVar
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import LOG_FILE, STREAM_FILE, Signal, load_log
-from drake_tracker.core.regular_file import open_regular
 from drake_tracker.report.sound_summary import sound_summary
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks import load_scenario
@@ -23,8 +22,8 @@ SIGNS = ("summary.json", LOG_FILE, STREAM_FILE, "scenario.yaml")
 """A directory with none of these files is not a run directory."""
 LONGEST_RUN = 1e6
 """Largest time in a log [s]; a scenario lasts at most a tenth of it."""
-_LARGEST_LOG, _LARGEST_SCENARIO = 1 << 31, 1 << 20
-"""Largest log in memory, and largest scenario file [bytes]."""
+_LARGEST_LOG = 1 << 31
+"""Largest log in memory [bytes]."""
 _LONGEST_REASON = 300
 _Content = TypeVar("_Content")
 
@@ -66,7 +65,7 @@ def read_run(folder: str | os.PathLike[str]) -> RunFiles:
     summary = _read(folder, "summary.json", load_summary, notes)
     streamed = not is_own_file(folder, LOG_FILE)
     log = _read(folder, STREAM_FILE if streamed else LOG_FILE, _load_log, notes)
-    scenario = _read(folder, "scenario.yaml", _load_scenario, notes)
+    scenario = _read(folder, "scenario.yaml", lambda path: load_scenario(str(path.absolute()), allow_code=False), notes)
     task = _task(scenario, log, summary)
     if summary is not None:
         summary, wrong = sound_summary(summary, task)
@@ -105,11 +104,6 @@ def _load_log(path: Path) -> dict[str, Signal]:
         if len(signal.times) and not -LONGEST_RUN < signal.times[0] <= signal.times[-1] < LONGEST_RUN:
             raise DrakeTrackerError(f"the times of {name} are not those of a run")
     return log
-
-
-def _load_scenario(path: Path) -> Any:
-    open_regular(path, _LARGEST_SCENARIO).close()
-    return load_scenario(str(path.absolute()), allow_code=False)
 
 
 def first_line(error: Exception) -> str:

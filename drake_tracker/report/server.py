@@ -11,7 +11,6 @@ from collections.abc import Iterable, Mapping
 from http import HTTPStatus
 from pathlib import Path
 
-from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.loopback_server import LoopbackHandler, LoopbackServer
 from drake_tracker.core.regular_file import open_regular
 from drake_tracker.report.run_files import is_own_file
@@ -60,7 +59,7 @@ class _Handler(LoopbackHandler):
         media_type = mimetypes.guess_type(file.name)[0] or "application/octet-stream"
         try:
             stream = open_regular(file)
-        except DrakeTrackerError:
+        except OSError:
             self.refuse(HTTPStatus.NOT_FOUND, "there is no such file")
             return
         with stream:

@@ -1,15 +1,25 @@
-"""Records the vector signals of a run with Drake's loggers."""
+"""Records the vector signals of a run with Drake's loggers, and streams them to a file during the run."""
 
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_tracker.arm.arm_model import ArmModel, tool_yaw
-from drake_tracker.core.log import Signal
+from drake_tracker.core.atomic_file import unwritable
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.log import STREAM_FILE, Signal
+from drake_tracker.core.log_stream import LogStream
 from drake_tracker.core.timing import VISION_PERIOD, steps_in
 from drake_tracker.tasks.task import Task
+
+STREAM_PERIOD = 1.0
+"""Simulated time or wall time, whichever is over first, between two records of the stream [s]."""
+_TOOL = ("x", "y", "z", "yaw")
 
 
 def add_loggers(builder: DiagramBuilder, hand_eye: Diagram, task: Task) -> dict[str, VectorLogSink]:
@@ -39,12 +49,11 @@ def read_log(loggers: Mapping[str, VectorLogSink], root_context: Context, task: 
         root_context: Context of the whole diagram.
         task: task whose signals were logged.
     """
-    joints = loggers["q_commanded"].get_input_port().size() if "q_commanded" in loggers else 6
-    fields = task.signals(joints)
+    fields = _fields(loggers, task)
     log = {}
     for name, logger in loggers.items():
         record = logger.FindLog(root_context)
-        log[name] = Signal(record.sample_times().copy(), record.data().T.copy(), tuple(fields[name][1]))
+        log[name] = Signal(record.sample_times().copy(), record.data().T.copy(), fields[name])
     return log
 
 
@@ -58,8 +67,95 @@ def tool_signal(arm_state: Signal, model: ArmModel) -> Signal:
     Returns a signal with the fields x, y, z in W [m] and yaw [rad].
     """
     every = steps_in(VISION_PERIOD)
+    return Signal(arm_state.times[::every], _tool_poses(arm_state.data[::every], model), _TOOL)
+
+
+class LogStreamer:
+    """Streams the log of a run to a file in the run directory, so that it is kept if the process is killed.
+
+    It reads the loggers and changes nothing. The pose of the tool is part of the stream, see `tool_signal`.
+
+    Args:
+        folder: run directory.
+        loggers: what `add_loggers` returned.
+        task: task whose signals are logged.
+        model: the controller's model of the arm.
+        clock: returns the wall time [s].
+
+    Raises DrakeTrackerError when the file cannot be written; after that, nothing more is written.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        loggers: Mapping[str, VectorLogSink],
+        task: Task,
+        model: ArmModel,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._loggers, self._model, self._clock = loggers, model, clock
+        self._counts = dict.fromkeys(loggers, 0)
+        self._last = (0.0, clock())
+        self._path = folder / STREAM_FILE
+        try:
+            self._stream = LogStream(self._path, {**_fields(loggers, task), "tool": _TOOL})
+        except OSError as error:
+            raise unwritable(self._path, error) from None
+
+    def __call__(self, root_context: Context) -> None:
+        """Appends what was logged since the last record, when `STREAM_PERIOD` is over.
+
+        Args:
+            root_context: Context of the whole diagram.
+        """
+        now = (root_context.get_time(), self._clock())
+        if max(now[0] - self._last[0], now[1] - self._last[1]) >= STREAM_PERIOD:
+            self._last = now
+            self._append(root_context)
+
+    def end(self, root_context: Context) -> None:
+        """Appends the rest and closes the file. On a full disk the rest is missing."""
+        with suppress(DrakeTrackerError):
+            self._append(root_context)
+        self._stream.close()
+
+    def remove(self) -> None:
+        """Closes and removes the file, when the log was saved as a whole."""
+        self._stream.remove()
+
+    def _append(self, root_context: Context) -> None:
+        news = {}
+        for name, logger in self._loggers.items():
+            record, first = logger.FindLog(root_context), self._counts[name]
+            news[name] = (record.sample_times()[first:], record.data()[:, first:].T)
+            self._counts[name] = record.num_samples()
+        times, states = news["arm_state"]
+        every = steps_in(VISION_PERIOD)
+        start = (len(times) - self._counts["arm_state"]) % every
+        news["tool"] = (times[start::every], _tool_poses(states[start::every], self._model))
+        try:
+            self._stream.append(news)
+        except OSError as error:
+            raise unwritable(self._path, error) from None
+
+
+def _fields(loggers: Mapping[str, VectorLogSink], task: Task) -> dict[str, tuple[str, ...]]:
+    """Returns {name: names of the fields} of the signals that are logged."""
+    joints = loggers["q_commanded"].get_input_port().size() if "q_commanded" in loggers else 6
+    signals = task.signals(joints)
+    return {name: tuple(signals[name][1]) for name in loggers}
+
+
+def _tool_poses(states: np.ndarray, model: ArmModel) -> np.ndarray:
+    """Returns x, y, z in W [m] and yaw [rad] of the tool, shape (n, 4), for rows that begin with joint positions.
+
+    The pose is NaN where a position is not finite, as in the last row of a run that Drake aborted.
+    """
     rows = []
-    for q in arm_state.data[::every, : model.num_joints]:
-        X_WT = model.tool_pose(q)
-        rows.append([*X_WT.translation(), tool_yaw(X_WT)])
-    return Signal(arm_state.times[::every], np.array(rows).reshape(-1, 4), ("x", "y", "z", "yaw"))
+    for q in states[:, : model.num_joints]:
+        if np.isfinite(q).all():
+            X_WT = model.tool_pose(q)
+            rows.append([*X_WT.translation(), tool_yaw(X_WT)])
+        else:
+            rows.append([np.nan] * 4)
+    return np.array(rows).reshape(-1, 4)

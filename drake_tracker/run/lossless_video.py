@@ -1,10 +1,13 @@
 """Writes grey images without loss to a Matroska file, which is readable up to the instant at which writing stopped."""
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import av
 import numpy as np
+
+from drake_tracker.core.atomic_file import unwritable
 
 
 class LosslessVideo:
@@ -18,19 +21,20 @@ class LosslessVideo:
         rate: number of images per second.
         size: (width, height) of the images [px].
 
-    Raises OSError when writing fails, for example on a full disk; after that, nothing more is written.
+    Raises DrakeTrackerError when writing fails, for example on a full disk; after that, nothing more is written.
     """
 
     def __init__(self, path: Path, rate: int, size: tuple[int, int]) -> None:
         often = {"flush_packets": "1", "cluster_time_limit": "1000"}  # [ms]
-        self._container = av.open(str(path), "w", format="matroska", options=often)
+        self._path = Path(path)
+        self._container: Any = av.open(str(path), "w", format="matroska", options=often)
         self._stream = self._container.add_stream("rawvideo", rate=rate)
         self._stream.width, self._stream.height = size
         self._stream.pix_fmt = "gray"
         self._count = 0
 
     def write(self, image: np.ndarray) -> None:
-        """Appends a grey image, uint8 of shape (height, width). Raises OSError when it cannot be written."""
+        """Appends a grey image, uint8 of shape (height, width). Raises DrakeTrackerError when it cannot be written."""
         frame = av.VideoFrame.from_ndarray(image, format="gray")
         frame.pts = self._count
         self._count += 1
@@ -38,16 +42,25 @@ class LosslessVideo:
 
     def close(self) -> None:
         """Completes the file. A second call does nothing."""
-        if self._container is not None:
-            self._mux(None)
-            self._container.close()
-            self._container = None
+        if self._container is None:
+            return
+        self._mux(None)
+        container, self._container = self._container, None
+        try:
+            container.close()
+        except OSError as error:
+            raise unwritable(self._path, error) from None
 
     def _mux(self, frame: Any) -> None:
+        if self._container is None:
+            return
         try:
             self._container.mux(self._stream.encode(frame))
-        except BaseException:
+        except BaseException as error:
             # Close at once: without a header, FFmpeg crashes on the next packet.
             container, self._container = self._container, None
-            container.close()
+            with suppress(OSError):
+                container.close()
+            if isinstance(error, OSError):
+                raise unwritable(self._path, error) from None
             raise

@@ -1,14 +1,12 @@
 """The monitor of a simulation: reports progress, updates the live view, and ends the run."""
 
-import signal
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType
 from typing import Protocol
 
 from pydrake.systems.framework import Context, EventStatus
 
+from drake_tracker.core import signals
 from drake_tracker.core.messages import ArmCommand
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.tasks.task import Task
@@ -47,6 +45,7 @@ class RunMonitor:
         progress: a `Progress`, or None.
         stop_when_over: whether the run ends when the object was grasped or is lost, according to the judge.
         onlooker: a live view, or None.
+        keep: called with the Context of the whole diagram once per vision cycle, to record the run; or None.
 
     Attributes:
         interrupted: set it to True to end the run at the next step.
@@ -59,9 +58,11 @@ class RunMonitor:
         progress: Progress | None,
         stop_when_over: bool,
         onlooker: Onlooker | None = None,
+        keep: Callable[[Context], object] | None = None,
     ) -> None:
         self._task, self._hand_eye = task, hand_eye
         self._progress, self._stop, self._onlooker = progress, stop_when_over, onlooker
+        self._keep = keep
         self._next_look = 0.0
         self._over_at: float | None = None
         self.interrupted = False
@@ -73,6 +74,8 @@ class RunMonitor:
         if now < self._next_look:
             return EventStatus.DidNothing()
         self._next_look = (round(now / WATCH_PERIOD) + 1) * WATCH_PERIOD - _ROUNDING
+        if self._keep is not None:
+            self._keep(root_context)
         context = self._hand_eye.GetMyContextFromRoot(root_context)
         phase = self._task.phases(int(ArmCommand(self._hand_eye.GetOutputPort("command").Eval(context)).phase))
         if self._progress is not None:
@@ -90,16 +93,15 @@ class RunMonitor:
 
 @contextmanager
 def interrupts(monitor: RunMonitor) -> Iterator[None]:
-    """Makes Ctrl-C end the run at its next step instead of raising KeyboardInterrupt, so that the recording is kept."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
+    """Makes Ctrl-C end the run at its next step instead of raising KeyboardInterrupt, so that the recording is kept.
 
-    def interrupt(signum: int, frame: FrameType | None) -> None:
+    SIGTERM and SIGHUP do the same where they raise KeyboardInterrupt, see `signals.graceful`. So does a signal that
+    arrived before and was swallowed.
+    """
+
+    def interrupt(signum: int) -> None:
         monitor.interrupted = True
 
-    previous = signal.signal(signal.SIGINT, interrupt)
-    try:
+    monitor.interrupted |= signals.received() is not None
+    with signals.on_signal(interrupt):
         yield
-    finally:
-        signal.signal(signal.SIGINT, previous)

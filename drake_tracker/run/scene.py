@@ -20,6 +20,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, State
 
+from drake_tracker.core.atomic_file import write_text
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import ArmCommand, Prediction, TrackPoint, message_size
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
@@ -138,7 +139,7 @@ class SceneRecorder:
         self._meshcat.StopRecording()
         self._meshcat.PublishRecording()
         if self._path is not None:
-            Path(self._path).write_text(self._meshcat.StaticHtml(), encoding="utf-8")
+            write_text(self._path, self._meshcat.StaticHtml())
 
 
 def add_scene_recording(

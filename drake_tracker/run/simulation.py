@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.log import save_log
+from drake_tracker.core.atomic_file import unwritable, write_text
+from drake_tracker.core.errors import DrakeTrackerError, FirstError
+from drake_tracker.core.log import LOG_FILE, save_log
 from drake_tracker.core.machine import require_renderer
+from drake_tracker.core.signals import held
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
-from drake_tracker.run.log_recorder import add_loggers, read_log, tool_signal
+from drake_tracker.run.log_recorder import LogStreamer, add_loggers, read_log, tool_signal
 from drake_tracker.run.monitor import Progress, RunMonitor, interrupts
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.recorders import add_recorders
@@ -54,7 +56,8 @@ def simulate(
     Returns the summary, see `drake_tracker.tasks.train.summary` and `drake_tracker.tasks.ball.summary`.
 
     Raises DrakeTrackerError when the scenario cannot be built, or when it needs images and this machine cannot render.
-    An error during the run, for example in a custom part, is raised after the run up to that instant was written.
+    An error during the run, for example in a custom part or on a full disk, is raised after everything that can be
+    written of the run up to that instant was written. Ctrl-C during the writing takes effect at its end.
     """
     started = time.monotonic()
     task = task_of(scenario)
@@ -76,38 +79,46 @@ def simulate(
     root = builder.Build()
     root.set_name("drake_tracker")
     if options.graphviz is not None:
-        Path(options.graphviz).write_text(hand_eye.GetGraphvizString(max_depth=1))
+        write_text(options.graphviz, hand_eye.GetGraphvizString(max_depth=1))
 
     simulator = Simulator(root)
     context = simulator.get_context()
-    monitor = RunMonitor(task, hand_eye, progress, options.stop_when_over, live)
+    stream = None if out is None else LogStreamer(out, loggers, task, hand_eye.arm.model)
+    monitor = RunMonitor(task, hand_eye, progress, options.stop_when_over, live, stream)
     simulator.set_monitor(monitor)
     simulator.set_target_realtime_rate(options.realtime_rate)
     if live is not None:
         live.begin()
     built = time.monotonic()
-    fault = _advance(simulator, monitor, scenario.duration)
-    simulated = time.monotonic()
-    if live is not None:
-        live.write()
-
-    log = read_log(loggers, context, task)
-    log["tool"] = tool_signal(log["arm_state"], hand_eye.arm.model)
-    if out is not None:
-        save_log(log, out / "log.npz")
-    for recorder in recorders:
-        recorder.finish(context)
-    summary = task.summarise(scenario, hand_eye, log, context.get_time(), monitor.interrupted)
-    if out is not None:
-        task.draw(scenario, hand_eye, log, summary, out)
-    simulating = simulated - built - (live.control.held if live is not None else 0.0)
-    summary["real_time_factor"] = context.get_time() / simulating
-    wall_time = {"build": built - started, "simulate": simulating, "write": time.monotonic() - simulated}
-    summary["wall_time_s"] = wall_time
-    if out is not None:
-        save_summary(summary, out / "summary.json")
-    if fault is not None:
-        raise fault
+    with held() as signals:
+        errors = FirstError(_advance(simulator, monitor, scenario.duration, stream))
+        simulated = time.monotonic()
+        if live is not None:
+            live.write()
+        log = read_log(loggers, context, task)
+        log["tool"] = tool_signal(log["arm_state"], hand_eye.arm.model)
+        if out is not None and stream is not None:
+            stream.end(context)
+            with errors.kept():
+                save_log(log, out / LOG_FILE)
+                stream.remove()
+        for recorder in recorders:
+            with errors.kept():
+                recorder.finish(context)
+        with errors.kept():
+            summary = task.summarise(scenario, hand_eye, log, context.get_time(), monitor.interrupted)
+            if out is not None:
+                with errors.kept():
+                    task.draw(scenario, hand_eye, log, summary, out)
+            simulating = simulated - built - (live.control.held if live is not None else 0.0)
+            summary["real_time_factor"] = context.get_time() / simulating
+            wall_time = {"build": built - started, "simulate": simulating, "write": time.monotonic() - simulated}
+            summary["wall_time_s"] = wall_time
+            if out is not None:
+                save_summary(summary, out / "summary.json")
+        errors.raise_it()
+        if monitor.interrupted:  # the run has ended because of them
+            signals.clear()
     return summary
 
 
@@ -121,7 +132,10 @@ def _require_cameras(scenario: BaseScenario, task: Task, options: RunOptions) ->
 
 def _start_directory(out: Path, scenario: BaseScenario, task: Task, initialisation: Any) -> BaseScenario:
     """Creates the run directory, saves what the run starts from, and returns the scenario with what was measured."""
-    out.mkdir(parents=True, exist_ok=True)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise unwritable(out, error) from None
     if initialisation is not None:
         scenario = task.resolved(scenario, initialisation)
         task.save_initialisation(initialisation, out)
@@ -129,14 +143,18 @@ def _start_directory(out: Path, scenario: BaseScenario, task: Task, initialisati
     return scenario
 
 
-def _advance(simulator: Simulator, monitor: RunMonitor, duration: float) -> Exception | None:
+def _advance(
+    simulator: Simulator, monitor: RunMonitor, duration: float, stream: LogStreamer | None
+) -> BaseException | None:
     """Simulates until the end of the run; returns the error that ended it after the first instant, if any."""
     with interrupts(monitor):
         try:
             simulator.Initialize()
             simulator.AdvanceTo(duration)
-        except Exception as error:  # for example in a custom part; the run up to this instant is written
+        except BaseException as error:  # from a custom part (also SystemExit), from Drake, or a full disk
             if simulator.get_context().get_time() <= 0.0:
+                if stream is not None:
+                    stream.remove()
                 raise
             monitor.interrupted = True
             return error

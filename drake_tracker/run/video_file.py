@@ -1,6 +1,6 @@
 """Writes an H.264 video for browsers. If writing is interrupted, only the last second is lost."""
 
-import os
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -8,6 +8,8 @@ from typing import Any
 import av
 import cv2
 import numpy as np
+
+from drake_tracker.core.atomic_file import replacing, unwritable
 
 _QUALITY = "26"
 """x264's constant rate factor: 18 looks lossless, 28 shows blocks."""
@@ -24,7 +26,7 @@ class VideoFile:
         rate: number of frames per second.
         size: (width, height) of the frames [px], both even.
 
-    Raises OSError when writing fails, for example on a full disk; after that, nothing more is written.
+    Raises DrakeTrackerError when writing fails, for example on a full disk; after that, nothing more is written.
     """
 
     wanted = True
@@ -44,7 +46,11 @@ class VideoFile:
         self._count = 0
 
     def write(self, image: np.ndarray) -> None:
-        """Appends a BGR image, uint8 of shape (height, width, 3). Raises OSError when it cannot be written."""
+        """Appends a frame. Raises DrakeTrackerError when it cannot be written.
+
+        Args:
+            image: BGR image, uint8 of shape (height, width, 3).
+        """
         frame = av.VideoFrame.from_ndarray(cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420), format="yuv420p")
         frame.pts = self._count
         self._count += 1
@@ -55,35 +61,39 @@ class VideoFile:
         if self._container is None:
             return
         self._mux(None)
-        self._container.close()
-        self._container = None
+        container, self._container = self._container, None
+        try:
+            container.close()
+        except OSError as error:
+            raise unwritable(self._path, error) from None
         if self._count:
             _join_fragments(self._path)
 
     def _mux(self, frame: Any) -> None:
+        if self._container is None:
+            return
         try:
             self._container.mux(self._stream.encode(frame))
-        except BaseException:
+        except BaseException as error:
             # Close at once: without a header, FFmpeg crashes on the next packet.
             container, self._container = self._container, None
-            container.close()
+            with suppress(OSError):
+                container.close()
+            if isinstance(error, OSError):
+                raise unwritable(self._path, error) from None
             raise
 
 
 def _join_fragments(path: Path) -> None:
     """Rewrites a fragmented MP4 file as one piece with its index in front, without encoding the images again."""
-    whole = path.with_name(path.name + ".part")
-    try:
-        with (
-            av.open(str(path)) as source,
-            av.open(str(whole), "w", format="mp4", options={"movflags": "faststart"}) as target,
-        ):
-            stream = source.streams.video[0]
-            copy = target.add_stream_from_template(stream)
-            for packet in source.demux(stream):
-                if packet.dts is not None:
-                    packet.stream = copy
-                    target.mux(packet)
-        os.replace(whole, path)
-    finally:
-        whole.unlink(missing_ok=True)  # it still exists only if the disk was full; the fragments are kept
+    with (
+        replacing(path) as whole,
+        av.open(str(path)) as source,
+        av.open(str(whole), "w", format="mp4", options={"movflags": "faststart"}) as target,
+    ):
+        stream = source.streams.video[0]
+        copy = target.add_stream_from_template(stream)
+        for packet in source.demux(stream):
+            if packet.dts is not None:
+                packet.stream = copy
+                target.mux(packet)

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from drake_tracker.core.atomic_file import write_text
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.setting import settings_of
 from drake_tracker.core.text_file import is_file, read_text
@@ -102,7 +103,7 @@ def save_scenario(scenario: BaseScenario, path: Path | str) -> None:
         scenario: the scenario.
         path: file to write; its name without the suffix becomes the name of the scenario.
     """
-    Path(path).write_text(dump({Path(path).stem: plain(scenario)}), encoding="utf-8")
+    write_text(path, dump({Path(path).stem: plain(scenario)}))
 
 
 def scenario_file(name: str) -> Path:

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from drake_tracker.core.atomic_file import replacing
 from drake_tracker.tasks.episode import PhaseSpan
 from drake_tracker.tasks.style import PLOT_STYLE, phase_colour
 
@@ -46,7 +47,8 @@ def draw_motion_images(images: Mapping[str, Any], path: Path) -> None:
             row[0].set_ylabel(f"camera {side}")
         for ax, (title, _, _) in zip(axes[0], columns):
             ax.set_title(title)
-        figure.savefig(path, dpi=200)
+        with replacing(path) as beside:
+            figure.savefig(beside, dpi=200)
 
 
 def time_axis_length(spans: Sequence[PhaseSpan]) -> float:

@@ -38,6 +38,8 @@ def load_summary(path: Path) -> dict[str, Any]:
     """Returns a summary that `save_summary` wrote. Raises DrakeTrackerError when it cannot be read or is damaged."""
     try:
         summary = json.loads(read_regular(path, _MOST))
+    except OSError as error:
+        raise DrakeTrackerError(f"{path}: cannot be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:
         reason = "nested too deeply" if isinstance(error, RecursionError) else error
         raise DrakeTrackerError(f"{path}: this is not JSON: {reason}") from None

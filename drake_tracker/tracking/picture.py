@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from drake_tracker.core.atomic_file import replacing
 from drake_tracker.tasks.style import FILTERED, PLOT_STYLE, PREDICTED, SEEN, SOFT_INK
 from drake_tracker.tracking.table import HORIZON
 
@@ -66,7 +67,8 @@ def draw_track_picture(
             x = text.get_window_extent(canvas.get_renderer()).x1 / figure.bbox.width + 0.02
         count, valid = len(data["valid"]), int(data["valid"].sum())
         figure.text(x, 0.9, f"{valid} of {count} images with a result", color=SOFT_INK, fontsize=12, va="center")
-        figure.savefig(path, dpi=150)
+        with replacing(path) as beside:
+            figure.savefig(beside, dpi=150)
 
 
 def _draw_lines(ax: Axes, data: Mapping[str, np.ndarray], across: str, up: str, period: float) -> None:

@@ -1,6 +1,6 @@
 """Makes a track of your own cameras: runs the diagram of a `PreparedTrack` and writes the results."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -10,6 +10,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.signals import held
 from drake_tracker.footage.video import reason
 from drake_tracker.tasks.results import save_summary
 from drake_tracker.tracking.overlay import TrackOverlay
@@ -33,8 +34,8 @@ def make_track(
 ) -> dict[str, Any]:
     """Makes a track and writes track.csv, overlay.mp4, track.png and summary.json to a folder.
 
-    Ctrl-C ends it early and keeps everything made so far. So does an error on the way: a damaged video, a full disk, or
-    a custom estimator that raises.
+    Ctrl-C ends it after the current image and keeps everything made so far. So does an error on the way: a damaged
+    video, a full disk, or a custom estimator that raises.
 
     Args:
         track: what `prepare_track` returned; its footage is closed.
@@ -48,6 +49,21 @@ def make_track(
         DrakeTrackerError: a video is damaged, or a file cannot be written; raised at the end, like whatever a custom
             estimator raises.
     """
+    with held() as signals:
+        summary = _make_track(track, out, overlay, progress, signals)
+        if summary["interrupted"]:
+            signals.clear()
+    return summary
+
+
+def _make_track(
+    track: PreparedTrack,
+    out: Path,
+    overlay: bool,
+    progress: Callable[[float, str], object] | None,
+    signals: Sequence[int],
+) -> dict[str, Any]:
+    """Makes a track, see `make_track`, until the list of signals is no longer empty."""
     diagram, timeline = track.diagram, track.timeline
     errors: list[Exception] = []
     interrupted = False
@@ -60,7 +76,7 @@ def make_track(
             if overlay:
                 sizes = [each.size for each in track.footage]
                 video = TrackOverlay(out / "overlay.mp4", timeline.period, sizes, track.age_cycles, track.cameras)
-            _run(track, table, video, dropped, progress)
+            interrupted = _run(track, table, video, dropped, progress, signals)
     except KeyboardInterrupt:
         interrupted = True
     for each in track.footage:
@@ -73,9 +89,9 @@ def make_track(
     if table is not None:
         data = table.data()
         summary = summarise_track(data, timeline.period) | {"dropped": dropped, "interrupted": interrupted}
-        with _Collected(errors, out, "summary.json"):
+        with _Collected(errors, out):
             save_summary(describe_run(**summary, **track.facts), out / "summary.json")
-        with _Collected(errors, out, "track.png"):
+        with _Collected(errors, out):
             names = " and ".join(each.name for each in track.footage)
             world = track.world or "board"
             draw_track_picture(data, out / "track.png", world=world, title=names, period=timeline.period)
@@ -85,13 +101,10 @@ def make_track(
 
 
 class _Collected:
-    """Context manager that appends an error to a list instead of raising it, so that the remaining files are written.
+    """Context manager that appends an error to a list and does not raise it, so that the other files are written."""
 
-    A file that must be complete (``whole``) is removed when writing it fails.
-    """
-
-    def __init__(self, errors: list[Exception], out: Path, whole: str | None = None) -> None:
-        self._errors, self._out, self._whole = errors, out, whole
+    def __init__(self, errors: list[Exception], out: Path) -> None:
+        self._errors, self._out = errors, out
 
     def __enter__(self) -> None:
         pass
@@ -102,8 +115,6 @@ class _Collected:
         if isinstance(error, (OSError, av.error.FFmpegError)):
             words = f"{self._out}: cannot be written: {reason(error)}; what was written before is kept"
             self._errors.append(DrakeTrackerError(words))
-            if self._whole is not None:
-                (self._out / self._whole).unlink(missing_ok=True)
         elif isinstance(error, Exception):  # a DrakeTrackerError, or an error of a custom estimator
             self._errors.append(error)
         else:
@@ -117,8 +128,12 @@ def _run(
     video: TrackOverlay | None,
     dropped: list[int],
     progress: Callable[[float, str], object] | None,
-) -> None:
-    """Runs the diagram cycle by cycle and records the values of its ports; counts dropped images in ``dropped``."""
+    signals: Sequence[int],
+) -> bool:
+    """Runs the diagram cycle by cycle and records the values of its ports; counts dropped images in ``dropped``.
+
+    Returns whether a signal ended it.
+    """
     diagram, timeline = track.diagram, track.timeline
     simulator = Simulator(diagram)
     simulator.Initialize()
@@ -129,6 +144,8 @@ def _run(
 
     number, last = 0, timeline.count  # one cycle more than there are images empties the delay line
     while last is None or number <= last:
+        if signals:
+            return True
         now = (number + _READ_AT) * timeline.period
         simulator.AdvanceTo(now)
         frames = [read(f"frame_{side}") for side in diagram.sides]
@@ -148,3 +165,4 @@ def _run(
             valid = sum(row[table.columns.index("valid")] for row in table.rows[-_RECENT:])
             progress(now, f"{valid:.0f} of the last {_RECENT}")
         number += 1
+    return False

@@ -1,18 +1,21 @@
 """The board's pose relative to the camera and in the world: the result of the ball task's initialisation."""
 
-import zipfile
-import zlib
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 from pydrake.math import RigidTransform
 
+from drake_tracker.core.atomic_file import replacing
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.npz_file import load_arrays
+from drake_tracker.core.regular_file import open_regular
 from drake_tracker.core.setting import as_tuple
 
 POSES_FILE = "board.npz"
 """Name of the file in a run's directory that keeps the result of the initialisation."""
+_MOST = 1 << 28
+"""Largest size of the file, which has an image [bytes]."""
 _TRANSFORMS = ("X_CB", "X_WB")
 
 
@@ -51,7 +54,8 @@ def save_poses(poses: BoardPoses, path: Path) -> None:
     arrays = asdict(poses) | {name: getattr(poses, name).GetAsMatrix4() for name in _TRANSFORMS}
     if not poses.windows:
         del arrays["windows"]
-    np.savez_compressed(path, **arrays)
+    with replacing(path) as beside:
+        np.savez_compressed(beside, **arrays)
 
 
 def load_poses(path: Path) -> BoardPoses:
@@ -59,10 +63,11 @@ def load_poses(path: Path) -> BoardPoses:
     if not path.is_file():
         raise DrakeTrackerError(f"{path.parent}: there is no {path.name}, which says where the board was found")
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            found = {name: arrays[name] for name in BoardPoses.__dataclass_fields__ if name != "windows"}
-            windows = as_tuple(arrays["windows"].tolist()) if "windows" in arrays else ()
+        with open_regular(path, _MOST) as file:
+            arrays = load_arrays(file, _MOST)
+        found = {name: arrays[name] for name in BoardPoses.__dataclass_fields__ if name != "windows"}
+        windows = as_tuple(arrays["windows"].tolist()) if "windows" in arrays else ()
         poses = {name: RigidTransform(found[name]) for name in _TRANSFORMS}
         return BoardPoses(**found | poses | {"rms": float(found["rms"]), "windows": windows})
-    except (OSError, ValueError, EOFError, KeyError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
+    except Exception as error:  # numpy, zipfile and zlib raise many kinds of errors for a damaged file
         raise DrakeTrackerError(f"{path}: the board's poses cannot be read: {error}") from None

@@ -1,6 +1,5 @@
 """The YAML file that keeps calibrated cameras."""
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from drake_tracker.core.atomic_file import write_text
 from drake_tracker.core.bounded_yaml import load_yaml
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.text_file import read_text
@@ -45,13 +45,7 @@ def save_calibration(
             key: np.round(getattr(camera, key), _DIGITS).tolist() for key in _CAMERA_ARRAYS
         }
     text = yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=120)
-    part = Path(f"{path}.part")
-    try:
-        part.write_text("# Camera matrices found from images of a chessboard.\n" + text, encoding="utf-8")
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise DrakeTrackerError(f"{path}: the calibration cannot be written: {error.strerror}") from None
+    write_text(path, "# Camera matrices found from images of a chessboard.\n" + text)
 
 
 def load_calibration(path: str | Path, rig: Mapping[str, Any] | None = None) -> dict[str, CameraModel]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from drake_tracker.core.atomic_file import write_text
 from drake_tracker.core.bounded_yaml import load_yaml
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import read_only
@@ -47,10 +48,7 @@ def save_error(path: str | Path, error: MeasuredError, *, rig: Mapping[str, Any]
             }
         )
     text = _HEADER + yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=118)
-    try:
-        Path(path).write_text(text, encoding="utf-8")
-    except OSError as trouble:
-        raise DrakeTrackerError(f"{path}: cannot be written: {trouble.strerror}") from None
+    write_text(path, text)
 
 
 def load_error(path: str | Path, rig: Mapping[str, Any] | None = None) -> MeasuredError:

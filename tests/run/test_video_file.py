@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.run.video_file import VideoFile
 
 
@@ -60,6 +61,6 @@ def write_frames(video, count):
 
 def test_a_full_disk_raises_an_error_once_and_does_not_crash():
     video = VideoFile("/dev/full", 10, (160, 96))
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(DrakeTrackerError, match="^/dev/full: cannot be written: No space left"):
         write_frames(video, 35)
     video.close()

@@ -192,5 +192,5 @@ def test_a_pose_of_a_file_is_found_by_its_keys(tmp_path):
 
 
 def test_a_file_that_cannot_be_written_is_one_line(tmp_path):
-    with pytest.raises(DrakeTrackerError, match="the calibration cannot be written: No such file or directory"):
+    with pytest.raises(DrakeTrackerError, match="cameras.yaml: cannot be written: No such file or directory"):
         save_calibration(tmp_path / "nowhere" / "cameras.yaml", {})

@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from drake_tracker.core.atomic_file import replacing
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.tasks.ball.diagram import board_sight
 from drake_tracker.tasks.ball.scenario import BallScenario
@@ -84,7 +85,8 @@ def draw_board_found(hand_eye: HandEyeDiagram, scenario: BallScenario, summary: 
             "marks: rings show their nominal positions, crosses the positions of the tip."
         )
         figure.text(0.565, 0.085, words, fontsize=10.5, color=SOFT_INK, va="top")
-        figure.savefig(path, dpi=150)
+        with replacing(path) as beside:
+            figure.savefig(beside, dpi=150)
 
 
 def _pose_words(scenario: BallScenario, summary: Mapping[str, Any]) -> str:

@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from drake_tracker.core.atomic_file import replacing
 from drake_tracker.tasks.style import PLOT_STYLE
 from drake_tracker.vision.frame_difference import DifferenceImages
 
@@ -42,7 +43,8 @@ def draw_difference_images(images: DifferenceImages, titles: Sequence[str], path
             ax.set_title(f"{letter}   {title}")
             if box is not None:
                 _enlarge(ax, image, box, look)
-        figure.savefig(path, dpi=200)
+        with replacing(path) as beside:
+            figure.savefig(beside, dpi=200)
 
 
 def _enlarge(ax: Axes, image: np.ndarray, box: tuple[float, float, float], look: dict[str, Any]) -> None:

@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
 
+from drake_tracker.core.atomic_file import replacing
 from drake_tracker.core.messages import Prediction, predicted_points
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.tasks.ball.path_data import LONG_BEFORE, WARM, RunOfTheBall
@@ -66,7 +67,8 @@ def draw_ball_path(
         _draw_errors(errors, run)
         _draw_time_left(left, run)
         _draw_headline(figure, scenario, summary)
-        figure.savefig(path, dpi=200)
+        with replacing(path) as beside:
+            figure.savefig(beside, dpi=200)
 
 
 def _draw_board(ax: Axes, run: RunOfTheBall, scenario: BallScenario) -> None:

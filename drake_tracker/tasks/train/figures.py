@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from drake_tracker.core.atomic_file import replacing
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_ahead, tool_pose
 from drake_tracker.tasks.plots import LONG, SHORT, broken, draw_phases, name_colours, time_axis_length
@@ -61,7 +62,8 @@ def draw_tracking(scenario: TrainScenario, log: Log, summary: Mapping[str, Any],
         draw_phases(strip, spans)
         _draw_errors(across, along, scenario, log, spans)
         _draw_headline(figure, scenario, summary)
-        figure.savefig(path, dpi=200)
+        with replacing(path) as beside:
+            figure.savefig(beside, dpi=200)
 
 
 def _draw_headline(figure: Figure, scenario: TrainScenario, summary: Mapping[str, Any]) -> None:
