@@ -163,7 +163,7 @@ def test_a_file_that_cannot_be_written_is_one_line(shots, capfd, monkeypatch):
     monkeypatch.setattr(os, "replace", full)
     Path("rig.yaml").write_text("as it was")
     assert calibrate("left") == 2
-    assert "rig.yaml: the calibration cannot be written: No space left on device" in capfd.readouterr().err
+    assert "rig.yaml: cannot be written: No space left on device" in capfd.readouterr().err
     assert {path.name for path in shots.iterdir()} == {"left", "right", "rig.yaml"}
 
 
