@@ -42,12 +42,12 @@ FAULTS = {
         ("camera", "image_disturbed"),
         BOTH,
     ),
-    "noise": Injected("noise of 60 grey levels", "!ImageNoise {std: 60, at: 6}", ("camera", "image_disturbed"), BOTH),
+    "noise": Injected("noise of 40 grey levels", "!ImageNoise {std: 40, at: 6}", ("camera", "image_disturbed"), BOTH),
     "shadow": Injected(
         "a soft shadow of 50 % crosses the table every 4 s",
         "!CastShadow {darkness: 0.5, at: 4}",
         ("image_disturbed", "second_object"),
-        ("rendered",),
+        BOTH,
     ),
     "occluder": Injected(
         "a panel before the left camera for 6 s",

@@ -4,7 +4,7 @@ import numpy as np
 
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.faults.kinds import FAULTS, make_faults
-from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.scenario import WORK_VOLUME, TrainScenario
 from drake_tracker.world.cameras import camera_poses, true_camera_models
 
 KINDS = list(FAULTS.makers)
@@ -21,7 +21,7 @@ def all_at_once(task="train"):
 
 def make(settings, seed=3):
     """Returns the fault of its settings."""
-    known = {"lag": 0.25, "table_height": 0.45, "X_WCs": X_WCS, "time_step": 1 / 300}
+    known = {"lag": 0.25, "table_height": 0.45, "work_volume": WORK_VOLUME, "X_WCs": X_WCS, "time_step": 1 / 300}
     arm = {"servo_inertia": PUMA560.servo_inertia, "finger_stiffness": 5000.0}
     (fault,) = make_faults([settings], seed=seed, **known, **arm)
     return fault

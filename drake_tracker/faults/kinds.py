@@ -52,7 +52,8 @@ def make_faults(settings: Iterable[Any], *, seed: int, **context: Any) -> "tuple
         settings: their settings, as the scenario lists them.
         seed: seed of their random draws. Each fault has its own numbers, by its place in the list.
         **context: what they need to know about the run: ``lag``, the time from an image to the point at the estimator
-            [s]; ``table_height`` [m]; ``X_WCs``, {side: true pose of the camera, a homogeneous matrix (4, 4)};
-            ``servo_inertia`` of the joints [kg m^2]; ``finger_stiffness`` [N/m]; ``time_step`` [s].
+            [s]; ``table_height`` [m]; ``work_volume``, its lowest and highest corner in W [m]; ``X_WCs``, {side: true
+            pose of the camera, a homogeneous matrix (4, 4)}; ``servo_inertia`` of the joints [kg m^2];
+            ``finger_stiffness`` [N/m]; ``time_step`` [s].
     """
     return tuple(FAULTS.make(item, seed=seed, number=number, **context) for number, item in enumerate(settings))

@@ -71,7 +71,11 @@ class TestImages:
         assert (noisy[..., 3] == 255).all()
         errors = [np.linalg.norm(seen(fault, time=k / 60) - TRAIN) for k in range(60, 120)]
         assert 1e-4 < np.mean(errors) < 5e-3
-        assert make(config.ImageNoise(std=100.0)).centroid(sight()) is None
+        seen_share = [
+            np.mean([make(config.ImageNoise(std=std)).centroid(sight(time=k / 60)) is not None for k in range(400)])
+            for std in (40.0, 50.0, 60.0)
+        ]
+        assert seen_share == pytest.approx([1.0, 0.5, 0.0], abs=0.1)
 
     def test_a_knocked_camera_shows_what_a_turned_camera_sees(self):
         fault = make(config.CameraKnocked(camera="left", angle_deg=1.5, direction_deg=30.0))
@@ -97,6 +101,15 @@ class TestImages:
         u, v = np.rint(CAMERAS["left"].project([0.56, 0.0, 0.45])[0]).astype(int) - WINDOW[:2]
         assert image[v, u, 0] == pytest.approx(100, abs=5)
 
+    def test_a_shadow_in_the_work_volume_draws_the_centroid_to_itself(self):
+        fault = make(config.CastShadow(at=0.0, darkness=0.6))
+        far, near = fault.centroid(sight(time=0.1)), fault.centroid(sight(time=2.0))
+        before = CAMERAS["left"].project(TRAIN)[0]
+        assert far == pytest.approx(before) and np.linalg.norm(near - before) > 10.0
+        middle = CAMERAS["left"].project([0.56, 0.0, 0.45])[0]
+        assert np.linalg.norm(near - middle) < np.linalg.norm(before - middle)
+        assert make(config.CastShadow(darkness=0.1)).centroid(sight(time=2.0)) == pytest.approx(before)
+
 
 class TestScene:
     def test_an_occluder_blocks_one_line_of_sight_while_it_stands_there(self):
@@ -121,11 +134,13 @@ class TestScene:
             rate = (fault.slide(time + 1e-5)[0] - fault.slide(time - 1e-5)[0]) / 2e-5
             assert fault.slide(time)[1] == pytest.approx(rate, abs=1e-6)
 
-    def test_a_second_mover_draws_the_centroid_half_way(self):
-        fault = make(config.SecondMover(at=0.0, place=(0.5, -0.1)))
-        mover = np.array([0.5, -0.1 + fault.slide(10.0)[0], 0.475])
+    def test_a_second_mover_draws_the_centroid_half_way_when_it_is_close(self):
+        fault = make(config.SecondMover(at=0.0, place=(0.56, 0.06)))
+        mover = np.array([0.56, 0.06 + fault.slide(10.0)[0], 0.475])
         point = seen(fault, time=10.0)
         assert np.linalg.norm(point - 0.5 * (mover + TRAIN)) < 0.02
+        far = make(config.SecondMover(at=0.0, place=(0.4, -0.15)))
+        assert far.centroid(sight("left", time=10.0)) == pytest.approx(CAMERAS["left"].project(TRAIN)[0])
         assert np.linalg.norm(seen(fault, None, 10.0) - mover) < 1e-6
 
 

@@ -22,6 +22,7 @@ def train_faults(scenario: TrainScenario) -> tuple[Fault, ...]:
         seed=scenario.seed,
         lag=scenario.vision.lag_cycles * VISION_PERIOD,
         table_height=scenario.table_height,
+        work_volume=scenario.vision.work_volume,
         X_WCs={name.removeprefix("camera_"): X_WC.GetAsMatrix4() for name, X_WC in poses.items()},
         servo_inertia=description.servo_inertia,
         finger_stiffness=description.finger_stiffness,
