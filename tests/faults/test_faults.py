@@ -139,7 +139,7 @@ class TestScene:
         mover = np.array([0.56, 0.06 + fault.slide(10.0)[0], 0.475])
         point = seen(fault, time=10.0)
         assert np.linalg.norm(point - 0.5 * (mover + TRAIN)) < 0.02
-        far = make(config.SecondMover(at=0.0, place=(0.4, -0.15)))
+        far = make(config.SecondMover(at=0.0, place=(0.7, -0.15)))
         assert far.centroid(sight("left", time=10.0)) == pytest.approx(CAMERAS["left"].project(TRAIN)[0])
         assert np.linalg.norm(seen(fault, None, 10.0) - mover) < 1e-6
 
