@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 from pydrake.common.containers import namedview
 
-KNOT_COUNT = 31
-"""Knots in a predicted path: 1.5 s at `KNOT_SPACING`."""
-KNOT_SPACING = 0.05
-"""Time between two knots of a predicted path [s]."""
+from drake_tracker.core.timing import KNOT_COUNT, KNOT_SPACING
+
 KNOT_FIELDS = ("x", "y", "z", "yaw", "std")
 """Columns of a knot: position in W [m]; yaw about W's z axis, continuous along the path [rad]; predicted standard
 deviation [m]."""

@@ -38,6 +38,13 @@ BALL_UPDATE_CYCLES = 4
 BALL_THROUGHPUT_CYCLES = 6
 """Cycles from digitizing an image to the centroid based on it (section 4: "a throughput time of 100.2 ms")."""
 
+KNOT_COUNT = 31
+"""Knots in a predicted path: 1.5 s at `KNOT_SPACING`."""
+KNOT_SPACING = 0.05
+"""Time between two knots of a predicted path [s]."""
+PATH_DURATION = (KNOT_COUNT - 1) * KNOT_SPACING
+"""Time [s] from the stamp of a predicted path to its end."""
+
 PROJECTOR_SLOT = 2 / 16
 ESTIMATOR_SLOT = 4 / 16
 LINK_SLOT = 8 / 16

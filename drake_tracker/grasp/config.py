@@ -4,6 +4,11 @@ from dataclasses import dataclass
 
 from drake_tracker.core.setting import setting
 
+GRIP_CONFIRMED = 0.06
+"""The jaws hold something once they have stood still under force for this long [s]."""
+WIDTH_TOLERANCE = 0.010
+"""Jaws that stop within this distance [m] of the object's width have stopped at the object."""
+
 
 @dataclass(frozen=True)
 class GraspConfig:
@@ -53,6 +58,11 @@ class GraspConfig:
     straight_tolerance: float = setting(
         0.008, "distance from a line up to which a path counts as straight", "m", (0.0, 0.1)
     )
+
+
+def touch_delay(config: GraspConfig) -> float:
+    """Returns the time [s] from the start of closing until the pads touch an object in the middle of the jaws."""
+    return (config.jaw_opening - config.object_width) / config.jaw_speed
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from drake_tracker.arm.arm_model import ArmModel, tool_down
 from drake_tracker.arm.differential_ik import rehearse
 from drake_tracker.arm.transform_equation import share_done
 from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
-from drake_tracker.grasp.config import GraspConfig
+from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
     LATERAL,
@@ -62,11 +62,6 @@ class Gate(IntEnum):
     NO_MEMORY = 5
     PREDICTIONS_FAILED = 6
     OUT_OF_REACH = 7
-
-
-def touch_delay(config: GraspConfig) -> float:
-    """Returns the time [s] from the start of closing until the pads touch an object in the middle of the jaws."""
-    return (config.jaw_opening - config.object_width) / config.jaw_speed
 
 
 def horizon(config: GraspConfig, target: Any) -> float:

@@ -7,8 +7,8 @@ import numpy as np
 
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.differential_ik import make_parameters
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING
-from drake_tracker.grasp.config import GraspConfig
+from drake_tracker.core.timing import PATH_DURATION
+from drake_tracker.grasp.config import GRIP_CONFIRMED, WIDTH_TOLERANCE, GraspConfig
 from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, horizon, judge_prediction, stands
 from drake_tracker.grasp.motor_schema import SchemaMachine, SchemaState, since
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
@@ -16,12 +16,6 @@ from drake_tracker.grasp.schema import PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
 
 SEEN_FOR = 0.2
 """The object counts as seen once its target has been valid and fresh for this long [s]."""
-GRIP_CONFIRMED = 0.06
-"""The jaws hold something once they have stood still under force for this long [s]."""
-WIDTH_TOLERANCE = 0.010
-"""Jaws that stop within this distance [m] of the object's width have stopped at the object."""
-PATH_DURATION = (KNOT_COUNT - 1) * KNOT_SPACING
-"""Time [s] from the stamp of a predicted path to its end."""
 FORCE_SHARE = 0.6
 """Fraction of the grip force that must be measured for a grip to be accepted."""
 

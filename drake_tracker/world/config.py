@@ -6,6 +6,10 @@ from drake_tracker.core.setting import setting
 
 TRACK_KINDS = ("oval", "stadium", "circle", "figure_eight", "line", "csv")
 SPEED_LAWS = ("constant", "varying", "stop_and_go")
+TRAIN_WIDTH = 0.040
+"""Width of every train between the jaws [m] (models train)."""
+LIFTED = 0.10
+"""Height [m] above its place on the rail at which the train counts as lifted."""
 LIGHT_SIDES = ("cameras", "one_side")
 TRAIN_BODIES = ("plain", "striped", "round", "dark")
 

@@ -11,12 +11,11 @@ from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, L
 
 from drake_tracker.core.messages import Verdict, message_size
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.world.config import LIFTED
 from drake_tracker.world.contacts import touching_pairs
 from drake_tracker.world.plant import Laboratory
 from drake_tracker.world.tracks import Track
 
-LIFTED = 0.10
-"""Height [m] above its place on the rail at which the train counts as lifted."""
 HELD = 1.0
 """Time [s] for which it must be held."""
 TIPPED = np.deg2rad(60.0)

@@ -26,7 +26,7 @@ from drake_tracker.grasp.board_touch import board_pose_from_touches
 from drake_tracker.grasp.crossing import HAND_YAW
 from drake_tracker.grasp.touch_machine import touched_points
 from drake_tracker.grasp.touch_schema import TouchPhase
-from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.ball.scenario import STILL_SUPERSAMPLING, BallScenario
 from drake_tracker.tasks.ball.touching_diagram import BoardTouchingDiagram
 from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.tasks.task import AskForWindows
@@ -45,8 +45,6 @@ JOG_HEIGHT = 0.008
 """Height over its mark at which the operator leaves the tip [m]."""
 START_HEIGHT = 0.20
 """Height over the bottom edge of the board at which the tip starts [m]."""
-STILL_SUPERSAMPLING = 4
-"""Rendered pixels per side that are averaged into one pixel: more accurate than usual, since few images are needed."""
 CHECK_PERIOD = 0.05
 """Simulated time between two checks whether the touching is done [s]."""
 LONGEST = 60.0

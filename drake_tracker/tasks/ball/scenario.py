@@ -21,9 +21,14 @@ from drake_tracker.grasp.config import CatchConfig
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.kinds import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
+from drake_tracker.tasks.ball.plausible import catch_problems
+from drake_tracker.tasks.plausible import image_problems
 from drake_tracker.vision.config import FrameDifference
 from drake_tracker.vision.detectors import DETECTORS
 from drake_tracker.world.config import BallConfig, BoardCameraConfig, BoardConfig, LightingConfig, OperatorConfig
+
+STILL_SUPERSAMPLING = 4
+"""Supersampling of the few images of the initialisation: more accurate than usual."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +113,10 @@ class BallScenario(BaseScenario):
             found.append(("vision.detector.smoothing_size", "must be odd"))
         if self.catch.settle_tolerance < self.catch.follow_tolerance:
             found.append(("catch.settle_tolerance", "must not be below catch.follow_tolerance"))
+        found += catch_problems(self)
+        camera = self.camera
+        rendered = max(camera.supersampling, STILL_SUPERSAMPLING)
+        found += image_problems("camera", camera.width, camera.height, supersampling=rendered)
         for number, fault in enumerate(self.faults):
             if getattr(fault, "camera", "both") != "both":
                 found.append((f"faults[{number}].camera", "must be both: the ball has one camera"))

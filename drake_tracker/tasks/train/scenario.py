@@ -15,6 +15,8 @@ from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.kinds import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
+from drake_tracker.tasks.plausible import image_problems, lag_of, link_problems
+from drake_tracker.tasks.train.plausible import grasp_problems
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.world.config import CamerasConfig, LightingConfig, TrackConfig, TrainConfig
 
@@ -146,4 +148,7 @@ class TrainScenario(BaseScenario):
         left, right = self.cameras.azimuth_deg
         if math.isclose(left, right, abs_tol=1.0):
             found.append(("cameras.azimuth_deg", "must differ by more than 1 deg, or there is no baseline"))
-        return found
+        if isinstance(self.vision, Rendered):
+            found += image_problems("cameras", self.cameras.width, self.cameras.height, cameras=2)
+        late = link_problems(self, self.link, "vision.lag_cycles", lag_of(self.vision.lag_cycles))
+        return found + late + ([] if late else grasp_problems(self))
