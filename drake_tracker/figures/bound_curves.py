@@ -5,15 +5,19 @@ it.
 """
 
 import json
-import math
 import os
 from pathlib import Path
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.text_file import read_text
 
 OWN = Path(__file__).with_name("bounds.json")
 STAGES = ("first_lap", "after_closure", "both")
+LARGEST = 4 * 1024 * 1024
+"""Greatest size of a file [bytes]."""
+_GREATEST = 1e6
+"""Greatest time [s] and error [m] of a curve."""
 _FORM = "a list of {name, stage, horizon_s, rms_m}"
 
 
@@ -25,10 +29,10 @@ def read_bounds(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
     Raises DrakeTrackerError, in one line, for any other content.
     """
     try:
-        curves = json.loads(Path(path).read_text(encoding="utf-8"))
+        curves = json.loads(read_text(path, LARGEST))
     except OSError as error:
         raise DrakeTrackerError(f"--bounds {path}: the file cannot be read: {error.strerror}") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise DrakeTrackerError(f"--bounds {path}: not valid JSON: {error}") from None
     if not isinstance(curves, list):
         raise DrakeTrackerError(f"--bounds {path}: the file holds {type(curves).__name__}; it must hold {_FORM}")
@@ -46,8 +50,8 @@ def _trouble(curve: Any) -> str | None:
         return f"stage is {curve['stage']!r}; allowed are {', '.join(STAGES)}"
     for key in ("horizon_s", "rms_m"):
         row = curve[key]
-        if not isinstance(row, list) or not all(isinstance(x, (int, float)) and math.isfinite(x) for x in row):
-            return f"{key} is not a list of finite numbers"
+        if not isinstance(row, list) or not all(isinstance(x, (int, float)) and abs(x) <= _GREATEST for x in row):
+            return f"{key} is not a list of numbers up to {_GREATEST:g}"
     if len(curve["horizon_s"]) != len(curve["rms_m"]) or not curve["rms_m"] or min(curve["rms_m"]) <= 0.0:
         return "horizon_s and rms_m must have the same length, and rms_m must be above 0"
     return None

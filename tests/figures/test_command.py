@@ -48,7 +48,9 @@ def test_every_figure_is_drawn_with_its_numbers(tmp_path, monkeypatch, capsys):
         ('[{"name": "x"}]', "curve 1: a key is missing"),
         (json.dumps([CURVE, {**CURVE, "stage": "later"}]), "curve 2: stage is 'later'"),
         (json.dumps([{**CURVE, "rms_m": [1.0]}]), "the same length"),
-        (json.dumps([{**CURVE, "rms_m": ["1", 2]}]), "rms_m is not a list of finite numbers"),
+        (json.dumps([{**CURVE, "rms_m": ["1", 2]}]), "rms_m is not a list of numbers up to 1e+06"),
+        (json.dumps([{**CURVE, "rms_m": [10**400, 2]}]), "rms_m is not a list of numbers up to 1e+06"),
+        ("[" * 100_000, "not valid JSON"),
     ],
 )
 def test_bad_bounds_are_one_line_and_leave_nothing(tmp_path, capsys, content, said):

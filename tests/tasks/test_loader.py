@@ -1,6 +1,7 @@
 """Tests of reading, checking and writing scenarios, and of the messages about wrong ones."""
 
 import dataclasses
+import os
 import typing
 
 import pytest
@@ -194,6 +195,14 @@ def test_all_errors_are_reported_at_once_with_line_key_value_and_allowed_values(
         ("track={speed: 0.1, speed: 0.2}", "speed is given twice"),
         ("seed=[", "not valid YAML"),
         ("seed=&a [*a]", "not valid YAML"),
+        ("seed=!!bool maybe", "not valid YAML: 'maybe' is not a value of the type !!bool"),
+        ("seed=!!int ''", "not valid YAML: '' is not a value of the type !!int"),
+        ("seed=" + "[" * 60 + "]" * 60, "not valid YAML: nested too deeply, more than 32 levels"),
+        ("a." * 100 + "a=1", "write it as key.path=value"),
+        ("track={[1]: 2}", "a key must be a name, not a list or mapping"),
+        ('description="a\\x1b]0;b"', "description must be text without control characters, not 'a\\x1b]0;b'"),
+        ('description="\\ud800"', "description must be text without control characters"),
+        ("track.csv=" + "a" * 300, "track.kind (default) must be csv"),
         ("seed=!!python/object:os.system x", "seed must be a whole number"),
         ("description=a\x1bb", "not valid YAML: unacceptable character #x001b"),
         ("task=[ball]", "task must be"),
@@ -252,6 +261,28 @@ def test_a_broken_file_gives_one_line_that_names_it(tmp_path, text, message):
     path = write(tmp_path, text)
     (error,) = errors_of(str(path))
     assert error.startswith(str(path)) and message in error
+
+
+def test_a_file_cannot_exhaust_memory_time_or_stack(tmp_path):
+    bomb = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
+        f"{name}: &{name} [{', '.join([f'*{before}'] * 9)}]\n" for before, name in zip("abcdefgh", "bcdefghi")
+    )
+    path = write(tmp_path, f"{bomb}mine: {{seed: *i}}\n")
+    assert errors_of(str(path)) == [f"{path} line 6: not valid YAML: more than 100000 values, aliases included"]
+    path = write(tmp_path, f"mine: {{seed: {'[' * 300}{']' * 300}}}\n")
+    assert errors_of(str(path)) == [f"{path} line 1: not valid YAML: nested too deeply, more than 32 levels"]
+    path = write(tmp_path, "mine: {}\n" + "#" * 256 * 1024)
+    assert errors_of(str(path)) == [f"{path}: cannot be read: it has more than 256 KiB"]
+    path = write(tmp_path, "".join(f"s{k}: {{base: s{k + 1}}}\n" for k in range(400)) + "s400: {}\n")
+    assert errors_of(f"{path}:s0") == [f"{path} line 51: more than 50 scenarios extend each other in a row"]
+    path = write(tmp_path, "mine:\n" + "".join(f"  unknown{k}: 1\n" for k in range(3000)))
+    *errors, last = errors_of(str(path))
+    assert len(errors) == 100 and last == "and 2900 more errors"
+    (line,) = errors_of("train", overrides=[f"{'a' * 100_000}=1"])
+    assert len(line) < 1000
+    os.mkfifo(tmp_path / "pipe.yaml")
+    assert errors_of(str(tmp_path / "pipe.yaml")) == [f"there is no scenario file {tmp_path / 'pipe.yaml'}"]
+    assert errors_of("train", overrides=["track.kind=csv", f"track.csv={'a' * 300}"])[0].endswith("a" * 300)
 
 
 def test_files_are_searched_for_next_to_the_scenario_or_in_the_current_folder(tmp_path, monkeypatch):

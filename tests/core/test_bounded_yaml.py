@@ -1,0 +1,43 @@
+"""Tests of the limits of YAML from anybody: depth, number of values, types."""
+
+import pytest
+import yaml
+
+from drake_tracker.core.bounded_yaml import DEEPEST, MOST_VALUES, load_yaml
+
+BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"{name}: &{name} [{', '.join([f'*{before}'] * 9)}]\n" for before, name in zip("abcdefgh", "bcdefghi")
+)
+"""Nine lists of nine: 4e8 values in nine lines."""
+
+
+def test_plain_values_are_read_as_by_the_safe_loader():
+    text = "a: [1, 2.5, true, null, 2001-01-01, !!set {x}]\nb: &b {c: d}\ne: *b\nf: {<<: *b, g: h}\n"
+    assert load_yaml(text) == yaml.safe_load(text)
+    deep = "[" * DEEPEST + "]" * DEEPEST
+    assert load_yaml(deep) == yaml.safe_load(deep)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a: !!bool maybe", "'maybe' is not a value of the type !!bool"),
+        ("a: !!int ''", "'' is not a value of the type !!int"),
+        ("a: !!float 1e", "'1e' is not a value of the type !!float"),
+        ("a: !!timestamp now", "'now' is not a value of the type !!timestamp"),
+        ("a: 2001-99-99", "'2001-99-99' is not a value of the type !!timestamp"),
+        ("a: " + ":".join(["59"] * 300) + ".5", "is not a value of the type !!float"),
+        ("a: " + "[" * 300 + "]" * 300, "nested too deeply, more than 32 levels"),
+        ("\n".join(f"{' ' * k}a:" for k in range(300)), "nested too deeply"),
+        (f"a: &a {'[' * 20}{']' * 20}\nb: {'[' * 20}*a{']' * 20}", "nested too deeply"),
+        (BOMB, f"more than {MOST_VALUES} values, aliases included"),
+        (f"a: [{'1, ' * MOST_VALUES}]", f"more than {MOST_VALUES} values"),
+        ("a: &a [*a]", "an alias is within its own value"),
+        ("a: !!python/object/apply:os.system [true]", "could not determine a constructor"),
+        ("a: [", "expected the node content"),
+        ("\x07", "special characters are not allowed"),
+    ],
+)
+def test_what_exceeds_a_limit_is_an_error_of_yaml(text, message):
+    with pytest.raises(yaml.YAMLError, match=message):
+        load_yaml(text)
