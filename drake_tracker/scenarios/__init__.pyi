@@ -1,5 +1,7 @@
 from .base import BaseScenario as BaseScenario
 from .base import Custom as Custom
+from .consent import TRUSTED_FOLDERS as TRUSTED_FOLDERS
+from .consent import allowed_code as allowed_code
 from .option import read_option as read_option
 from .reader import describe_settings as describe_settings
 from .reader import read as read

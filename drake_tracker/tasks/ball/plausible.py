@@ -1,13 +1,17 @@
 """Settings of the ball that are allowed one by one, but with which no catch can succeed."""
 
-from drake_tracker.scenarios.base import BaseScenario
+from typing import TYPE_CHECKING
+
 from drake_tracker.tasks.plausible import Problems, lag_of, link_problems, set_by_user
+
+if TYPE_CHECKING:
+    from drake_tracker.tasks.ball.scenario import BallScenario
 
 RAISED_MARGIN = 0.02
 """Least height by which the cup is raised with the ball [m]."""
 
 
-def catch_problems(scenario: BaseScenario) -> Problems:
+def catch_problems(scenario: "BallScenario") -> Problems:
     """Returns the settings of the catch that contradict vision, the link, or each other.
 
     Args:

@@ -1,10 +1,14 @@
 """Settings of the train that are allowed one by one, but with which no grasp can succeed."""
 
+from typing import TYPE_CHECKING
+
 from drake_tracker.core.timing import PATH_DURATION
 from drake_tracker.grasp.config import GRIP_CONFIRMED, WIDTH_TOLERANCE, touch_delay
-from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.plausible import Problems, lag_of, set_by_user
 from drake_tracker.world.config import LIFTED, TRAIN_WIDTH
+
+if TYPE_CHECKING:
+    from drake_tracker.tasks.train.scenario import TrainScenario
 
 JAW_MARGIN = 0.010
 """Least width that the open jaws leave beside the object, on both sides together [m]."""
@@ -12,7 +16,7 @@ LIFT_MARGIN = 0.005
 """Height that the lift must exceed `LIFTED` by, because an arm with a load sags [m]."""
 
 
-def grasp_problems(scenario: BaseScenario) -> Problems:
+def grasp_problems(scenario: "TrainScenario") -> Problems:
     """Returns the settings of the grasp that contradict the object, the judge, or each other.
 
     Args:
@@ -63,7 +67,7 @@ def grasp_problems(scenario: BaseScenario) -> Problems:
     return found + _blind_time_problems(scenario)
 
 
-def _blind_time_problems(scenario: BaseScenario) -> Problems:
+def _blind_time_problems(scenario: "TrainScenario") -> Problems:
     """Returns a problem when a predicted path ends before the jaws would touch the object."""
     grasp, lag = scenario.grasp, lag_of(scenario.vision.lag_cycles)
     descent = grasp.descent_duration - grasp.closing_lead + touch_delay(grasp)
