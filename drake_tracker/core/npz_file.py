@@ -26,7 +26,7 @@ def load_arrays(file: BinaryIO, most: int | None = None) -> dict[str, np.ndarray
     if most is not None and total > most:
         raise ValueError(f"it has {total} bytes, more than the {most} that are read")
     file.seek(0)
-    with np.load(file) as arrays:
+    with np.load(file, allow_pickle=False) as arrays:
         return dict(arrays)
 
 
