@@ -29,6 +29,7 @@ class ArmDiagram(Diagram):
         - packet
         - arm_state
         - jaws
+        - operator
         output_ports:
         - arm_desired_state
         - arm_feedforward
@@ -37,11 +38,13 @@ class ArmDiagram(Diagram):
         - command
         - status
         - diagnosis
+        - goal
         - q_commanded
 
     - ``packet``: the newest `Prediction` on the link. All zeros: none has arrived.
     - ``arm_state``: measured joint positions and velocities, 2 n values [rad, rad/s].
     - ``jaws``: a `JawState`.
+    - ``operator``: an `OperatorCommand`. Unconnected: the operator only supervises.
     - ``arm_desired_state``: desired joint positions and velocities, 2 n values [rad, rad/s].
     - ``arm_feedforward``: torques for gravity, friction and acceleration, n values [N m].
     - ``gripper_desired_state``: desired position and velocity of the driven finger, 2 values [m, m/s].
@@ -49,6 +52,7 @@ class ArmDiagram(Diagram):
     - ``command``: the decision's `ArmCommand`, for logs.
     - ``status``: a `ToolStatus`, for logs.
     - ``diagnosis``: why the decision does what it does, for logs; its message type depends on the decision.
+    - ``goal``: where the hand goes under the operator's control, a `ServoTarget`.
     - ``q_commanded``: joint set-points, n values [rad], for logs.
 
     The first three outputs drive the robot; the desired states are continuous in time. The others are updated every
@@ -59,7 +63,8 @@ class ArmDiagram(Diagram):
         decision: the System that decides what the hand does next, such as `drake_tracker.grasp.GraspSystem`. It needs
             inputs ``target``, ``packet`` and ``status`` and outputs ``command`` and ``diagnosis``. With an input
             ``jaws`` it has jaws to move. With an output ``object`` (a `ServoTarget`) it sends the hand there, and not
-            to where the servo estimates the object.
+            to where the servo estimates the object; with an output ``goal`` (the same), only in motions in the frame
+            `MotionFrame.GOAL`.
         servo: parameters of the trajectory generator.
         model: the controller's model of the arm.
         q_initial: joint positions at the start, shape (n,) [rad].
@@ -104,6 +109,8 @@ class ArmDiagram(Diagram):
         )
         q_commanded = controller.inverse_kinematics.GetOutputPort("q_commanded")
 
+        if decision.HasOutputPort("goal"):
+            builder.Connect(decision.GetOutputPort("goal"), controller.transform_equation.GetInputPort("goal"))
         builder.Connect(command, servo_system.GetInputPort("command"))
         builder.Connect(servo_system.GetOutputPort("held_packet"), decision.GetInputPort("packet"))
         builder.ExportInput(servo_system.GetInputPort("packet"), "packet")

@@ -12,11 +12,15 @@ from drake_tracker.core.frozen_state import FrozenState
 
 
 class MotionFrame(IntEnum):
-    """The frame in which a motion is straight: values of `ArmCommand`'s ``frame`` field."""
+    """The frame in which a motion is straight: values of `ArmCommand`'s ``frame`` field.
+
+    `GOAL` is at rest where the decision wants the hand, whatever the object does.
+    """
 
     HOME = 0
     OBJECT = 1
     HELD = 2
+    GOAL = 3
 
 
 JUMP_DISTANCE, JUMP_ANGLE = 0.03, 0.35
@@ -91,7 +95,7 @@ class ToolMotion:
             state: the state before.
             time: time of the tick [s].
             command: an `ArmCommand`. While the arm is blind (``frozen``) the jaws are locked and do not flip.
-            target: a `ServoTarget`.
+            target: a `ServoTarget`: of the object or, in the frame `MotionFrame.GOAL`, of the goal.
             q6: set-point of joint 6 [rad] that belongs to the tool pose of the last tick.
         """
         state = self._follow_reference(state, command, target)
@@ -114,7 +118,7 @@ class ToolMotion:
         frame = MotionFrame(int(command.frame))
         if frame == MotionFrame.HOME:
             reference = self.home
-        elif frame == MotionFrame.OBJECT and target.valid:
+        elif frame in (MotionFrame.OBJECT, MotionFrame.GOAL) and target.valid:
             reference = np.array([target.x, target.y, target.z, target.yaw])
         else:
             reference = state.reference
@@ -142,7 +146,7 @@ class ToolMotion:
         branch = state.branch if keep else self._best_branch(state, q6)
         # Jaws that are flipping do the rest as a part of this motion; otherwise they would turn twice as fast.
         state = replace(state, branch=branch, previous_branch=branch, flip_start=-np.inf)
-        if not self.moving:
+        if not self.moving or state.frame == MotionFrame.GOAL:
             state = replace(state, previous_reference=state.reference)
         elif self._jumped(state):  # its last step does not tell how it moves
             state = replace(state, previous_reference=state.reference - self._step(target))

@@ -9,7 +9,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from drake_tracker.arm.arm_model import ArmModel, tool_down, tool_yaw
-from drake_tracker.arm.tool_motion import ToolMotion, ToolMotionState
+from drake_tracker.arm.tool_motion import MotionFrame, ToolMotion, ToolMotionState
 from drake_tracker.core.messages import ArmCommand, ServoTarget, ToolStatus, message_size
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, TRANSFORM_SLOT, servo_slot
 
@@ -24,6 +24,7 @@ class TransformEquationSystem(LeafSystem):
         - target
         - command
         - q_commanded
+        - goal
         output_ports:
         - X_WT_desired
         - status
@@ -31,6 +32,7 @@ class TransformEquationSystem(LeafSystem):
     - ``target``: a `ServoTarget` (Obj). All zeros, hence not valid: the hand stays where it is or goes home.
     - ``command``: an `ArmCommand` (Grasp, and the motion to make).
     - ``q_commanded``: the last joint set-points, n values [rad], of which the last, joint 6, decides the jaws' branch.
+    - ``goal``: a `ServoTarget` at rest that replaces the target in the frame `MotionFrame.GOAL`; may be unconnected.
     - ``X_WT_desired``: the desired pose of the tool at the ``time`` of the target, a RigidTransform.
     - ``status``: a `ToolStatus`, which is never all zeros.
 
@@ -60,6 +62,7 @@ class TransformEquationSystem(LeafSystem):
         self._target = self.DeclareVectorInputPort("target", message_size(ServoTarget))
         self._command = self.DeclareVectorInputPort("command", message_size(ArmCommand))
         self._q_commanded = self.DeclareVectorInputPort("q_commanded", model.num_joints)
+        self._goal = self.DeclareVectorInputPort("goal", message_size(ServoTarget))
         self._state = self.DeclareAbstractState(AbstractValue.Make(initial))
         from_state = {self.abstract_state_ticket(self._state)}
         self.DeclareAbstractOutputPort(
@@ -72,7 +75,8 @@ class TransformEquationSystem(LeafSystem):
 
     def _update(self, context: Context, state: State) -> None:
         command = ArmCommand(self._command.Eval(context))
-        target = ServoTarget(self._target.Eval(context))
+        has_goal = command.frame == MotionFrame.GOAL and self._goal.HasValue(context)
+        target = ServoTarget((self._goal if has_goal else self._target).Eval(context))
         q6 = self._q_commanded.Eval(context)[-1]
         new = self._motion.update(self._value(context), context.get_time(), command, target, q6)
         state.get_mutable_abstract_state(int(self._state)).set_value(new)

@@ -18,6 +18,8 @@ class HandEyeDiagram(Diagram):
     .. pydrake_system::
 
         name: HandEyeDiagram
+        input_ports:
+        - operator
         output_ports:
         - camera_left
         - camera_right
@@ -35,6 +37,7 @@ class HandEyeDiagram(Diagram):
         - command
         - status
         - diagnosis
+        - goal
         - q_commanded
         - arm_state
         - arm_effort
@@ -42,6 +45,8 @@ class HandEyeDiagram(Diagram):
         - truth_train_state
         - truth_verdict
         - truth_query
+
+    ``operator`` is an `OperatorCommand`; unconnected, the operator only supervises.
 
     The block lists the ports of the train; every task has the ports of its own subsystems.
 

@@ -2,7 +2,6 @@ from .board_touch import board_pose_from_touches as board_pose_from_touches
 from .catch_machine import CatchMachine as CatchMachine
 from .catch_machine import CatchObservation as CatchObservation
 from .catch_schema import CatchPhase as CatchPhase
-from .catch_schema import OperatorMode as OperatorMode
 from .catch_system import CatchSystem as CatchSystem
 from .config import CatchConfig as CatchConfig
 from .config import GraspConfig as GraspConfig
@@ -16,6 +15,7 @@ from .grasp_system import GraspSystem as GraspSystem
 from .motor_schema import Program as Program
 from .motor_schema import SchemaMachine as SchemaMachine
 from .motor_schema import SchemaState as SchemaState
+from .operator_mode import OperatorMode as OperatorMode
 from .schema import Phase as Phase
 from .touch_diagram import TouchDiagram as TouchDiagram
 from .touch_machine import TouchMachine as TouchMachine

@@ -8,7 +8,8 @@ every phase (section 3: the operator interface is there to "observe, supervise, 
 from enum import IntEnum
 
 from drake_tracker.arm.tool_motion import MotionFrame
-from drake_tracker.grasp.motor_schema import Program, Transitions
+from drake_tracker.grasp.motor_schema import Program
+from drake_tracker.grasp.operated import operated
 
 
 class CatchPhase(IntEnum):
@@ -22,14 +23,6 @@ class CatchPhase(IntEnum):
     HOLD = 5
     STOPPED = 6
     MANUAL = 7
-
-
-class OperatorMode(IntEnum):
-    """What the operator wants: values of `OperatorCommand`'s ``mode`` field."""
-
-    SUPERVISE = 0
-    STOP = 1
-    TAKE_OVER = 2
 
 
 def _program(frame: MotionFrame, height: str, duration: str, blind: bool) -> Program:
@@ -59,25 +52,21 @@ CATCH_SAME_MOTION = {
 }
 """Changes of phase during which the motion under way goes on."""
 
-_BY_THE_OPERATOR = (("operator_stops", CatchPhase.STOPPED), ("operator_takes_over", CatchPhase.MANUAL))
-
-CATCH_TRANSITIONS: Transitions = {
-    CatchPhase.WAIT: (*_BY_THE_OPERATOR, ("ball_comes", CatchPhase.FOLLOW)),
-    CatchPhase.FOLLOW: (
-        *_BY_THE_OPERATOR,
-        ("ball_lost", CatchPhase.WAIT),
-        ("about_to_arrive", CatchPhase.SETTLE),
-    ),
-    CatchPhase.SETTLE: (
-        *_BY_THE_OPERATOR,
-        ("arrives_elsewhere", CatchPhase.FOLLOW),
-        ("arrives_later", CatchPhase.FOLLOW),
-        ("arrived", CatchPhase.CUP),
-    ),
-    CatchPhase.CUP: (*_BY_THE_OPERATOR, ("arrives_later", CatchPhase.FOLLOW), ("at_rest", CatchPhase.RAISE)),
-    CatchPhase.RAISE: (*_BY_THE_OPERATOR, ("raised", CatchPhase.HOLD)),
-    CatchPhase.HOLD: _BY_THE_OPERATOR,
-    CatchPhase.STOPPED: (("operator_takes_over", CatchPhase.MANUAL), ("operator_lets_go", CatchPhase.WAIT)),
-    CatchPhase.MANUAL: (("operator_stops", CatchPhase.STOPPED), ("operator_lets_go", CatchPhase.WAIT)),
-}
+CATCH_TRANSITIONS = operated(
+    {
+        CatchPhase.WAIT: (("ball_comes", CatchPhase.FOLLOW),),
+        CatchPhase.FOLLOW: (("ball_lost", CatchPhase.WAIT), ("about_to_arrive", CatchPhase.SETTLE)),
+        CatchPhase.SETTLE: (
+            ("arrives_elsewhere", CatchPhase.FOLLOW),
+            ("arrives_later", CatchPhase.FOLLOW),
+            ("arrived", CatchPhase.CUP),
+        ),
+        CatchPhase.CUP: (("arrives_later", CatchPhase.FOLLOW), ("at_rest", CatchPhase.RAISE)),
+        CatchPhase.RAISE: (("raised", CatchPhase.HOLD),),
+        CatchPhase.HOLD: (),
+    },
+    stopped=CatchPhase.STOPPED,
+    manual=CatchPhase.MANUAL,
+    after=(("operator_lets_go", CatchPhase.WAIT),),
+)
 """From each phase, the conditions in the order in which they are asked, and the phase that each leads to."""

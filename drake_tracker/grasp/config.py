@@ -37,6 +37,8 @@ class GraspConfig:
         1.0, "duration of the retreat after a miss, and of the motion home", "s", (0.2, 10.0)
     )
     settle_time: float = setting(0.5, "time above the object before an intercept", "s", (0.0, 60.0))
+    stop_duration: float = setting(0.25, "time in which the operator's stop brings the hand to rest", "s", (0.05, 2.0))
+    manual_speed: float = setting(0.15, "largest speed of the hand under the operator's control", "m/s", (0.01, 1.0))
     when_stale: str = setting(
         "coast",
         "what to do while no packets arrive: follow the predicted path, or stand still",

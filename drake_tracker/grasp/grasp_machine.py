@@ -10,18 +10,25 @@ from drake_tracker.arm.differential_ik import make_parameters
 from drake_tracker.core.timing import PATH_DURATION
 from drake_tracker.grasp.config import GRIP_CONFIRMED, WIDTH_TOLERANCE, GraspConfig
 from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, horizon, judge_prediction, stands
-from drake_tracker.grasp.motor_schema import SchemaMachine, SchemaState, since
+from drake_tracker.grasp.motor_schema import since
+from drake_tracker.grasp.operated import OperatedMachine, OperatedState, Pace, resting_target
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
-from drake_tracker.grasp.schema import PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
+from drake_tracker.grasp.schema import BY_HAND, PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
 
 SEEN_FOR = 0.2
 """The object counts as seen once its target has been valid and fresh for this long [s]."""
+MANUAL_ACCELERATION = 2.0
+"""Largest acceleration of the hand under the operator's control [m/s^2]."""
+SHORTEST_MOTION = 0.15
+"""Shortest duration of a motion under the operator's control [s]."""
+FOLLOW_TOLERANCE = 0.0005
+"""Distance [m] that the operator's pose must move before the hand follows."""
 FORCE_SHARE = 0.6
 """Fraction of the grip force that must be measured for a grip to be accepted."""
 
 
-@dataclass(frozen=True)
-class GraspState(SchemaState):
+@dataclass(frozen=True, kw_only=True)
+class GraspState(OperatedState):
     """All that the machine remembers.
 
     Attributes:
@@ -33,6 +40,7 @@ class GraspState(SchemaState):
         remembered_error: largest lateral error [m] of the predictions on which the gate's verdict rests.
         memory: predictions made so far, and what became of them.
         descent_duration: duration of the descent [s] that the gate has rehearsed.
+        branch: half turns of the jaws when the operator stopped the hand or took control of it.
     """
 
     phase: Phase = Phase.ACQUIRE
@@ -43,6 +51,7 @@ class GraspState(SchemaState):
     remembered_error: float = 0.0
     memory: PredictionMemory = PredictionMemory()
     descent_duration: float = 0.0
+    branch: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -56,6 +65,7 @@ class GraspObservation:
         jaws: a `JawState`.
         status: a `ToolStatus`.
         q_commanded: the last joint set-points, shape (n,) [rad].
+        operator: an `OperatorCommand`.
     """
 
     time: float
@@ -64,23 +74,26 @@ class GraspObservation:
     jaws: Any
     status: Any
     q_commanded: np.ndarray
+    operator: Any
 
 
-class GraspMachine(SchemaMachine[GraspState, GraspObservation]):
+class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
     """Arithmetic of the grasp machine.
 
     Args:
         config: heights, durations, and conditions of the gate.
         model: the controller's model of the arm.
         period: time between ticks [s].
+        rest_height: z_W of the object's reference point while the object stands on its track [m].
     """
 
     config: GraspConfig
 
-    def __init__(self, config: GraspConfig, model: ArmModel, period: float) -> None:
+    def __init__(self, config: GraspConfig, model: ArmModel, period: float, rest_height: float) -> None:
         super().__init__(config, PROGRAMS, TRANSITIONS, SAME_MOTION)
         self.model = model
         self.period = period
+        self.rest_height = rest_height
         self._ik_parameters = make_parameters(model, period)
 
     def initial_state(self) -> GraspState:
@@ -103,7 +116,33 @@ class GraspMachine(SchemaMachine[GraspState, GraspObservation]):
             state = replace(state, memory=memory)
         state = self._judge(state, seen)
         state = self.advance(state, seen)
-        return replace(state, jaw_width=self._slew_jaws(state))
+        if state.phase == Phase.MANUAL:
+            state = self.obey(state, seen)
+        return self.with_tool(replace(state, jaw_width=self._slew_jaws(state)), seen)
+
+    def height(self, state: GraspState) -> float:
+        """Returns the height of the tool above the object's reference point [m]; by hand, above its place at rest."""
+        return state.goal[2] - self.rest_height if state.phase in BY_HAND else super().height(state)
+
+    def duration(self, state: GraspState) -> float:
+        """Returns the duration of the motion [s]."""
+        if state.phase in (Phase.INTERCEPT, Phase.CLOSE):
+            return state.descent_duration
+        return state.duration if state.phase in BY_HAND else super().duration(state)
+
+    def goal_target(self, state: GraspState) -> np.ndarray:
+        """Returns the `ServoTarget` vector of an object at rest under the goal, with the jaws as they are along it."""
+        x, y, _, yaw = state.goal
+        return resting_target(state.entered, np.array([x, y, self.rest_height, yaw - np.pi * state.branch]))
+
+    def pace(self, state: GraspState) -> Pace:
+        """Returns how the hand moves under the operator's control."""
+        return Pace(self.config.manual_speed, MANUAL_ACCELERATION, SHORTEST_MOTION, FOLLOW_TOLERANCE)
+
+    def approach(self, state: GraspState, pose: np.ndarray, height: float, seen: GraspObservation) -> GraspState:
+        """Returns the state with a new goal, not below the height at which the jaws grasp."""
+        lowest = self.rest_height + self.config.grasp_height
+        return super().approach(state, np.array([*pose[:2], max(pose[2], lowest), pose[3]]), height, seen)
 
     # Conditions of TRANSITIONS: questions about the state and what is seen.
 
@@ -137,6 +176,10 @@ class GraspMachine(SchemaMachine[GraspState, GraspObservation]):
             return True
         return state.phase == Phase.CLOSE and self._elapsed(state, seen) > self.config.close_timeout
 
+    def lets_go_of_full_jaws(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether the operator only supervises, and the jaws hold something."""
+        return self.operator_lets_go(state, seen) and self.jaws_hold(state, seen)
+
     def lift_done(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether the lift is over."""
         return self._elapsed(state, seen) >= self.config.lift_duration
@@ -144,12 +187,6 @@ class GraspMachine(SchemaMachine[GraspState, GraspObservation]):
     def retreat_done(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether the retreat is over."""
         return self._elapsed(state, seen) >= self.config.retreat_duration
-
-    def duration(self, state: GraspState) -> float:
-        """Returns the duration of the motion [s]."""
-        if state.phase in (Phase.INTERCEPT, Phase.CLOSE):
-            return state.descent_duration
-        return super().duration(state)
 
     # Parts of a tick.
 
@@ -205,6 +242,8 @@ class GraspMachine(SchemaMachine[GraspState, GraspObservation]):
     def enter(self, state: GraspState, phase: Phase, seen: GraspObservation) -> GraspState:
         """Returns the state at the beginning of a phase."""
         state = super().enter(state, phase, seen)
+        if phase in BY_HAND:
+            return replace(self.stop(state, seen), branch=seen.status.branch)
         return replace(state, attempts=state.attempts + (phase == Phase.INTERCEPT))
 
     def _feels_grip(self, seen: GraspObservation) -> bool:
@@ -215,6 +254,8 @@ class GraspMachine(SchemaMachine[GraspState, GraspObservation]):
 
     def _slew_jaws(self, state: GraspState) -> float:
         """Returns the opening of the jaws that is asked for next [m]."""
+        if state.phase in BY_HAND:
+            return state.jaw_width
         goal = 0.0 if PROGRAMS[state.phase].jaws_closed else self.config.jaw_opening
         step = self.config.jaw_speed * self.period
         return state.jaw_width + min(max(goal - state.jaw_width, -step), step)

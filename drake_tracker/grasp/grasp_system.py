@@ -10,6 +10,7 @@ from drake_tracker.core.messages import (
     ArmCommand,
     GraspDiagnosis,
     JawState,
+    OperatorCommand,
     Prediction,
     ServoTarget,
     ToolStatus,
@@ -20,7 +21,7 @@ from drake_tracker.grasp.grasp_machine import GraspMachine, GraspObservation, Gr
 
 
 class GraspSystem(LeafSystem):
-    """Decides what a hand with jaws does next.
+    """Decides what a hand with jaws does next, and listens to the operator.
 
     .. pydrake_system::
 
@@ -31,19 +32,23 @@ class GraspSystem(LeafSystem):
         - jaws
         - status
         - q_commanded
+        - operator
         output_ports:
         - command
         - diagnosis
+        - goal
 
     - ``target``: a `ServoTarget`. All zeros, hence not valid: no object.
     - ``packet``: the `Prediction` on which the target rests. All zeros: none.
     - ``jaws``: a `JawState`; it is always valid.
     - ``status``: a `ToolStatus`; it is always valid.
     - ``q_commanded``: the last joint set-points, n values [rad].
+    - ``operator``: an `OperatorCommand`. All zeros, or left unconnected: the operator only supervises.
     - ``command``: an `ArmCommand`, which is never all zeros.
     - ``diagnosis``: a `GraspDiagnosis`.
+    - ``goal``: a `ServoTarget` at rest where the hand goes in the frame `MotionFrame.GOAL`.
 
-    Both outputs are state, updated every period in the slot of the grasp machine, which follows that of the servo.
+    All outputs are state, updated every period in the slot of the grasp machine, which follows that of the servo.
 
     Args:
         machine: the arithmetic.
@@ -59,13 +64,17 @@ class GraspSystem(LeafSystem):
         self._jaws = self.DeclareVectorInputPort("jaws", message_size(JawState))
         self._status = self.DeclareVectorInputPort("status", message_size(ToolStatus))
         self._q_commanded = self.DeclareVectorInputPort("q_commanded", machine.model.num_joints)
+        self._operator = self.DeclareVectorInputPort("operator", message_size(OperatorCommand))
         self._state = self.DeclareAbstractState(AbstractValue.Make(machine.initial_state()))
         from_state = {self.abstract_state_ticket(self._state)}
         self.DeclareVectorOutputPort("command", message_size(ArmCommand), self._calc_command, from_state)
         self.DeclareVectorOutputPort("diagnosis", message_size(GraspDiagnosis), self._calc_diagnosis, from_state)
+        self.DeclareVectorOutputPort("goal", message_size(ServoTarget), self._calc_goal, from_state)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, servo_slot(GRASP_SLOT, time_step, period), self._update)
 
     def _update(self, context: Context, state: State) -> None:
+        connected = self._operator.HasValue(context)
+        operator = self._operator.Eval(context) if connected else np.zeros(message_size(OperatorCommand))
         seen = GraspObservation(
             time=context.get_time(),
             target=ServoTarget(self._target.Eval(context)),
@@ -73,6 +82,7 @@ class GraspSystem(LeafSystem):
             jaws=JawState(self._jaws.Eval(context)),
             status=ToolStatus(self._status.Eval(context)),
             q_commanded=np.array(self._q_commanded.Eval(context)),
+            operator=OperatorCommand(np.array(operator)),
         )
         new = self._machine.update(self._value(context), seen)
         state.get_mutable_abstract_state(int(self._state)).set_value(new)
@@ -84,6 +94,9 @@ class GraspSystem(LeafSystem):
         state = self._value(context)
         records = len(state.memory.records)
         output.SetFromVector([state.phase, state.attempts, state.gate, state.remembered_error, records])
+
+    def _calc_goal(self, context: Context, output: Any) -> None:
+        output.SetFromVector(self._machine.goal_target(self._value(context)))
 
     def _value(self, context: Context) -> GraspState:
         return context.get_abstract_state(int(self._state)).get_value()

@@ -1,6 +1,9 @@
 from .control import RATES as RATES
 from .control import Control as Control
 from .frames import Frames as Frames
+from .operator import OperatorPanel as OperatorPanel
+from .operator_system import OperatorSystem as OperatorSystem
+from .operator_system import add_operator as add_operator
 from .server import Server as Server
 from .state import LiveState as LiveState
 from .strips_system import StripsSystem as StripsSystem

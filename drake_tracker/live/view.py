@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from drake_tracker.grasp.operator_mode import OperatorMode
 from drake_tracker.live.control import RATES, Control
+from drake_tracker.live.operator import OperatorPanel
 from drake_tracker.live.server import Server
 from drake_tracker.live.state import LiveState
 from drake_tracker.live.windows import WindowQuestion
 
 if TYPE_CHECKING:
-    from pydrake.systems.framework import DiagramBuilder
+    from pydrake.systems.framework import DiagramBuilder, OutputPort
 
     from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 
@@ -38,6 +40,7 @@ class LiveView:
         url: address of the page.
         state: what the page shows.
         control: how the page holds the run.
+        operator: what the operator at the page wants of the arm.
         frames: sink of the camera video's frames.
     """
 
@@ -52,7 +55,7 @@ class LiveView:
             port: port to listen at; 0 takes a free one. Raises DrakeTrackerError when the port is taken.
             say: prints a line.
         """
-        self.state, self.control = LiveState(), Control()
+        self.state, self.control, self.operator = LiveState(), Control(), OperatorPanel()
         self._say = say
         self._question: WindowQuestion | None = None
         self._left_at: float | None = None
@@ -105,6 +108,21 @@ class LiveView:
         self.state.set_facts(stage="preparing")
         self._question = None
         return windows
+
+    def listen(self, builder: "DiagramBuilder", hand_eye: "HandEyeDiagram") -> "OutputPort | None":
+        """Connects the operator at the page to the arm.
+
+        Args:
+            builder: has ``hand_eye`` and receives the `OperatorSystem`.
+            hand_eye: diagram of the scenario.
+
+        Returns the port with the operator's commands, to be logged, or None when the arm listens to no operator.
+        """
+        from drake_tracker.live.operator_system import add_operator
+
+        port = add_operator(builder, hand_eye=hand_eye, panel=self.operator)
+        self.state.set_facts(operator=port is not None)
+        return port
 
     def watch(
         self,
@@ -159,7 +177,10 @@ class LiveView:
 
         def update() -> None:
             paused, rate = self.control.paused, self.control.rate
-            self.state.set_values(time=round(now, 4), phase=phase, factor=factor, paused=paused, rate=rate)
+            operator = self.operator.mode.name.lower()
+            self.state.set_values(
+                time=round(now, 4), phase=phase, factor=factor, paused=paused, rate=rate, operator=operator
+            )
             self._notice_closed_page(paused)
 
         update()
@@ -188,6 +209,8 @@ class LiveView:
             self.state.left, self._left_at = False, None
             if paused:
                 self._say(f"The live view was closed. The run is paused; open {self.url} to resume it")
+            elif self.operator.mode != OperatorMode.SUPERVISE:
+                self._say(f"The live view was closed. The arm waits for the operator; open {self.url} to release it")
             else:
                 self._say(f"The live view was closed. The run continues; watch it again at {self.url}")
 
@@ -197,11 +220,16 @@ class LiveView:
             getattr(self.control, action)()
         elif action == "rate" and set(values) == {"rate"}:
             self.control.set_rate(values["rate"])
+        elif action == "operator" and set(values) == {"mode"}:
+            self.operator.set_mode(values["mode"])
+        elif action == "jog" and set(values) == {"axis", "sign"}:
+            self.operator.jog(values["axis"], values["sign"])
         elif action in ("read", "mark"):
             return self._answer_question(action, values)
         else:
             raise ValueError("there is no such action")
-        return {"paused": self.control.paused, "rate": self.control.rate}
+        operator = self.operator.mode.name.lower()
+        return {"paused": self.control.paused, "rate": self.control.rate, "operator": operator}
 
     def _answer_question(self, action: str, values: dict[str, Any]) -> dict[str, Any]:
         question = self._question

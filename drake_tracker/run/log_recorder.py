@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_tracker.arm.arm_model import ArmModel, tool_yaw
@@ -14,29 +14,37 @@ from drake_tracker.core.atomic_file import unwritable
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import STREAM_FILE, Signal
 from drake_tracker.core.log_stream import LogStream
+from drake_tracker.core.messages import OperatorCommand
 from drake_tracker.core.timing import VISION_PERIOD, steps_in
 from drake_tracker.tasks.task import Task
 
+OPERATOR = "operator"
+"""Name of the signal with the operator's commands, which only a run with the live view has."""
 STREAM_PERIOD = 1.0
 """Simulated time or wall time, whichever is over first, between two records of the stream [s]."""
 _TOOL = ("x", "y", "z", "yaw")
 
 
-def add_loggers(builder: DiagramBuilder, hand_eye: Diagram, task: Task) -> dict[str, VectorLogSink]:
+def add_loggers(
+    builder: DiagramBuilder, hand_eye: Diagram, task: Task, operator: OutputPort | None = None
+) -> dict[str, VectorLogSink]:
     """Adds a logger for each signal of a task that a diagram has as an output port.
 
     Args:
         builder: builder that contains ``hand_eye``.
         hand_eye: a `HandEyeDiagram`, or another diagram with ports of these names.
         task: task whose signals are logged.
+        operator: port with the operator's commands, or None when there is no operator.
 
     Returns {name of the signal: its logger}.
     """
+    ports = {name: hand_eye.GetOutputPort(name) for name in task.signals() if hand_eye.HasOutputPort(name)}
+    periods = {name: period for name, (period, _) in task.signals().items()}
+    if operator is not None:
+        ports[OPERATOR], periods[OPERATOR] = operator, VISION_PERIOD
     loggers = {}
-    for name, (period, _) in task.signals().items():
-        if not hand_eye.HasOutputPort(name):
-            continue
-        loggers[name] = LogVectorOutput(hand_eye.GetOutputPort(name), builder, publish_period=period)
+    for name, port in ports.items():
+        loggers[name] = LogVectorOutput(port, builder, publish_period=periods[name])
         loggers[name].set_name(f"log_{name}")
     return loggers
 
@@ -142,8 +150,9 @@ class LogStreamer:
 def _fields(loggers: Mapping[str, VectorLogSink], task: Task) -> dict[str, tuple[str, ...]]:
     """Returns {name: names of the fields} of the signals that are logged."""
     joints = loggers["q_commanded"].get_input_port().size() if "q_commanded" in loggers else 6
-    signals = task.signals(joints)
-    return {name: tuple(signals[name][1]) for name in loggers}
+    names = {name: tuple(fields) for name, (_, fields) in task.signals(joints).items()}
+    names[OPERATOR] = OperatorCommand.get_fields()
+    return {name: names[name] for name in loggers}
 
 
 def _tool_poses(states: np.ndarray, model: ArmModel) -> np.ndarray:

@@ -69,7 +69,8 @@ def simulate(
     hand_eye = diagram if diagram is not None else task.build(scenario, initialisation)
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
-    loggers = add_loggers(builder, hand_eye, task)
+    operator = live.listen(builder, hand_eye) if live is not None else None
+    loggers = add_loggers(builder, hand_eye, task, operator)
     if out is not None:
         out = Path(out)
         scenario = _start_directory(out, scenario, task, initialisation)

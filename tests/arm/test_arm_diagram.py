@@ -51,7 +51,7 @@ GRASP = GraspConfig()
 
 
 def make_arm(model, q_initial, time_step=TIME_STEP, period=SERVO_PERIOD):
-    grasp = GraspSystem(GraspMachine(GRASP, model, period), time_step, period)
+    grasp = GraspSystem(GraspMachine(GRASP, model, period, 0.485), time_step, period)
     servo = ServoConfig()
     return ArmDiagram(grasp, servo, model, q_initial, HOME, time_step, period, jaw_opening=GRASP.jaw_opening)
 
@@ -207,7 +207,8 @@ def test_each_output_changes_in_its_own_slot_and_nowhere_else(arm_model, q_initi
     packets = builder.AddSystem(Packets())
     arm = builder.AddSystem(make_arm(arm_model, q_initial))
     builder.Connect(packets.GetOutputPort("packet"), arm.GetInputPort("packet"))
-    assert {arm.get_input_port(i).get_name() for i in range(arm.num_input_ports())} == {"packet", "arm_state", "jaws"}
+    inputs = {arm.get_input_port(i).get_name() for i in range(arm.num_input_ports())}
+    assert inputs == {"packet", "arm_state", "jaws", "operator"}
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     inside = arm.GetMyContextFromRoot(context)
@@ -243,7 +244,7 @@ def in_order(arm_model, q_initial, order):
     systems = {
         "packets": Packets(),
         "servo": ServoSystem(Servo(lead=0.04)),
-        "grasp": GraspSystem(GraspMachine(GRASP, arm_model, SERVO_PERIOD)),
+        "grasp": GraspSystem(GraspMachine(GRASP, arm_model, SERVO_PERIOD, 0.485)),
         "transform": TransformEquationSystem(ToolMotion(HOME, SERVO_PERIOD), arm_model, q_initial),
         "ik": DifferentialIkSystem(arm_model, q_initial),
     }

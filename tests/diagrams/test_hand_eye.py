@@ -31,11 +31,11 @@ def hand_eye():
 
 def test_subsystems_and_connections_are_those_of_the_architecture(hand_eye):
     assert arrows(hand_eye) == ARROWS
-    assert hand_eye.num_input_ports() == 0
+    assert [hand_eye.get_input_port(k).get_name() for k in range(hand_eye.num_input_ports())] == ["operator"]
 
 
 def test_its_documented_ports_are_its_ports(hand_eye):
-    listed = HandEyeDiagram.__doc__.split("output_ports:")[1].split("The block lists")[0]
+    listed = HandEyeDiagram.__doc__.split("output_ports:")[1].split("``operator``")[0]
     documented = {line.strip(" -") for line in listed.splitlines() if line.strip().startswith("-")}
     assert documented == {hand_eye.get_output_port(k).get_name() for k in range(hand_eye.num_output_ports())}
 

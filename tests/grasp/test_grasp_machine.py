@@ -12,6 +12,7 @@ from drake_tracker.core.messages import (
     KNOT_SPACING,
     ArmCommand,
     JawState,
+    OperatorCommand,
     ServoTarget,
     ToolStatus,
     message_size,
@@ -22,7 +23,7 @@ from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.grasp_machine import FORCE_SHARE, GRIP_CONFIRMED, SEEN_FOR, GraspMachine, GraspObservation
 from drake_tracker.grasp.prediction_memory import PredictionMemory
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.schema import BY_HAND, PROGRAMS, Phase
 
 PARAMETERS = GraspConfig()
 WIDTH, OPENING, FORCE = PARAMETERS.object_width, PARAMETERS.jaw_opening, PARAMETERS.grip_force
@@ -45,13 +46,23 @@ class Bench:
     """Ticks of a GraspMachine; the hand is always just where it was sent."""
 
     def __init__(self, model, parameters=PARAMETERS):
-        self.machine = GraspMachine(parameters, model, SERVO_PERIOD)
+        self.machine = GraspMachine(parameters, model, SERVO_PERIOD, 0.485)
         self.model = model
         self.state = self.machine.initial_state()
         self.time = 20.0
         self.commands = []
 
-    def tick(self, valid=1, stale=0, flipping=0, fraction=1.0, width=OPENING, force=0.0, packet=None):
+    def tick(
+        self,
+        valid=1,
+        stale=0,
+        flipping=0,
+        fraction=1.0,
+        width=OPENING,
+        force=0.0,
+        packet=None,
+        operator=(0, 0, 0, 0, 0),
+    ):
         stamp, due = self.time - LAG, self.time + LEAD
         if packet is None:
             times = stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
@@ -59,8 +70,10 @@ class Bench:
         target = ServoTarget(np.array([due, *path(due), 0, 0, 0, 1.25, stamp, 1, 0.002, stale, valid]))
         status = ToolStatus(np.array([self.state.motion, fraction, flipping, *path(due), 1.0]))
         jaws = JawState(np.array([width, 0.0, force]))
+        operator = OperatorCommand(np.array(operator, dtype=float))
+        q = self.joints(due - SERVO_PERIOD)
         self.state = self.machine.update(
-            self.state, GraspObservation(self.time, target, packet, jaws, status, self.joints(due - SERVO_PERIOD))
+            self.state, GraspObservation(self.time, target, packet, jaws, status, q, operator)
         )
         self.commands.append(ArmCommand(self.machine.command(self.state)))
         self.time += SERVO_PERIOD
@@ -262,7 +275,7 @@ def test_the_motion_counter_goes_up_with_every_new_motion_and_with_no_other_chan
         changed = phases[k] != phases[k - 1]
         same = (phases[k - 1], phases[k]) in {(Phase.INTERCEPT, Phase.CLOSE), (Phase.LIFT, Phase.HOLD)}
         assert motion[k] - motion[k - 1] == (1 if changed and not same else 0)
-    assert set(phases) == set(Phase) - {Phase.HOVER}
+    assert set(phases) == set(Phase) - {Phase.HOVER, *BY_HAND}
 
 
 def test_the_jaws_move_at_their_speed_and_stop_at_their_ends(bench):
@@ -392,3 +405,81 @@ def test_a_tick_changes_only_what_it_returns(bench):
     assert len(bench.state.memory.waiting) == 1
     assert state.__deepcopy__({}) is state
     assert message_size(ArmCommand) == len(bench.machine.command(state))
+
+
+STOP, TAKE_OVER = (1, 0, 0, 0, 0), (2, 0.50, 0.10, 0.70, 1.0)
+
+
+@pytest.mark.parametrize("phase", [phase for phase in Phase if phase not in BY_HAND])
+def test_the_operator_stops_it_in_every_phase_and_the_jaws_stay_as_they_are(bench, phase):
+    bench.put(phase, jaw_width=0.05)
+    bench.tick(width=WIDTH, force=FORCE)
+    width = bench.state.jaw_width
+    for _ in range(30):
+        assert bench.tick(width=WIDTH, force=FORCE, operator=STOP) == Phase.STOPPED
+    motion = bench.commands[-1].motion
+    assert motion == bench.commands[-30].motion and bench.commands[-1].frame == MotionFrame.GOAL
+    assert bench.commands[-1].jaw_width == width and bench.commands[-1].frozen == 1.0
+    for mode in (3.0, -1.0, np.nan):  # no order of his that could be meant otherwise
+        assert bench.tick(operator=(mode, 0, 0, 0, 0)) == Phase.STOPPED
+
+
+def test_it_stops_ahead_of_where_it_is(bench):
+    bench.put(Phase.TRACK)
+    for _ in range(3):
+        bench.tick()
+    bench.tick(operator=STOP)
+    here = path(bench.time - SERVO_PERIOD + LEAD)
+    step = here - path(bench.time - 2 * SERVO_PERIOD + LEAD)
+    ahead = bench.state.goal - here
+    assert ahead @ step > 0.0 and np.linalg.norm(ahead[:3]) == pytest.approx(0.3 * 0.25 * 0.15, rel=0.02)
+    goal = ServoTarget(bench.machine.goal_target(bench.state))
+    assert (goal.valid, goal.vx, goal.yaw_rate) == (1.0, 0.0, 0.0)
+    assert (goal.x, goal.y) == tuple(bench.state.goal[:2])
+    assert goal.z + bench.commands[-1].height == pytest.approx(bench.state.goal[2])
+    assert goal.yaw + np.pi == pytest.approx(bench.state.goal[3])  # the jaws are on their branch 1
+
+
+def test_the_operator_takes_over_and_moves_the_tool(bench):
+    bench.put(Phase.TRACK)
+    assert bench.tick(operator=TAKE_OVER) == Phase.MANUAL
+    assert bench.state.goal == pytest.approx(TAKE_OVER[1:])
+    distance = np.linalg.norm(bench.state.goal[:3] - path(bench.time - SERVO_PERIOD + LEAD)[:3])
+    assert bench.commands[-1].duration >= distance / PARAMETERS.manual_speed
+    motion = bench.commands[-1].motion
+    for _ in range(3):
+        bench.tick(operator=TAKE_OVER)
+    assert bench.commands[-1].motion == motion
+    bench.tick(operator=(2, 0.50, 0.11, 0.70, 1.0))
+    assert bench.commands[-1].motion == motion + 1 and bench.state.goal[1] == 0.11
+    bench.tick(operator=(2, 0.50, np.inf, 0.70, 1.0))
+    assert bench.commands[-1].motion == motion + 1
+    bench.tick(operator=(2, 0.50, 0.11, 0.10, 1.0))
+    assert bench.state.goal[2] == pytest.approx(0.485 + PARAMETERS.grasp_height), "not into the table"
+
+
+@pytest.mark.parametrize("order", [STOP, TAKE_OVER])
+def test_released_it_goes_up_first_and_begins_anew(bench, order):
+    bench.put(Phase.TRACK)
+    bench.tick(operator=order)
+    assert bench.tick() == Phase.RETREAT
+    bench.until(Phase.ACQUIRE)
+    bench.until(Phase.TRACK)
+    assert bench.state.attempts == 0
+
+
+def test_released_with_full_jaws_it_keeps_holding(bench):
+    bench.put(Phase.HOLD, jaw_width=0.0)
+    for _ in range(5):
+        bench.tick(operator=TAKE_OVER, width=WIDTH, force=FORCE)
+    assert bench.tick(width=WIDTH, force=FORCE) == Phase.HOLD
+    assert bench.tick(width=0.0) == Phase.RETREAT
+
+
+def test_the_operators_phases_use_no_vision(bench):
+    assert all(PROGRAMS[phase].blind and PROGRAMS[phase].frame == MotionFrame.GOAL for phase in BY_HAND)
+    bench.put(Phase.TRACK)
+    records = len(bench.state.memory.records)
+    for _ in range(60):
+        bench.tick(operator=STOP)
+    assert len(bench.state.memory.records) == records and bench.state.seen_since == np.inf

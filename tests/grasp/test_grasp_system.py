@@ -87,7 +87,7 @@ class Joints(LeafSystem):
 @pytest.fixture(scope="module")
 def diagram(arm_model):
     builder = DiagramBuilder()
-    grasp = builder.AddNamedSystem("grasp", GraspSystem(GraspMachine(PARAMETERS, arm_model, SERVO_PERIOD)))
+    grasp = builder.AddNamedSystem("grasp", GraspSystem(GraspMachine(PARAMETERS, arm_model, SERVO_PERIOD, 0.485)))
     world = builder.AddNamedSystem("world", Surroundings())
     joints = builder.AddNamedSystem("joints", Joints(arm_model))
     for name in ("target", "packet", "jaws", "status"):
@@ -145,7 +145,7 @@ def test_it_ticks_in_its_slot_once_a_period(diagram):
 
 
 def test_outputs_are_state_and_a_clone_replays(diagram, arm_model):
-    assert not GraspSystem(GraspMachine(PARAMETERS, arm_model, SERVO_PERIOD)).HasAnyDirectFeedthrough()
+    assert not GraspSystem(GraspMachine(PARAMETERS, arm_model, SERVO_PERIOD, 0.485)).HasAnyDirectFeedthrough()
     simulator = Simulator(diagram)
     simulator.AdvanceTo(1.5)
     clone = Simulator(diagram, simulator.get_context().Clone())

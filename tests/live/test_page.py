@@ -13,7 +13,10 @@ import cv2
 import numpy as np
 import pytest
 
+from drake_tracker.core.log import load_log
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.grasp.schema import Phase
+from drake_tracker.live.operator import JOG_STEP
 
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = [
@@ -39,10 +42,14 @@ def browser():
 
 
 @pytest.fixture
-def run(tmp_path):
-    """A run of the train that ends when it is interrupted; ``url`` of its page, ``out`` its directory."""
+def run(tmp_path, request):
+    """A run of the train that ends when it is interrupted; ``url`` of its page, ``out`` its directory.
+
+    The parameter, if there is one, is a list of further options of the command.
+    """
     out = tmp_path / "run"
-    command = [sys.executable, "-m", "drake_tracker", "run", "train", "--live", "--out", str(out)]
+    options = getattr(request, "param", [])
+    command = [sys.executable, "-m", "drake_tracker", "run", "train", "--live", "--out", str(out), *options]
     environment = {**os.environ, "LP_NUM_THREADS": "1"}
     with open(tmp_path / "printed", "w+") as printed:
         run = subprocess.Popen(command, stdout=printed, stderr=subprocess.STDOUT, env=environment)
@@ -148,3 +155,53 @@ def test_the_page_shows_a_run_and_holds_it(browser, run):
     assert run.wait(PATIENCE) == 130 and "Traceback" not in run.printed()
     left = {path.name for path in run.out.iterdir()}
     assert {"summary.json", "log.npz", "cameras.mp4", "recording.html", "scenario.yaml"} <= left
+
+
+NEVER_GRASPS = ["--set", "vision=!Measured {}", "--set", "grasp.settle_time=60", "--duration", "600"]
+
+
+@pytest.mark.parametrize("run", [NEVER_GRASPS], indirect=True)
+def test_the_operator_stops_the_arm_and_takes_it_over(browser, run):
+    page = Page(browser, run.url)
+    until(lambda: page.now() > 0.1)
+    page.page.get_by_role("button", name="1\u00d7", exact=True).click()
+    stage, press = page("#stage"), page.page.keyboard.press
+    until(lambda: page("#stop").is_enabled() and page.now() > 2.0)
+    assert page("#release").is_disabled() and page("#jogs button").first.is_disabled()
+    press("w")  # nobody has taken over
+
+    press("Escape")
+    until(lambda: stage.inner_text() == "arm stopped")
+    assert page("#stop").is_disabled() and page("#release").is_enabled()
+    page("#scene iframe").click(timeout=1e3 * PATIENCE)  # the keys work after a click into the scene, too
+    press("t")
+    until(lambda: stage.inner_text() == "arm under your control")
+    steady = page.now()
+    until(lambda: page.now() > steady + 0.5)
+    for key in "www":
+        press(key)
+    for name in ("down", "down"):
+        page.page.get_by_role("button", name=name, exact=True).click()
+    steady = page.now()
+    until(lambda: page.now() > steady + 1.0)
+    press("r")
+    until(lambda: stage.inner_text() == "running")
+    page("#stop").click()
+    until(lambda: stage.inner_text() == "arm stopped")
+    page("#release").click()
+    until(lambda: stage.inner_text() == "running")
+    page("#take-over").click()
+    until(lambda: stage.inner_text() == "arm under your control")
+    assert page("#operator-problem").inner_text() == "" and page.troubles == []
+    assert page.page.evaluate("document.documentElement.scrollHeight <= innerHeight"), "one page without scrolling"
+
+    run.send_signal(signal.SIGINT)
+    until(lambda: page("#outcome").is_visible())
+    assert not page("#operator").is_visible()
+    assert run.wait(PATIENCE) == 130 and "Traceback" not in run.printed()
+    log = load_log(run.out / "log.npz")
+    mode = log["operator"]["mode"]
+    assert mode[np.append(True, np.diff(mode) != 0.0)].tolist() == [0, 1, 2, 0, 1, 0, 2]
+    taken = log["operator"].data[np.argmax(mode == 2) : np.argmax((mode == 0) & (np.cumsum(mode == 2) > 0))]
+    assert taken[-1, 1:] - taken[0, 1:] == pytest.approx([3 * JOG_STEP, 0.0, -2 * JOG_STEP, 0.0], abs=1e-9)
+    assert {Phase.STOPPED, Phase.MANUAL, Phase.RETREAT} <= {Phase(int(phase)) for phase in log["command"]["phase"]}

@@ -18,6 +18,7 @@ from drake_tracker import load_scenario, simulate
 from drake_tracker.arm.arm_model import make_arm_model
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
+from drake_tracker.core.messages import OperatorCommand
 from drake_tracker.core.setting import as_tuple
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.live.strips_system import add_strips
@@ -75,6 +76,8 @@ def test_watching_and_holding_a_run_does_not_change_it(tmp_path):
         del summary["wall_time_s"], summary["real_time_factor"]
     assert watched == alone
     first, second = (load_log(tmp_path / name / "log.npz") for name in ("alone", "watched"))
+    operator = second.pop("operator")
+    assert operator.names == OperatorCommand.get_fields() and not operator.data.any() and len(operator.times) > 80
     assert first.keys() == second.keys()
     assert all(np.array_equal(first[name].data, second[name].data, equal_nan=True) for name in first)
 

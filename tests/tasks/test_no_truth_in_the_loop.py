@@ -12,6 +12,8 @@ from wires import Wires, controller_subsystems, references, truths
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.diagrams import hand_eye as hand_eye_module
+from drake_tracker.live.operator import OperatorPanel
+from drake_tracker.live.operator_system import OperatorSystem
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.world import world_diagram as world_module
@@ -47,6 +49,7 @@ def leaks(hand_eye, stand_in=False):
     """Returns the paths from ground truth to the controller, and the sensors that reach it."""
     allowed = measured(hand_eye, stand_in)
     wires = Wires(hand_eye)
+    wires.leave_open(hand_eye.arm, "operator")
     subsystems = controller_subsystems(hand_eye)
     if stand_in:  # the vision without the System that replaces the cameras
         subsystems["vision"] = hand_eye.vision.GetSubsystemByName("lag")
@@ -112,8 +115,10 @@ def test_a_leak_in_a_diagram_with_measured_vision_is_found(monkeypatch):
     assert any("plant.train_state" in path for path in leaking), leaking
 
 
-def test_the_diagram_has_no_inputs(hand_eye):
-    assert hand_eye.num_input_ports() == 0
+def test_the_only_input_is_the_operator_who_knows_where_the_tool_is(hand_eye):
+    assert [hand_eye.get_input_port(k).get_name() for k in range(hand_eye.num_input_ports())] == ["operator"]
+    system = OperatorSystem(OperatorPanel())
+    assert [system.get_input_port(k).get_name() for k in range(system.num_input_ports())] == ["status"]
 
 
 def test_only_the_world_has_ports_of_ground_truth_and_their_names_say_so(hand_eye):

@@ -17,8 +17,20 @@ const LEGEND = [
   ["window", "window of interest"],
 ];
 
+const MODES = {
+  stop: ["arm stopped", "paused"],
+  take_over: ["arm under your control", "asks"],
+};
+// Key, label, axis, sign and meaning of each step of the tool. The base of the arm looks along x.
+const JOGS = [
+  ["w", "x+", "x", 1, "away from the base"], ["s", "x\u2212", "x", -1, "towards the base"],
+  ["a", "y+", "y", 1, "to the left of the base"], ["d", "y\u2212", "y", -1, "to the right of the base"],
+  ["e", "z+", "z", 1, "up"], ["q", "z\u2212", "z", -1, "down"],
+  [",", "\u21ba", "yaw", 1, "turn anticlockwise"], [".", "\u21bb", "yaw", -1, "turn clockwise"],
+];
+
 const strips = new Strips($("chart"));
-const state = { facts: {}, time: 0, factor: null, paused: false, rate: null };
+const state = { facts: {}, time: 0, factor: null, paused: false, rate: null, operator: "supervise" };
 let windows = null, views = [], fetching = false, newestFrame = 0, shownFrame = 0, drawing = false, over = false;
 
 async function send(action, values = {}) {
@@ -32,12 +44,18 @@ async function send(action, values = {}) {
 
 async function control(action, values) {
   const reply = await send(action, values);
-  if (!reply.problem) take({ paused: reply.paused, rate: reply.rate });
+  if (reply.problem) return reply.problem;
+  take({ paused: reply.paused, rate: reply.rate, operator: reply.operator });
+}
+
+async function operate(action, values) {
+  const problem = await control(action, values);
+  $("operator-problem").textContent = problem ? `The run did not hear that: ${problem}` : "";
 }
 
 function take(news) {
   if (news.facts) takeFacts(news.facts);
-  for (const key of ["time", "factor", "paused", "rate"]) if (key in news) state[key] = news[key];
+  for (const key of ["time", "factor", "paused", "rate", "operator"]) if (key in news) state[key] = news[key];
   if (news.samples) strips.add(news.samples, news.afresh);
   if (news.frame) { newestFrame = news.frame; fetchFrame(); }
   if (!drawing) { drawing = true; requestAnimationFrame(draw); }
@@ -58,6 +76,7 @@ function takeFacts(facts) {
   if (facts.cameras === false) {
     $("cameras-empty").textContent = "This run has no cameras: the measured points are true positions with the measured error of the cameras.";
   }
+  $("operator").hidden = !facts.operator || facts.stage === "over";
   const asks = facts.stage === "windows";
   $("windows").hidden = !asks;
   $("main").hidden = $("strips").hidden = asks;
@@ -70,7 +89,7 @@ function draw() {
   const { stage, outcome } = state.facts;
   const held = stage === "running" && state.paused;
   const [words, kind] = outcome ? [outcome.title, outcome.success ? "good" : "bad"]
-    : held ? ["paused", "paused"] : STAGES[stage] || ["connecting", ""];
+    : held ? ["paused", "paused"] : (stage === "running" && MODES[state.operator]) || STAGES[stage] || ["connecting", ""];
   $("stage").textContent = words;
   $("stage").className = `stage ${kind}`;
   $("time").textContent = state.time.toFixed(2);
@@ -82,6 +101,11 @@ function draw() {
     button.disabled = !running && stage !== "preparing";
     button.setAttribute("aria-pressed", String(JSON.parse(button.value) === state.rate));
   }
+  const mode = state.operator;
+  $("stop").disabled = !running || mode === "stop";
+  $("take-over").disabled = !running || mode === "take_over";
+  $("release").disabled = !running || mode === "supervise";
+  for (const button of $("jogs").children) button.disabled = !running || mode !== "take_over";
   strips.now = state.time;
   strips.draw();
 }
@@ -93,6 +117,17 @@ function makeRates(rates) {
     button.value = JSON.stringify(rate);
     button.textContent = words;
     button.onclick = () => control("rate", { rate });
+    return button;
+  }));
+}
+
+function makeJogs() {
+  $("jogs").replaceChildren(...JOGS.map(([key, label, axis, sign, meaning]) => {
+    const button = document.createElement("button");
+    button.textContent = label;
+    button.title = `${key.toUpperCase()}: one step ${meaning}`;
+    button.setAttribute("aria-label", meaning);
+    button.onclick = () => operate("jog", { axis, sign });
     return button;
   }));
 }
@@ -167,15 +202,31 @@ function end(outcome) {
 
 $("pause").onclick = () => control(state.paused ? "resume" : "pause");
 $("step").onclick = () => control("step");
+$("stop").onclick = () => operate("operator", { mode: "stop" });
+$("take-over").onclick = () => operate("operator", { mode: "take_over" });
+$("release").onclick = () => operate("operator", { mode: "supervise" });
 $("outcome-close").onclick = () => { $("outcome").hidden = true; };
 document.addEventListener("keydown", (event) => {
-  if (event.target.closest?.("button") || state.facts.stage !== "running") return;
-  if (event.code === "Space") control(state.paused ? "resume" : "pause");
+  if (state.facts.stage !== "running" || event.ctrlKey || event.altKey || event.metaKey) return;
+  const key = event.key.toLowerCase(), jog = JOGS.find(([its]) => its === key);
+  const operator = state.facts.operator, button = event.target.closest?.("button");
+  if (operator && key === "escape") operate("operator", { mode: "stop" });
+  else if (operator && key === "t") operate("operator", { mode: "take_over" });
+  else if (operator && key === "r") operate("operator", { mode: "supervise" });
+  else if (operator && jog && state.operator === "take_over") operate("jog", { axis: jog[2], sign: jog[3] });
+  else if (button) return;
+  else if (event.code === "Space") control(state.paused ? "resume" : "pause");
   else if (event.code === "ArrowRight") control("step");
   else return;
   event.preventDefault();
 });
 
+// The scene is a page of its own. A click into it must not keep the keys, above all Escape, from this page.
+window.addEventListener("blur", () => setTimeout(() => {
+  if (document.activeElement?.tagName === "IFRAME") document.activeElement.blur();
+}));
+
+makeJogs();
 const events = new EventSource("/events");
 events.onopen = () => strips.add([], true);
 events.onmessage = (event) => take(JSON.parse(event.data));
@@ -183,5 +234,6 @@ events.onerror = () => {
   if (over) return;
   $("stage").textContent = "no answer from the run";
   $("stage").className = "stage bad";
-  $("pause").disabled = $("step").disabled = true;
+  for (const id of ["pause", "step", "stop", "take-over", "release"]) $(id).disabled = true;
+  for (const button of $("jogs").children) button.disabled = true;
 };

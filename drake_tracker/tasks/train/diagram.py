@@ -66,7 +66,7 @@ def assemble(
         faults=faults,
     )
     link = link_of(scenario, faults)
-    grasp = GraspSystem(GraspMachine(scenario.grasp, model, SERVO_PERIOD), scenario.time_step)
+    grasp = GraspSystem(GraspMachine(scenario.grasp, model, SERVO_PERIOD, reach.home[2]), scenario.time_step)
     grasp.set_name("grasp")
     arm = ArmDiagram(
         grasp, scenario.servo, model, q_initial, reach.home, scenario.time_step, jaw_opening=scenario.grasp.jaw_opening
