@@ -6,7 +6,7 @@ from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.trouble import Cause, Trouble
-from drake_tracker.tasks.train.trouble_hand import arm_troubles, gripper_troubles
+from drake_tracker.tasks.train.trouble_hand import arm_troubles, gripper_troubles, operator_troubles
 from drake_tracker.tasks.train.trouble_motion import motion_troubles
 from drake_tracker.tasks.train.trouble_signals import host_troubles, link_troubles, vision_troubles
 
@@ -64,6 +64,7 @@ def _signal_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpa
         *link_troubles(log, until),
         *vision_troubles(scenario, log, spans, until),
         *arm_troubles(log, until),
+        *operator_troubles(spans, until),
     ]
 
 

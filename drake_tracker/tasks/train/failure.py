@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.schema import BY_HAND, Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, during
 from drake_tracker.tasks.train.cause import main_trouble
 from drake_tracker.tasks.train.closing import clearance, offset_at_touch
@@ -37,7 +37,11 @@ _GATE_WAITS_FOR = {
     Gate.OUT_OF_REACH: "a meeting point within reach",
 }
 """What the arm waits for while tracking, by the verdict of the gate."""
-_PHASE_WAITS_FOR = {Phase.ACQUIRE: "the train to be seen", Phase.HOVER: "a fresh prediction"}
+_PHASE_WAITS_FOR = {
+    Phase.ACQUIRE: "the train to be seen",
+    Phase.HOVER: "a fresh prediction",
+    **dict.fromkeys(BY_HAND, "the operator"),
+}
 """What the arm waits for in other phases."""
 
 

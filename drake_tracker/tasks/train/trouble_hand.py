@@ -19,6 +19,21 @@ JAWS_LATE = 0.012
 _DELAY = SPLINE_DELAY * SERVO_PERIOD
 
 
+def operator_troubles(spans: Sequence[PhaseSpan], until: float) -> list[Trouble]:
+    """Returns where the operator stopped the arm, or had taken it over.
+
+    Args:
+        spans: phases of the run.
+        until: time until which the phases are considered [s].
+    """
+    clauses = {Phase.STOPPED: "the operator had stopped the arm", Phase.MANUAL: "the operator had taken over the arm"}
+    return [
+        Trouble(Cause.OPERATOR, span.start, min(span.end, until), clauses[Phase(span.phase)])
+        for span in spans
+        if span.phase in clauses and span.start < until
+    ]
+
+
 def arm_troubles(log: Log, until: float) -> list[Trouble]:
     """Returns where a joint did not follow its set-points.
 

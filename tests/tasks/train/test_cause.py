@@ -136,6 +136,18 @@ def test_an_open_track_comes_to_its_end(episode):
     assert_found(episode, episode.log(), Cause.TRACK_END, 7.9, 9.0, "the train stood at the end of its track")
 
 
+@pytest.mark.parametrize("phase, words", [(Phase.STOPPED, "stopped the arm"), (Phase.MANUAL, "taken over the arm")])
+def test_an_operator_who_has_the_arm(episode, phase, words):
+    episode.phases = [
+        (Phase.ACQUIRE, 0.0),
+        (Phase.TRACK, 1.02),
+        (phase, 2.0),
+        (Phase.RETREAT, 4.0),
+        (Phase.ACQUIRE, 5.0),
+    ]
+    assert_found(episode, episode.log(), Cause.OPERATOR, 2.0, 4.0, f"the operator had {words}")
+
+
 def test_a_camera_that_sees_nothing(episode):
     log = episode.log()
     for side in ("left", "right"):
