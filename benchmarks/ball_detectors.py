@@ -29,6 +29,7 @@ from detector_methods import (
     AS_THE_PAPER,
     BACKGROUND,
     DEFAULT,
+    DIS,
     EVERY_IMAGE,
     FLOW_BALL,
     FLOW_LITERAL,
@@ -248,7 +249,8 @@ def by_speed(steady):
 
 
 IN_SHORT = (
-    *(DEFAULT, WITHOUT_GAIN, AS_THE_PAPER, EVERY_IMAGE, BACKGROUND, STATIC, FLOW_TRAIN, FLOW_LITERAL, MOG2, KNN),
+    *(DEFAULT, WITHOUT_GAIN, AS_THE_PAPER, EVERY_IMAGE, BACKGROUND, STATIC),
+    *(FLOW_BALL, FLOW_TRAIN, FLOW_LITERAL, MOG2, KNN, DIS),
 )
 """Methods of the first table."""
 

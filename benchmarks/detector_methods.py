@@ -83,7 +83,8 @@ FLOW_LITERAL = "normal flow, paper literal"
 FLOW_TRAIN = "normal flow, as for the train"
 FLOW_TRAIN_MEAN = "normal flow, as for the train, mean"
 FLOW_BALL = "normal flow, set for the ball"
-BACKGROUND, STATIC, MOG2, KNN = "background difference", "static threshold", "MOG2 (OpenCV)", "KNN (OpenCV)"
+BACKGROUND, STATIC = "background difference", "static threshold"
+MOG2, KNN, DIS = "MOG2 (OpenCV)", "KNN (OpenCV)", "DIS flow (OpenCV)"
 EVERY_IMAGE = "frame difference, every image"
 BALL_FLOW = {"stride": 1, "smoothing_size": 3, "min_pixels": 6, "join_distance": 12}
 """Changes to the preset ``scaled``: the resolution of the ball's detectors, on consecutive images."""
@@ -120,7 +121,7 @@ def methods(join_distance):
         FLOW_BALL: flow("scaled", **BALL_FLOW),
         MOG2: lambda scene: Subtractor(cv2.createBackgroundSubtractorMOG2(detectShadows=False), scene),
         KNN: lambda scene: Subtractor(cv2.createBackgroundSubtractorKNN(detectShadows=False), scene),
-        "DIS flow (OpenCV)": DenseFlow,
+        DIS: DenseFlow,
     }
 
 
