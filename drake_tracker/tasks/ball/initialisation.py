@@ -32,11 +32,13 @@ from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.tasks.task import AskForWindows
 from drake_tracker.vision.board_poses import BoardPoses
 from drake_tracker.vision.circle_finder import CircleMeasurement, best_measurement, find_circles, measure_circle
-from drake_tracker.vision.circle_pose import image_centres, locate_board
+from drake_tracker.vision.circle_pose import BoardPose, image_centres, locate_board
 from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
 from drake_tracker.world.cameras import lens_matrix
-from drake_tracker.world.config import OperatorConfig
+from drake_tracker.world.config import BoardCameraConfig, OperatorConfig
 
+CIRCLE_CENTRES = np.column_stack([CIRCLES, np.zeros(len(CIRCLES))])
+"""Centres of the circles (x, y, z) in B [m], shape (4, 3)."""
 CIRCLE_IMAGES = 10
 """Number of images in which the circles are measured ("10 histogram readings", section 3)."""
 PROBE_RADIUS = 0.004
@@ -64,28 +66,14 @@ def initialise_board(scenario: BallScenario, ask_for_windows: AskForWindows | No
 
     Raises DrakeTrackerError when the circles are not found, or when the arm does not find the board.
     """
-    require_renderer()
-    description = arm_of(scenario)
-    model = make_arm_model(replace(description, tool_frame=PROBE_FRAME))
-    p_start = np.array(scenario.board.edge_position) + [0.0, 0.0, START_HEIGHT]
-    q_initial = joints_for(model, description.q_start, tool_down(p_start, HAND_YAW))
-    still = replace(scenario, camera=replace(scenario.camera, supersampling=STILL_SUPERSAMPLING))
-    world = make_ball_world(still, description=description, q_initial=q_initial, ball_on_board=False)
-    jogs = operator_jogs(scenario, world.laboratory.X_WB)
-    touching = BoardTouchingDiagram(world, model, q_initial, jogs, scenario.time_step, BALL_SERVO_PERIOD)
-
+    touching = make_touching_diagram(scenario)
     simulator = Simulator(touching)
     context = simulator.get_mutable_context()
-    images = []
-    for k in range(CIRCLE_IMAGES):
-        simulator.AdvanceTo(k * VISION_PERIOD)
-        images.append(np.array(touching.GetOutputPort("camera").Eval(context).data[..., :3]))
+    images = photograph_board(touching, simulator)
     operator = scenario.operator
     if ask_for_windows is not None and not operator.windows:
         operator = replace_settings(operator, {"windows": ask_for_windows(images, operator)})
-    candidates = measure_circles([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images], operator)
-    p_BQ = np.column_stack([CIRCLES, np.zeros(len(CIRCLES))])
-    pose = locate_board(candidates, p_BQ, lens_matrix(scenario.camera), radius=CIRCLE_RADIUS)
+    candidates, pose = find_board(images, scenario.camera, operator)
 
     report = touching.GetOutputPort("report")
     while TouchReport(report.Eval(context)).phase not in (TouchPhase.DONE, TouchPhase.MISSED):
@@ -94,8 +82,58 @@ def initialise_board(scenario: BallScenario, ask_for_windows: AskForWindows | No
         simulator.AdvanceTo(context.get_time() + CHECK_PERIOD)
     points = touched_points(report.Eval(context))
     X_WB = board_pose_from_touches(points, np.array(TOUCH_MARKS), PROBE_RADIUS)
-    circles = chosen_circles(candidates, image_centres(pose.X_CB, p_BQ, lens_matrix(scenario.camera), CIRCLE_RADIUS))
+    centres = image_centres(pose.X_CB, CIRCLE_CENTRES, lens_matrix(scenario.camera), CIRCLE_RADIUS)
+    circles = chosen_circles(candidates, centres)
     return BoardPoses(RigidTransform(pose.X_CB), X_WB, pose.rms, points, images[0], circles, operator.windows)
+
+
+def make_touching_diagram(scenario: BallScenario) -> BoardTouchingDiagram:
+    """Returns the laboratory of a scenario before the ball is placed, with an arm that touches the board.
+
+    Args:
+        scenario: the scenario.
+
+    Raises DrakeTrackerError when this machine cannot render, or when no pose of the camera sees the whole board.
+    """
+    require_renderer()
+    description = arm_of(scenario)
+    model = make_arm_model(replace(description, tool_frame=PROBE_FRAME))
+    p_start = np.array(scenario.board.edge_position) + [0.0, 0.0, START_HEIGHT]
+    q_initial = joints_for(model, description.q_start, tool_down(p_start, HAND_YAW))
+    still = replace(scenario, camera=replace(scenario.camera, supersampling=STILL_SUPERSAMPLING))
+    world = make_ball_world(still, description=description, q_initial=q_initial, ball_on_board=False)
+    jogs = operator_jogs(scenario, world.laboratory.X_WB)
+    return BoardTouchingDiagram(world, model, q_initial, jogs, scenario.time_step, BALL_SERVO_PERIOD)
+
+
+def photograph_board(touching: BoardTouchingDiagram, simulator: Simulator) -> list[np.ndarray]:
+    """Returns the images in which the circles are measured, RGB, each of shape (h, w, 3).
+
+    Args:
+        touching: what `make_touching_diagram` returned.
+        simulator: of this diagram, at time 0. It advances by one cycle of vision from image to image.
+    """
+    images = []
+    for k in range(CIRCLE_IMAGES):
+        simulator.AdvanceTo(k * VISION_PERIOD)
+        images.append(np.array(touching.GetOutputPort("camera").Eval(simulator.get_context()).data[..., :3]))
+    return images
+
+
+def find_board(
+    images: Sequence[np.ndarray], camera: BoardCameraConfig, operator: OperatorConfig
+) -> tuple[list[CircleMeasurement], BoardPose]:
+    """Returns measurements of what may be the circles, and the pose of the board in the camera that fits four of them.
+
+    Args:
+        images: RGB images of the board, each of shape (h, w, 3).
+        camera: the camera, whose intrinsics are known.
+        operator: windows that a person marked around the circles, if any.
+
+    Raises DrakeTrackerError when the board is not found.
+    """
+    candidates = measure_circles([cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in images], operator)
+    return candidates, locate_board(candidates, CIRCLE_CENTRES, lens_matrix(camera), radius=CIRCLE_RADIUS)
 
 
 def measure_circles(images: Sequence[np.ndarray], operator: OperatorConfig) -> list[CircleMeasurement]:
