@@ -2,19 +2,24 @@
 
 import numpy as np
 import pytest
+from ball_scenario import make_scenario, true_poses
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_tracker import load_scenario
 from drake_tracker.core.log import load_log
-from drake_tracker.core.messages import OperatorCommand
+from drake_tracker.core.messages import ArmCommand, OperatorCommand
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.operator_mode import OperatorMode
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.live.operator import JOG_STEP, JOG_TURN, MOST_STEPS, OperatorPanel
-from drake_tracker.live.operator_system import LEAD, OperatorSystem, moved
+from drake_tracker.live.operator_system import LEAD, OperatorSystem, add_operator, moved
 from drake_tracker.live.view import LiveView
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
+from drake_tracker.tasks.ball.diagram import make_ball_diagram
 
 
 def test_the_panel_keeps_mode_and_steps_until_they_are_read():
@@ -89,6 +94,28 @@ def test_the_system_says_what_the_panel_said_and_begins_where_the_tool_is():
     assert after(4) == [2, 0.48, 0.1, 0.7, 3.0]
 
 
+def test_the_hand_with_the_cup_listens_to_the_operator_too():
+    scenario = make_scenario(seed=4)
+    hand_eye = make_ball_diagram(scenario, true_poses(scenario))
+    builder = DiagramBuilder()
+    builder.AddSystem(hand_eye)
+    panel = OperatorPanel()
+    port = add_operator(builder, hand_eye=hand_eye, panel=panel)
+    assert port.get_name() == "operator"
+    root = builder.Build()
+    simulator = Simulator(root)
+    context = hand_eye.GetMyContextFromRoot(simulator.get_context())
+    for mode, phase in (("stop", CatchPhase.STOPPED), ("take_over", CatchPhase.MANUAL), ("supervise", CatchPhase.WAIT)):
+        panel.set_mode(mode)
+        simulator.AdvanceTo(simulator.get_context().get_time() + 0.03)
+        assert ArmCommand(hand_eye.GetOutputPort("command").Eval(context)).phase == phase
+
+
+def test_an_arm_without_an_operators_input_is_left_alone():
+    builder = DiagramBuilder()
+    assert add_operator(builder, hand_eye=builder.AddSystem(ConstantVectorSource([0.0])), panel=OperatorPanel()) is None
+
+
 class Person:
     """Does things at the page at given times [s] of the run, and never holds it."""
 
@@ -107,14 +134,14 @@ def run(tmp_path_factory):
     """A run in which a person stops the hand while it follows the train, takes over, jogs it, and releases it."""
     out = tmp_path_factory.mktemp("operator") / "run"
     jogs = [(3.2 + 0.1 * k, "jog", {"axis": "x", "sign": -1}) for k in range(8)]
-    jogs += [(4.2 + 0.1 * k, "jog", {"axis": "z", "sign": -1}) for k in range(40)]
+    jogs += [(4.2 + 0.06 * k, "jog", {"axis": "z", "sign": -1}) for k in range(28)]
     deeds = [
         (2.0, "operator", {"mode": "stop"}),
         (3.0, "operator", {"mode": "take_over"}),
         *jogs,
-        (9.5, "operator", {"mode": "supervise"}),
+        (6.8, "operator", {"mode": "supervise"}),
     ]
-    scenario = load_scenario("train", seed=3, duration=13.0, overrides=["vision=!Measured {}"])
+    scenario = load_scenario("train", seed=3, duration=9.5, overrides=["vision=!Measured {}"])
     with LiveView(say=lambda line: None) as live:
         live.look = Person(live, deeds).look
         simulate(scenario, out, RunOptions(record=False), live=live)
@@ -136,7 +163,7 @@ def test_the_log_says_what_the_operator_did(run):
     assert operator.names == OperatorCommand.get_fields()
     assert np.diff(operator.times) == pytest.approx(VISION_PERIOD)
     changes = operator.times[np.nonzero(np.diff(operator["mode"]))[0] + 1]
-    assert changes == pytest.approx([2.0, 3.0, 9.5], abs=0.06)
+    assert changes == pytest.approx([2.0, 3.0, 6.8], abs=0.06)
     phases = [Phase(int(phase)) for phase in run["command"]["phase"]]
     order = [phases[0]] + [b for a, b in zip(phases, phases[1:]) if a != b]
     assert order[:6] == [Phase.ACQUIRE, Phase.TRACK, Phase.STOPPED, Phase.MANUAL, Phase.RETREAT, Phase.ACQUIRE]
@@ -157,8 +184,8 @@ def test_the_operator_jogs_the_tool_but_not_into_the_table(run):
     place = run["tool"].view("x", "y", "z")
     before, after = place[during(run, 2.9, 3.0)][-1], place[during(run, 4.1, 4.2)][-1]
     assert after - before == pytest.approx([-8 * JOG_STEP, 0.0, 0.0], abs=0.004)
-    assert moving[during(run, 3.0, 9.5)].max() < 0.2
-    low = place[during(run, 9.0, 9.5)][-1]
+    assert moving[during(run, 3.0, 6.8)].max() < 0.2
+    low = place[during(run, 6.5, 6.8)][-1]
     assert low[2] == pytest.approx(0.485 + 0.004, abs=0.003)
     assert not run["truth_verdict"]["table_touched"].any()
     width = run["command"]["jaw_width"]
