@@ -1,6 +1,7 @@
 """The grid of a campaign: the varied settings, their values, and the scenario of each combination."""
 
 import itertools
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +14,8 @@ from drake_tracker.scenarios.tree import parse
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.loader import origin_of
 
+MOST_CELLS = 10_000
+"""Greatest number of combinations of the varied settings."""
 _OWN = {"seed": "every trial has a seed of its own; use --trials and --first-seed"}
 _OPENING = (yaml.FlowSequenceStartToken, yaml.FlowMappingStartToken)
 _CLOSING = (yaml.FlowSequenceEndToken, yaml.FlowMappingEndToken)
@@ -117,6 +120,9 @@ def make_cells(
     errors += [f"--set {text}: {_OWN[key]}" for text in overrides for key in _OWN if text.split("=")[0].strip() == key]
     if errors:
         raise DrakeTrackerError("\n".join(errors))
+    count = math.prod(len(values) for values in vary.values())
+    if count > MOST_CELLS:
+        raise DrakeTrackerError(f"--vary: {count} combinations; at most {MOST_CELLS} are allowed")
     cells = []
     for combination in itertools.product(*vary.values()):
         settings = dict(zip(vary, combination))

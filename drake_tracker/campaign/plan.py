@@ -10,6 +10,8 @@ from drake_tracker.campaign.grid import Cell, make_cells, yaml_text
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks import load_scenario
 
+MOST_TRIALS = 100_000
+"""Greatest number of seeds in each cell."""
 VISIONS = {"measured": "vision=!Measured {}"}
 """The override for each choice of ``vision``."""
 
@@ -117,6 +119,8 @@ def make_plan(
             raise DrakeTrackerError(f"--vision {vision}: must be one of {', '.join(VISIONS)}")
         overrides = (VISIONS[vision], *overrides)
         origins[VISIONS[vision]] = f"--vision {vision}"
+    if trials > MOST_TRIALS:
+        raise DrakeTrackerError(f"--trials {trials}: at most {MOST_TRIALS} are allowed")
     texts = {key: [yaml_text(value) for value in values] for key, values in (vary or {}).items()}
     cells = make_cells(spec, overrides, texts, origins, allow_code)
     for option, seed in (("--first-seed", first_seed), ("the last seed", first_seed + trials - 1)):

@@ -71,6 +71,11 @@ def test_an_error_in_many_cells_is_reported_once():
     "arguments, said",
     [
         ({"trials": 0}, "--trials 0"),
+        ({"trials": 10**9}, "--trials 1000000000: at most 100000 are allowed"),
+        (
+            {"vary": {"track.speed": list(range(400)), "seed_of": list(range(400))}},
+            "--vary: 160000 combinations; at most 10000 are allowed",
+        ),
         ({"first_seed": -1}, "--first-seed -1: seed must be"),
         ({"first_seed": 2**32 - 1, "trials": 2}, f"the last seed {2**32}: seed must be"),
         ({"overrides": ["seed=3"]}, "--set seed=3: every trial has a seed of its own"),
