@@ -42,7 +42,7 @@ def run_line(scenario: Any, **named: Any) -> dict[str, Any] | Lost:
         summary = simulate(scenario)
     except (MachineError, MemoryError, OSError) as error:
         return Lost(f"{type(error).__name__}: {error}")
-    except Exception as error:  # one broken trial must not cost the others
+    except (Exception, SystemExit) as error:  # one broken trial must not cost the others; Drake raises SystemExit
         text = " ".join(str(error).split())
         summary = {"scenario": scenario.name, "success": False, "failure_reason": f"{type(error).__name__}: {text}"}
     return {**named, "seed": scenario.seed, "wall_s": round(time.monotonic() - start, 3), **summary}

@@ -91,8 +91,8 @@ def graceful() -> Iterator[None]:
 def on_signal(action: Callable[[int], object]) -> Iterator[None]:
     """Calls an action instead of raising an exception.
 
-    It replaces handlers written in Python, which `graceful` and Python itself install, and always that of SIGINT. A
-    signal that would end the process, because nothing handles it, still does.
+    It replaces handlers written in Python, which `graceful` and Python itself install. A signal that is ignored stays
+    ignored, and one that would end the process, because nothing handles it, still does.
 
     Args:
         action: called with the number of the signal.
@@ -106,7 +106,7 @@ def on_signal(action: Callable[[int], object]) -> Iterator[None]:
         action(signum)
 
     handlers: dict[int, Any] = {signum: signal.getsignal(signum) for signum in REQUESTS}
-    handlers = {signum: old for signum, old in handlers.items() if callable(old) or signum == signal.SIGINT}
+    handlers = {signum: old for signum, old in handlers.items() if callable(old)}
     for signum in handlers:
         signal.signal(signum, act)
     try:

@@ -49,9 +49,16 @@ def test_an_action_replaces_the_exception():
         assert seen == list(signals.REQUESTS) and signals.received() == signal.SIGINT
 
 
-def test_without_the_command_line_a_signal_that_kills_still_does():
-    with on_signal(lambda signum: None):
-        assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+@pytest.mark.parametrize("handler", [signal.SIG_DFL, signal.SIG_IGN])
+def test_without_the_command_line_a_signal_that_kills_or_is_ignored_still_is(handler):
+    """The workers of a campaign ignore Ctrl-C, and their parent ends them by SIGTERM."""
+    for signum in (signal.SIGTERM, signal.SIGINT):
+        before = signal.signal(signum, handler)
+        try:
+            with on_signal(lambda signum: None):
+                assert signal.getsignal(signum) == handler
+        finally:
+            signal.signal(signum, before)
 
 
 def test_a_postponed_signal_is_raised_once_at_the_end():
