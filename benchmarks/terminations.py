@@ -146,9 +146,8 @@ def read_all(out, killed):
         except Exception as error:  # this is what is looked for
             problems.append(f"{name}: {type(error).__name__}: {error}")
     if any((out / name).is_file() for name in (LOG_FILE, STREAM_FILE)):
-        facts["log_end_s"] = max(
-            (signal.times[-1] for signal in load_log(out).values() if len(signal.times)), default=0
-        )
+        ends = [signal.times[-1] for signal in load_log(out).values() if len(signal.times)]
+        facts["log_end_s"] = float(max(ends, default=0.0))
     if any((out / name).is_file() for name in SIGNS):
         try:
             page_of(read_run(out))

@@ -18,7 +18,7 @@ import sys
 import textwrap
 import traceback
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 from drake_tracker.commands import (
     arm,
@@ -72,7 +72,7 @@ def _run(arguments: Sequence[str] | None) -> int:
             warn(line)
         return TROUBLE
     except BrokenPipeError:  # the program that reads the output, such as head, ended first
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - Python flushes it at exit
+        sys.stdout = _nothing()
         return BROKEN_PIPE
     except ImportError as error:
         if signals.received() is not None:
@@ -83,11 +83,18 @@ def _run(arguments: Sequence[str] | None) -> int:
     except (Exception, SystemExit) as error:  # a custom part that calls sys.exit(0) must not look like a success
         if signals.was_interrupted(error):
             return _interrupted()
+        if isinstance(error, OSError) and error.errno == errno.EIO and signals.received() is not None:
+            sys.stdout = sys.stderr = _nothing()  # the terminal was closed, and the result could not be printed
+            return signals.exit_code()
         if isinstance(error, OSError) and error.errno in _FULL:
             print(f"drake-tracker: {error.filename or 'a file'}: cannot be written: {error.strerror}", file=sys.stderr)
             return TROUBLE
         traceback.print_exc()
         return FAULT
+
+
+def _nothing() -> TextIO:
+    return open(os.devnull, "w")  # Python flushes it at exit
 
 
 def _interrupted() -> int:

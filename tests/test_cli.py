@@ -12,6 +12,7 @@ import pytest
 
 from drake_tracker import cli
 from drake_tracker.commands import common
+from drake_tracker.core import signals
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.progress import Progress, TrialsProgress, time_left
 from drake_tracker.run.options import RunOptions
@@ -344,6 +345,14 @@ class Clock:
 
     def __call__(self):
         return self.now
+
+
+def test_a_run_that_ended_because_its_terminal_was_closed_has_the_code_of_the_signal(simulated, monkeypatch):
+    monkeypatch.setattr(sys, "stdout", ClosedTerminal())
+    monkeypatch.setattr(sys, "stderr", ClosedTerminal())
+    simulated.effect = {"success": False, "interrupted": True}
+    monkeypatch.setattr(signals, "received", lambda: signal.SIGHUP)
+    assert cli.main(["run", "train"]) == 129
 
 
 class ClosedTerminal(Terminal):

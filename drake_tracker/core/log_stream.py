@@ -13,7 +13,8 @@ import json
 import os
 import struct
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -21,8 +22,7 @@ import numpy as np
 
 MAGIC = b"drake_tracker log stream 1\n"
 _HEADER = struct.Struct("<II")
-_COUNT = struct.Struct("<I")
-_NUMBER = np.dtype("<f8")
+_COUNT, _NUMBER = np.dtype("<u4"), np.dtype("<f8")
 _LARGEST_RECORD = 1 << 28
 """Greatest length of a record [bytes]; a longer one is damaged."""
 
@@ -62,7 +62,7 @@ class LogStream:
             times, data = (np.ascontiguousarray(array, _NUMBER) for array in news[name])
             if data.shape != (len(times), len(names)):
                 raise ValueError(f"{name}: {data.shape} samples of {len(names)} fields at {len(times)} times")
-            parts += [_COUNT.pack(len(times)), times.tobytes(), data.tobytes()]
+            parts += [np.array(len(times), _COUNT).tobytes(), times.tobytes(), data.tobytes()]
         self._write(_record(b"".join(parts)))
 
     def close(self) -> None:
@@ -91,26 +91,29 @@ class LogStream:
 
 
 def read_stream(file: BinaryIO) -> Columns:
-    """Returns the signals of a stream, up to its last complete record.
+    """Returns the signals of a stream, up to its last complete record; none when the first record is not complete.
 
     Args:
         file: the stream, open for reading.
 
     Raises ValueError when the file does not begin like a stream.
     """
-    records = _records(file)
-    fields = _fields(next(records, b""))
+    start = file.read(len(MAGIC))
+    if start != MAGIC[: len(start)]:
+        raise ValueError("it is not the stream of a log")
+    first = _read_record(file)
+    if first is None:
+        return {}
+    fields = _fields(first)
     rows: dict[str, list[np.ndarray]] = {name: [np.zeros((0, 1 + len(names)))] for name, names in fields.items()}
-    for record in records:
-        news = _samples(record, fields)
-        if news is None:
-            break
-        for name, found in news.items():
-            rows[name].append(found)
+    with suppress(ValueError):  # what follows a damaged record is not read
+        while record := _read_record(file):
+            for name, found in _samples(record, fields).items():
+                rows[name].append(found)
     columns: Columns = {}
     for name, names in fields.items():
-        found = np.concatenate(rows[name])
-        columns[name] = (found[:, 0].copy(), found[:, 1:].copy(), names)
+        table = np.concatenate(rows[name])
+        columns[name] = (table[:, 0].copy(), table[:, 1:].copy(), names)
     return columns
 
 
@@ -118,17 +121,20 @@ def _record(content: bytes) -> bytes:
     return _HEADER.pack(len(content), zlib.crc32(content)) + content
 
 
-def _records(file: BinaryIO) -> Iterator[bytes]:
-    if file.read(len(MAGIC)) != MAGIC:
-        raise ValueError("it is not the stream of a log")
-    while len(header := file.read(_HEADER.size)) == _HEADER.size:
-        length, checksum = _HEADER.unpack(header)
-        if not 0 < length <= _LARGEST_RECORD:
-            return
-        content = file.read(length)
-        if len(content) < length or zlib.crc32(content) != checksum:
-            return
-        yield content
+def _read_record(file: BinaryIO) -> bytes | None:
+    """Returns the content of the next record, or None at the end of the file. Raises ValueError when it is damaged."""
+    header = file.read(_HEADER.size)
+    if len(header) < _HEADER.size:
+        return None
+    length, checksum = _HEADER.unpack(header)
+    if not 0 < length <= _LARGEST_RECORD:
+        raise ValueError("it has a damaged record")
+    content = file.read(length)
+    if len(content) < length:
+        return None
+    if zlib.crc32(content) != checksum:
+        raise ValueError("it has a damaged record")
+    return content
 
 
 def _fields(record: bytes) -> dict[str, tuple[str, ...]]:
@@ -141,18 +147,13 @@ def _fields(record: bytes) -> dict[str, tuple[str, ...]]:
     raise ValueError("it does not name its signals")
 
 
-def _samples(record: bytes, fields: Mapping[str, tuple[str, ...]]) -> dict[str, np.ndarray] | None:
-    """Returns {name: rows of time and sample, shape (n, 1 + k)} of a record, or None when it is not complete."""
+def _samples(record: bytes, fields: Mapping[str, tuple[str, ...]]) -> dict[str, np.ndarray]:
+    """Returns {name: rows of time and sample, shape (n, 1 + k)} of a record. Raises ValueError when it is too short."""
     found, at = {}, 0
     for name, names in fields.items():
-        if at + _COUNT.size > len(record):
-            return None
-        (count,) = _COUNT.unpack_from(record, at)
-        at += _COUNT.size
-        numbers = count * (1 + len(names))
-        if at + numbers * _NUMBER.itemsize > len(record):
-            return None
-        values = np.frombuffer(record, _NUMBER, numbers, at)
+        (count,) = np.frombuffer(record, _COUNT, 1, at).tolist()
+        at += _COUNT.itemsize
+        values = np.frombuffer(record, _NUMBER, count * (1 + len(names)), at)
         at += values.nbytes
         found[name] = np.column_stack([values[:count], values[count:].reshape(count, len(names))])
     return found
