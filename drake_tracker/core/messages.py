@@ -85,8 +85,8 @@ Verdict = namedview(
 )
 """The judge's findings on the train: height above the rail [m]; whether each finger touches the train; time at which
 the current hold began [s] (0: not held) and its duration [s]; ``taken`` = 1 once the train was held long enough;
-``derailed`` = 1 while it lies off its track without contact with a finger and cannot return; ``table_touched`` = 1 once
-the arm touched the table."""
+``derailed`` = 1 while it rests off its track without contact with a finger and cannot return; ``table_touched`` = 1
+once the arm touched the table."""
 
 CatchVerdict = namedview(
     "CatchVerdict",

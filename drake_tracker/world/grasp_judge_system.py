@@ -20,6 +20,10 @@ HELD = 1.0
 """Time [s] for which it must be held."""
 TIPPED = np.deg2rad(60.0)
 """Tilt [rad] beyond which the train does not fall back on its wheels."""
+AT_REST = 0.05
+"""Speed [m/s] below which the train lies; a train that is carried or still rolls does not."""
+FALLEN = 0.05
+"""Distance below its place on the rail [m] at which the train has fallen off the table."""
 OFF_TRACK = 0.035
 """Distance [m] from its track beyond which the train does not return."""
 
@@ -89,8 +93,13 @@ class GraspJudgeSystem(LeafSystem):
         state.set_value(verdict[:])
 
     def _lies_off_track(self, context: Context) -> bool:
-        """Returns whether the train is tipped over, or is farther from its track than the rail can reach."""
-        qw, qx, qy, qz, x, y, *_ = self._train_state.Eval(context)  # the plant lets the quaternion's norm drift
+        """Returns whether the train rests tipped over, or farther from its track than the rail can reach, or fell."""
+        # The plant lets the quaternion's norm drift.
+        qw, qx, qy, qz, x, y, z, _, _, _, vx, vy, vz = self._train_state.Eval(context)
+        if z < self._rest_height - FALLEN:
+            return True
+        if vx * vx + vy * vy + vz * vz > AT_REST**2:
+            return False
         spin, tilt = qw * qw + qz * qz, qx * qx + qy * qy
         upright = (spin - tilt) / (spin + tilt)
         heading = np.arctan2(2.0 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz)

@@ -77,7 +77,10 @@ def contacts(touch):
 
 
 class Puppets(LeafSystem):
-    """Shows the judge whatever ``script(time)`` says: (ContactResults, pose of the train, scale of its quaternion)."""
+    """Shows the judge whatever ``script(time)`` says.
+
+    The script returns ContactResults, the train's pose, the scale of its quaternion, and its speed [m/s].
+    """
 
     def __init__(self, script):
         super().__init__()
@@ -89,9 +92,10 @@ class Puppets(LeafSystem):
         output.set_value(self._script(context.get_time())[0])
 
     def _calc_train(self, context, output):
-        _, X_WO, *scale = self._script(context.get_time())
-        quaternion = X_WO.rotation().ToQuaternion().wxyz() * (scale[0] if scale else 1.0)
-        output.SetFromVector(np.concatenate([quaternion, X_WO.translation(), np.zeros(6)]))
+        said = self._script(context.get_time())
+        _, X_WO, scale, speed = (*said, *(1.0, 0.0)[len(said) - 2 :])
+        quaternion = X_WO.rotation().ToQuaternion().wxyz() * scale
+        output.SetFromVector(np.concatenate([quaternion, X_WO.translation(), [0.0, 0.0, 0.0, speed, 0.0, 0.0]]))
 
 
 class Trial:
@@ -207,6 +211,17 @@ def test_derailed_is_lying_where_it_does_not_come_back(touch, contacts, pose, de
     # The plant lets the quaternion's norm drift; the verdict must not.
     verdict = Trial(touch, lambda t: (contacts["wheels"], on_track(s=0.4, **pose), scale)).at(0.05)
     assert bool(verdict.derailed) is derailed
+
+
+def test_a_train_that_is_carried_is_not_derailed_and_one_that_fell_is(touch, contacts):
+    """A run ended while an invisible hand carried the train to another place."""
+
+    def script(t):
+        return contacts["nothing"], on_track(aside=0.06, lift=0.1 if t < 0.2 else -0.06), 1.0, 0.1
+
+    trial = Trial(touch, script)
+    assert not trial.at(0.1).derailed
+    assert trial.at(0.3).derailed
 
 
 def test_a_train_in_the_hand_is_not_derailed_and_one_put_back_no_longer(touch, contacts):

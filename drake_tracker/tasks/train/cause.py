@@ -14,10 +14,9 @@ FORGOTTEN = 3.0
 """Time before a descent [s] within which trouble can have spoilt it."""
 NOTICEABLE = 0.05
 """Fraction of the run for which trouble must last if it kept the hand from descending."""
-_MOTION = (
-    *(Cause.TRAIN_LOST, Cause.DERAILED, Cause.TRAIN_DISPLACED, Cause.TRAIN_REVERSED, Cause.TRAIN_STOPPED),
-    Cause.TRACK_END,
-)
+LONGER = 2.0
+"""Difference of durations [s] by which one trouble outlasts another."""
+_MOTION = (*(Cause.TRAIN_LOST, Cause.DERAILED, Cause.TRAIN_DISPLACED, Cause.TRAIN_REVERSED, Cause.TRAIN_STOPPED),)
 
 
 def main_trouble(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> Trouble | None:
@@ -48,7 +47,15 @@ def main_trouble(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) 
         found = _signal_troubles(scenario, log, spans, end)
     mattered = [trouble for trouble in found if _mattered(trouble, found, launches, end)]
     order = list(Cause)
-    return min(mattered, key=lambda trouble: (order.index(trouble.cause), trouble.start), default=None)
+
+    def rank(trouble: Trouble) -> tuple[int, float, int, float]:
+        """Trouble with the train comes first, then what lasted longest; the end of the track is only the end."""
+        if trouble.cause in _MOTION:
+            return 0, 0.0, order.index(trouble.cause), trouble.start
+        lasted = _lasted(trouble.cause, mattered) // LONGER
+        return 1 + (trouble.cause is Cause.TRACK_END), -lasted, order.index(trouble.cause), trouble.start
+
+    return min(mattered, key=rank, default=None)
 
 
 def first_touch(log: Log) -> float | None:
@@ -70,9 +77,13 @@ def _signal_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpa
 
 def _mattered(trouble: Trouble, found: Sequence[Trouble], launches: Sequence[float], end: float) -> bool:
     """Returns whether trouble can have spoilt a descent, or prevented every one."""
-    if trouble.cause in _MOTION or trouble.cause is Cause.GRIPPER:
+    if trouble.cause in (*_MOTION, Cause.GRIPPER, Cause.TRACK_END):
         return True
     if launches:
         return any(trouble.end > launch - FORGOTTEN for launch in launches)
-    lasted = sum(other.end - other.start for other in found if other.cause is trouble.cause)
-    return lasted >= NOTICEABLE * end
+    return _lasted(trouble.cause, found) >= NOTICEABLE * end
+
+
+def _lasted(cause: Cause, found: Sequence[Trouble]) -> float:
+    """Returns for how long trouble of one cause lasted [s]."""
+    return sum(trouble.end - trouble.start for trouble in found if trouble.cause is cause)

@@ -18,6 +18,8 @@ BESIDE = 0.010
 """Distance from the track [m] at which the train does not stand on the rail; 4 mm is the most that occurs."""
 RAISED = 0.010
 """Height above the rail [m] at which the train does not stand on it."""
+CARRIED = 0.03
+"""Height above the rail [m] to which a train is lifted only if it is carried."""
 END_ZONE = 0.05
 """Distance before the end of an open track [m] in which the rail slows the train down."""
 
@@ -48,7 +50,7 @@ def motion_troubles(scenario: TrainScenario, log: Log, until: float) -> list[Tro
     braking = not track.closed and places[:, 0] > last_place(track) - END_ZONE
     follows = ~beside & (wanted > 0.0) & ~np.asarray(braking)
     found = [
-        *_beside_its_track(log, times, beside, until),
+        *_beside_its_track(scenario, log, times, beside, until),
         *troubles(Cause.TRAIN_REVERSED, "the train ran backwards", times, follows & (speed < -SLOW * wanted), 0.3),
         *troubles(Cause.TRAIN_STOPPED, "the train stood still", times, follows & (abs(speed) < SLOW * wanted), 0.3),
         *troubles(Cause.TRAIN_DISPLACED, "the train was pushed", times, follows & (speed > FAST * wanted), 0.05),
@@ -58,14 +60,21 @@ def motion_troubles(scenario: TrainScenario, log: Log, until: float) -> list[Tro
     return sorted(found, key=lambda trouble: trouble.start)
 
 
-def _beside_its_track(log: Log, times: np.ndarray, beside: np.ndarray, until: float) -> list[Trouble]:
+def _beside_its_track(
+    scenario: TrainScenario, log: Log, times: np.ndarray, beside: np.ndarray, until: float
+) -> list[Trouble]:
     """Returns the stretches in which the train was not on its track, with what became of it."""
     found = troubles(Cause.TRAIN_DISPLACED, "the train was moved", times, beside, 0.05, bridge=0.5)
     if not found or found[-1].end < times[-1] - 0.1:
         return found
     last = found.pop()
-    verdict = log["truth_verdict"]
-    lies = verdict["derailed"][verdict.times <= until]
-    if len(lies) and lies[-1] and abs(np.interp(last.end, verdict.times, verdict["lift"])) < 0.05:
-        return [*found, Trouble(Cause.DERAILED, last.start, last.end, "the train lay beside its track")]
-    return [*found, Trouble(Cause.TRAIN_LOST, last.start, last.end, "the train was away from its track")]
+    verdict, truth = log["truth_verdict"], log["truth_train_state"]
+    here = (verdict.times >= last.start) & (verdict.times <= until)
+    carried = verdict["lift"][here].max(initial=0.0) > CARRIED
+    if not carried:
+        return [*found, Trouble(Cause.DERAILED, last.start, last.end, "the train was off its track")]
+    place = np.array([np.interp(last.end, truth.times, truth[axis]) for axis in "xy"])
+    low, high = (np.array(corner[:2]) for corner in scenario.vision.work_volume)
+    if np.all(place >= low) and np.all(place <= high):
+        return [*found, Trouble(Cause.TRAIN_DISPLACED, last.start, last.end, "the train was moved off its track")]
+    return [*found, Trouble(Cause.TRAIN_LOST, last.start, last.end, "the train was taken away")]

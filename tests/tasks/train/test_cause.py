@@ -83,13 +83,23 @@ def test_a_train_that_is_carried_to_another_place_on_its_track(episode):
 
 def test_a_train_that_is_carried_away(episode):
     log = changed(episode.log(), "truth_verdict", lift=during(2.0, 9.0, 0.2))
-    assert_found(episode, log, Cause.TRAIN_LOST, 2.0, 6.0, "away from its track")
+    assert_found(episode, log, Cause.TRAIN_DISPLACED, 2.0, 6.0, "the train was moved off its track")
+    log = changed(log, "truth_train_state", x=lambda t, x: x + 1.0 * (t >= 2.0))
+    assert_found(episode, log, Cause.TRAIN_LOST, 2.0, 6.0, "the train was taken away")
 
 
 def test_a_train_beside_its_track(episode):
     log = changed(episode.log(), "truth_verdict", derailed=during(2.0, 9.0, 1.0))
     log = changed(log, "truth_train_state", x=lambda t, x: x + 0.05 * (t >= 2.0))
-    assert_found(episode, log, Cause.DERAILED, 2.0, 6.0, "beside its track")
+    assert_found(episode, log, Cause.DERAILED, 2.0, 6.0, "the train was off its track")
+
+
+def test_the_trouble_that_lasted_longest_is_the_cause(episode):
+    """A second object that stood in the way for half a minute was hidden by a host that hesitated for 0.3 s."""
+    episode.offsets = lambda t: np.column_stack([0.1 * np.sin(1.5 * t), 0.1 * np.cos(1.5 * t)])
+    short = {name: held(2.0, 2.7) for name in ("stamp", "seq", "first_time")}
+    log = changed(changed(episode.log(), "prediction", **short), "delivered", **short)
+    assert found(episode, log).cause is Cause.SECOND_OBJECT
 
 
 def test_a_train_that_the_hand_pushed_off_its_track_was_missed(episode, grasp_phases):
