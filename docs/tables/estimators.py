@@ -107,11 +107,11 @@ def estimators_bounds() -> str:
 def estimators_ratios() -> str:
     verdicts = {row["claim"]: row for row in data("estimation")["verdicts"]}
     closed = verdicts["closed_path / alpha_beta_gamma after closure, 1 mm, grasp"]["value"]
-    baselines = [row["value"] for claim, row in verdicts.items() if "best baseline" in claim]
+    baselines = [row["value"] for claim, row in verdicts.items() if "best baseline, oval" in claim]
     return (
         f"At 1 mm of white noise, the closed path's error 0.75 s ahead is {closed:.3f} times that of alpha-beta-gamma. "
-        f"The coordinated turn's error is {min(baselines):.2f} to {max(baselines):.2f} times that of the best baseline "
-        "over three speed laws and both horizons."
+        f"On the oval, the coordinated turn's error is {min(baselines):.2f} to {max(baselines):.2f} times that of the "
+        "best baseline over three speed laws and both horizons."
     )
 
 
