@@ -4,6 +4,7 @@ from .arm_model import make_arm_model as make_arm_model
 from .arm_model import tool_down as tool_down
 from .arm_model import tool_yaw as tool_yaw
 from .config import Hand as Hand
+from .config import PacketGuardConfig as PacketGuardConfig
 from .config import Puma560 as Puma560
 from .config import ServoConfig as ServoConfig
 from .config import SevenJoint as SevenJoint
@@ -20,6 +21,11 @@ from .joint_servo import add_joint_feedforward as add_joint_feedforward
 from .joint_servo import add_set_point_spline as add_set_point_spline
 from .kinds import ARMS as ARMS
 from .kinds import make_arm as make_arm
+from .packet_guard import REASONS as REASONS
+from .packet_guard import PacketGuard as PacketGuard
+from .packet_guard import Rejection as Rejection
+from .packet_guard_system import PacketGuardSystem as PacketGuardSystem
+from .packet_guard_system import make_packet_guard_system as make_packet_guard_system
 from .plant import ArmParts as ArmParts
 from .plant import add_arm as add_arm
 from .plant import couple_fingers as couple_fingers

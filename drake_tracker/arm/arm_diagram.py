@@ -1,4 +1,4 @@
-"""The arm's computer as a Diagram: servo, decision, transform equation, inverse kinematics, joint servos."""
+"""The arm's computer as a Diagram: from the receiver of packets to the joint servos."""
 
 from collections.abc import Sequence
 
@@ -9,6 +9,8 @@ from pydrake.systems.primitives import MatrixGain
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.config import ServoConfig
 from drake_tracker.arm.joint_servo import add_set_point_spline
+from drake_tracker.arm.packet_guard import PacketGuard
+from drake_tracker.arm.packet_guard_system import make_packet_guard_system
 from drake_tracker.arm.servo_system import add_servo
 from drake_tracker.arm.tool_controller import add_tool_controller
 from drake_tracker.arm.tool_motion import ToolMotion
@@ -34,6 +36,7 @@ class ArmDiagram(Diagram):
         - arm_desired_state
         - arm_feedforward
         - gripper_desired_state
+        - packet_report
         - target
         - command
         - status
@@ -48,6 +51,7 @@ class ArmDiagram(Diagram):
     - ``arm_desired_state``: desired joint positions and velocities, 2 n values [rad, rad/s].
     - ``arm_feedforward``: torques for gravity, friction and acceleration, n values [N m].
     - ``gripper_desired_state``: desired position and velocity of the driven finger, 2 values [m, m/s].
+    - ``packet_report``: what became of the packets, a `PacketReport`, for logs.
     - ``target``: the object as the servo estimates it, a `ServoTarget`, for logs. All zeros: nothing estimated yet.
     - ``command``: the decision's `ArmCommand`, for logs.
     - ``status``: a `ToolStatus`, for logs.
@@ -65,6 +69,7 @@ class ArmDiagram(Diagram):
             ``jaws`` it has jaws to move. With an output ``object`` (a `ServoTarget`) it sends the hand there, and not
             to where the servo estimates the object; with an output ``goal`` (the same), only in motions in the frame
             `MotionFrame.GOAL`.
+        guard: decides which packets the arm follows.
         servo: parameters of the trajectory generator.
         model: the controller's model of the arm.
         q_initial: joint positions at the start, shape (n,) [rad].
@@ -80,6 +85,7 @@ class ArmDiagram(Diagram):
     def __init__(
         self,
         decision: System,
+        guard: PacketGuard,
         servo: ServoConfig,
         model: ArmModel,
         q_initial: Sequence[float] | np.ndarray,
@@ -93,7 +99,14 @@ class ArmDiagram(Diagram):
         self.set_name("arm")
         self.model = model
         builder = DiagramBuilder()
-        servo_system = add_servo(builder, settings=servo, time_step=time_step, period=period)
+        packet_guard = builder.AddSystem(make_packet_guard_system(guard, time_step))
+        servo_system = add_servo(
+            builder,
+            settings=servo,
+            packet=packet_guard.GetOutputPort("accepted"),
+            time_step=time_step,
+            period=period,
+        )
         builder.AddSystem(decision)
         command = decision.GetOutputPort("command")
         own_goal = decision.HasOutputPort("object")
@@ -113,7 +126,7 @@ class ArmDiagram(Diagram):
             builder.Connect(decision.GetOutputPort("goal"), controller.transform_equation.GetInputPort("goal"))
         builder.Connect(command, servo_system.GetInputPort("command"))
         builder.Connect(servo_system.GetOutputPort("held_packet"), decision.GetInputPort("packet"))
-        builder.ExportInput(servo_system.GetInputPort("packet"), "packet")
+        builder.ExportInput(packet_guard.GetInputPort("packet"), "packet")
         for index in range(decision.num_input_ports()):
             port = decision.get_input_port(index)
             if port.get_name() in _ANSWERED:
@@ -139,6 +152,7 @@ class ArmDiagram(Diagram):
         builder.ExportInput(controller.inverse_dynamics.get_input_port_estimated_state(), "arm_state")
         builder.ExportOutput(controller.spline.GetOutputPort("desired_state"), "arm_desired_state")
         builder.ExportOutput(controller.inverse_dynamics.get_output_port_generalized_force(), "arm_feedforward")
+        builder.ExportOutput(packet_guard.GetOutputPort("packet_report"), "packet_report")
         builder.ExportOutput(servo_system.GetOutputPort("target"), "target")
         builder.ExportOutput(controller.transform_equation.GetOutputPort("status"), "status")
         builder.ExportOutput(q_commanded, "q_commanded")

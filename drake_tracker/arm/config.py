@@ -25,6 +25,29 @@ class ServoConfig:
 
 
 @dataclass(frozen=True)
+class PacketGuardConfig:
+    """What the arm's receiver of packets accepts. `drake_tracker.arm.packet_guard.PacketGuard` explains the limits.
+
+    Attributes:
+        margin: distance from the volume in which vision sees the object up to which a path may begin [m]. Vision itself
+            accepts points up to 0.05 m outside of it; the rest is for a filter that overshoots.
+        max_speed: largest speed at which a path may begin [m/s]. The fastest train has a mean speed of 1 m/s that
+            varies by 90 %; the ball rolls more slowly.
+        table_tolerance: largest depth of a path below the table top [m]. It is less than the height at which the hand
+            hovers over the path (0.22 m), so that a hand that follows a path stays above the table.
+        clock_tolerance: time by which a stamp may be later than the arm's clock [s]. LCM messages have times in whole
+            milliseconds.
+    """
+
+    margin: float = setting(0.10, "distance outside the volume of vision up to which a path may begin", "m", (0.0, 5.0))
+    max_speed: float = setting(2.0, "largest speed at which a predicted path may begin", "m/s", (0.01, 100.0))
+    table_tolerance: float = setting(0.20, "largest depth of a predicted path below the table top", "m", (0.0, 1.0))
+    clock_tolerance: float = setting(
+        0.001, "time by which the stamp of a packet may be later than the arm's clock", "s", (0.0, 1.0)
+    )
+
+
+@dataclass(frozen=True)
 class Puma560:
     """The PUMA 560, the arm of the 1991 laboratory. It has a gripper or a cup."""
 

@@ -69,7 +69,7 @@ def execute(options: Namespace) -> int:
     run_options = RunOptions(record=not options.no_record, meshcat=options.meshcat, realtime_rate=options.rate)
     with run_directory(options.out, scenario.name) as out:
         try:
-            summary = simulate(scenario, out, run_options, diagram=diagram, progress=progress)
+            summary = simulate(scenario, out, run_options, diagram=diagram, progress=progress, tell=progress.say)
         finally:
             progress.close()
     return report(scenario, summary, out)

@@ -84,7 +84,7 @@ def _simulate(options: Namespace, scenario: Any, out: Path, progress: Any, live:
         meshcat=options.meshcat,
         graphviz=options.graphviz,
     )
-    return simulate(scenario, out, run_options, progress=progress, live=live)
+    return simulate(scenario, out, run_options, progress=progress, live=live, tell=progress.say)
 
 
 def _check_options(options: Namespace) -> None:

@@ -43,6 +43,14 @@ PREDICTION_HEADER = 5
 """Number of fields of a `Prediction` before its first knot."""
 _FIRST_TIME, _SPACING = (Prediction.get_fields().index(name) for name in ("first_time", "spacing"))
 
+PacketReport = namedview(
+    "PacketReport",
+    ["received", "rejected", "reason", "not_finite", "malformed", "spacing", "first_time", "future", "past"]
+    + ["outside", "below_table", "too_fast", "turning"],
+)
+"""What the arm's receiver did so far: number of packets received, and of those rejected; why it rejected the newest of
+these (`arm.packet_guard.Rejection`, 0: none yet); and the number of packets rejected for each reason."""
+
 ServoTarget = namedview(
     "ServoTarget",
     ["time", "x", "y", "z", "yaw", "vx", "vy", "vz", "yaw_rate", "stamp", "seq", "std", "stale", "valid"],

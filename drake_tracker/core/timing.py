@@ -8,6 +8,7 @@ has its own slot. Every lag therefore has a single value, and the order in which
     1/8                               plane projector (one camera); the triangulator (two) has no state and no slot
     1/4                               estimator
     1/2                               link
+    5/8                               packet guard
     3/4 (in the last plant step of    servo, then 13/16 grasp, 14/16 transform equation, 15/16 inverse kinematics
          a servo period)
 
@@ -48,6 +49,7 @@ PATH_DURATION = (KNOT_COUNT - 1) * KNOT_SPACING
 PROJECTOR_SLOT = 2 / 16
 ESTIMATOR_SLOT = 4 / 16
 LINK_SLOT = 8 / 16
+GUARD_SLOT = 10 / 16
 SERVO_SLOT = 12 / 16
 GRASP_SLOT = 13 / 16
 TRANSFORM_SLOT = 14 / 16

@@ -33,6 +33,7 @@ class HandEyeDiagram(Diagram):
         - filtered
         - prediction
         - delivered
+        - packet_report
         - target
         - command
         - status

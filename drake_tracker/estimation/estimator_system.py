@@ -21,6 +21,7 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.estimation.estimator import Estimator, EstimatorState
+from drake_tracker.estimation.point_check import refuse_point
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class EstimatorSystem(LeafSystem):
         - filtered
 
     - ``point``: a `TrackPoint` [s, m], read at each update. The estimator sees no point when it is invalid, all zeros,
-      or not newer than the last one.
+      not newer than the last one, or cannot be right (`drake_tracker.estimation.point_check.refuse_point`).
     - ``prediction``: a `Prediction` [s, m, rad], updated at each new point from which the estimator is ready. Its first
       knot is at the stamp of the newest point, and ``seq`` counts the packets. Without new points the last packet
       stays, and its stamp shows its age. All zeros: no prediction yet.
@@ -83,6 +84,7 @@ class EstimatorSystem(LeafSystem):
     ) -> None:
         super().__init__()
         self._estimator = estimator
+        self._period = period
         memory = EstimatorMemory(
             estimate=estimator.initial_state(),
             stamp=-math.inf,
@@ -99,7 +101,10 @@ class EstimatorSystem(LeafSystem):
 
     def _update(self, context: Context, state: State) -> None:
         memory = state.get_abstract_state(0).get_value()
-        point = TrackPoint(self._point.Eval(context))
+        values = self._point.Eval(context)
+        if refuse_point(values, context.get_time(), self._period):
+            return
+        point = TrackPoint(values)
         # Compared with the System's own stamp, because an estimator need not accept a point or keep its stamp.
         newer = point.valid and point.stamp > memory.stamp
         p_WQ = np.array([point.x, point.y, point.z]) if newer else None

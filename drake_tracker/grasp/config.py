@@ -44,6 +44,9 @@ class GraspConfig:
         "what to do while no packets arrive: follow the predicted path, or stand still",
         choices=("coast", "hold"),
     )
+    silence: float = setting(
+        1.0, "time without a new packet after which the hand stands still, high above the object", "s", (0.03, 10.0)
+    )
     gate: str = setting(
         "auto", "evidence that a prediction needs; auto: any of them", choices=("auto", "memory", "recent")
     )

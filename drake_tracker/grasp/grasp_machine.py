@@ -34,6 +34,8 @@ class GraspState(OperatedState):
     Attributes:
         phase: the phase.
         seen_since: time since when the target has been valid and fresh [s], infinity while it is not.
+        newest: stamp of the newest packet on which a target rested [s].
+        heard: time at which it was first seen [s].
         gripped_since: time since when the jaws have measured a grip [s], infinity while they do not.
         attempts: number of grasps begun.
         gate: why the machine waits.
@@ -45,6 +47,8 @@ class GraspState(OperatedState):
 
     phase: Phase = Phase.ACQUIRE
     seen_since: float = np.inf
+    newest: float = -np.inf
+    heard: float = -np.inf
     gripped_since: float = np.inf
     attempts: int = 0
     gate: Gate = Gate.NOT_TRACKING
@@ -110,6 +114,8 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
             seen_since=min(state.seen_since, seen.time) if fresh else np.inf,
             gripped_since=min(state.gripped_since, seen.time) if self._feels_grip(seen) else np.inf,
         )
+        if seen.target.valid and seen.target.stamp > state.newest:
+            state = replace(state, newest=float(seen.target.stamp), heard=seen.time)
         memory_closed = blind or not seen.target.valid
         if not memory_closed:
             memory = remember(state.memory, seen.packet, horizon(self.config, seen.target))
@@ -157,6 +163,10 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
     def must_hold(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether no packets arrive and the hand should then stand still."""
         return self.config.when_stale == "hold" and bool(seen.target.stale)
+
+    def link_silent(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether no new packet that the arm may follow has arrived for a while."""
+        return since(state.heard, seen.time) >= self.config.silence
 
     def may_intercept(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether the gate is open."""

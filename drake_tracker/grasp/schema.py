@@ -55,6 +55,7 @@ TRANSITIONS = operated(
         Phase.TRACK: (
             ("object_lost", Phase.ACQUIRE),
             ("must_hold", Phase.HOVER),
+            ("link_silent", Phase.HOVER),
             ("may_intercept", Phase.INTERCEPT),
         ),
         Phase.INTERCEPT: (("time_to_close", Phase.CLOSE),),

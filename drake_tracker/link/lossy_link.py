@@ -1,8 +1,9 @@
 """The serial line between the host that predicts and the arm's controller: packets are lost, late and out of order.
 
 Allen et al. 1991, section 4.4: "the asynchronous nature of the communication [...] can result in missed or delayed
-communications". Random numbers are counter-based: whether a packet is lost or late depends only on the seed, on its
-sequence number, and in bursts on whether the packet before it was lost.
+communications". The link judges no packet; the receiver does (`drake_tracker.arm.packet_guard`). Random numbers are
+counter-based: whether a packet is lost or late depends only on the seed, on its sequence number, and in bursts on
+whether the packet before it was lost.
 """
 
 import math
@@ -13,6 +14,7 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import Prediction
+from drake_tracker.core.timing import PATH_DURATION
 from drake_tracker.link.config import Lossy, Perfect
 
 LINK_STREAM = 40
@@ -67,9 +69,7 @@ class LossyLink:
     def post(self, state: LinkState, packet: np.ndarray, now: float) -> LinkState:
         """Returns the state after a packet was offered to the link.
 
-        A packet is not sent when it is invalid, when its stamp is that of the packet offered last, when its stamp is
-        later than ``now`` (it belongs to another run of the arm's clock), or when the arm cannot read it (a value is
-        not finite, or the spacing is not positive).
+        A packet is not sent when its ``valid`` is 0, or when its stamp is that of the packet offered last.
 
         Args:
             state: the state before.
@@ -78,9 +78,9 @@ class LossyLink:
         """
         fields = Prediction(packet)
         stamp = fields.stamp
-        if not fields.valid or stamp == state.last_stamp or stamp > now or not _is_readable(packet):
+        if fields.valid == 0.0 or _same(stamp, state.last_stamp):
             return state
-        loss_draw, jitter_draw = self._draw(int(fields.seq))
+        loss_draw, jitter_draw = self._draw(fields.seq)
         lost = bool(loss_draw < self._loss_probability(state))
         in_flight = _without_superseded(state.in_flight, now)
         if not lost:
@@ -92,15 +92,17 @@ class LossyLink:
         """Returns the packet with the newest stamp that has arrived by ``now`` [s], None when none has.
 
         A packet overtaken by a newer one never replaces it. Stamps decide and not sequence numbers, since a restarted
-        host counts its packets from 1 again.
+        host counts its packets from 1 again. A packet whose stamp has no place in this order, because it was later than
+        the arm's clock at its arrival or its path was over, is there until the next one arrives.
         """
         return _newest_arrived(state.in_flight, now)
 
-    def _draw(self, seq: int) -> tuple[float, float]:
+    def _draw(self, seq: float) -> tuple[float, float]:
         """Returns two uniform random numbers, which decide on the loss and the jitter of a packet."""
         if self.settings.drop == 0.0 and self.settings.jitter == 0.0:
             return 0.0, 0.0  # the draws decide nothing, and they take longer than everything else
-        loss_draw, jitter_draw = np.random.default_rng([self.seed, LINK_STREAM, seq]).random(2)
+        number = int(seq) if 0.0 <= seq < math.inf else 0  # a sender that is not ours may count in any way
+        loss_draw, jitter_draw = np.random.default_rng([self.seed, LINK_STREAM, number]).random(2)
         return loss_draw, jitter_draw
 
     def _loss_probability(self, state: LinkState) -> float:
@@ -113,24 +115,35 @@ class LossyLink:
 
 
 def _newest_arrived(in_flight: tuple[tuple[float, np.ndarray], ...], now: float) -> np.ndarray | None:
-    arrived = (packet for arrival, packet in in_flight if arrival <= now)
-    return max(arrived, key=_stamp, default=None)
+    arrived = [item for item in in_flight if item[0] <= now]
+    if not arrived:
+        return None
+    last = max(reversed(arrived), key=lambda item: item[0])
+    if not _has_order(*last):
+        return last[1]
+    return max((packet for arrival, packet in arrived if _has_order(arrival, packet)), key=_stamp)
 
 
 def _without_superseded(
     in_flight: tuple[tuple[float, np.ndarray], ...], now: float
 ) -> tuple[tuple[float, np.ndarray], ...]:
-    """Returns the packets under way without those that are older than one that has arrived."""
-    newest = _newest_arrived(in_flight, now)
-    if newest is None:
+    """Returns the packets under way, and of those that have arrived the one that is delivered and the newest."""
+    delivered = _newest_arrived(in_flight, now)
+    if delivered is None:
         return in_flight
-    return tuple(item for item in in_flight if _stamp(item[1]) >= _stamp(newest))
+    ordered = [packet for arrival, packet in in_flight if arrival <= now and _has_order(arrival, packet)]
+    newest = max(ordered, key=_stamp, default=None)
+    return tuple(item for item in in_flight if item[0] > now or item[1] is delivered or item[1] is newest)
 
 
-def _is_readable(packet: np.ndarray) -> bool:
-    """Returns whether the arm can read a packet, which may come from a host that is not ours."""
-    fields = Prediction(packet)
-    return bool(np.isfinite(packet).all()) and fields.spacing > 0.0 and fields.seq >= 0.0
+def _has_order(arrival: float, packet: np.ndarray) -> bool:
+    """Returns whether the stamp of a packet that arrived at ``arrival`` [s] tells which of two packets is newer."""
+    return bool(arrival - PATH_DURATION <= _stamp(packet) <= arrival)
+
+
+def _same(stamp: float, other: float | None) -> bool:
+    """Returns whether two stamps are the same; NaN is equal to itself here."""
+    return stamp == other or (other is not None and math.isnan(stamp) and math.isnan(other))
 
 
 def _stamp(packet: np.ndarray) -> float:

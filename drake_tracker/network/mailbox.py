@@ -1,14 +1,17 @@
 """Keeps every message that arrives until the caller collects it."""
 
-import queue
+import heapq
 import threading
-from collections.abc import Iterable, Iterator
+from collections import deque
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 from pydrake.lcm import DrakeLcm
 
 from drake_tracker.network.channels import channel_of
 
+MOST_WAITING = 60
+"""Greatest number of messages of one channel that wait, one second of them. The newest ones are kept."""
 _POLL_PERIOD = 0.002
 """Wall time [s] between two polls of the bus."""
 
@@ -19,31 +22,47 @@ class Mailbox:
     Between two polls of the bus Drake keeps the oldest message of a channel and drops the others. A host that works on
     one image for longer than a cycle would lose the next one; hence `listening`, which polls the bus in a thread.
 
+    Memory is bounded whatever arrives: of each channel at most `MOST_WAITING` messages wait, and of a message that is
+    larger than those of its channel can be, only the beginning and one more byte than allowed.
+
     Args:
         lcm: connection to the bus, which nothing else may use while `listening`.
-        ports: names of the ports whose channels are received.
+        ports: {name of a port whose channel is received: size of its largest message [bytes]}.
+
+    Attributes:
+        skipped: number of messages that were dropped because newer ones arrived before they were collected.
     """
 
-    def __init__(self, lcm: DrakeLcm, ports: Iterable[str]) -> None:
+    def __init__(self, lcm: DrakeLcm, ports: Mapping[str, int]) -> None:
         self._lcm = lcm
-        self._arrived: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
+        self._arrived: dict[str, deque[tuple[int, bytes]]] = {port: deque(maxlen=MOST_WAITING) for port in ports}
+        self._count = 0
+        self._news = threading.Event()
         self._listening = False
-        for port in ports:
-            lcm.Subscribe(channel_of(port), lambda data, port=port: self._arrived.put((port, data)))
+        self.skipped = 0
+        for port, largest in ports.items():
+            lcm.Subscribe(channel_of(port), lambda data, port=port, largest=largest: self._keep(port, data, largest))
 
     def collect(self, timeout: float) -> list[tuple[str, bytes]]:
         """Returns all messages that have arrived, as (port, message); waits up to ``timeout`` [s] for the first."""
-        messages = []
         if not self._listening:
             self._lcm.HandleSubscriptions(round(1e3 * timeout))
-        elif self._arrived.empty():
-            try:
-                messages.append(self._arrived.get(timeout=timeout))
-            except queue.Empty:
-                return []
-        while not self._arrived.empty():
-            messages.append(self._arrived.get())
-        return messages
+        else:
+            self._news.wait(timeout)
+            self._news.clear()
+        came = []
+        for port, waiting in self._arrived.items():
+            # A thread may add more meanwhile: take no more than are there now.
+            came.append([(*waiting.popleft(), port) for _ in range(len(waiting))])
+        return [(port, data) for _, data, port in heapq.merge(*came)]
+
+    def _keep(self, port: str, data: bytes, largest: int) -> None:
+        """Keeps a message for `collect`. Called by the bus, in the thread that polls it."""
+        waiting = self._arrived[port]
+        self.skipped += len(waiting) == waiting.maxlen
+        self._count += 1
+        waiting.append((self._count, data[: largest + 1]))
+        self._news.set()
 
     @contextmanager
     def listening(self) -> Iterator[None]:

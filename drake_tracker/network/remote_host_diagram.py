@@ -62,8 +62,9 @@ class RemoteHostDiagram(Diagram):
         - filtered
 
     - ``point``: a `TrackPoint`, published 60 times a second just before the host's slot. All zeros: no point yet.
-    - ``prediction``: the newest `Prediction` received. All zeros: none yet.
-    - ``filtered``: the newest `Filtered` received. All zeros: none yet.
+    - ``prediction``: the newest `Prediction` received, which the arm's guard judges. All NaN: the newest message cannot
+      be read. All zeros: none yet.
+    - ``filtered``: the newest `Filtered` received. All zeros: none yet, or the newest message cannot be used.
 
     These are the ports with measured vision: the inputs are the ports that are sent, the outputs those that are
     received. With cameras there is no input, and `channels.FROM_VISION` are outputs too.
@@ -82,5 +83,6 @@ class RemoteHostDiagram(Diagram):
         for port in sent:
             builder.ExportInput(add_sender(builder, lcm=lcm, port=port, vector=vectors[port]), port)
         for port in heard:
-            builder.ExportOutput(add_receiver(builder, lcm=lcm, port=port, vector=vectors[port]), port)
+            faults = port == "prediction"
+            builder.ExportOutput(add_receiver(builder, lcm=lcm, port=port, vector=vectors[port], faults=faults), port)
         builder.BuildInto(self)

@@ -60,35 +60,44 @@ class SignalDecoder(LeafSystem):
 
     - ``message``: an `lcmt_drake_signal`.
     - ``signal``: a vector with the given fields, computed when it is read. All zeros: there was no message yet, or it
-      has other fields. There is no state.
+      cannot be used: it has other fields, or a number that is not finite. There is no state.
 
     Args:
         fields: names of the vector's fields.
+        faults: whether the reader judges messages itself: a number that is not finite is passed on, and a message that
+            cannot be read becomes a vector of NaN.
     """
 
-    def __init__(self, fields: Iterable[str]) -> None:
+    def __init__(self, fields: Iterable[str], *, faults: bool = False) -> None:
         super().__init__()
-        self._fields = tuple(fields)
+        self._fields, self._faults = tuple(fields), faults
         self._message = self.DeclareAbstractInputPort("message", AbstractValue.Make(lcmt_drake_signal()))
         self.DeclareVectorOutputPort("signal", len(self._fields), self._calc_signal, {self._message.ticket()})
 
     def _calc_signal(self, context: Context, output: Any) -> None:
-        values = decode_signal(self._message.Eval(context), self._fields)
-        output.SetFromVector(np.zeros(len(self._fields)) if values is None else values)
+        message = self._message.Eval(context)
+        values = decode_signal(message, self._fields)
+        if values is None and self._faults and message.dim != 0:
+            values = np.full(len(self._fields), np.nan)
+        if values is None or not (self._faults or np.isfinite(values).all()):
+            values = np.zeros(len(self._fields))
+        output.SetFromVector(values)
 
 
 class ForgivingSerializer(PySerializer):
-    """Reads bytes that are no `lcmt_drake_signal` as an empty one: no sender on the bus can end this process."""
+    """Reads bytes that are no `lcmt_drake_signal` as one of -1 fields: no sender on the bus can end this process."""
 
     def __init__(self) -> None:
         super().__init__(lcmt_drake_signal)
 
     def Deserialize(self, buffer: bytes, abstract_value: AbstractValue) -> None:
-        """Sets the value to the message in the buffer, or to an empty message."""
+        """Sets the value to the message in the buffer, or to a message of -1 fields."""
         try:
             super().Deserialize(buffer, abstract_value)
         except Exception:  # garbage can raise anything in the generated decoder
-            abstract_value.set_value(lcmt_drake_signal())
+            unreadable = lcmt_drake_signal()
+            unreadable.dim = -1
+            abstract_value.set_value(unreadable)
 
 
 def add_sender(builder: DiagramBuilder, *, lcm: DrakeLcm, port: str, vector: Vector) -> InputPort:
@@ -111,7 +120,9 @@ def add_sender(builder: DiagramBuilder, *, lcm: DrakeLcm, port: str, vector: Vec
     return encoder.GetInputPort("signal")
 
 
-def add_receiver(builder: DiagramBuilder, *, lcm: DrakeLcm, port: str, vector: Vector) -> OutputPort:
+def add_receiver(
+    builder: DiagramBuilder, *, lcm: DrakeLcm, port: str, vector: Vector, faults: bool = False
+) -> OutputPort:
     """Adds the Systems that hold the newest vector of a channel. Returns the output port of the vector.
 
     Args:
@@ -119,10 +130,11 @@ def add_receiver(builder: DiagramBuilder, *, lcm: DrakeLcm, port: str, vector: V
         lcm: connection to the bus, which needs an LcmInterfaceSystem.
         port: name of the port of `HandEyeDiagram` to which the channel belongs.
         vector: fields of the channel; period and offset are not used.
+        faults: whether the reader judges messages itself, see `SignalDecoder`.
     """
     subscriber = builder.AddNamedSystem(
         f"{port}_subscriber", LcmSubscriberSystem(channel_of(port), ForgivingSerializer(), lcm)
     )
-    decoder = builder.AddNamedSystem(f"{port}_of_message", SignalDecoder(vector.fields))
+    decoder = builder.AddNamedSystem(f"{port}_of_message", SignalDecoder(vector.fields, faults=faults))
     builder.Connect(subscriber.get_output_port(), decoder.GetInputPort("message"))
     return decoder.GetOutputPort("signal")

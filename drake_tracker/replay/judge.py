@@ -16,17 +16,18 @@ HORIZONS = (SHORT, LONG)
 
 
 def compare_signals(recorded: Mapping[str, Signal], replayed: Mapping[str, Signal]) -> dict[str, dict[str, Any]]:
-    """Returns {name: {"identical", "greatest_difference", "samples"}} for all replayed signals.
+    """Returns {name: {"identical", "greatest_difference", "samples"}} for all replayed signals of the run.
 
     A signal is identical when all samples and their times agree bit for bit. Otherwise ``field`` is the name of the
-    field with the greatest difference. A run may have logged one more sample of the servo, after the last image, which
+    field with the greatest difference. A signal that the run did not log, since an earlier version made it, is
+    omitted. A run may have logged one more sample of the servo, after the last image, which
     is not compared.
 
     Args:
         recorded: {name: Signal} of the run.
         replayed: {name: Signal} of the replay.
     """
-    return {name: _compare(recorded[name], signal) for name, signal in replayed.items()}
+    return {name: _compare(recorded[name], signal) for name, signal in replayed.items() if name in recorded}
 
 
 def _compare(before: Signal, after: Signal) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Builds the diagram of a replay from a recording."""
 
+from drake_tracker.arm.packet_guard_system import make_packet_guard_system
 from drake_tracker.arm.servo_system import make_servo_system
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import VISION_PERIOD
@@ -27,7 +28,8 @@ def make_replay_diagram(recording: Recording) -> ReplayDiagram:
     sources |= {name: (_video_source(recording, name, size), "image") for name, size in parts.images.items()}
     servo = make_servo_system(scenario.servo, scenario.time_step, task.servo_period)
     servo.set_name("servo")
-    return ReplayDiagram(sources, parts.vision, parts.host, parts.link, servo)
+    guard = make_packet_guard_system(parts.guard, scenario.time_step)
+    return ReplayDiagram(sources, parts.vision, parts.host, parts.link, guard, servo)
 
 
 def _log_source(recording: Recording, name: str) -> LogSourceSystem:

@@ -1,4 +1,4 @@
-"""The wiring of a replay: recorded sources, followed by vision, host, link and servo of the run."""
+"""The wiring of a replay: recorded sources, followed by vision, host, link, packet guard and servo."""
 
 from collections.abc import Mapping
 
@@ -6,7 +6,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from drake_tracker.diagrams.hand_eye import inputs, outputs
 
-UNLOGGED = ("motion", "held_packet")
+UNLOGGED = ("motion", "accepted", "held_packet")
 """First parts of the names of outputs that are not logged."""
 
 
@@ -23,6 +23,7 @@ class ReplayDiagram(Diagram):
         - filtered
         - prediction
         - delivered
+        - packet_report
         - target
 
     The outputs are the ports of `HandEyeDiagram` with the same names, as far as they are computed again: with vision
@@ -35,6 +36,7 @@ class ReplayDiagram(Diagram):
         vision: System with these inputs and the output ``point``, or None.
         host: an `EstimatorSystem`.
         link: a `LinkSystem`.
+        guard: a `PacketGuardSystem`.
         servo: a `ServoSystem`.
     """
 
@@ -44,6 +46,7 @@ class ReplayDiagram(Diagram):
         vision: System | None,
         host: System,
         link: System,
+        guard: System,
         servo: System,
     ) -> None:
         super().__init__()
@@ -54,12 +57,14 @@ class ReplayDiagram(Diagram):
             system.set_name(f"recorded_{name}")
             builder.AddSystem(system)
             ports[name] = system.GetOutputPort(port)
-        for system, packet in ((vision, None), (host, None), (link, "prediction"), (servo, "delivered")):
+        packets = {link: "prediction", guard: "delivered", servo: "accepted"}
+        for system in (vision, host, link, guard, servo):
             if system is None:
                 continue
             builder.AddSystem(system)
             for port in inputs(system):
-                builder.Connect(ports[packet if packet and port.get_name() == "packet" else port.get_name()], port)
+                name = port.get_name()
+                builder.Connect(ports[packets[system] if name == "packet" else name], port)
             for port in outputs(system):
                 ports[port.get_name()] = port
                 if not port.get_name().startswith(UNLOGGED):

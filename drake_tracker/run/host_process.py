@@ -2,26 +2,25 @@
 
 import time
 from collections.abc import Callable, Mapping
-from typing import Any, NoReturn
+from typing import Any
 
-from drake import lcmt_drake_signal, lcmt_image_array
 from pydrake.lcm import DrakeLcm
 from pydrake.systems.analysis import Simulator
 
-from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.messages import Prediction
+from drake_tracker.core.messages import Prediction, TrackPoint
 from drake_tracker.core.timing import SERVO_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.estimation.point_check import refuse_point
 from drake_tracker.network.channels import channel_of
 from drake_tracker.network.cycles import Cycle, CycleCollector
 from drake_tracker.network.mailbox import Mailbox
+from drake_tracker.network.received_message import NotUnderstood, largest_message, read_image, read_vector
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.two_processes import make_host_side
 
 SILENCE = 1.0
 """Wall time without a message after which the arm counts as silent [s]."""
-MOST_WAITING = 60
-"""Greatest number of cycles in the queue. A host that is slower than the laboratory skips the oldest ones, so that its
-delay is limited."""
+_MOST_REPORTED = 20
+"""Greatest number of different lines about messages that cannot be used."""
 _CAMERA = "camera_"
 
 
@@ -61,13 +60,15 @@ class HostProcess:
         self._done = vision_slot(SERVO_SLOT, scenario.time_step)
         self._simulator = Simulator(self._side)
         self._collector = CycleCollector(self._side.heard, VISION_PERIOD)
-        self.mailbox = Mailbox(incoming, self._side.heard)
+        sizes = {port: largest_message(self._image_sizes.get(port)) for port in self._side.heard}
+        self.mailbox = Mailbox(incoming, sizes)
         self._next = 0
         self._last_heard: float | None = None
         self._silent = False
         self._stamp: float | None = None
-        names = ("laboratories", "cycles", "cycles_incomplete", "packets", "not_understood", "skipped")
-        self.counts = dict.fromkeys(names, 0)
+        self._reported: set[str] = set()
+        names = ("laboratories", "cycles", "cycles_incomplete", "packets")
+        self.counts = dict.fromkeys((*names, "not_understood", "points_refused", "skipped"), 0)
 
     @property
     def time(self) -> float:
@@ -81,17 +82,12 @@ class HostProcess:
             timeout: greatest wall time to wait [s].
 
         Returns the number of cycles that were processed.
-
-        Raises DrakeTrackerError when the images do not have the size that the scenario requires.
         """
         count = 0
         messages = self.mailbox.collect(timeout)
-        late = len(messages) - MOST_WAITING * len(self._side.heard)
-        if late > 0:
-            if not self.counts["skipped"]:
-                self._tell("slower than the arm: skipping the oldest messages")
-            self.counts["skipped"] += late
-            messages = messages[late:]
+        if self.mailbox.skipped and not self.counts["skipped"]:
+            self._tell("slower than the arm: skipping the oldest messages")
+        self.counts["skipped"] = self.mailbox.skipped
         for port, data in messages:
             for cycle in self._take(port, data):
                 self._work(cycle)
@@ -102,24 +98,25 @@ class HostProcess:
     def _take(self, port: str, data: bytes) -> list[Cycle]:
         """Adds an encoded message of one port. Returns the cycles that it completes."""
         try:
-            if port.startswith(_CAMERA):
-                message = lcmt_image_array.decode(data)
-                sent, size = 1e-6 * message.header.utime, [(image.width, image.height) for image in message.images]
+            if port in self._image_sizes:
+                sent, data = read_image(data, self._image_sizes[port])
             else:
-                sent, size = 1e-3 * lcmt_drake_signal.decode(data).timestamp, None
-        except Exception:  # the generated decoders raise various errors on garbage
+                sent, values = read_vector(data, TrackPoint.get_fields())
+                trouble = refuse_point(values, sent, VISION_PERIOD)
+                if trouble:
+                    self.counts["points_refused"] += 1
+                    self._report(f"{channel_of(port)}: ignoring a point: {trouble}")
+        except NotUnderstood as error:
             self.counts["not_understood"] += 1
+            self._report(f"{channel_of(port)}: ignoring a message: {error}")
             return []
-        if size is not None and size != [self._image_sizes[port]]:
-            self._refuse(port, size)
         return self._collector.put(port, sent, (sent, data))
 
-    def _refuse(self, port: str, size: list[tuple[int, int]]) -> NoReturn:
-        came, known = (" and ".join(f"{w} x {h}" for w, h in sizes) for sizes in (size, [self._image_sizes[port]]))
-        raise DrakeTrackerError(
-            f"{channel_of(port)}: the image has {came or 'no'} px, but this scenario needs {known} px; start host and "
-            "arm with the same scenario and settings"
-        )
+    def _report(self, line: str) -> None:
+        """Tells the user a line, unless it was told before."""
+        if line not in self._reported and len(self._reported) < _MOST_REPORTED:
+            self._reported.add(line)
+            self._tell(line)
 
     def _work(self, cycle: Cycle) -> None:
         if cycle.anew:
@@ -149,7 +146,8 @@ class HostProcess:
         self._say_frames({}, number)
         self._simulator.Initialize()
         if self.counts["laboratories"]:
-            self._tell(f"the arm's clock went back to {number * VISION_PERIOD:.2f} s: restarting")
+            way = "went back" if number < self._next else "jumped ahead"
+            self._tell(f"the arm's clock {way} to {number * VISION_PERIOD:.2f} s: restarting")
         else:
             self._tell(f"receiving from the arm; its clock is at {number * VISION_PERIOD:.2f} s")
         self.counts["laboratories"] += 1

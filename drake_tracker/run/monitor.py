@@ -9,6 +9,7 @@ from pydrake.systems.framework import Context, EventStatus
 from drake_tracker.core import signals
 from drake_tracker.core.messages import ArmCommand
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.run.packet_news import PacketNews
 from drake_tracker.tasks.task import Task
 
 AFTERGLOW = 0.5
@@ -46,6 +47,7 @@ class RunMonitor:
         stop_when_over: whether the run ends when the object was grasped or is lost, according to the judge.
         onlooker: a live view, or None.
         keep: called with the Context of the whole diagram once per vision cycle, to record the run; or None.
+        tell: called with each line of news for the user, or None.
 
     Attributes:
         interrupted: set it to True to end the run at the next step.
@@ -59,10 +61,12 @@ class RunMonitor:
         stop_when_over: bool,
         onlooker: Onlooker | None = None,
         keep: Callable[[Context], object] | None = None,
+        tell: Callable[[str], object] | None = None,
     ) -> None:
         self._task, self._hand_eye = task, hand_eye
         self._progress, self._stop, self._onlooker = progress, stop_when_over, onlooker
         self._keep = keep
+        self._news = PacketNews(hand_eye, tell) if tell is not None else None
         self._next_look = 0.0
         self._over_at: float | None = None
         self.interrupted = False
@@ -81,6 +85,8 @@ class RunMonitor:
         if self._progress is not None:
             diagnosis = self._task.diagnosis(self._hand_eye.GetOutputPort("diagnosis").Eval(context))
             self._progress(now, self._task.activity(phase, diagnosis))
+        if self._news is not None:
+            self._news.look(context)
         if self._onlooker is not None:
             self._onlooker.look(now, int(phase), lambda: self.interrupted)
         over = self._task.ended(self._task.verdict(self._hand_eye.GetOutputPort("truth_verdict").Eval(context)))

@@ -1,6 +1,7 @@
 """Runs a scenario: builds and simulates its diagram, records and judges the run, and writes the run directory."""
 
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +40,7 @@ def simulate(
     diagram: HandEyeDiagram | None = None,
     progress: Progress | None = None,
     live: "LiveView | None" = None,
+    tell: Callable[[str], object] | None = None,
 ) -> dict[str, Any]:
     """Runs a scenario and returns its summary.
 
@@ -52,6 +54,7 @@ def simulate(
         diagram: diagram to run instead of the scenario's, with the same ports and subsystems.
         progress: called with (simulated time [s], what the arm does and what it waits for).
         live: live view that shows the run and may pause it. Real-time factor and wall times exclude the pauses.
+        tell: called with each line of news for the user, for example when the arm begins to reject packets.
 
     Returns the summary, see `drake_tracker.tasks.train.summary` and `drake_tracker.tasks.ball.summary`.
 
@@ -85,7 +88,7 @@ def simulate(
     simulator = Simulator(root)
     context = simulator.get_context()
     stream = None if out is None else LogStreamer(out, loggers, task, hand_eye.arm.model)
-    monitor = RunMonitor(task, hand_eye, progress, options.stop_when_over, live, stream)
+    monitor = RunMonitor(task, hand_eye, progress, options.stop_when_over, live, stream, tell)
     simulator.set_monitor(monitor)
     simulator.set_target_realtime_rate(options.realtime_rate)
     if live is not None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_tracker.arm.packet_guard import describe_rejections
 from drake_tracker.core.atomic_file import write_text
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal
@@ -88,6 +89,23 @@ def git_commit() -> str | None:
     except (OSError, subprocess.TimeoutExpired):
         return None
     return run.stdout.strip() if run.returncode == 0 else None
+
+
+def packet_findings(log: Mapping[str, Signal]) -> dict[str, Any]:
+    """Returns how many packets the arm's receiver rejected in a run, and {reason: number of packets} of them.
+
+    Both are None for a run of an earlier version, which did not log them.
+
+    Args:
+        log: {name: Signal} of the run.
+    """
+    report = log.get("packet_report")
+    if report is None or not len(report.times):
+        return {"packets_rejected": None, "packets_rejected_for": None}
+    return {
+        "packets_rejected": int(report["rejected"][-1]),
+        "packets_rejected_for": describe_rejections(report.data[-1]),
+    }
 
 
 def lag_of(log: Mapping[str, Signal], time_step: float) -> dict[str, float] | None:

@@ -14,8 +14,18 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from pydrake.systems.framework import System
 
+from drake_tracker.arm.packet_guard import PacketGuard
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.messages import ArmCommand, Centroid, Filtered, Prediction, ServoTarget, ToolStatus, TrackPoint
+from drake_tracker.core.messages import (
+    ArmCommand,
+    Centroid,
+    Filtered,
+    PacketReport,
+    Prediction,
+    ServoTarget,
+    ToolStatus,
+    TrackPoint,
+)
 from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP, VISION_PERIOD, servo_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.estimation.estimator_system import EstimatorSystem
@@ -64,19 +74,21 @@ class FreeMotion(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ReplayParts:
-    """The parts that a replay runs again, ahead of the servo.
+    """The parts that a replay runs again, except the servo.
 
     Attributes:
         vision: System with the replayed signals as inputs and the output ``point``; None when points are replayed.
         images: {camera: (width, height) [px]} of the recorded images that ``vision`` reads.
         host: the estimator as a System.
         link: the link as a System.
+        guard: decides which packets the arm follows.
     """
 
     vision: System | None
     images: Mapping[str, tuple[int, int]]
     host: EstimatorSystem
     link: LinkSystem
+    guard: PacketGuard
 
 
 class Task(Protocol[Scenario]):
@@ -281,6 +293,7 @@ class Task(Protocol[Scenario]):
             "filtered": (VISION_PERIOD, Filtered.get_fields()),
             "prediction": (VISION_PERIOD, Prediction.get_fields()),
             "delivered": (VISION_PERIOD, Prediction.get_fields()),
+            "packet_report": (self.servo_period, PacketReport.get_fields()),
             "target": (self.servo_period, ServoTarget.get_fields()),
             "command": (self.servo_period, ArmCommand.get_fields()),
             "status": (self.servo_period, ToolStatus.get_fields()),

@@ -7,10 +7,11 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.config import ServoConfig
+from drake_tracker.arm.config import PacketGuardConfig, ServoConfig
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
+from drake_tracker.arm.packet_guard import PacketGuard
 from drake_tracker.arm.plant import actuators_of, add_arm, couple_fingers, set_servo_gains
 from drake_tracker.arm.servo import Servo
 from drake_tracker.arm.servo_system import ServoSystem
@@ -29,6 +30,7 @@ from drake_tracker.core.messages import (
 from drake_tracker.core.timing import (
     ESTIMATOR_SLOT,
     GRASP_SLOT,
+    GUARD_SLOT,
     IK_SLOT,
     LINK_SLOT,
     SERVO_PERIOD,
@@ -48,12 +50,13 @@ from drake_tracker.grasp.schema import Phase
 RADIUS, SPEED, LAG = 0.12, 0.15, 0.25
 HOME = np.array([0.56, 0.0, 0.485, np.pi])
 GRASP = GraspConfig()
+VOLUME = np.array([[0.33, -0.30, 0.45], [0.79, 0.30, 0.505]])
 
 
 def make_arm(model, q_initial, time_step=TIME_STEP, period=SERVO_PERIOD):
     grasp = GraspSystem(GraspMachine(GRASP, model, period, 0.485), time_step, period)
-    servo = ServoConfig()
-    return ArmDiagram(grasp, servo, model, q_initial, HOME, time_step, period, jaw_opening=GRASP.jaw_opening)
+    guard, servo = PacketGuard(PacketGuardConfig(), VOLUME, 0.45), ServoConfig()
+    return ArmDiagram(grasp, guard, servo, model, q_initial, HOME, time_step, period, jaw_opening=GRASP.jaw_opening)
 
 
 def object_at(t):
@@ -124,7 +127,7 @@ def simulate(arm_model, q_initial, duration, until=np.inf, time_step=TIME_STEP, 
 @pytest.fixture(scope="module")
 def run(arm_model, q_initial):
     """Three seconds of packets, then none."""
-    return simulate(arm_model, q_initial, 4.8, until=3.0)
+    return simulate(arm_model, q_initial, 5.1, until=3.0)
 
 
 def test_the_hand_hovers_over_the_true_object_despite_late_packets(run, arm_model):
@@ -171,12 +174,18 @@ def test_phases_follow_what_is_seen_and_the_gate_waits_for_a_memory(run):
     assert np.all(diagnosis[:, 1] == 0.0)
 
 
-def test_without_packets_it_coasts_then_goes_home_and_stays_finite(run, arm_model):
+def test_without_packets_it_coasts_for_a_second_and_then_stands_still_above(run, arm_model):
     logs, _ = run
     times, target = logs["target"]
     assert np.all(target[(times > 3.3) & (times < 4.4), -2] == 1.0)  # stale
     assert target[-1, -1] == 0.0  # no longer valid
-    assert logs["diagnosis"][1][-1, 0] == Phase.ACQUIRE
+    times, diagnosis = logs["diagnosis"]
+    hovering = times[diagnosis[:, 0] == Phase.HOVER]
+    assert hovering[0] == pytest.approx(3.0 + GRASP.silence, abs=VISION_PERIOD + 2 * SERVO_PERIOD)
+    assert hovering[-1] == times[-1]
+    tool = arm_model.tool_pose(logs["arm_state"][1][-1, :6]).translation()
+    assert tool[2] == pytest.approx(0.485 + GRASP.hover_height, abs=2e-3)
+    assert np.linalg.norm(tool[:2] - object_at(hovering[0])[:2]) < 0.05
     assert all(np.all(np.isfinite(rows)) for _, rows in logs.values())
 
 
@@ -198,8 +207,8 @@ def test_the_slots_of_the_servo_period_follow_each_other_before_its_end():
     last_step = SERVO_PERIOD - TIME_STEP
     assert np.all(np.diff([last_step, *slots, SERVO_PERIOD]) > 0.05 * TIME_STEP)
     assert round(SERVO_PERIOD / TIME_STEP) * TIME_STEP == pytest.approx(SERVO_PERIOD, rel=1e-12)
-    # whatever plant step they fall in, the estimator and the link have had theirs
-    assert vision_slot(ESTIMATOR_SLOT) < vision_slot(LINK_SLOT) < SERVO_SLOT * TIME_STEP
+    # whatever plant step they fall in, the estimator, the link and the packet guard have had theirs
+    assert vision_slot(ESTIMATOR_SLOT) < vision_slot(LINK_SLOT) < vision_slot(GUARD_SLOT) < SERVO_SLOT * TIME_STEP
 
 
 def test_each_output_changes_in_its_own_slot_and_nowhere_else(arm_model, q_initial):

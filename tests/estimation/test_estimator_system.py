@@ -105,7 +105,7 @@ class Stubborn:
 
 def test_a_held_point_is_offered_once_even_if_the_estimator_ignores_it():
     builder = DiagramBuilder()
-    held = np.array([1.0, *truth(1.0), 0.0, 1.0])
+    held = np.array([0.0, *truth(1.0), 0.0, 1.0])
     source = builder.AddSystem(ConstantVectorSource(held))
     system = builder.AddSystem(EstimatorSystem(Stubborn()))
     builder.Connect(source.get_output_port(), system.GetInputPort("point"))

@@ -1,6 +1,6 @@
 import pytest
 
-from drake_tracker.network.cycles import LONGEST_GAP, REORDERED, CycleCollector
+from drake_tracker.network.cycles import AGREEING, LATEST_TIME, LONGEST_GAP, REORDERED, CycleCollector
 
 PERIOD = 1.0 / 60.0
 
@@ -29,14 +29,50 @@ def test_late_and_repeated_messages_are_ignored():
     assert came == [(8, "lr", True), (9, "lr", False)]
 
 
-@pytest.mark.parametrize("cycle", [0, 100 - REORDERED - 1, 100 + LONGEST_GAP + 1])
-def test_a_clock_that_jumps_has_restarted(cycle):
-    came = collect(("left", 100), ("right", 100), ("left", cycle), ("right", cycle))
-    assert came == [(100, "lr", True), (cycle, "lr", True)]
+def both(*cycles):
+    """Complete cycles."""
+    return [(channel, cycle) for cycle in cycles for channel in ("left", "right")]
+
+
+FAR = [0, 100 - REORDERED - AGREEING, 100 + LONGEST_GAP + 1, round(LATEST_TIME / PERIOD) - AGREEING]
+
+
+@pytest.mark.parametrize("cycle", FAR)
+def test_a_clock_that_jumps_has_restarted_once_several_cycles_agree(cycle):
+    agreeing = range(cycle, cycle + AGREEING)
+    came = collect(*both(100, *agreeing))
+    assert came == [(100, "lr", True), (cycle, "lr", True), *((number, "lr", False) for number in agreeing[1:])]
+
+
+@pytest.mark.parametrize("cycle", [*FAR, 100 + REORDERED + 5])
+def test_fewer_cycles_with_another_time_change_nothing(cycle):
+    wrong = both(*range(cycle, cycle + AGREEING))[:-2]
+    came = collect(*both(100), *wrong, *both(101), *wrong, *both(102))
+    assert came == [(100, "lr", True), (101, "lr", False), (102, "lr", False)]
+
+
+def test_wrong_times_that_do_not_agree_change_nothing():
+    came = collect(*both(100, *range(1000, 9000, 50), 101))
+    assert came == [(100, "lr", True), (101, "lr", False)]
+
+
+def test_a_gap_is_no_restart():
+    later = 100 + LONGEST_GAP
+    came = collect(*both(100, later, later + 1, later + 2))
+    assert came == [(100, "lr", True), *((number, "lr", False) for number in range(later, later + 3))]
+
+
+def test_what_is_put_aside_is_bounded():
+    collector = CycleCollector(["left"], PERIOD)
+    collector.put("left", 0.0, None)
+    for _ in range(100_000):
+        collector.put("left", 5000 * PERIOD, None)
+    assert len(collector._aside) <= 2 * AGREEING
 
 
 def test_a_clock_that_jumps_ends_the_open_cycle():
-    assert collect(("left", 100), ("left", 0), ("right", 0)) == [(100, "l", True), (0, "lr", True)]
+    came = collect(("left", 100), *both(0, 1, 2))
+    assert came == [(100, "l", True), (0, "lr", True), (1, "lr", False), (2, "lr", False)]
 
 
 def test_times_in_whole_milliseconds_are_accurate_enough():

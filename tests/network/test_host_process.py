@@ -6,12 +6,12 @@ from drake import lcmt_drake_signal, lcmt_header, lcmt_image, lcmt_image_array
 from pydrake.lcm import DrakeLcm
 
 from drake_tracker import load_scenario
-from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import Prediction, TrackPoint
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.network.channels import channel_of
+from drake_tracker.network.mailbox import MOST_WAITING
 from drake_tracker.network.signal_message import decode_signal, encode_signal
-from drake_tracker.run.host_process import MOST_WAITING, SILENCE, HostProcess
+from drake_tracker.run.host_process import SILENCE, HostProcess
 
 LAG = 0.25
 
@@ -34,12 +34,20 @@ class Sender:
 
     def send(self, cycles):
         for cycle in cycles:
-            stamp, angle = cycle * VISION_PERIOD - LAG, cycle * VISION_PERIOD * 0.15 / 0.15
-            point = [stamp, 0.56 + 0.15 * np.cos(angle), 0.15 * np.sin(angle), 0.48, 0.001, 1.0]
-            message = encode_signal(point, TrackPoint.get_fields(), cycle * VISION_PERIOD + 0.0008)
-            self.lcm.Publish(channel_of("point"), message.encode())
-            self.host.step(timeout=0.0)
+            self.publish(self.point(cycle)[:], cycle)
         self.lcm.HandleSubscriptions(0)
+
+    def publish(self, values, cycle):
+        message = encode_signal(values, TrackPoint.get_fields(), cycle * VISION_PERIOD + 0.0008)
+        self.lcm.Publish(channel_of("point"), message.encode())
+        self.host.step(timeout=0.0)
+
+    @staticmethod
+    def point(cycle):
+        angle = cycle * VISION_PERIOD * 0.15 / 0.15
+        return TrackPoint(
+            [cycle * VISION_PERIOD - LAG, 0.56 + 0.15 * np.cos(angle), 0.15 * np.sin(angle), 0.48, 0.001, 1.0]
+        )
 
     def last(self):
         return np.array(self.packets[-1][:])
@@ -120,23 +128,134 @@ def test_silence_and_its_end_are_reported_once():
     ]
 
 
-@pytest.mark.parametrize("garbage", [b"", b"\x00" * 40, lcmt_image_array().encode()])
+@pytest.mark.parametrize("garbage", [b"", b"\x00" * 40, lcmt_image_array().encode(), b"\x00" * 10**6])
 def test_garbage_on_the_bus_does_not_end_the_host(garbage):
     sender = Sender()
     sender.lcm.Publish(channel_of("point"), garbage)
     sender.lcm.Publish(channel_of("point"), encode_signal([1.0], ["altitude"], 0.0).encode())
     sender.send(range(1, 90))
-    assert sender.packets[-1].valid and sender.host.counts["not_understood"] == 1
+    assert sender.packets[-1].valid and sender.host.counts["not_understood"] == 2
+    assert sum("POINT: ignoring a message: it" in line for line in sender.news) == 2
 
 
-def test_images_of_another_scenario_are_refused_in_one_line():
-    sender = Sender(overrides=())
-    image = lcmt_image()
-    image.header, image.width, image.height = lcmt_header(), 32, 16
-    images = lcmt_image_array()
+STRAY = {
+    "far away": {"x": 1e300},
+    "not a number": {"y": np.nan},
+    "infinite": {"z": -np.inf},
+    "from the future": {"stamp": 1e18},
+    "a second ahead": {"stamp": 121 * VISION_PERIOD + 1.0},
+    "from the past": {"stamp": -1e18},
+    "from nowhere": {"stamp": np.nan},
+    "hardly valid": {"valid": np.inf},
+}
+
+
+@pytest.mark.parametrize("changes", STRAY.values(), ids=STRAY)
+def test_a_point_that_cannot_be_right_is_as_if_it_had_been_lost(changes):
+    disturbed, other = Sender(), Sender()
+    for sender in (disturbed, other):
+        sender.send(range(120))
+    point = disturbed.point(120)
+    for name, value in changes.items():
+        setattr(point, name, value)
+    disturbed.publish(point[:], 120)
+    for sender in (disturbed, other):
+        sender.send(range(121, 240))
+    np.testing.assert_array_equal(disturbed.last(), other.last())
+    assert disturbed.host.counts["points_refused"] == 1 and other.host.counts["points_refused"] == 0
+    assert sum("ignoring a point" in line for line in disturbed.news) == 1
+
+
+@pytest.mark.parametrize("timestamp", [2**63 - 1, -(2**63), -1, 10**13, 10**6, 5000])
+def test_one_message_with_a_wrong_time_neither_restarts_nor_silences_the_host(timestamp):
+    disturbed, other = Sender(), Sender()
+    disturbed.send(range(120))
+    message = encode_signal(disturbed.point(120)[:], TrackPoint.get_fields(), 0.0)
+    message.timestamp = timestamp
+    disturbed.lcm.Publish(channel_of("point"), message.encode())
+    disturbed.send(range(120, 240))
+    other.send(range(240))
+    np.testing.assert_array_equal(disturbed.last(), other.last())
+    assert disturbed.host.counts["laboratories"] == 1
+
+
+def test_a_flood_is_bounded_and_the_newest_message_wins():
+    sender = Sender()
+    sender.send(range(60))
+    fields = TrackPoint.get_fields()
+    flood = encode_signal([0.0] * len(fields), fields, 60 * VISION_PERIOD).encode()
+    for _ in range(100_000):
+        sender.lcm.Publish(channel_of("point"), flood)
+    sender.send(range(61, 121))
+    assert sender.packets[-1].valid and sender.packets[-1].stamp == pytest.approx(120 * VISION_PERIOD - LAG)
+    assert sender.host.counts["skipped"] > 99_000 and sender.host.counts["laboratories"] == 1
+
+
+def image_message(width, height, **changes):
+    """An encoded image of the given size; ``changes`` are fields of the image or of the message."""
+    image, images = lcmt_image(), lcmt_image_array()
     images.header, images.num_images, images.images = lcmt_header(), 1, [image]
-    sender.lcm.Publish(channel_of("camera_left"), images.encode())
-    with pytest.raises(
-        DrakeTrackerError, match="DRAKE_TRACKER_CAMERA_LEFT: the image has 32 x 16 px, but this scenario"
-    ):
-        sender.host.step(0.0)
+    image.header, image.width, image.height, image.row_stride = lcmt_header(), width, height, min(4 * width, 2**31 - 1)
+    image.pixel_format, image.channel_type = lcmt_image.PIXEL_FORMAT_RGBA, lcmt_image.CHANNEL_TYPE_UINT8
+    image.compression_method = lcmt_image.COMPRESSION_METHOD_NOT_COMPRESSED
+    for name, value in changes.items():
+        setattr(images.header if name == "utime" else images if name == "num_images" else image, name, value)
+    image.data = image.data or bytes(min(max(4 * image.width * image.height, 0), 10**7))
+    image.size = changes.get("size", len(image.data))
+    return images.encode()
+
+
+UNUSABLE = {
+    "another size": ({"width": 32, "height": 16}, "the image has 32 x 16 px, but this scenario needs"),
+    "a larger size": ({"width": 900}, "it is larger than an image, and this scenario needs"),
+    "an absurd size": ({"width": 2**31 - 1, "height": 2**31 - 1, "data": b"123"}, "the image has 2147483647 x 21474"),
+    "a negative size": ({"width": -1}, "the image has -1 x"),
+    "no pixels": ({"data": b"x"}, "the image is not in rows of RGBA"),
+    "grey": ({"pixel_format": lcmt_image.PIXEL_FORMAT_GRAY}, "the image is not in rows of RGBA"),
+    "floats": ({"channel_type": lcmt_image.CHANNEL_TYPE_FLOAT32}, "the image is not in rows of RGBA"),
+    "jpeg": ({"compression_method": lcmt_image.COMPRESSION_METHOD_JPEG}, "the image is not in rows of RGBA"),
+    "zlib": ({"compression_method": lcmt_image.COMPRESSION_METHOD_ZLIB}, "the image is not in rows of RGBA"),
+    "another stride": ({"row_stride": 2**31 - 1}, "the image is not in rows of RGBA"),
+    "a time before the start": ({"utime": -1}, "its time, -1e-06 s, is no time of a clock"),
+    "the end of time": ({"utime": 2**63 - 1}, "its time, 9.22337e+12 s, is no time of a clock"),
+}
+
+
+@pytest.fixture(scope="module")
+def seeing():
+    """A host with cameras, which no other test changes."""
+    sender = Sender(overrides=())
+    return sender, sender.host._image_sizes["camera_left"]
+
+
+@pytest.mark.parametrize("changes, words", UNUSABLE.values(), ids=UNUSABLE)
+def test_an_image_that_cannot_be_used_is_counted_and_explained_once(seeing, changes, words):
+    sender, (width, height) = seeing
+    before = sender.host.counts["not_understood"]
+    del sender.news[:]
+    sender.host._reported.clear()
+    data = image_message(**({"width": width, "height": height} | changes))
+    for _ in range(3):
+        sender.lcm.Publish(channel_of("camera_left"), data)
+    assert sender.host.step(0.0) == 0 and sender.host.counts["not_understood"] == before + 3
+    (line,) = sender.news
+    assert line.startswith(f"DRAKE_TRACKER_CAMERA_LEFT: ignoring a message: {words}")
+
+
+@pytest.mark.parametrize("damage", [lambda data: data[:-1], lambda data: data[:50], lambda data: b"x" + data])
+def test_a_damaged_image_is_ignored(seeing, damage):
+    sender, size = seeing
+    before = sender.host.counts["not_understood"]
+    sender.lcm.Publish(channel_of("camera_left"), damage(image_message(*size)))
+    assert sender.host.step(0.0) == 0 and sender.host.counts["not_understood"] == before + 1
+
+
+def test_good_images_are_used_between_unusable_ones():
+    sender = Sender(overrides=())
+    size = sender.host._image_sizes["camera_left"]
+    for cycle in range(3):
+        for side in ("camera_left", "camera_right"):
+            sender.lcm.Publish(channel_of(side), image_message(32, 16))
+            sender.lcm.Publish(channel_of(side), image_message(*size, utime=round(1e6 * cycle * VISION_PERIOD)) + b"x")
+        assert sender.host.step(0.0) == 1
+    assert sender.host.counts["cycles"] == 3 and sender.host.counts["not_understood"] == 6

@@ -31,7 +31,7 @@ def numbers(messages):
 
 def test_messages_are_handed_out_once_and_in_order():
     lcm = DrakeLcm("memq://")
-    mailbox = Mailbox(lcm, ["point", "camera_left"])
+    mailbox = Mailbox(lcm, {"point": 10, "camera_left": 10})
     assert mailbox.collect(0.0) == []
     for port, number in (("point", 1), ("camera_left", 2), ("point", 3)):
         lcm.Publish(channel_of(port), bytes([number]))
@@ -42,7 +42,7 @@ def test_messages_are_handed_out_once_and_in_order():
 
 def test_while_listening_no_message_is_lost_however_fast_they_arrive():
     bus = SlowBus()
-    mailbox = Mailbox(bus, ["point"])
+    mailbox = Mailbox(bus, {"point": 10})
     with mailbox.listening():
         for number in range(30):
             bus.Publish(channel_of("point"), bytes([number]))
@@ -55,7 +55,7 @@ def test_while_listening_no_message_is_lost_however_fast_they_arrive():
 
 def test_listening_ends_with_an_exception():
     bus = SlowBus()
-    mailbox = Mailbox(bus, ["point"])
+    mailbox = Mailbox(bus, {"point": 10})
     with pytest.raises(ZeroDivisionError), mailbox.listening():
         raise ZeroDivisionError
     bus.Publish(channel_of("point"), b"\x01")

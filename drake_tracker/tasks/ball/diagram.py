@@ -7,6 +7,7 @@ import numpy as np
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.arm.packet_guard import PacketGuard
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, PROJECTOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.diagrams.arms import arm_of
@@ -54,7 +55,8 @@ def make_ball_diagram(scenario: BallScenario, poses: BoardPoses) -> HandEyeDiagr
     host = ball_host(scenario, poses)
     catch = CatchSystem(CatchMachine(scenario.catch, edge, BALL_SERVO_PERIOD), scenario.time_step, BALL_SERVO_PERIOD)
     catch.set_name("catch")
-    arm = ArmDiagram(catch, scenario.servo, model, q_initial, edge.home, scenario.time_step, BALL_SERVO_PERIOD)
+    guard = ball_guard(scenario, poses)
+    arm = ArmDiagram(catch, guard, scenario.servo, model, q_initial, edge.home, scenario.time_step, BALL_SERVO_PERIOD)
     hand_eye = HandEyeDiagram(world, vision, host, link_of(scenario, faults), arm)
     hand_eye.poses = poses
     return hand_eye
@@ -80,6 +82,21 @@ def ball_host(scenario: BallScenario, poses: BoardPoses) -> EstimatorSystem:
 def ball_faults(scenario: BallScenario) -> tuple[Fault, ...]:
     """Returns what goes wrong in a scenario."""
     return make_faults(scenario.faults, seed=scenario.seed, lag=scenario.vision.throughput_cycles * VISION_PERIOD)
+
+
+def ball_guard(scenario: BallScenario, poses: BoardPoses) -> PacketGuard:
+    """Returns the receiver of a scenario's packets. Their paths begin on the board and may end below the table: the
+    ball falls freely from the bottom edge.
+
+    Args:
+        scenario: the scenario.
+        poses: poses of the board.
+    """
+    board = scenario.board
+    corners = [(x, y, z) for x in (-0.5, 0.5) for y in (0.0, 1.0) for z in (0.0, 2.0 * BALL_RADIUS)]
+    p_BC = np.array(corners) * [board.width, board.length, 1.0]
+    p_WC = poses.X_WB.multiply(p_BC.T).T
+    return PacketGuard(scenario.guard, np.array([p_WC.min(axis=0), p_WC.max(axis=0)]))
 
 
 def known_edge(scenario: BallScenario, poses: BoardPoses) -> BoardEdge:

@@ -6,7 +6,7 @@ Settings that all tasks share are in `drake_tracker.scenarios.base`.
 from dataclasses import dataclass
 from typing import ClassVar
 
-from drake_tracker.arm.config import Hand, Puma560, ServoConfig
+from drake_tracker.arm.config import Hand, PacketGuardConfig, Puma560, ServoConfig
 from drake_tracker.arm.kinds import ARMS, arms_without
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import (
@@ -75,6 +75,7 @@ class BallScenario(BaseScenario):
         vision: from images to points on the board.
         estimator: from points to the predicted path.
         link: from the host to the controller of the arm.
+        guard: which packets the arm follows.
         servo: from packets of predicted path to set-points every 5 ms.
         catch: what the hand does, and when.
         arm: the arm.
@@ -95,6 +96,7 @@ class BallScenario(BaseScenario):
     link: LINKS.union() = setting(  # type: ignore[valid-type]
         Perfect, "from the host to the controller of the arm"
     )
+    guard: PacketGuardConfig = setting(PacketGuardConfig, "which packets the arm follows")
     servo: ServoConfig = setting(ServoConfig, "from packets of predicted path to set-points every 5 ms")
     catch: CatchConfig = setting(CatchConfig, "what the hand does, and when")
     arm: ARMS.union(Custom, without=arms_without(Hand.CUP)) = setting(  # type: ignore[valid-type]

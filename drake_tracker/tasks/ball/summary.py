@@ -12,7 +12,7 @@ from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.ball.diagram import known_edge
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.episode import Log
-from drake_tracker.tasks.results import git_commit, lag_of, package_versions, tidy
+from drake_tracker.tasks.results import git_commit, lag_of, package_versions, packet_findings, tidy
 from drake_tracker.vision.board_poses import pose_error
 
 ROLLING = 0.10
@@ -48,6 +48,7 @@ def summarise_ball(
     - ``joint_limit_margin_rad``: smallest distance of a joint from its limit.
     - ``speed_share``: greatest fraction of the rated speed of a joint.
     - ``longest_saturation_s``: longest saturation of a drive.
+    - ``packets_rejected``, ``packets_rejected_for``: see `packet_findings`.
 
     Args:
         hand_eye: the diagram of the run, with the attribute ``poses`` and the ground truth of its world.
@@ -80,6 +81,7 @@ def summarise_ball(
         "hold_s": max(verdicts["held"], default=0.0),
         "board_touched": bool(last.board_touched),
         **arm_findings(log, limits_of(arm_of(scenario))),
+        **packet_findings(log),
         "lag_s": lag_of(log, scenario.time_step),
         "simulated_s": simulated,
         "interrupted": bool(interrupted),

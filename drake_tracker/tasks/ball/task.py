@@ -13,7 +13,14 @@ from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.diagrams.parts import link_of
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.board_figure import draw_board_found
-from drake_tracker.tasks.ball.diagram import ball_faults, ball_host, board_projector, board_vision, make_ball_diagram
+from drake_tracker.tasks.ball.diagram import (
+    ball_faults,
+    ball_guard,
+    ball_host,
+    board_projector,
+    board_vision,
+    make_ball_diagram,
+)
 from drake_tracker.tasks.ball.filming import ball_film, ball_snapshot, ball_view
 from drake_tracker.tasks.ball.initialisation import initialise_board
 from drake_tracker.tasks.ball.path_figure import draw_ball_path
@@ -25,7 +32,7 @@ from drake_tracker.tasks.filming import Film, Snapshot, View
 from drake_tracker.tasks.task import AskForWindows, ReplayParts, Task, required
 from drake_tracker.vision.board_poses import POSES_FILE, BoardPoses, load_poses, save_poses
 
-_ALWAYS_CHANGEABLE = ("estimator", "link", "servo")
+_ALWAYS_CHANGEABLE = ("estimator", "link", "guard", "servo")
 _MM, _SECONDS, _PERCENT = (1e3, "mm", 1), (1.0, "s", 2), (100.0, "%", 1)
 
 
@@ -171,7 +178,8 @@ class BallTask(Task[BallScenario]):
         elif start == "centroids":
             vision = board_projector(scenario, poses)
             vision.set_name("projector")
-        return ReplayParts(vision, images, ball_host(scenario, poses), link_of(scenario, ball_faults(scenario)))
+        link = link_of(scenario, ball_faults(scenario))
+        return ReplayParts(vision, images, ball_host(scenario, poses), link, ball_guard(scenario, poses))
 
 
 TASK = BallTask()

@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping
 
+import numpy as np
 from pydrake.systems.framework import Diagram, System
 
 from drake_tracker.arm.arm_diagram import ArmDiagram
+from drake_tracker.arm.packet_guard import PacketGuard
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.diagrams.hand_eye import BETWEEN_SUBSYSTEMS, Connection, HandEyeDiagram
 from drake_tracker.diagrams.parts import estimator_of, link_of, make_host
@@ -69,7 +71,14 @@ def assemble(
     grasp = GraspSystem(GraspMachine(scenario.grasp, model, SERVO_PERIOD, reach.home[2]), scenario.time_step)
     grasp.set_name("grasp")
     arm = ArmDiagram(
-        grasp, scenario.servo, model, q_initial, reach.home, scenario.time_step, jaw_opening=scenario.grasp.jaw_opening
+        grasp,
+        train_guard(scenario),
+        scenario.servo,
+        model,
+        q_initial,
+        reach.home,
+        scenario.time_step,
+        jaw_opening=scenario.grasp.jaw_opening,
     )
     return HandEyeDiagram(world, vision, host, link, arm, connections)
 
@@ -78,3 +87,8 @@ def train_host(scenario: TrainScenario) -> EstimatorSystem:
     """Returns the host of a scenario, its estimator as a System. Raises DrakeTrackerError when it cannot be made."""
     estimator = estimator_of(scenario.estimator, scenario.where("estimator"))
     return make_host(estimator, scenario.time_step, train_faults(scenario))
+
+
+def train_guard(scenario: TrainScenario) -> PacketGuard:
+    """Returns the receiver of a scenario's packets. Their paths begin in the work volume of the vision."""
+    return PacketGuard(scenario.guard, np.array(scenario.vision.work_volume), scenario.table_height)

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from drake_tracker.arm.config import Hand, Puma560, ServoConfig
+from drake_tracker.arm.config import Hand, PacketGuardConfig, Puma560, ServoConfig
 from drake_tracker.arm.kinds import ARMS, arms_without
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import SERVO_PERIOD
@@ -104,6 +104,7 @@ class TrainScenario(BaseScenario):
         vision: from images to points.
         estimator: from points to the predicted path.
         link: from the host to the controller of the arm.
+        guard: which packets the arm follows.
         servo: from packets of predicted path to set-points every 30 ms.
         grasp: what the hand does, and when.
         arm: the arm.
@@ -124,6 +125,7 @@ class TrainScenario(BaseScenario):
     link: LINKS.union() = setting(  # type: ignore[valid-type]
         Perfect, "from the host to the controller of the arm"
     )
+    guard: PacketGuardConfig = setting(PacketGuardConfig, "which packets the arm follows")
     servo: ServoConfig = setting(ServoConfig, "from packets of predicted path to set-points every 30 ms")
     grasp: GraspConfig = setting(GraspConfig, "what the hand does, and when")
     arm: ARMS.union(Custom, without=arms_without(Hand.GRIPPER)) = setting(  # type: ignore[valid-type]

@@ -12,7 +12,7 @@ from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_of_now
-from drake_tracker.tasks.results import git_commit, lag_of, package_versions, tidy
+from drake_tracker.tasks.results import git_commit, lag_of, package_versions, packet_findings, tidy
 from drake_tracker.tasks.train.closing import closing_onset_error
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
 from drake_tracker.tasks.train.failure import explain_failure
@@ -47,6 +47,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
     - ``speed_share``: greatest fraction of the rated speed of a joint.
     - ``longest_saturation_s``: longest saturation of a drive.
     - ``table_touched``: whether the arm or the gripper touched the table.
+    - ``packets_rejected``, ``packets_rejected_for``: see `packet_findings`.
 
     Args:
         scenario: the scenario of the run.
@@ -75,6 +76,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
         **arm_findings(log, limits_of(arm_of(scenario))),
         **_tracking(log, spans),
         **vision,
+        **packet_findings(log),
         "lag_s": lag_of(log, scenario.time_step),
         "closing_onset_error_s": closing_onset_error(scenario, log, spans),
         "simulated_s": simulated,

@@ -17,7 +17,7 @@ from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, during
 from drake_tracker.tasks.filming import Film, Snapshot, View
 from drake_tracker.tasks.task import ReplayParts, Task
-from drake_tracker.tasks.train.diagram import make_train_diagram, train_host
+from drake_tracker.tasks.train.diagram import make_train_diagram, train_guard, train_host
 from drake_tracker.tasks.train.episode import phase_spans, sighted
 from drake_tracker.tasks.train.failure import activity
 from drake_tracker.tasks.train.faults import train_faults
@@ -30,7 +30,7 @@ from drake_tracker.tasks.train.vision_parts import SIDES, image_vision, load_cam
 from drake_tracker.vision.triangulator_system import TriangulatorSystem
 
 _FREE = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT)
-_ALWAYS_CHANGEABLE = ("estimator", "link", "servo")
+_ALWAYS_CHANGEABLE = ("estimator", "link", "guard", "servo")
 _MM, _SECONDS, _PERCENT = (1e3, "mm", 1), (1.0, "s", 2), (100.0, "%", 1)
 
 
@@ -169,7 +169,8 @@ class TrainTask(Task[TrainScenario]):
             models = load_cameras(scenario)
             vision = TriangulatorSystem(*(models[side] for side in SIDES), work_volume=scenario.vision.work_volume)
             vision.set_name("triangulator")
-        return ReplayParts(vision, images, train_host(scenario), link_of(scenario, train_faults(scenario)))
+        link = link_of(scenario, train_faults(scenario))
+        return ReplayParts(vision, images, train_host(scenario), link, train_guard(scenario))
 
 
 TASK = TrainTask()
