@@ -22,6 +22,7 @@ from drake_tracker import load_scenario, make_diagram
 from drake_tracker.core.timing import (
     ESTIMATOR_SLOT,
     GRASP_SLOT,
+    GUARD_SLOT,
     IK_SLOT,
     LINK_SLOT,
     SERVO_PERIOD,
@@ -51,6 +52,7 @@ RHYTHM = (
     ("images, centroids", 0.0, VISION_PERIOD, PREDICTED),
     ("estimator", vision_slot(ESTIMATOR_SLOT), VISION_PERIOD, PREDICTED),
     ("link", vision_slot(LINK_SLOT), VISION_PERIOD, PREDICTED),
+    ("packet guard", vision_slot(GUARD_SLOT), VISION_PERIOD, HAND),
     ("servo", servo_slot(SERVO_SLOT), SERVO_PERIOD, HAND),
     ("grasp machine", servo_slot(GRASP_SLOT), SERVO_PERIOD, HAND),
     ("transform equation", servo_slot(TRANSFORM_SLOT), SERVO_PERIOD, HAND),

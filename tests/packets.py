@@ -61,7 +61,7 @@ BAD_PACKETS = {
     "knots of 1e308": (lambda p: with_knots(p, column(0, 1e308)), Rejection.OUTSIDE),
     "knots of -1e308 at the end": (lambda p: with_knots(p, column(1, -1e308 * (_STEPS > 20))), Rejection.TOO_FAST),
     "heights of -1e308": (lambda p: with_knots(p, column(2, np.where(_STEPS, -1e308, TRAIN_Z))), Rejection.BELOW_TABLE),
-    "a knot that is NaN": (lambda p: with_knots(p, column(0, np.where(_STEPS > 29, np.nan, 0.5))), Rejection.NOT_FINITE),
+    "one knot NaN": (lambda p: with_knots(p, column(0, np.where(_STEPS > 29, np.nan, 0.5))), Rejection.NOT_FINITE),
     "a knot at infinity": (lambda p: with_knots(p, column(3, np.inf)), Rejection.NOT_FINITE),
     "all NaN": (lambda p: np.full_like(p, np.nan), Rejection.MALFORMED),
     "stamp NaN": (lambda p: with_fields(p, stamp=np.nan), Rejection.NOT_FINITE),

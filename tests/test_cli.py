@@ -46,7 +46,7 @@ def test_run_passes_everything_on(simulated, tmp_path):
     scenario, passed = simulated.calls[0]
     assert (scenario.name, scenario.seed, scenario.duration, scenario.track.speed) == ("train:interlaced", 7, 3.0, 0.1)
     assert scenario.link.drop == 0.5
-    assert passed.pop("progress") is not None
+    assert passed.pop("progress") is not None and passed.pop("tell") is not None
     options = RunOptions(record=False, meshcat=True, graphviz=tmp_path / "diagram.dot")
     assert passed == {"out": out, "options": options, "live": None}
 

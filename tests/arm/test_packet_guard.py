@@ -2,18 +2,7 @@
 
 import numpy as np
 import pytest
-
-from drake_tracker.arm.config import PacketGuardConfig
-from drake_tracker.arm.packet_guard import LARGEST_ACCELERATION, REASONS, PacketGuard, Rejection, describe_rejections
-from drake_tracker.core.messages import (
-    KNOT_COUNT,
-    KNOT_SPACING,
-    PacketReport,
-    Prediction,
-    message_size,
-)
-from drake_tracker.core.timing import PATH_DURATION
-from tests.packets import (
+from packets import (
     BAD_PACKETS,
     TABLE_HEIGHT,
     TRAIN_Z,
@@ -25,6 +14,17 @@ from tests.packets import (
     with_fields,
     with_knots,
 )
+
+from drake_tracker.arm.config import PacketGuardConfig
+from drake_tracker.arm.packet_guard import LARGEST_ACCELERATION, REASONS, PacketGuard, Rejection, describe_rejections
+from drake_tracker.core.messages import (
+    KNOT_COUNT,
+    KNOT_SPACING,
+    PacketReport,
+    Prediction,
+    message_size,
+)
+from drake_tracker.core.timing import PATH_DURATION
 
 NOW, LAG = 10.0, 0.25
 SETTINGS = PacketGuardConfig()

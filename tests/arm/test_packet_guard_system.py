@@ -2,42 +2,22 @@
 
 import numpy as np
 import pytest
+from arm_computer import GUARD, ArmComputer
+from packets import BAD_PACKETS, TABLE_HEIGHT, circle_packet, moved, with_knots
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import LogVectorOutput
 
-from drake_tracker.arm.arm_diagram import ArmDiagram
-from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.config import PacketGuardConfig, ServoConfig
-from drake_tracker.arm.description import PUMA560
-from drake_tracker.arm.differential_ik import joints_for
-from drake_tracker.arm.packet_guard import PacketGuard
 from drake_tracker.arm.packet_guard_system import make_packet_guard_system
 from drake_tracker.core.messages import PacketReport, Prediction, message_size
-from drake_tracker.core.timing import GUARD_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD
+from drake_tracker.core.timing import GUARD_SLOT, SERVO_PERIOD, TIME_STEP
 from drake_tracker.grasp.config import GraspConfig
-from drake_tracker.grasp.grasp_machine import GraspMachine
-from drake_tracker.grasp.grasp_system import GraspSystem
 from drake_tracker.grasp.schema import Phase
-from tests.packets import BAD_PACKETS, TABLE_HEIGHT, VOLUME, circle_packet, moved, with_knots
 
 LAG = 0.25
-HOME = np.array([0.56, 0.0, 0.485, np.pi])
-GUARD = PacketGuard(PacketGuardConfig(), VOLUME, TABLE_HEIGHT)
 
 
-class Sender(LeafSystem):
-    """Sends packet ``make(now, number)`` in each vision cycle."""
-
-    def __init__(self, make):
-        super().__init__()
-        self._make = make
-        self.DeclareStateOutputPort("packet", self.DeclareDiscreteState(message_size(Prediction)))
-        self.DeclarePeriodicDiscreteUpdateEvent(VISION_PERIOD, 0.5 * TIME_STEP, self._update)
-
-    def _update(self, context, state):
-        now = context.get_time()
-        state.set_value(0, self._make(now, round(now / VISION_PERIOD)))
+@pytest.fixture(scope="module")
+def arm():
+    return ArmComputer()
 
 
 def test_a_packet_passes_at_once_and_is_counted_in_the_slot_of_the_guard():
@@ -62,46 +42,23 @@ def test_a_packet_passes_at_once_and_is_counted_in_the_slot_of_the_guard():
     np.testing.assert_array_equal(system.GetOutputPort("accepted").Eval(context), good)
 
 
-@pytest.fixture(scope="module")
-def q_initial(arm_model):
-    return joints_for(arm_model, PUMA560.q_start, tool_down(HOME[:3] + [0.0, 0.0, GraspConfig().hover_height], HOME[3]))
-
-
-def arm_run(arm_model, q_initial, make, duration):
-    """Logs {name: (times, rows)} of the arm's computer that receives ``make``'s packets. The joints stand still."""
-    builder = DiagramBuilder()
-    grasp = GraspSystem(GraspMachine(GraspConfig(), arm_model, SERVO_PERIOD))
-    arm = builder.AddSystem(ArmDiagram(grasp, GUARD, ServoConfig(), arm_model, q_initial, HOME, TIME_STEP))
-    builder.Connect(builder.AddSystem(Sender(make)).GetOutputPort("packet"), arm.GetInputPort("packet"))
-    ports = ("target", "command", "status", "q_commanded", "arm_desired_state", "packet_report")
-    logs = {name: LogVectorOutput(arm.GetOutputPort(name), builder, publish_period=SERVO_PERIOD) for name in ports}
-    diagram = builder.Build()
-    context = diagram.CreateDefaultContext()
-    inside = arm.GetMyContextFromRoot(context)
-    arm.GetInputPort("arm_state").FixValue(inside, [*q_initial, *np.zeros(6)])
-    arm.GetInputPort("jaws").FixValue(inside, [GraspConfig().jaw_opening, 0.0, 0.0])
-    Simulator(diagram, context).AdvanceTo(duration)
-    found = {name: log.FindLog(context) for name, log in logs.items()}
-    return {name: (log.sample_times(), log.data().T) for name, log in found.items()}
-
-
 def good(now, number):
     return circle_packet(now - LAG, number)
 
 
 @pytest.fixture(scope="module")
-def undisturbed(arm_model, q_initial):
-    return arm_run(arm_model, q_initial, good, 2.4)
+def undisturbed(arm):
+    return arm.run(good, 2.4)
 
 
-def test_bad_packets_of_every_kind_between_good_ones_change_almost_nothing(arm_model, q_initial, undisturbed):
+def test_bad_packets_of_every_kind_between_good_ones_change_almost_nothing(arm, undisturbed):
     kinds = [spoil for spoil, _ in BAD_PACKETS.values()]
 
     def make(now, number):
         packet = good(now, number)
         return kinds[number // 2 % len(kinds)](packet) if number % 2 else packet
 
-    logs = arm_run(arm_model, q_initial, make, 2.4)
+    logs = arm.run(make, 2.4)
     report = PacketReport(logs["packet_report"][1][-1])
     assert report.rejected > 60 and all(report[k] for k in range(3, len(report[:])))
     for name, tolerance in (("target", 0.02), ("q_commanded", 0.02)):
@@ -117,12 +74,12 @@ ONE_OF_EACH = {rejection.name: spoil for spoil, rejection in BAD_PACKETS.values(
 
 
 @pytest.mark.parametrize("spoil", ONE_OF_EACH.values(), ids=ONE_OF_EACH)
-def test_after_nothing_but_bad_packets_the_hand_stands_still_above_the_table(arm_model, q_initial, spoil):
+def test_after_nothing_but_bad_packets_the_hand_stands_still_above_the_table(arm, spoil):
     def make(now, number):
         packet = good(now, number)
         return packet if now < 1.0 else spoil(packet)
 
-    logs = arm_run(arm_model, q_initial, make, 3.3)
+    logs = arm.run(make, 3.3)
     times, status = logs["status"]
     phase = logs["command"][1][:, 0]
     assert all(np.isfinite(rows).all() for _, rows in logs.values())
@@ -131,15 +88,15 @@ def test_after_nothing_but_bad_packets_the_hand_stands_still_above_the_table(arm
     assert height.min() > TABLE_HEIGHT + 0.2
     assert np.ptp(status[times > 3.1, 3:7], axis=0).max() < 1e-6
     speed = np.abs(np.diff(logs["q_commanded"][1], axis=0)) / SERVO_PERIOD
-    assert (speed.max(axis=0) <= arm_model.velocity_limit).all()
+    assert (speed.max(axis=0) <= arm.model.velocity_limit).all()
 
 
-def test_the_hand_follows_again_as_soon_as_good_packets_arrive(arm_model, q_initial):
+def test_the_hand_follows_again_as_soon_as_good_packets_arrive(arm):
     def make(now, number):
         packet = good(now, number)
         return packet if not 1.0 < now < 2.5 else with_knots(packet, moved(0, 0, -0.5, 0, 0))
 
-    times, command = arm_run(arm_model, q_initial, make, 3.2)["command"]
+    times, command = arm.run(make, 3.2)["command"]
     changes = np.flatnonzero(np.diff(command[:, 0])) + 1
     assert [Phase(int(phase)) for phase in command[changes, 0]] == [Phase.TRACK, Phase.HOVER, Phase.TRACK]
     assert times[changes[1]] == pytest.approx(1.0 + GraspConfig().silence, abs=0.1)

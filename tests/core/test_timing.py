@@ -7,6 +7,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import (
     ESTIMATOR_SLOT,
     GRASP_SLOT,
+    GUARD_SLOT,
     IK_SLOT,
     LAG_CYCLES,
     LINK_SLOT,
@@ -55,7 +56,7 @@ def test_a_plant_step_that_does_not_divide_the_periods_is_rejected(time_step):
 
 
 def test_slots_lie_within_a_plant_step_in_the_order_of_the_data():
-    order = [PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT]
+    order = [PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, GUARD_SLOT, SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT]
     assert order[0] > 0.0 and order[-1] < 1.0
     assert order == sorted(set(order))
     assert set(SLOTS.values()) == set(order), "this test does not list a slot"
@@ -73,7 +74,10 @@ def test_no_two_subsystems_update_at_the_same_instant(time_step):
         return set(range(round(first), together, period * 16))
 
     updates = [instants(0.0, 1)]  # the plant; vision is in step with it
-    updates += [instants(vision_slot(slot, time_step), vision) for slot in (PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT)]
+    updates += [
+        instants(vision_slot(slot, time_step), vision)
+        for slot in (PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, GUARD_SLOT)
+    ]
     updates += [
         instants(servo_slot(slot, time_step), servo) for slot in (SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT)
     ]

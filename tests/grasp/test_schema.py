@@ -1,3 +1,6 @@
+import re
+from pathlib import Path
+
 import pytest
 
 from drake_tracker.arm.tool_motion import MotionFrame
@@ -68,3 +71,13 @@ def test_phases_that_share_a_motion_agree_on_it():
         assert after in successors(before)
         one, other = PROGRAMS[before], PROGRAMS[after]
         assert (one.frame, one.height, one.duration) == (other.frame, other.height, other.duration)
+
+
+def test_the_state_diagram_shows_every_phase_and_transition():
+    text = (Path(__file__).parents[2] / "docs" / "diagrams" / "arm_phases.dot").read_text(encoding="utf-8")
+    drawn = re.findall(r'(\w+) -> (\w+) \[tooltip="(\w+)"', text)
+    table = [(phase.name, after.name, name) for phase, ways in TRANSITIONS.items() for name, after in ways]
+    assert sorted(drawn) == sorted(table)
+    for phase in Phase:
+        (blind,) = re.findall(rf"{phase.name} \[label=<<B>{phase.value} {phase.name.lower()}</B>.*>(.*)\]", text)
+        assert ("fillcolor" in blind) == PROGRAMS[phase].blind

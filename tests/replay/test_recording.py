@@ -93,7 +93,7 @@ def test_cameras_and_detector_have_no_effect_in_a_replay_from_centroids(rendered
     for change in ("cameras.noise=0", "vision.detector.centroid=mean"):
         line = error_of(capsys, tmp_path, "--set", change, run=rendered_run)
         assert f"--set {change}: {change.split('=')[0]} has no effect in a replay from centroids" in line
-        assert line.endswith("estimator, link, servo, vision.work_volume, cameras.calibration")
+        assert line.endswith("estimator, link, guard, servo, vision.work_volume, cameras.calibration")
 
 
 def test_images_that_are_missing_or_incomplete(rendered_run, capsys, tmp_path, monkeypatch):

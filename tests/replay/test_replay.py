@@ -4,16 +4,17 @@ import json
 
 import numpy as np
 import pytest
+import yaml
 
 from drake_tracker import cli
-from drake_tracker.core.log import Signal, load_log
+from drake_tracker.core.log import Signal, load_log, save_log
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
 from drake_tracker.replay.judge import HORIZONS, Judge, compare_signals
 from drake_tracker.replay.parts import make_replay_diagram
 from drake_tracker.replay.recording import STARTS, open_recording
 from drake_tracker.replay.replay import replay_run
 
-FROM_POINTS = {"filtered", "prediction", "delivered", "target"}
+FROM_POINTS = {"filtered", "prediction", "delivered", "packet_report", "target"}
 CENTROIDS = {"train": {"centroid_left", "centroid_right"}, "ball": {"centroid"}}
 
 
@@ -44,7 +45,7 @@ def test_no_source_is_ground_truth(ball_run):
     recording = open_recording(ball_run)
     diagram = make_replay_diagram(recording)
     names = {system.get_name() for system in diagram.GetSystems()}
-    assert names == {"recorded_centroid", "recorded_command", "projector", "host", "link", "servo"}
+    assert names == {"recorded_centroid", "recorded_command", "projector", "host", "link", "packet_guard", "servo"}
 
 
 @pytest.mark.parametrize(
@@ -52,7 +53,7 @@ def test_no_source_is_ground_truth(ball_run):
     [
         ("centroids", "estimator=!AlphaBetaGamma {}", {"point"}),
         ("centroids", "link=!Lossy {delay: 0.1}", {"point", "filtered", "prediction"}),
-        ("centroids", "servo.tracking_index=0.5", {"point", "filtered", "prediction", "delivered"}),
+        ("centroids", "servo.tracking_index=0.5", {"point", "filtered", "prediction", "delivered", "packet_report"}),
         ("images", "vision.detector.centroid=mean", set()),
         ("images", "vision.lag_cycles=10", set()),
     ],
@@ -80,6 +81,20 @@ def test_the_command_writes_log_picture_and_numbers(rendered_run, tmp_path, caps
     key = "prediction_0.75_s_rms_m"
     pair = [f"{1e3 * found[which][key]:.2f}" for which in ("recorded", "replayed")]
     assert ["0.75", "s", "ahead", *pair] in rows and ["identical", "point"] in rows
+
+
+def test_a_run_of_an_earlier_version_has_no_report_of_packets_and_is_replayed(measured_run, tmp_path):
+    for name in ("scenario.yaml", "summary.json"):
+        (tmp_path / name).write_text((measured_run / name).read_text())
+    log = load_log(measured_run / "log.npz")
+    assert log.pop("packet_report")["received"][-1] > 30
+    save_log(log, tmp_path / "log.npz")
+    scenario = tmp_path / "scenario.yaml"
+    tree = yaml.safe_load(scenario.read_text())
+    assert all(part.pop("guard") for part in tree.values())
+    scenario.write_text(yaml.safe_dump(tree))
+    result = replay_run(open_recording(tmp_path))
+    assert result["identical"] and set(result["signals"]) == FROM_POINTS - {"packet_report"}
 
 
 def test_the_judge_agrees_with_the_summary_and_with_ground_truth(measured_run):

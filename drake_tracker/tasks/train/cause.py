@@ -8,7 +8,7 @@ from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.trouble import Cause, Trouble
 from drake_tracker.tasks.train.trouble_hand import arm_troubles, gripper_troubles, operator_troubles
 from drake_tracker.tasks.train.trouble_motion import motion_troubles
-from drake_tracker.tasks.train.trouble_signals import host_troubles, link_troubles, vision_troubles
+from drake_tracker.tasks.train.trouble_signals import host_troubles, link_troubles, rejected_packets, vision_troubles
 
 FORGOTTEN = 3.0
 """Time before a descent [s] within which trouble can have spoilt it."""
@@ -67,6 +67,7 @@ def first_touch(log: Log) -> float | None:
 
 def _signal_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Trouble]:
     return [
+        *rejected_packets(log, until),
         *host_troubles(log, until),
         *link_troubles(log, until),
         *vision_troubles(scenario, log, spans, until),

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from drake_tracker.arm.packet_guard import REASONS, Rejection
 from drake_tracker.tasks.episode import Log, PhaseSpan
 from drake_tracker.tasks.train.episode import sighted, train_pose
 from drake_tracker.tasks.train.scenario import TrainScenario
@@ -97,6 +98,27 @@ def _wrong_places(log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Tr
         )
         clause = what.format(1e3 * np.median(lengths))
         found.append(Trouble(cause, float(off[0][0]), float(off[-1][0] + _WINDOW), clause))
+    return found
+
+
+def rejected_packets(log: Log, until: float) -> list[Trouble]:
+    """Returns where the arm kept rejecting packets of the host.
+
+    Args:
+        log: {name: Signal} of the run; that of an earlier version has no ``packet_report``.
+        until: time until which packets are judged [s].
+    """
+    report = log.get("packet_report")
+    if report is None or len(report.times) == 0:
+        return []
+    times = report.times[1:]
+    here = (np.diff(report["rejected"]) > 0) & (times <= until)
+    spells = stretches(times, here, SILENT)
+    found = []
+    for start, end in spells:
+        reasons = report["reason"][1:][here & (times >= start) & (times <= end)]
+        words = " and ".join(REASONS[Rejection(int(reason))] for reason in dict.fromkeys(reasons))
+        found.append(Trouble(Cause.HOST, start, end, f"the arm rejected packets: {words}"))
     return found
 
 

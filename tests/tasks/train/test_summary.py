@@ -14,7 +14,16 @@ KEYS = {
     *("scenario", "seed", "success", "failure_reason", "attempts", "first_attempt_success", "time_to_grasp_s"),
     *("lift_height_m", "hold_s", "prediction_rms_m", "prediction_p95_m", "position_rms_m", "vision_valid_fraction"),
     *("triangulation_rms_m", "triangulation_jitter_m", "lag_s", "closing_onset_error_s", "joint_limit_margin_rad"),
-    *("speed_share", "longest_saturation_s", "table_touched", "simulated_s", "interrupted", "package_versions"),
+    *(
+        "speed_share",
+        "longest_saturation_s",
+        "table_touched",
+        "packets_rejected",
+        "packets_rejected_for",
+        "simulated_s",
+        "interrupted",
+        "package_versions",
+    ),
     *("git_commit", "cause"),
 }
 
