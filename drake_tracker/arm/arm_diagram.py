@@ -36,6 +36,7 @@ class ArmDiagram(Diagram):
         - arm_desired_state
         - arm_feedforward
         - gripper_desired_state
+        - accepted
         - packet_report
         - target
         - command
@@ -51,6 +52,7 @@ class ArmDiagram(Diagram):
     - ``arm_desired_state``: desired joint positions and velocities, 2 n values [rad, rad/s].
     - ``arm_feedforward``: torques for gravity, friction and acceleration, n values [N m].
     - ``gripper_desired_state``: desired position and velocity of the driven finger, 2 values [m, m/s].
+    - ``accepted``: the newest packet that the arm may follow, a `Prediction`, for displays. All zeros: none yet.
     - ``packet_report``: what became of the packets, a `PacketReport`, for logs.
     - ``target``: the object as the servo estimates it, a `ServoTarget`, for logs. All zeros: nothing estimated yet.
     - ``command``: the decision's `ArmCommand`, for logs.
@@ -152,7 +154,8 @@ class ArmDiagram(Diagram):
         builder.ExportInput(controller.inverse_dynamics.get_input_port_estimated_state(), "arm_state")
         builder.ExportOutput(controller.spline.GetOutputPort("desired_state"), "arm_desired_state")
         builder.ExportOutput(controller.inverse_dynamics.get_output_port_generalized_force(), "arm_feedforward")
-        builder.ExportOutput(packet_guard.GetOutputPort("packet_report"), "packet_report")
+        for name in ("accepted", "packet_report"):
+            builder.ExportOutput(packet_guard.GetOutputPort(name), name)
         builder.ExportOutput(servo_system.GetOutputPort("target"), "target")
         builder.ExportOutput(controller.transform_equation.GetOutputPort("status"), "status")
         builder.ExportOutput(q_commanded, "q_commanded")

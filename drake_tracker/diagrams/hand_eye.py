@@ -33,6 +33,7 @@ class HandEyeDiagram(Diagram):
         - filtered
         - prediction
         - delivered
+        - accepted
         - packet_report
         - target
         - command

@@ -41,14 +41,14 @@ class StripsSystem(LeafSystem):
         input_ports:
         - point
         - filtered
-        - delivered
+        - accepted
         - command
         - arm_state
         - truth_train_state
         - jaws
 
-    Every port is a vector: ``point`` is a `TrackPoint`, ``filtered`` a `Filtered`, ``delivered`` the `Prediction` that
-    reached the arm, ``command`` an `ArmCommand`, ``arm_state`` positions [rad] and velocities [rad/s] of the joints.
+    Every port is a vector: ``point`` is a `TrackPoint`, ``filtered`` a `Filtered`, ``accepted`` the `Prediction` that
+    the arm follows, ``command`` an `ArmCommand`, ``arm_state`` positions [rad] and velocities [rad/s] of the joints.
     The last two are named by the `StripChart`: the object's true state (13 elements, SI units, in W) and the task's own
     message; the block shows those of the train.
 
@@ -70,7 +70,7 @@ class StripsSystem(LeafSystem):
         sizes = {
             "point": message_size(TrackPoint),
             "filtered": message_size(Filtered),
-            "delivered": message_size(Prediction),
+            "accepted": message_size(Prediction),
             "command": message_size(ArmCommand),
             "arm_state": 2 * model.num_joints,
             chart.state_port: _STATE_SIZE,
@@ -101,7 +101,7 @@ class StripsSystem(LeafSystem):
             now=context.get_time(),
             p_WT=self._model.tool_pose(q).translation(),
             p_WQ=read[self._chart.state_port][_POSITION],
-            packet=read["delivered"],
+            packet=read["accepted"],
             filtered=Filtered(read["filtered"]),
             command=command,
             points=self._newest_points(context),

@@ -223,7 +223,7 @@ def add_camera_video(
     system = builder.AddNamedSystem("camera_video", CameraVideoSystem(sinks, page, film))
     for port in inputs(system):
         name = port.get_name()
-        builder.Connect(hand_eye.GetOutputPort("delivered" if name == "packet" else name), port)
+        builder.Connect(hand_eye.GetOutputPort("accepted" if name == "packet" else name), port)
     return CameraVideoRecorder(sinks)
 
 

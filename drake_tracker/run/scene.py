@@ -165,7 +165,7 @@ def add_scene_recording(
     )
     MeshcatVisualizer.AddToBuilder(builder, hand_eye.GetOutputPort("truth_query"), meshcat, parameters)
     display = builder.AddNamedSystem("tracking_display", TrackingDisplaySystem(meshcat, view))
-    for own, theirs in {"packet": "delivered", "point": "point", "command": "command"}.items():
+    for own, theirs in {"packet": "accepted", "point": "point", "command": "command"}.items():
         builder.Connect(hand_eye.GetOutputPort(theirs), display.GetInputPort(own))
     meshcat.StartRecording(FRAMES_PER_SECOND, set_visualizations_while_recording=True)
     if announce:

@@ -7,10 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_tracker.core.log import Signal
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_FIELDS, PREDICTION_HEADER
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_FIELDS, KNOT_SPACING, PREDICTION_HEADER
 from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP
 
 _X, _Y, _YAW = (KNOT_FIELDS.index(field) for field in ("x", "y", "yaw"))
+_LARGEST = 1e12
+"""Numbers in a packet that are larger make no sense in any unit, and would overflow."""
 
 Log = Mapping[str, Signal]
 """{name: Signal} of a run."""
@@ -98,9 +100,22 @@ class Predictions(NamedTuple):
 
 
 def fresh_packets(signal: Signal) -> np.ndarray:
-    """Returns the indices of the samples of a logged packet signal at which a new packet appears, shape (n,)."""
+    """Returns the indices of the samples of a logged packet signal at which a new packet appears, shape (n,).
+
+    Packets that cannot be evaluated are left out.
+    """
     seq = signal["seq"]
-    return np.nonzero((signal["valid"] > 0) & (np.diff(seq, prepend=0.0) != 0))[0]
+    with np.errstate(invalid="ignore"):
+        return np.nonzero(can_be_evaluated(signal) & (np.diff(seq, prepend=0.0) != 0))[0]
+
+
+def can_be_evaluated(signal: Signal) -> np.ndarray:
+    """Returns which samples of a logged packet signal have a path that can be evaluated, shape (n,), bool.
+
+    A host that is not ours may send anything; the arm rejects it, but the log keeps it.
+    """
+    sane = np.isfinite(signal.data).all(axis=1) & (np.abs(signal.data) < _LARGEST).all(axis=1)
+    return sane & (signal["valid"] > 0) & (signal["spacing"] > 0.5 * KNOT_SPACING)
 
 
 def predictions_ahead(signal: Signal, horizon: float) -> Predictions:
@@ -116,7 +131,7 @@ def predictions_ahead(signal: Signal, horizon: float) -> Predictions:
 
 def predictions_of_now(signal: Signal) -> Predictions:
     """Returns, for each sample of a logged packet signal, the packet's prediction for the time of the sample."""
-    index = np.nonzero(signal["valid"] > 0)[0]
+    index = np.nonzero(can_be_evaluated(signal))[0]
     return _evaluate(signal, index, signal.times[index])
 
 

@@ -46,7 +46,7 @@ class StripInputs(NamedTuple):
         now: simulated time [s].
         p_WT: position of the tool in W [m], shape (3,).
         p_WQ: true position of the object in W [m], shape (3,).
-        packet: vector of the `Prediction` that was delivered to the arm.
+        packet: vector of the newest `Prediction` that the arm accepted.
         filtered: a `Filtered` message.
         command: an `ArmCommand` message.
         points: the two newest valid `TrackPoint` messages, older first, or fewer.

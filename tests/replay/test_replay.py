@@ -1,10 +1,10 @@
 """Tests of replays: bit-identical to the run until a setting is changed."""
 
 import json
+import re
 
 import numpy as np
 import pytest
-import yaml
 
 from drake_tracker import cli
 from drake_tracker.core.log import Signal, load_log, save_log
@@ -91,9 +91,9 @@ def test_a_run_of_an_earlier_version_has_no_report_of_packets_and_is_replayed(me
     assert log.pop("packet_report")["received"][-1] > 30
     save_log(log, tmp_path / "log.npz")
     scenario = tmp_path / "scenario.yaml"
-    tree = yaml.safe_load(scenario.read_text())
-    assert all(part.pop("guard") for part in tree.values())
-    scenario.write_text(yaml.safe_dump(tree))
+    text, count = re.subn(r"^  guard:\n(    .*\n)+", "", scenario.read_text(), flags=re.MULTILINE)
+    assert count == 1
+    scenario.write_text(text)
     result = replay_run(open_recording(tmp_path))
     assert result["identical"] and set(result["signals"]) == FROM_POINTS - {"packet_report"}
 

@@ -102,7 +102,7 @@ def _wrong_places(log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Tr
 
 
 def rejected_packets(log: Log, until: float) -> list[Trouble]:
-    """Returns where the arm kept rejecting packets of the host.
+    """Returns where the arm kept rejecting packets of the host. Those that came too late are trouble with the link.
 
     Args:
         log: {name: Signal} of the run; that of an earlier version has no ``packet_report``.
@@ -112,7 +112,7 @@ def rejected_packets(log: Log, until: float) -> list[Trouble]:
     if report is None or len(report.times) == 0:
         return []
     times = report.times[1:]
-    here = (np.diff(report["rejected"]) > 0) & (times <= until)
+    here = (np.diff(report["rejected"]) > 0) & (report["reason"][1:] != Rejection.PAST) & (times <= until)
     spells = stretches(times, here, SILENT)
     found = []
     for start, end in spells:

@@ -5,13 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_tracker.arm.packet_guard import Rejection
+from drake_tracker.core.log import Signal
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.train.cause import main_trouble
 from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.failure import explain_failure
 from drake_tracker.tasks.train.summary import summarise
+from drake_tracker.tasks.train.task import TASK
 from drake_tracker.tasks.train.trouble import Cause, stretches
+from drake_tracker.tasks.train.trouble_signals import rejected_packets
 
 
 def changed(log, name, **fields):
@@ -124,6 +128,25 @@ def test_a_host_that_never_predicts(episode):
     for name in ("prediction", "delivered"):
         log = changed(log, name, valid=during(0.0, 99.0, 0.0))
     assert_found(episode, log, Cause.HOST, 0.3, 7.5, "never made a prediction")
+
+
+def report_of_rejections(reason, start, end):
+    """A signal ``packet_report`` in which a packet is rejected every 30 ms of a stretch of time [s]."""
+    names = TASK.signals()["packet_report"][1]
+    times = np.arange(0.0, 6.0, 0.03)
+    rejected = np.cumsum((times >= start) & (times <= end))
+    rows = np.zeros((len(times), len(names)))
+    rows[:, names.index("rejected")], rows[:, names.index("reason")] = rejected, reason * (rejected > 0)
+    return {"packet_report": Signal(times, rows, tuple(names))}
+
+
+def test_a_host_whose_packets_are_rejected(episode):
+    log = episode.log() | report_of_rejections(Rejection.BELOW_TABLE, 2.0, 4.0)
+    assert_found(episode, log, Cause.HOST, 2.0, 4.0, "the arm rejected packets: the path leads below the table")
+    stray = episode.log() | report_of_rejections(Rejection.BELOW_TABLE, 2.0, 2.1)
+    assert rejected_packets(stray, 6.0) == []
+    late = episode.log() | report_of_rejections(Rejection.PAST, 2.0, 4.0)
+    assert rejected_packets(late, 6.0) == []
 
 
 def test_a_link_that_delays_and_one_that_delivers_nothing(episode):
