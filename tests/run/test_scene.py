@@ -23,7 +23,7 @@ class Tracker(LeafSystem):
 
     def __init__(self):
         super().__init__()
-        self.DeclareVectorOutputPort("delivered", 160, self._packet)
+        self.DeclareVectorOutputPort("accepted", 160, self._packet)
         self.DeclareVectorOutputPort("point", 6, self._point)
         self.DeclareVectorOutputPort("command", 7, self._command)
 
@@ -63,7 +63,7 @@ def draw(duration):
     builder = DiagramBuilder()
     tracker = builder.AddSystem(Tracker())
     display = builder.AddSystem(TrackingDisplaySystem(canvas, TRAIN_VIEW))
-    for own, theirs in {"packet": "delivered", "point": "point", "command": "command"}.items():
+    for own, theirs in {"packet": "accepted", "point": "point", "command": "command"}.items():
         builder.Connect(tracker.GetOutputPort(theirs), display.GetInputPort(own))
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(duration)
@@ -98,7 +98,7 @@ def laboratory():
     plant.Finalize()
     builder.ExportOutput(scene_graph.get_query_output_port(), "truth_query")
     tracker = builder.AddSystem(Tracker())
-    for port in ("delivered", "point", "command"):
+    for port in ("accepted", "point", "command"):
         builder.ExportOutput(tracker.GetOutputPort(port), port)
     return builder.Build()
 
