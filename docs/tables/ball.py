@@ -4,22 +4,12 @@ import statistics
 
 import ball as benchmark
 import ball_detector_tables as detectors
+from ball_detectors import IN_SHORT
+from detector_methods import DEFAULT, FLOW_LITERAL, MOG2
 
 from tables.results import block, commit_of, data, lines, listed, of, origin, ranges, table, where
 
-_DEFAULT = "frame difference, gain normalised"
-_SHORT = {
-    _DEFAULT: _DEFAULT,
-    "frame difference": "frame difference",
-    "frame difference, the paper's mean": "frame difference, paper's mean",
-    "frame difference, every image": "frame difference, every image",
-    "background difference": "background difference",
-    "static threshold": "static threshold",
-    "normal flow, as for the train": "normal flow, as for the train",
-    "normal flow, as the 1991 paper prints it": "normal flow, paper literal",
-    "MOG2 (OpenCV)": "MOG2 (OpenCV)",
-    "KNN (OpenCV)": "KNN (OpenCV)",
-}
+_IN_SHORT = {name: name for name in IN_SHORT}
 """Rows of the short table: label, name in the result file."""
 
 
@@ -74,22 +64,21 @@ def ball_failures() -> str:
 
 def _detectors_origin() -> str:
     found = data("ball_detectors")
-    versions = ", ".join(f"{name} {found[name]}" for name in ("python", "drake", "numpy", "opencv"))
     seeds = f"Seeds of the ball {ranges(found['seeds'])}, of the train {found['train_seed']}"
-    return f"*{seeds}, commit `{found['commit']}`, {versions}.*"
+    return f"*{seeds}, commit `{found['made_by']['commit'][:7]}`.*"
 
 
 def ball_detectors() -> str:
     found = data("ball_detectors")
-    images = [found[task]["steady light"][_DEFAULT]["images"] for task in ("ball", "train")]
+    images = [found[task]["steady light"][DEFAULT]["images"] for task in ("ball", "train")]
     text = f"{images[0]} images of the ball, {images[1]} of the train."
-    return block(table(*detectors.short_table(found, _SHORT, _DEFAULT)), text, _detectors_origin())
+    return block(table(*detectors.short_table(found, _IN_SHORT, DEFAULT)), text, _detectors_origin())
 
 
 def ball_detectors_both_tasks() -> str:
     found = data("ball_detectors")
-    text = f"The default takes {found['time_us'][_DEFAULT]:.0f} us per image."
-    return block(table(*detectors.both_tasks_table(found, _DEFAULT)), text)
+    text = f"The default takes {found['time_us'][DEFAULT]:.0f} us per image."
+    return block(table(*detectors.both_tasks_table(found, DEFAULT)), text)
 
 
 def ball_detectors_conditions() -> str:
@@ -108,12 +97,12 @@ def ball_detectors_literal() -> str:
     found = data("ball_detectors")
     counts = []
     for task in ("ball", "train"):
-        row = found[task]["steady light"]["normal flow, paper literal"]
+        row = found[task]["steady light"][FLOW_LITERAL]
         counts.append(f"{round(row['within'] * row['images'])} of {row['images']} images of the {task}")
     return f"The literal preset finds the object in {listed(counts)}; its errors are those of these few images."
 
 
 def ball_detectors_mog2() -> str:
     times = data("ball_detectors")["time_us"]
-    ratio = times["MOG2 (OpenCV)"] / times[_DEFAULT]
+    ratio = times[MOG2] / times[DEFAULT]
     return f"The default is {ratio:.1f} times as fast as MOG2; the target was 5."

@@ -11,7 +11,7 @@ from drake_tracker.core.timing import PATH_DURATION
 from drake_tracker.grasp.config import GRIP_CONFIRMED, WIDTH_TOLERANCE, GraspConfig
 from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, horizon, judge_prediction, stands
 from drake_tracker.grasp.motor_schema import since
-from drake_tracker.grasp.operated import OperatedMachine, OperatedState, Pace, resting_target
+from drake_tracker.grasp.operated import STOPPING_SHARE, OperatedMachine, OperatedState, Pace, resting_target
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
 from drake_tracker.grasp.schema import BY_HAND, PROGRAMS, SAME_MOTION, TRANSITIONS, Phase
 
@@ -19,6 +19,8 @@ SEEN_FOR = 0.2
 """The object counts as seen once its target has been valid and fresh for this long [s]."""
 MANUAL_ACCELERATION = 2.0
 """Largest acceleration of the hand under the operator's control [m/s^2]."""
+SHORTEST_STOP = 0.06
+"""Shortest time in which the operator's stop brings a hand to rest that is about to arrive at the table [s]."""
 SHORTEST_MOTION = 0.15
 """Shortest duration of a motion under the operator's control [s]."""
 FOLLOW_TOLERANCE = 0.0005
@@ -147,8 +149,18 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
 
     def approach(self, state: GraspState, pose: np.ndarray, height: float, seen: GraspObservation) -> GraspState:
         """Returns the state with a new goal, not below the height at which the jaws grasp."""
-        lowest = self.rest_height + self.config.grasp_height
-        return super().approach(state, np.array([*pose[:2], max(pose[2], lowest), pose[3]]), height, seen)
+        return super().approach(state, np.array([*pose[:2], max(pose[2], self.lowest), pose[3]]), height, seen)
+
+    @property
+    def lowest(self) -> float:
+        """z_W of the tool [m] at which the jaws grasp: below it the fingers come close to the table."""
+        return self.rest_height + self.config.grasp_height
+
+    def stopping_time(self, tool: np.ndarray, rate: np.ndarray) -> float:
+        """Returns the time in which the operator's stop brings the hand to rest [s], shorter near the table."""
+        room, normal = max(tool[2] - self.lowest, 0.0), self.config.stop_duration
+        falls = STOPPING_SHARE * normal * max(-rate[2], 0.0)
+        return normal if falls <= room else max(normal * room / falls, SHORTEST_STOP)
 
     # Conditions of TRANSITIONS: questions about the state and what is seen.
 

@@ -121,8 +121,17 @@ class OperatedMachine(SchemaMachine[State, Seen]):
     def stop(self, state: State, seen: Seen) -> State:
         """Returns the state of a hand that comes to rest where it is."""
         tool, rate = self._tool(state, seen)
-        goal = tool + STOPPING_SHARE * self.config.stop_duration * rate
-        return replace(state, goal=read_only(goal), duration=self.config.stop_duration)
+        duration = self.stopping_time(tool, rate)
+        return replace(state, goal=read_only(tool + STOPPING_SHARE * duration * rate), duration=duration)
+
+    def stopping_time(self, tool: np.ndarray, rate: np.ndarray) -> float:
+        """Returns the time in which the operator's stop brings the hand to rest [s].
+
+        Args:
+            tool: commanded pose of the tool (x, y, z, yaw), shape (4,) [m, rad].
+            rate: its rate per second, shape (4,).
+        """
+        return self.config.stop_duration
 
     def approach(self, state: State, pose: np.ndarray, height: float, seen: Seen) -> State:
         """Returns the state with a new goal if it differs, and with a motion long enough for the hand's pace.

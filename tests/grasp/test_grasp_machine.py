@@ -483,3 +483,15 @@ def test_the_operators_phases_use_no_vision(bench):
     for _ in range(60):
         bench.tick(operator=STOP)
     assert len(bench.state.memory.records) == records and bench.state.seen_since == np.inf
+
+
+def test_a_stop_in_the_descent_ends_above_the_table(arm_model):
+    """Before, the hand went on for 0.25 s as from hover height, and its fingers touched the table."""
+    machine = GraspMachine(PARAMETERS, arm_model, SERVO_PERIOD, 0.485)
+    for height, fall in ((0.22, 0.1), (0.036, 0.8), (0.016, 0.53)):
+        tool, rate = np.array([0.56, 0.0, machine.lowest + height, 0.0]), np.array([0.1, 0.0, -fall, 0.0])
+        duration = machine.stopping_time(tool, rate)
+        assert 0.3 * duration * fall <= height + 1e-12
+        assert (duration == PARAMETERS.stop_duration) == (height == 0.22)
+    assert 0.0 < machine.stopping_time(np.array([0.56, 0.0, machine.lowest, 0.0]), rate) <= 0.1
+    assert machine.stopping_time(tool, -rate) == PARAMETERS.stop_duration
