@@ -7,13 +7,6 @@ _HORIZONS = {"present": "0.25 s", "grasp": "0.75 s"}
 _LAWS = {"constant": "constant", "varying": "+-15 %", "stop_and_go": "stop and go"}
 _PATHS = ("stadium", "oval", "circle", "figure_eight", "spline")
 _STADIUM = {(f"{sigma} mm",): f"stadium-white-{sigma}-constant" for sigma in ("0.5", "1", "2", "4")}
-_SHARP_PATHS = ("rectangle", "bean")
-_SHARP = {
-    "coordinated_turn": "coordinated_turn",
-    "coordinated_turn_single": "one filter, for gentle bends",
-    "filterpy_turn_fixed": "plain turn filter, one setting",
-    "filterpy_turn": "plain turn filter, tuned to the path",
-}
 _NOISES = ("white", "autocorrelated", "anisotropic", "replayed")
 
 
@@ -28,24 +21,6 @@ def estimators_speed() -> str:
 
 def estimators_paths() -> str:
     return _tables(["path"], {(path,): f"{path}-white-1-constant" for path in _PATHS[1:]})
-
-
-def estimators_sharp() -> str:
-    cells = {
-        (path, noise, shown): f"{path}-{noise}-1-{law}"
-        for path in _SHARP_PATHS
-        for noise in ("white", "replayed")
-        for law, shown in _LAWS.items()
-    }
-    shares = [
-        100 * _row(cell, "coordinated_turn", horizon, "after")["inside"]
-        for cell in cells.values()
-        for horizon in _HORIZONS
-    ]
-    text = (
-        f"Of the errors of `coordinated_turn`, {min(shares):.0f} to {max(shares):.0f} % lie within its `predict_std`."
-    )
-    return block(_tables(["path", "noise", "speed"], cells, _SHARP), text)
 
 
 def estimators_literal() -> str:

@@ -33,8 +33,8 @@ PHASE_COLOURS = {
     "SETTLE": "#e69f00",
     "CUP": "#d55e00",
     "RAISE": "#009e73",
-    "STOPPED": "#cc79a7",
-    "MANUAL": "#0072b2",
+    "STOPPED": "#8c2d04",
+    "MANUAL": "#5e3c99",
 }
 """{name of a phase: its colour}. Phases of different tasks with the same name have the same colour."""
 _OTHER_PHASES = ("#9aa1ab", "#56b4e9", "#e69f00", "#d55e00", "#009e73", "#007a5a", "#cc79a7", "#0072b2")
