@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import MatrixGain
 
+from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.config import ServoConfig
 from drake_tracker.arm.joint_servo import add_set_point_spline
@@ -17,8 +18,8 @@ from drake_tracker.arm.tool_motion import ToolMotion
 from drake_tracker.core.messages import ArmCommand, message_size
 from drake_tracker.core.timing import SERVO_PERIOD
 
-_ANSWERED = {"target": "servo", "status": "transform_equation", "q_commanded": "inverse_kinematics"}
-"""Inputs of the decision that are answered within the arm: {port: the System with an output port of that name}."""
+_ANSWERED = {"target": "servo", "status": "transform_equation", "q_commanded": "joint_limiter"}
+"""Inputs of the decision that are answered within the arm: {port: the System that has the output}."""
 
 
 class ArmDiagram(Diagram):
@@ -44,6 +45,7 @@ class ArmDiagram(Diagram):
         - diagnosis
         - goal
         - q_commanded
+        - limiter_report
 
     - ``packet``: the newest `Prediction` on the link. All zeros: none has arrived.
     - ``arm_state``: measured joint positions and velocities, 2 n values [rad, rad/s].
@@ -60,6 +62,7 @@ class ArmDiagram(Diagram):
     - ``diagnosis``: why the decision does what it does, for logs; its message type depends on the decision.
     - ``goal``: where the hand goes under the operator's control, a `ServoTarget`.
     - ``q_commanded``: joint set-points, n values [rad], for logs.
+    - ``limiter_report``: what the limiter of the joints did, a `LimiterReport`, for logs.
 
     The first three outputs drive the robot; the desired states are continuous in time. The others are updated every
     period in the slots of the servo. Without a hand that has jaws, there are no ports ``jaws`` and
@@ -79,6 +82,7 @@ class ArmDiagram(Diagram):
         time_step: the plant's step [s].
         period: period of the set-points [s].
         jaw_opening: opening of the jaws at the start [m].
+        clearance: distances that the limiter of the joints keeps; None: it keeps none.
 
     Attributes:
         model: as given.
@@ -96,6 +100,7 @@ class ArmDiagram(Diagram):
         period: float = SERVO_PERIOD,
         *,
         jaw_opening: float = 0.0,
+        clearance: ArmClearance | None = None,
     ) -> None:
         super().__init__()
         self.set_name("arm")
@@ -121,8 +126,8 @@ class ArmDiagram(Diagram):
             command=command,
             time_step=time_step,
             period=period,
+            clearance=clearance,
         )
-        q_commanded = controller.inverse_kinematics.GetOutputPort("q_commanded")
 
         if decision.HasOutputPort("goal"):
             builder.Connect(decision.GetOutputPort("goal"), controller.transform_equation.GetInputPort("goal"))
@@ -158,7 +163,8 @@ class ArmDiagram(Diagram):
             builder.ExportOutput(packet_guard.GetOutputPort(name), name)
         builder.ExportOutput(servo_system.GetOutputPort("target"), "target")
         builder.ExportOutput(controller.transform_equation.GetOutputPort("status"), "status")
-        builder.ExportOutput(q_commanded, "q_commanded")
+        for name in ("q_commanded", "limiter_report"):
+            builder.ExportOutput(controller.limiter.GetOutputPort(name), name)
         for index in range(decision.num_output_ports()):
             builder.ExportOutput(decision.get_output_port(index), decision.get_output_port(index).get_name())
         builder.BuildInto(self)

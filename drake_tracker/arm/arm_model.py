@@ -9,7 +9,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, JacobianWrtVariable, ModelInstanceIndex, MultibodyForces, WeldJoint
 
 from drake_tracker.arm.description import Arm
-from drake_tracker.arm.plant import actuators_of, add_arm
+from drake_tracker.arm.plant import ArmParts, actuators_of, add_arm
 from drake_tracker.arm.transform_equation import tool_down_rotation
 
 
@@ -107,9 +107,13 @@ class ArmModel:
         return self._scratch
 
 
-def make_arm_model(description: Arm) -> ArmModel:
-    """Returns the controller's model of an arm, with the fingers of its hand welded in the middle of their travel."""
-    plant = MultibodyPlant(0.0)
+def add_held_arm(plant: MultibodyPlant, description: Arm) -> ArmParts:
+    """Adds an arm and its hand to a plant, with the fingers of the hand welded in the middle of their travel.
+
+    Args:
+        plant: a plant that is not finalized.
+        description: the arm.
+    """
     parts = add_arm(plant, description=description)
     for actuator in actuators_of(plant, parts.gripper):
         plant.RemoveJointActuator(actuator)
@@ -120,6 +124,13 @@ def make_arm_model(description: Arm) -> ArmModel:
         parent, child = joint.frame_on_parent(), joint.frame_on_child()
         plant.RemoveJoint(joint)
         plant.AddJoint(WeldJoint(f"{name}_held", parent, child, X_FM))
+    return parts
+
+
+def make_arm_model(description: Arm) -> ArmModel:
+    """Returns the controller's model of an arm, with the fingers of its hand welded in the middle of their travel."""
+    plant = MultibodyPlant(0.0)
+    parts = add_held_arm(plant, description)
     plant.Finalize()
     tool_frame = plant.GetFrameByName(description.tool_frame, parts.gripper)
     return ArmModel(plant, parts.arm, tool_frame, description.q_start, symmetric_hand=bool(description.fingers))

@@ -20,14 +20,18 @@ class DifferentialIkSystem(LeafSystem):
         name: DifferentialIkSystem
         input_ports:
         - X_WT_desired
+        - q_last
         output_ports:
         - q_commanded
 
     - ``X_WT_desired``: the desired pose of the tool, a RigidTransform; it is always valid.
+    - ``q_last``: the set-point that the joints really received last, n values [rad]. Unconnected: the last
+      ``q_commanded``.
     - ``q_commanded``: joint set-points, n values [rad], for the same instant as the pose: `SPLINE_DELAY` periods after
       the set-point is sampled. It is state, updated every period in the last slot of the servo.
 
-    The set-point integrates from ``q_initial`` and never reads the measured joints: the joint servo closes that loop.
+    The set-point integrates from ``q_initial``, through ``q_last``, and never reads the measured joints: the joint
+    servo closes that loop.
 
     Args:
         model: the arm.
@@ -47,6 +51,7 @@ class DifferentialIkSystem(LeafSystem):
         self._model = model
         self._parameters = make_parameters(model, period)
         self._pose = self.DeclareAbstractInputPort("X_WT_desired", AbstractValue.Make(RigidTransform()))
+        self._last = self.DeclareVectorInputPort("q_last", len(q_initial))
         set_point = self.DeclareDiscreteState(q_initial)
         self.DeclareDiscreteState(len(q_initial))  # velocity of the last step [rad/s]
         self.DeclareStateOutputPort("q_commanded", set_point)
@@ -55,6 +60,10 @@ class DifferentialIkSystem(LeafSystem):
 
     def _update(self, context: Context, next_state: DiscreteValues) -> None:
         q, v_last = (context.get_discrete_state(group).value() for group in (0, 1))
+        if self._last.HasValue(context):
+            q_last = self._last.Eval(context)
+            v_last = v_last + (q_last - q) / self._parameters.get_time_step()
+            q = q_last
         q_next, _ = step_joints(self._model, self._parameters, q, self._pose.Eval(context))
         q_next, v = limit_acceleration(self._model, self._parameters, q, v_last, q_next)
         next_state.set_value(0, q_next)

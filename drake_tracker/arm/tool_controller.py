@@ -7,9 +7,12 @@ import numpy as np
 from pydrake.systems.controllers import InverseDynamics
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
+from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
 from drake_tracker.arm.joint_servo import add_joint_feedforward, add_set_point_spline
+from drake_tracker.arm.joint_limiter import JointLimiter
+from drake_tracker.arm.joint_limiter_system import JointLimiterSystem
 from drake_tracker.arm.set_point_spline_system import SetPointSplineSystem
 from drake_tracker.arm.tool_motion import ToolMotion
 from drake_tracker.arm.transform_equation_system import TransformEquationSystem
@@ -22,12 +25,14 @@ class ToolController(NamedTuple):
     Attributes:
         transform_equation: from target and command to the desired pose of the tool.
         inverse_kinematics: from there to joint set-points.
+        limiter: from there to set-points within the limits of the arm.
         spline: from there to the desired joint state.
         inverse_dynamics: feedforward torques; its input port for the estimated state remains to be connected.
     """
 
     transform_equation: TransformEquationSystem
     inverse_kinematics: DifferentialIkSystem
+    limiter: JointLimiterSystem
     spline: SetPointSplineSystem
     inverse_dynamics: InverseDynamics
 
@@ -42,8 +47,10 @@ def add_tool_controller(
     command: OutputPort,
     time_step: float = TIME_STEP,
     period: float = SERVO_PERIOD,
+    clearance: ArmClearance | None = None,
 ) -> ToolController:
-    """Adds transform equation, inverse kinematics, set-point spline and feedforward torques, connected to each other.
+    """Adds transform equation, inverse kinematics, joint limiter, set-point spline and feedforward torques, connected
+    to each other.
 
     Args:
         builder: the diagram's builder.
@@ -54,20 +61,23 @@ def add_tool_controller(
         command: output port of the motion to make (`ArmCommand`).
         time_step: the plant's step [s].
         period: period of the set-points [s].
+        clearance: distances that the limiter keeps; None: it keeps none.
     """
     transform = builder.AddNamedSystem(
         "transform_equation", TransformEquationSystem(motion, model, q_initial, time_step, period)
     )
     ik = builder.AddNamedSystem("inverse_kinematics", DifferentialIkSystem(model, q_initial, time_step, period))
-    q_commanded = ik.GetOutputPort("q_commanded")
-    spline = add_set_point_spline(
-        builder, name="joint_spline", set_points=q_commanded, initial=q_initial, period=period
-    )
+    joint_limiter = JointLimiter(model, period, clearance)
+    limiter = builder.AddNamedSystem("joint_limiter", JointLimiterSystem(joint_limiter, q_initial, time_step, period))
+    q_commanded = limiter.GetOutputPort("q_commanded")
+    spline = add_set_point_spline(builder, name="joint_spline", set_points=q_commanded, initial=q_initial, period=period)
     dynamics = add_joint_feedforward(
         builder, model=model, desired_acceleration=spline.GetOutputPort("desired_acceleration")
     )
     builder.Connect(target, transform.GetInputPort("target"))
     builder.Connect(command, transform.GetInputPort("command"))
     builder.Connect(transform.GetOutputPort("X_WT_desired"), ik.GetInputPort("X_WT_desired"))
+    builder.Connect(ik.GetOutputPort("q_commanded"), limiter.GetInputPort("q_wanted"))
+    builder.Connect(q_commanded, ik.GetInputPort("q_last"))
     builder.Connect(q_commanded, transform.GetInputPort("q_commanded"))
-    return ToolController(transform, ik, spline, dynamics)
+    return ToolController(transform, ik, limiter, spline, dynamics)

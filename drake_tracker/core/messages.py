@@ -51,6 +51,13 @@ PacketReport = namedview(
 """What the arm's receiver did so far: number of packets received, and of those rejected; why it rejected the newest of
 these (`arm.packet_guard.Rejection`, 0: none yet); and the number of packets rejected for each reason."""
 
+LimiterReport = namedview(
+    "LimiterReport",
+    ["changed", "invalid", "position", "speed", "acceleration", "torque", "obstacle", "link"],
+)
+"""What the limiter of the joints did so far: number of set-points that it changed, and of those changed for each limit
+(`arm.joint_limiter.Limit`); several limits may hold for one set-point."""
+
 ServoTarget = namedview(
     "ServoTarget",
     ["time", "x", "y", "z", "yaw", "vx", "vy", "vz", "yaw_rate", "stamp", "seq", "std", "stale", "valid"],

@@ -9,8 +9,8 @@ has its own slot. Every lag therefore has a single value, and the order in which
     1/4                               estimator
     1/2                               link
     5/8                               packet guard
-    3/4 (in the last plant step of    servo, then 13/16 grasp, 14/16 transform equation, 15/16 inverse kinematics
-         a servo period)
+    3/4 (in the last plant step of    servo, then 13/16 grasp, 14/16 transform equation, 15/16 inverse kinematics,
+         a servo period)             31/32 joint limiter
 
 The servo and the Systems after it update in the *last* plant step of each servo period. The joint interpolator samples
 at the multiples of that period and therefore reads a set-point that is a fraction of a plant step old.
@@ -54,6 +54,7 @@ SERVO_SLOT = 12 / 16
 GRASP_SLOT = 13 / 16
 TRANSFORM_SLOT = 14 / 16
 IK_SLOT = 15 / 16
+LIMITER_SLOT = 31 / 32
 
 
 def steps_in(period: float, time_step: float = TIME_STEP) -> int:

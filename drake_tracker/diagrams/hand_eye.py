@@ -41,6 +41,7 @@ class HandEyeDiagram(Diagram):
         - diagnosis
         - goal
         - q_commanded
+        - limiter_report
         - arm_state
         - arm_effort
         - jaws

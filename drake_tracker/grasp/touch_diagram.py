@@ -82,5 +82,5 @@ class TouchDiagram(Diagram):
         builder.ExportOutput(spline.GetOutputPort("desired_state"), "arm_desired_state")
         builder.ExportOutput(dynamics.get_output_port_generalized_force(), "arm_feedforward")
         builder.ExportOutput(touch.GetOutputPort("report"), "report")
-        builder.ExportOutput(controller.inverse_kinematics.GetOutputPort("q_commanded"), "q_commanded")
+        builder.ExportOutput(controller.limiter.GetOutputPort("q_commanded"), "q_commanded")
         builder.BuildInto(self)

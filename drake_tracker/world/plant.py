@@ -117,6 +117,17 @@ def add_table(plant: MultibodyPlant, *, height: float, x: float = 0.0) -> ModelI
     return table
 
 
+def table_box(*, height: float, x: float = 0.0) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Returns the lowest and the highest corner in W of the space that the table takes, down to the floor [m].
+
+    Args:
+        height: of the table's top in W [m].
+        x: distance by which the table is moved along x_W, away from the arm [m].
+    """
+    (x_low, y_low), (x_high, y_high) = TABLE_TOP
+    return (x_low + x, y_low, 0.0), (x_high + x, y_high, height)
+
+
 def add_train(plant: MultibodyPlant, *, body: str = "plain") -> ModelInstanceIndex:
     """Adds a train, one free body.
 

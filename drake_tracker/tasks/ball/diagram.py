@@ -4,6 +4,7 @@ from dataclasses import asdict
 
 import numpy as np
 
+from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.differential_ik import joints_for
@@ -31,7 +32,10 @@ from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
 from drake_tracker.vision.predicted_window import PredictedWindow
 from drake_tracker.vision.window import Window
 from drake_tracker.world.ball_board import BALL_RADIUS
+from drake_tracker.world.ball_fixtures import TABLE_HEIGHT
+from drake_tracker.world.ball_plant import TABLE_X
 from drake_tracker.world.cameras import lens_matrix
+from drake_tracker.world.plant import table_box
 
 
 def make_ball_diagram(scenario: BallScenario, poses: BoardPoses) -> HandEyeDiagram:
@@ -56,7 +60,17 @@ def make_ball_diagram(scenario: BallScenario, poses: BoardPoses) -> HandEyeDiagr
     catch = CatchSystem(CatchMachine(scenario.catch, edge, BALL_SERVO_PERIOD), scenario.time_step, BALL_SERVO_PERIOD)
     catch.set_name("catch")
     guard = ball_guard(scenario, poses)
-    arm = ArmDiagram(catch, guard, scenario.servo, model, q_initial, edge.home, scenario.time_step, BALL_SERVO_PERIOD)
+    arm = ArmDiagram(
+        catch,
+        guard,
+        scenario.servo,
+        model,
+        q_initial,
+        edge.home,
+        scenario.time_step,
+        BALL_SERVO_PERIOD,
+        clearance=ArmClearance(description, [table_box(height=TABLE_HEIGHT, x=TABLE_X)]),
+    )
     hand_eye = HandEyeDiagram(world, vision, host, link_of(scenario, faults), arm)
     hand_eye.poses = poses
     return hand_eye

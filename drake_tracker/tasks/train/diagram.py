@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from pydrake.systems.framework import Diagram, System
 
+from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.packet_guard import PacketGuard
 from drake_tracker.core.timing import SERVO_PERIOD
@@ -19,6 +20,7 @@ from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import check_track, place_track
 from drake_tracker.tasks.train.vision_parts import RenderedWindow, make_vision
 from drake_tracker.tasks.train.world import make_train_world
+from drake_tracker.world.plant import table_box
 
 
 def make_train_diagram(scenario: TrainScenario) -> HandEyeDiagram:
@@ -79,6 +81,7 @@ def assemble(
         reach.home,
         scenario.time_step,
         jaw_opening=scenario.grasp.jaw_opening,
+        clearance=ArmClearance(reach.description, [table_box(height=scenario.table_height)]),
     )
     return HandEyeDiagram(world, vision, host, link, arm, connections)
 

@@ -1,0 +1,91 @@
+"""How near the arm comes to itself and to fixed obstacles, such as the table."""
+
+from collections.abc import Sequence
+from enum import Enum
+
+import numpy as np
+from pydrake.geometry import Box, CollisionFilterDeclaration, GeometrySet
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_tracker.arm.arm_model import add_held_arm
+from drake_tracker.arm.description import Arm
+
+MARGIN = 0.005
+"""Distance [m] that links keep from each other and from obstacles. In the tests' runs, the pads of the hand come no
+nearer to the table than 20 mm."""
+_ALREADY_NEAR = 2.0
+"""Pairs that are nearer at the start than this many margins are not watched."""
+
+
+class Nearness(Enum):
+    """What a link is too near to."""
+
+    OBSTACLE = "obstacle"
+    LINK = "link"
+
+
+class ArmClearance:
+    """Distances between the arm's links, and from them to obstacles, by the collision geometry of the models.
+
+    Links that a joint connects are not watched, nor are pairs that are near each other already at ``q_start`` of the
+    description: they stay so by construction. The fingers are in the middle of their travel.
+
+    One scratch Context serves all calls; nothing is kept from call to call.
+
+    Args:
+        description: the arm and its hand.
+        obstacles: boxes in W that no link may enter, as pairs of their lowest and highest corner (x, y, z) [m].
+        margin: distance to keep [m].
+    """
+
+    def __init__(
+        self, description: Arm, obstacles: Sequence[tuple[Sequence[float], Sequence[float]]] = (), margin: float = MARGIN
+    ) -> None:
+        self._margin = margin
+        builder = DiagramBuilder()
+        plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+        parts = add_held_arm(plant, description)
+        fixed = []
+        for number, corners in enumerate(obstacles):
+            low, high = (np.array(corner, dtype=float) for corner in corners)
+            shape, X_WB = Box(high - low), RigidTransform(0.5 * (low + high))
+            friction = CoulombFriction(0.0, 0.0)
+            fixed.append(
+                plant.RegisterCollisionGeometry(plant.world_body(), X_WB, shape, f"obstacle_{number}", friction)
+            )
+        plant.Finalize()
+        self._obstacles = frozenset(fixed)
+        self._plant, self._arm = plant, parts.arm
+        self._diagram = builder.Build()
+        self._scratch = self._diagram.CreateDefaultContext()
+        self._plant_scratch = plant.GetMyMutableContextFromRoot(self._scratch)
+        scene_scratch = scene_graph.GetMyMutableContextFromRoot(self._scratch)
+        self._query = scene_graph.get_query_output_port()
+        self._scene_scratch = scene_scratch
+        filters = scene_graph.collision_filter_manager(scene_scratch)
+        for pair in self._pairs(np.array(description.q_start), _ALREADY_NEAR * margin):
+            filters.Apply(CollisionFilterDeclaration().ExcludeWithin(GeometrySet([pair.id_A, pair.id_B])))
+
+    def nearness(self, q: np.ndarray) -> Nearness | None:
+        """Returns what a link is nearer to than the margin at joint positions q, shape (n,) [rad]; None: nothing."""
+        pairs = self._pairs(q, self._margin)
+        if not pairs:
+            return None
+        own = all(pair.id_A not in self._obstacles and pair.id_B not in self._obstacles for pair in pairs)
+        return Nearness.LINK if own else Nearness.OBSTACLE
+
+    def distance(self, q: np.ndarray, up_to: float) -> float:
+        """Returns the least distance [m] between two watched bodies; ``up_to`` if it is larger.
+
+        Args:
+            q: joint positions, shape (n,) [rad].
+            up_to: largest distance of interest [m].
+        """
+        return min((pair.distance for pair in self._pairs(q, up_to)), default=up_to)
+
+    def _pairs(self, q: np.ndarray, distance: float) -> list:
+        self._plant.SetPositions(self._plant_scratch, self._arm, q)
+        query = self._query.Eval(self._scene_scratch)
+        return query.ComputeSignedDistancePairwiseClosestPoints(distance)
