@@ -24,6 +24,7 @@ from drake_tracker.core.timing import (
     GRASP_SLOT,
     GUARD_SLOT,
     IK_SLOT,
+    LIMITER_SLOT,
     LINK_SLOT,
     SERVO_PERIOD,
     SERVO_SLOT,
@@ -57,6 +58,7 @@ RHYTHM = (
     ("grasp machine", servo_slot(GRASP_SLOT), SERVO_PERIOD, HAND),
     ("transform equation", servo_slot(TRANSFORM_SLOT), SERVO_PERIOD, HAND),
     ("inverse kinematics", servo_slot(IK_SLOT), SERVO_PERIOD, HAND),
+    ("joint limiter", servo_slot(LIMITER_SLOT), SERVO_PERIOD, HAND),
 )
 """When each part updates: name, offset [s], period [s], colour."""
 

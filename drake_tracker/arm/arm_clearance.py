@@ -41,7 +41,10 @@ class ArmClearance:
     """
 
     def __init__(
-        self, description: Arm, obstacles: Sequence[tuple[Sequence[float], Sequence[float]]] = (), margin: float = MARGIN
+        self,
+        description: Arm,
+        obstacles: Sequence[tuple[Sequence[float], Sequence[float]]] = (),
+        margin: float = MARGIN,
     ) -> None:
         self._margin = margin
         builder = DiagramBuilder()

@@ -97,9 +97,10 @@ class JointLimiter:
         """
         acceleration = self._model.effort_limit / self._model.inertia(q)
         braking = BRAKING_SHARE * acceleration
-        if not np.isfinite(q_wanted).all():
+        with np.errstate(over="ignore"):  # set-points of 1e308
+            wanted = v = (q_wanted - q) / self._period
+        if not np.isfinite(v).all():
             return self._stop(q, v_last, braking, frozenset({Limit.INVALID}))
-        wanted = v = (q_wanted - q) / self._period
         limits = set()
         for limit, rule in (
             (Limit.SPEED, self._within_speed),
@@ -111,7 +112,10 @@ class JointLimiter:
             if limited is not v:
                 limits.add(limit)
             v = limited
-        q_next = q_wanted if v is wanted else q + self._period * v
+        q_next = q_wanted
+        if v is not wanted:
+            q_next = np.clip(q + self._period * v, self._lower, self._upper)
+            v = (q_next - q) / self._period
         near = self._near(q, q_next, v, braking)
         if near is not None:
             return self._stop(q, v_last, braking, frozenset(limits | {_NEAR[near]}))

@@ -10,9 +10,9 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
-from drake_tracker.arm.joint_servo import add_joint_feedforward, add_set_point_spline
 from drake_tracker.arm.joint_limiter import JointLimiter
 from drake_tracker.arm.joint_limiter_system import JointLimiterSystem
+from drake_tracker.arm.joint_servo import add_joint_feedforward, add_set_point_spline
 from drake_tracker.arm.set_point_spline_system import SetPointSplineSystem
 from drake_tracker.arm.tool_motion import ToolMotion
 from drake_tracker.arm.transform_equation_system import TransformEquationSystem
@@ -70,7 +70,9 @@ def add_tool_controller(
     joint_limiter = JointLimiter(model, period, clearance)
     limiter = builder.AddNamedSystem("joint_limiter", JointLimiterSystem(joint_limiter, q_initial, time_step, period))
     q_commanded = limiter.GetOutputPort("q_commanded")
-    spline = add_set_point_spline(builder, name="joint_spline", set_points=q_commanded, initial=q_initial, period=period)
+    spline = add_set_point_spline(
+        builder, name="joint_spline", set_points=q_commanded, initial=q_initial, period=period
+    )
     dynamics = add_joint_feedforward(
         builder, model=model, desired_acceleration=spline.GetOutputPort("desired_acceleration")
     )

@@ -96,17 +96,18 @@ against the approach [N]; positions of the probe's centre at each touch, p_WP [m
 
 Verdict = namedview(
     "Verdict",
-    ["lift", "left_contact", "right_contact", "held_since", "held", "taken", "derailed", "table_touched"],
+    ["lift", "left_contact", "right_contact", "held_since", "held", "taken", "derailed", "table_touched"]
+    + ["self_touched"],
 )
 """The judge's findings on the train: height above the rail [m]; whether each finger touches the train; time at which
 the current hold began [s] (0: not held) and its duration [s]; ``taken`` = 1 once the train was held long enough;
 ``derailed`` = 1 while it rests off its track without contact with a finger and cannot return; ``table_touched`` = 1
-once the arm touched the table."""
+once the arm touched the table; ``self_touched`` = 1 once two of its links touched each other."""
 
 CatchVerdict = namedview(
     "CatchVerdict",
     ["height", "x", "y", "in_cup", "held_since", "held", "caught", "released", "crossing_x", "crossing_time"]
-    + ["left_board", "rest_since", "lost", "board_touched"],
+    + ["left_board", "rest_since", "lost", "board_touched", "self_touched"],
 )
 """The judge's findings on the ball: height of its centre above the floor [m]; its (x, y)_B [m]; ``in_cup`` = 1 while
 its centre is inside the bowl and the hand touches it; time at which the current hold in the cup, off the board, began
@@ -114,7 +115,7 @@ its centre is inside the bowl and the hand touches it; time at which the current
 yet); where (x_B [m]) and when [s] its centre first crossed the bottom edge (time 0: not yet); time at which it left the
 board, below the edge and without touching it [s] (0: not yet); time at which it came to rest on the board [s] (0: it
 moves); ``lost`` = 1 once it touched table or floor, or is jammed; ``board_touched`` = 1 once the arm touched the board
-or its table."""
+or its table; ``self_touched`` = 1 once two links of the arm touched each other."""
 
 
 def message_size(view: Any) -> int:

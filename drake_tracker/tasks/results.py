@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_tracker.arm.joint_limiter import Limit
 from drake_tracker.arm.packet_guard import describe_rejections
 from drake_tracker.core.atomic_file import write_text
 from drake_tracker.core.errors import DrakeTrackerError
@@ -105,6 +106,24 @@ def packet_findings(log: Mapping[str, Signal]) -> dict[str, Any]:
     return {
         "packets_rejected": int(report["rejected"][-1]),
         "packets_rejected_for": describe_rejections(report.data[-1]),
+    }
+
+
+def limiter_findings(log: Mapping[str, Signal]) -> dict[str, Any]:
+    """Returns how many set-points the limiter of the joints changed in a run, and {limit: number of set-points}.
+
+    Both are None for a run of an earlier version, which had no limiter.
+
+    Args:
+        log: {name: Signal} of the run.
+    """
+    report = log.get("limiter_report")
+    if report is None or not len(report.times):
+        return {"set_points_changed": None, "set_points_changed_for": None}
+    counts = {limit.name.lower(): int(report[limit.name.lower()][-1]) for limit in Limit}
+    return {
+        "set_points_changed": int(report["changed"][-1]),
+        "set_points_changed_for": {name: count for name, count in counts.items() if count},
     }
 
 

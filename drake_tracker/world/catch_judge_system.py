@@ -117,6 +117,8 @@ class CatchJudgeSystem(LeafSystem):
         verdict.lost = max(verdict.lost, float(jammed or bool(touched & self._ground)))
         if any(pair & self._arm_bodies and pair & self._fixtures for pair in touching):
             verdict.board_touched = 1.0
+        if any(pair <= self._arm_bodies for pair in touching):
+            verdict.self_touched = 1.0
         state.set_value(verdict[:])
 
 

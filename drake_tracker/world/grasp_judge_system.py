@@ -1,7 +1,7 @@
 """The judge of the train: decides from the ground truth whether it was grasped. Nothing in the loop reads it.
 
 The train counts as grasped when it hangs at least `LIFTED` above its place on the rail, touched by both fingers, for
-`HELD`. The judge also reports whether the arm touches the table.
+`HELD`. The judge also reports whether the arm touches the table or itself.
 """
 
 import numpy as np
@@ -90,6 +90,8 @@ class GraspJudgeSystem(LeafSystem):
         verdict.derailed = float(not (verdict.left_contact or verdict.right_contact) and self._lies_off_track(context))
         if any(pair & self._arm_bodies and pair & self._table for pair in touching):
             verdict.table_touched = 1.0
+        if any(pair <= self._arm_bodies for pair in touching):
+            verdict.self_touched = 1.0
         state.set_value(verdict[:])
 
     def _lies_off_track(self, context: Context) -> bool:

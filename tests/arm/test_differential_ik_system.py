@@ -73,4 +73,5 @@ def test_it_starts_at_the_given_set_point_and_does_not_feed_through(arm_model, q
     system = DifferentialIkSystem(arm_model, q_initial)
     assert not system.HasAnyDirectFeedthrough()
     np.testing.assert_array_equal(system.GetOutputPort("q_commanded").Eval(system.CreateDefaultContext()), q_initial)
-    assert system.num_input_ports() == 1  # the measured joints are not read
+    ports = [system.get_input_port(index).get_name() for index in range(system.num_input_ports())]
+    assert ports == ["X_WT_desired", "q_last"]  # the measured joints are not read

@@ -30,7 +30,7 @@ def line(t):
 def test_the_module_holds_exactly_these_messages():
     assert {view.__name__ for view in VIEWS} == {
         *("FrameInfo", "Centroid", "TrackPoint", "Filtered", "Prediction", "ServoTarget", "ArmCommand", "ToolStatus"),
-        "PacketReport",
+        *("PacketReport", "LimiterReport"),
         *("JawState", "GraspDiagnosis", "OperatorCommand", "CatchDiagnosis", "TouchReport", "Verdict", "CatchVerdict"),
     }
 

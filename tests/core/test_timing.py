@@ -10,6 +10,7 @@ from drake_tracker.core.timing import (
     GUARD_SLOT,
     IK_SLOT,
     LAG_CYCLES,
+    LIMITER_SLOT,
     LINK_SLOT,
     PROJECTOR_SLOT,
     SERVO_PERIOD,
@@ -56,7 +57,8 @@ def test_a_plant_step_that_does_not_divide_the_periods_is_rejected(time_step):
 
 
 def test_slots_lie_within_a_plant_step_in_the_order_of_the_data():
-    order = [PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, GUARD_SLOT, SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT]
+    order = [PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, GUARD_SLOT]
+    order += [SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT, LIMITER_SLOT]
     assert order[0] > 0.0 and order[-1] < 1.0
     assert order == sorted(set(order))
     assert set(SLOTS.values()) == set(order), "this test does not list a slot"
@@ -64,14 +66,14 @@ def test_slots_lie_within_a_plant_step_in_the_order_of_the_data():
 
 @pytest.mark.parametrize("time_step", [TIME_STEP, TIME_STEP / 2])
 def test_no_two_subsystems_update_at_the_same_instant(time_step):
-    """Instants are counted in sixteenths of a plant step, over the least common multiple of 1/60 s and 30 ms."""
+    """Instants are counted in parts of 1/32 of a plant step, over the least common multiple of 1/60 s and 30 ms."""
     vision, servo = (steps_in(period, time_step) for period in (VISION_PERIOD, SERVO_PERIOD))
-    together = vision * servo * 16
+    together = vision * servo * 32
 
     def instants(offset, period):
-        first = offset / time_step * 16
+        first = offset / time_step * 32
         assert first == pytest.approx(round(first), abs=1e-9)
-        return set(range(round(first), together, period * 16))
+        return set(range(round(first), together, period * 32))
 
     updates = [instants(0.0, 1)]  # the plant; vision is in step with it
     updates += [
@@ -79,7 +81,8 @@ def test_no_two_subsystems_update_at_the_same_instant(time_step):
         for slot in (PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, GUARD_SLOT)
     ]
     updates += [
-        instants(servo_slot(slot, time_step), servo) for slot in (SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT)
+        instants(servo_slot(slot, time_step), servo)
+        for slot in (SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT, LIMITER_SLOT)
     ]
     assert all(a.isdisjoint(b) for a, b in itertools.combinations(updates, 2))
 

@@ -19,6 +19,8 @@ from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.ball_plant import add_ball_laboratory
 from drake_tracker.world.catch_judge_system import BOWL_LOWER, BOWL_UPPER, HELD, JAMMED, CatchJudgeSystem
 
+HAND_IN_COLUMN = np.array([0.0, -0.1, -3.9, 0.0, -1.5, np.pi])
+"""Joints [rad] at which the arm has folded so far that its cup is in its own column."""
 TOOL = np.array([0.48, 0.0, 0.47])
 IN_CUP = np.array([0.0, 0.01, BOWL_UPPER[2] - BALL_RADIUS + 0.0005])
 """The ball on the bottom of the bowl, in T [m]."""
@@ -38,10 +40,13 @@ class Touch:
 
     def at(self, p_WBall, p_WT=TOOL):
         """Returns (ContactResults, poses of all bodies, p_WBall)."""
+        return self.with_joints(p_WBall, joints_for(self._model, PUMA560_CUP.q_start, tool_down(p_WT, np.pi)))
+
+    def with_joints(self, p_WBall, q):
+        """The same with given joints."""
         plant = self.laboratory.plant
         simulator = Simulator(self._diagram)
         context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-        q = joints_for(self._model, PUMA560_CUP.q_start, tool_down(p_WT, np.pi))
         plant.SetPositions(context, self.laboratory.arm, q)
         plant.get_desired_state_input_port(self.laboratory.arm).FixValue(context, np.append(q, np.zeros(6)))
         plant.get_desired_state_input_port(self.laboratory.gate).FixValue(context, np.zeros(2))
@@ -117,6 +122,12 @@ class Trial:
         self._simulator.AdvanceTo(time)
         context = self._judge.GetMyContextFromRoot(self._simulator.get_context())
         return CatchVerdict(self._judge.GetOutputPort("verdict").Eval(context).copy())
+
+
+def test_it_tells_when_the_arm_touches_itself(touch, scenes):
+    folded = touch.with_joints(touch.on_board(0.05, 0.15), HAND_IN_COLUMN)
+    assert judged(touch, folded).self_touched == 1.0
+    assert judged(touch, scenes["arm on board"]).self_touched == 0.0
 
 
 def judged(touch, scene, time=0.01, speed=0.5):

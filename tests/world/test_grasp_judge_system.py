@@ -28,6 +28,9 @@ TABLE_HEIGHT = 0.45
 REST = TABLE_HEIGHT + TRAIN_HEIGHT
 TRACK = make_track("oval")
 
+HAND_IN_COLUMN = np.array([0.0, -0.1, -3.9, 0.0, -1.5, 0.0])
+"""Joints [rad] at which the arm has folded so far that its hand is in its own column."""
+
 
 @pytest.fixture(scope="module")
 def model():
@@ -44,10 +47,12 @@ class Touch:
         self._model = model
 
     def at(self, p_WO, p_WT, half_opening=0.044):
+        return self.with_joints(p_WO, joints_for(self._model, PUMA560.q_start, tool_down(p_WT, np.pi)), half_opening)
+
+    def with_joints(self, p_WO, q, half_opening=0.044):
         plant = self.laboratory.plant
         simulator = Simulator(self._diagram)
         context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-        q = joints_for(self._model, PUMA560.q_start, tool_down(p_WT, np.pi))
         plant.SetPositions(context, self.laboratory.arm, q)
         plant.SetPositions(context, self.laboratory.gripper, [half_opening, half_opening])
         plant.SetFreeBodyPose(context, self.laboratory.train_body, RigidTransform(p_WO))
@@ -72,6 +77,7 @@ def contacts(touch):
         # The hand is turned by 180 deg: its left finger is the one on the side of +y of the world or of -y.
         "one": touch.at(high + aside, high, 0.0215),
         "other": touch.at(high - aside, high, 0.0215),
+        "itself": touch.with_joints([0.56, 0.1, REST], HAND_IN_COLUMN),
         "table": touch.at([0.56, 0.3, REST], [0.56, 0.0, TABLE_HEIGHT + 0.010]),
     }
 
@@ -124,13 +130,14 @@ def on_track(lift=0.0, s=0.0, aside=0.0, roll=0.0):
 def test_it_tells_who_touches_what(touch, contacts):
     def judged(name):
         verdict = Trial(touch, lambda t: (contacts[name], on_track())).at(0.01)
-        return verdict.left_contact, verdict.right_contact, verdict.table_touched
+        return verdict.left_contact, verdict.right_contact, verdict.table_touched, verdict.self_touched
 
-    assert judged("nothing") == (0, 0, 0)
-    assert judged("wheels") == (0, 0, 0), "a train on its wheels is no hand on the table"
-    assert judged("both") == (1, 1, 0)
+    assert judged("nothing") == (0, 0, 0, 0)
+    assert judged("wheels") == (0, 0, 0, 0), "a train on its wheels is no hand on the table"
+    assert judged("both") == (1, 1, 0, 0)
     assert sorted([judged("one")[:2], judged("other")[:2]]) == [(0, 1), (1, 0)]
-    assert judged("table") == (0, 0, 1)
+    assert judged("table") == (0, 0, 1, 0)
+    assert judged("itself")[3] == 1
 
 
 def test_taken_is_lifted_by_both_fingers_for_a_second(touch, contacts):

@@ -12,7 +12,7 @@ from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.ball.diagram import known_edge
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.episode import Log
-from drake_tracker.tasks.results import git_commit, lag_of, package_versions, packet_findings, tidy
+from drake_tracker.tasks.results import git_commit, lag_of, limiter_findings, package_versions, packet_findings, tidy
 from drake_tracker.vision.board_poses import pose_error
 
 ROLLING = 0.10
@@ -45,10 +45,12 @@ def summarise_ball(
     - ``exit_speed_m_s``: speed of the ball at the crossing.
     - ``hold_s``: longest time for which the ball was in the cup, according to the judge.
     - ``board_touched``: whether the arm touched the board or its table.
+    - ``self_touched``: whether two links of the arm touched each other.
     - ``joint_limit_margin_rad``: smallest distance of a joint from its limit.
     - ``speed_share``: greatest fraction of the rated speed of a joint.
     - ``longest_saturation_s``: longest saturation of a drive.
     - ``packets_rejected``, ``packets_rejected_for``: see `packet_findings`.
+    - ``set_points_changed``, ``set_points_changed_for``: see `limiter_findings`.
 
     Args:
         hand_eye: the diagram of the run, with the attribute ``poses`` and the ground truth of its world.
@@ -80,8 +82,10 @@ def summarise_ball(
         "exit_speed_m_s": _exit_speed(log, crossing),
         "hold_s": max(verdicts["held"], default=0.0),
         "board_touched": bool(last.board_touched),
+        "self_touched": bool(last.self_touched),
         **arm_findings(log, limits_of(arm_of(scenario))),
         **packet_findings(log),
+        **limiter_findings(log),
         "lag_s": lag_of(log, scenario.time_step),
         "simulated_s": simulated,
         "interrupted": bool(interrupted),

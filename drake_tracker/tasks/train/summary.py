@@ -12,7 +12,7 @@ from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_of_now
-from drake_tracker.tasks.results import git_commit, lag_of, package_versions, packet_findings, tidy
+from drake_tracker.tasks.results import git_commit, lag_of, limiter_findings, package_versions, packet_findings, tidy
 from drake_tracker.tasks.train.closing import closing_onset_error
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
 from drake_tracker.tasks.train.failure import explain_failure
@@ -48,6 +48,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
     - ``longest_saturation_s``: longest saturation of a drive.
     - ``table_touched``: whether the arm or the gripper touched the table.
     - ``packets_rejected``, ``packets_rejected_for``: see `packet_findings`.
+    - ``set_points_changed``, ``set_points_changed_for``: see `limiter_findings`.
 
     Args:
         scenario: the scenario of the run.
@@ -77,6 +78,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
         **_tracking(log, spans),
         **vision,
         **packet_findings(log),
+        **limiter_findings(log),
         "lag_s": lag_of(log, scenario.time_step),
         "closing_onset_error_s": closing_onset_error(scenario, log, spans),
         "simulated_s": simulated,
@@ -127,6 +129,7 @@ def _verdict(verdict: Signal) -> dict[str, Any]:
         "lift_height_m": max(verdict["lift"][touched], default=0.0),
         "hold_s": max(verdict["held"], default=0.0),
         "table_touched": bool(verdict["table_touched"].any()),
+        "self_touched": bool(verdict["self_touched"].any()),
     }
 
 
