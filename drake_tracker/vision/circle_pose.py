@@ -21,9 +21,11 @@ MAX_CIRCLES = 20
 """Only the first so many of the circles are considered: that makes 4845 choices of four."""
 _RIGID = 0.1
 """Approximate largest relative error of a homography's lengths and right angle."""
-_AREA = 0.5
+_AREA = 0.4
 """Largest difference between a circle's area and the expected one, as a logarithm."""
 _ROUNDS = 3
+_NEIGHBOURHOOD = 4.0
+"""Factor by which the rectangle around the board's circles is enlarged: in it, no other circle may be larger."""
 
 
 class BoardPose(NamedTuple):
@@ -45,7 +47,9 @@ def locate_board(
 
     Args:
         circles: (m, 2) [px], centroids of the circles' images in any order, or (m, 3) with their areas [px], as
-            `CircleMeasurement`s. There may be more than the board has: the choice that fits best is used.
+            `CircleMeasurement`s. There may be more than the board has: the choice that fits best is used. With areas,
+            the others must be smaller or away from the board: four of many pegs can be in the right places by chance
+            when a circle is hidden.
         p_BQ: (4, 3) [m], centres of the circles on the board, z = 0, at the corners of a convex quadrangle without
             rotational symmetry: otherwise their order is ambiguous.
         K: (3, 3) intrinsic matrix [px].
@@ -65,7 +69,11 @@ def locate_board(
     orders = _cyclic_orders(circles[:MAX_CIRCLES], p_BQ)
     orders = orders[_possible(circles[orders], p_BQ, K, radius)]
     poses = [_best_pose(circles[order, :2], p_BQ, K, radius) for order in orders]
-    fits = [pose for pose in poses if pose is not None]
+    fits = [
+        pose
+        for pose, order in zip(poses, orders)
+        if pose is not None and not _misses_a_circle(pose.X_CB, np.delete(circles, order, axis=0), p_BQ, K, radius)
+    ]
     fits.sort(key=lambda fit: fit.rms)
     if not fits or fits[0].rms > MAX_RMS:
         found = f"the best order leaves {fits[0].rms:.1f} px" if fits else "no order of them is possible"
@@ -170,6 +178,28 @@ def _best_pose(uv: np.ndarray, p_BQ: np.ndarray, K: np.ndarray, radius: float) -
             miss = image_centres(X_CB, p_BQ, K, radius) - uv
             fits.append(BoardPose(X_CB, float(np.sqrt((miss**2).sum(axis=1).mean()))))
     return min(fits, key=lambda fit: fit.rms, default=None)
+
+
+def _misses_a_circle(X_CB: np.ndarray, others: np.ndarray, p_BQ: np.ndarray, K: np.ndarray, radius: float) -> bool:
+    """Returns whether another circle on or near the board is larger than one of the board would be at its place.
+
+    Args:
+        X_CB: (4, 4), a pose that fits four of the circles.
+        others: the circles that it leaves, shape (m, 2 or 3) [px]; without areas the answer is False.
+        p_BQ: centres of the circles on the board, shape (4, 3) [m].
+        K: (3, 3) intrinsic matrix [px].
+        radius: of the circles [m]; with 0 the answer is False.
+    """
+    if radius <= 0.0 or others.shape[1] < 3:
+        return False
+    H = K @ np.column_stack([X_CB[:3, 0], X_CB[:3, 1], X_CB[:3, 3]])
+    x, y, scale = np.linalg.solve(H, np.column_stack([others[:, :2], np.ones(len(others))]).T)
+    middle = 0.5 * (p_BQ[:, :2].max(axis=0) + p_BQ[:, :2].min(axis=0))
+    reach = _NEIGHBOURHOOD * (p_BQ[:, :2].max(axis=0) - middle)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        near = (scale > 0.0) & (np.abs(np.column_stack([x, y]) / scale[:, np.newaxis] - middle) < reach).all(axis=1)
+    expected = np.pi * radius**2 * np.abs(np.linalg.det(H)) * np.abs(scale) ** 3
+    return bool((near & (others[:, 2] > np.exp(_AREA) * expected)).any())
 
 
 def _matrix(rotation: np.ndarray, translation: np.ndarray) -> np.ndarray:

@@ -82,6 +82,33 @@ def test_the_boards_circles_are_told_from_other_dark_things():
         locate_board(rest, CIRCLES, K, radius=RADIUS)
 
 
+def dots(X_CB, p_BQ, radius):
+    """Returns the images of circles on the board as measurements (u, v, area) [px], shape (n, 3)."""
+    H = K @ np.column_stack([X_CB[:3, 0], X_CB[:3, 1], X_CB[:3, 3]])
+    depth = p_BQ @ X_CB[2, :3] + X_CB[2, 3]
+    return np.column_stack(
+        [image_centres(X_CB, p_BQ, K, radius), np.pi * radius**2 * np.abs(np.linalg.det(H)) / depth**3]
+    )
+
+
+def test_pegs_in_the_right_places_are_not_taken_for_the_circles():
+    X_CB, size = camera_pose(-30.0, 45.0), 0.3
+    circles = dots(X_CB, CIRCLES, RADIUS)
+    pegs = dots(X_CB, size * CIRCLES + [0.0, 0.3, 0.0], size * RADIUS)  # like the whole board, much farther away
+    metres, _ = pose_error(X_CB, locate_board(np.vstack([circles, pegs]), CIRCLES, K, radius=RADIUS).X_CB)
+    assert metres < 1e-4
+    for hidden in range(4):
+        with pytest.raises(DrakeTrackerError, match="not those of the board"):
+            locate_board(np.vstack([np.delete(circles, hidden, axis=0), pegs]), CIRCLES, K, radius=RADIUS)
+
+
+def test_a_larger_dark_circle_away_from_the_board_does_not_matter():
+    X_CB = camera_pose(-30.0, 45.0)
+    other = dots(X_CB, np.array([[1.5, 0.5, 0.0]]), 3.0 * RADIUS)
+    found = locate_board(np.vstack([other, dots(X_CB, CIRCLES, RADIUS)]), CIRCLES, K, radius=RADIUS)
+    assert pose_error(X_CB, found.X_CB)[0] < 1e-4
+
+
 def test_circles_that_are_not_the_boards_are_refused():
     X_CB = camera_pose()
     uv = image_centres(X_CB, CIRCLES, K, RADIUS)
