@@ -5,9 +5,10 @@
 Each has the same budget: `CANDIDATES` settings, tried on the same runs of the tuning seeds with white noise. Of them
 that one is kept whose errors at the present and at the grasp horizon have the least product. Alpha-beta-gamma and arc
 length are tuned on the stadium at constant speed, once for each noise; the baselines on the oval at 1 mm, once for each
-speed law, and the turn's also on each path with sharp bends. Stone Soup's and filterpy's filters of one model are the
-same filter, as they should be (they differ by 1e-5 of the error), so that the faster is tuned for both. Coordinated
-turn and closed path are not tuned: their defaults are their one setting, for every path, noise and law.
+speed law, and the turn's also on each path with sharp bends, from candidates of its own. Stone Soup's and filterpy's
+filters of one model are the same filter, as they should be (they differ by 1e-5 of the error), so that the faster is
+tuned for both. Coordinated turn and closed path are not tuned: their defaults are their one setting, for every path,
+noise and law.
 """
 
 import argparse
@@ -29,7 +30,7 @@ CANDIDATES = 12
 
 
 def candidates():
-    """Returns for each name its `CANDIDATES` settings."""
+    """Returns for each name its `CANDIDATES` settings; "sharp turn" is the turn's filter on the paths of `SHARP`."""
     factors, bendings = (0.4, 0.7, 1.2), (12, 18, 26, 40)
     grids = {
         "alpha_beta_gamma": [{"tracking_index": float(f"{x:.2g}")} for x in np.geomspace(1e-4, 2e-2, CANDIDATES)],
@@ -42,6 +43,10 @@ def candidates():
         "turn": [
             {"noise": noise, "turn_noise": turn}
             for noise, turn in itertools.product((1e-6, 1e-4, 1e-3, 1e-2), (0.12, 0.25, 0.5))
+        ],
+        "sharp turn": [
+            {"noise": noise, "turn_noise": turn}
+            for noise, turn in itertools.product((3e-3, 1e-2, 3e-2), (1e-3, 1e-2, 0.1, 0.5))
         ],
     }
     assert all(len(grid) == CANDIDATES for grid in grids.values())
@@ -74,11 +79,11 @@ def main():
     jobs = []
     for name, grid in candidates().items():
         ours = name in ("alpha_beta_gamma", "arc_length")
-        paths = ("oval", *SHARP) if name == "turn" else ("oval",)
+        model, paths = ("turn", SHARP) if name == "sharp turn" else (name, ("oval",))
         places = [(path, 1.0, law) for path in paths for law in SPEED_LAWS]
         if ours:
             places = [("stadium", sigma_mm, "constant") for sigma_mm in SIGMAS_MM]
-        jobs += [(name, *place, setting) for place in places for setting in grid]
+        jobs += [(model, *place, setting) for place in places for setting in grid]
     with multiprocessing.get_context("spawn").Pool(options.workers) as pool:
         found = []
         for job, squares in zip(jobs, pool.imap(try_out, jobs)):
