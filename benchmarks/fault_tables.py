@@ -106,6 +106,7 @@ def limits_kept(row):
         and row["longest_saturation_s"] <= MOST_SATURATION
         and row["joint_limit_margin_rad"] >= 0.0
         and not row["table_touched"]
+        and not row["self_touched"]
     )
 
 

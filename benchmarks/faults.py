@@ -35,7 +35,8 @@ FIRST_SEED, SEEDS = 900, 20
 RESULTS = common.RESULTS / "faults.jsonl"
 KEPT = (
     *("success", "attempts", "time_to_grasp_s", "failure_reason", "cause", "simulated_s"),
-    *("speed_share", "longest_saturation_s", "joint_limit_margin_rad", "table_touched"),
+    *("speed_share", "longest_saturation_s", "joint_limit_margin_rad"),
+    *("table_touched", "self_touched", "set_points_changed", "set_points_changed_for"),
     *("package_versions", "git_commit"),
 )
 

@@ -6,8 +6,8 @@ from enum import Enum
 import numpy as np
 from pydrake.geometry import Box, CollisionFilterDeclaration, GeometrySet
 from pydrake.math import RigidTransform
-from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.multibody.plant import CoulombFriction
+from pydrake.planning import RobotDiagramBuilder
 
 from drake_tracker.arm.arm_model import add_held_arm
 from drake_tracker.arm.description import Arm
@@ -47,8 +47,8 @@ class ArmClearance:
         margin: float = MARGIN,
     ) -> None:
         self._margin = margin
-        builder = DiagramBuilder()
-        plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+        builder = RobotDiagramBuilder(time_step=0.0)
+        plant = builder.plant()
         parts = add_held_arm(plant, description)
         fixed = []
         for number, corners in enumerate(obstacles):
@@ -60,14 +60,12 @@ class ArmClearance:
             )
         plant.Finalize()
         self._obstacles = frozenset(fixed)
-        self._plant, self._arm = plant, parts.arm
-        self._diagram = builder.Build()
-        self._scratch = self._diagram.CreateDefaultContext()
-        self._plant_scratch = plant.GetMyMutableContextFromRoot(self._scratch)
-        scene_scratch = scene_graph.GetMyMutableContextFromRoot(self._scratch)
-        self._query = scene_graph.get_query_output_port()
-        self._scene_scratch = scene_scratch
-        filters = scene_graph.collision_filter_manager(scene_scratch)
+        self._arm = parts.arm
+        self._robot = builder.Build()
+        self._scratch = self._robot.CreateDefaultContext()
+        self._plant_scratch = self._robot.mutable_plant_context(self._scratch)
+        self._scene_scratch = self._robot.mutable_scene_graph_context(self._scratch)
+        filters = self._robot.scene_graph().collision_filter_manager(self._scene_scratch)
         for pair in self._pairs(np.array(description.q_start), _ALREADY_NEAR * margin):
             filters.Apply(CollisionFilterDeclaration().ExcludeWithin(GeometrySet([pair.id_A, pair.id_B])))
 
@@ -89,6 +87,6 @@ class ArmClearance:
         return min((pair.distance for pair in self._pairs(q, up_to)), default=up_to)
 
     def _pairs(self, q: np.ndarray, distance: float) -> list:
-        self._plant.SetPositions(self._plant_scratch, self._arm, q)
-        query = self._query.Eval(self._scene_scratch)
+        self._robot.plant().SetPositions(self._plant_scratch, self._arm, q)
+        query = self._robot.scene_graph().get_query_output_port().Eval(self._scene_scratch)
         return query.ComputeSignedDistancePairwiseClosestPoints(distance)

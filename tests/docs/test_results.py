@@ -92,3 +92,26 @@ def test_no_line_of_a_page_is_taken_for_a_comment():
     for page in PAGES:
         lines = page.read_text(encoding="utf-8").splitlines()
         assert not [line for line in lines if line.startswith("%")], f"{page.name}: MyST hides lines that begin with %"
+
+
+def result_lines():
+    """Yields (file name, line number, row) of every published run of an arm."""
+    for path in RESULTS.glob("*.jsonl"):
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            row = json.loads(line)
+            if row.get("speed_share") is not None:
+                yield path.name, number, row
+
+
+def test_no_published_run_breaks_a_limit_of_the_arm():
+    rows = list(result_lines())
+    assert len(rows) > 1000
+    broken = [
+        (name, number)
+        for name, number, row in rows
+        if row["speed_share"] > 1.0
+        or row["longest_saturation_s"] > 0.030 + 1e-6
+        or row["joint_limit_margin_rad"] < 0.0
+        or any(row.get(key) for key in ("table_touched", "board_touched", "self_touched"))
+    ]
+    assert not broken

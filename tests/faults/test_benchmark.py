@@ -19,6 +19,7 @@ GOOD = {
     "longest_saturation_s": 0.01,
     "joint_limit_margin_rad": 0.2,
     "table_touched": False,
+    "self_touched": False,
 }
 
 
@@ -43,6 +44,7 @@ def test_every_kind_is_injected_and_every_cause_exists():
         ({"speed_share": 1.01}, False),
         ({"longest_saturation_s": 0.05}, False),
         ({"table_touched": True}, False),
+        ({"self_touched": True}, False),
         ({"joint_limit_margin_rad": -0.01}, False),
         ({"success": True, "phase": "HOLD", "table_touched": True}, False),
     ],

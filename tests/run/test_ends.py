@@ -151,7 +151,7 @@ def test_a_killed_run_is_read_up_to_the_last_second_and_its_directory_is_not_sha
     log = load_log(tmp_path / "run")
     end = log["point"].times[-1]
     assert end >= 1.5 and "tool" in log
-    assert {round(signal.times[-1], 1) for signal in log.values()} == {round(end, 1)}
+    assert all(abs(signal.times[-1] - end) < 0.05 for signal in log.values())
     assert all(np.isfinite(signal.data).all() for signal in log.values())
 
     monkeypatch.setattr("drake_tracker.core.loopback_server.LoopbackServer.serve_forever", lambda server: None)
