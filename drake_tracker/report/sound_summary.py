@@ -33,6 +33,10 @@ def is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
+def _are_counts(value: Any) -> bool:
+    return isinstance(value, dict) and all(is_number(each) for each in value.values())
+
+
 def _is_text(value: Any) -> bool:
     return isinstance(value, str) and 0 < len(value) <= LONGEST
 
@@ -51,6 +55,7 @@ _KINDS: dict[str, Callable[[Any], bool]] = {
     "success": lambda value: isinstance(value, bool),
     "failure_reason": _is_text,
     "lag_s": _is_lag,
+    "packets_rejected_for": _are_counts,
     "package_versions": _are_versions,
 }
 """{key: returns whether a value is of the right kind}."""

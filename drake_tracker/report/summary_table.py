@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from drake_tracker.arm.packet_guard import REASONS
 from drake_tracker.tasks.task import SummaryRow
 
 SHARED_ROWS: tuple[SummaryRow, ...] = (
@@ -18,6 +19,8 @@ SHARED_ROWS: tuple[SummaryRow, ...] = (
 def summary_rows(summary: Mapping[str, Any], rows: Sequence[SummaryRow]) -> list[tuple[str, str, str]]:
     """Returns (label, value, unit) of the numbers that a summary has, in reading order.
 
+    Rejected packets have a row for each reason for which there were any.
+
     Args:
         summary: of a run.
         rows: of the task, `Task.summary_rows`.
@@ -27,6 +30,12 @@ def summary_rows(summary: Mapping[str, Any], rows: Sequence[SummaryRow]) -> list
         value = summary.get(key)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             found.append((label, f"{factor * value:.{decimals}f}", unit))
+    counts = summary.get("packets_rejected_for")
+    if isinstance(counts, dict):
+        for reason, words in REASONS.items():
+            count = counts.get(reason.name.lower())
+            if count:
+                found.append((f"packets rejected: {words}", f"{count:.0f}", ""))
     lag = summary.get("lag_s")
     if isinstance(lag, dict) and isinstance(lag.get("max"), (int, float)):
         found.append(("lag from the stamp of a point to its prediction", f"{1e3 * lag['max']:.1f}", "ms"))

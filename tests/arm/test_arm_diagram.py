@@ -187,6 +187,7 @@ def test_without_packets_it_coasts_for_a_second_and_then_stands_still_above(run,
     tool = arm_model.tool_pose(logs["arm_state"][1][-1, :6]).translation()
     assert tool[2] == pytest.approx(0.485 + GRASP.hover_height, abs=2e-3)
     assert np.linalg.norm(tool[:2] - object_at(hovering[0])[:2]) < 0.05
+    assert np.max(np.abs(logs["arm_state"][1][-1, 6:])) < 2e-3  # at rest
     assert all(np.all(np.isfinite(rows)) for _, rows in logs.values())
 
 

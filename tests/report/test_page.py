@@ -111,6 +111,22 @@ def test_an_unreadable_summary_is_noted(run_folder, summary):
     assert "summary.json cannot be read" in page(run_folder)
 
 
+def test_rejected_packets_are_counted_by_reason(run_folder):
+    assert "packets rejected" not in page(run_folder)
+    edit_summary(run_folder, packets_rejected=12, packets_rejected_for={"future": 9, "too_fast": 3, "made_up": 1})
+    text = page(run_folder)
+    for words, count in (("the stamp is later than the arm", 9), ("the path is faster than", 3)):
+        assert re.search(f"packets rejected: {words}[^<]*</span><b>{count}</b>", text)
+    assert text.count("packets rejected") == 2
+
+
+@pytest.mark.parametrize("wrong", [3, {"future": "many"}, {"future": 1e300}, [1, 2]])
+def test_wrong_counts_of_rejected_packets_are_noted_and_not_shown(run_folder, wrong):
+    edit_summary(run_folder, packets_rejected_for=wrong)
+    text = page(run_folder)
+    assert "packets_rejected_for" in text and "packets rejected" not in text
+
+
 def test_the_page_of_a_caught_ball_needs_only_its_summary(run_folder):
     for name in ("scenario.yaml", "log.npz"):
         (run_folder / name).unlink()
