@@ -121,6 +121,8 @@ class LoopbackHandler(BaseHTTPRequestHandler):
         self.send_header("Content-Security-Policy", self.policy)
         self.send_header("X-Content-Type-Options", "nosniff")
         self.send_header("Referrer-Policy", "no-referrer")
+        self.send_header("Cross-Origin-Resource-Policy", "same-origin")
+        self.send_header("Cross-Origin-Opener-Policy", "same-origin")
         for name, value in (more or {}).items():
             self.send_header(name, value)
         self.end_headers()

@@ -59,8 +59,10 @@ def add_recorders(
         from drake_tracker.run.scene import add_scene_recording
 
         path, view = folder and folder / "recording.html", task.view(scenario, hand_eye)
-        scene = add_scene_recording(builder, hand_eye=hand_eye, view=view, path=path, announce=options.meshcat)
+        scene = add_scene_recording(builder, hand_eye=hand_eye, view=view, path=path)
         recorders.append(scene)
+        if options.meshcat:
+            print(f"Meshcat: {scene.show()}", flush=True)
         if live is not None:
-            live.watch(builder, hand_eye, scenario, task.phases, scene.url)
+            live.watch(builder, hand_eye, scenario, task.phases, scene.show())
     return recorders

@@ -1,5 +1,6 @@
 """The 3-D recording of a run in Meshcat: the laboratory and the predicted path."""
 
+import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ from drake_tracker.core.atomic_file import write_text
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import ArmCommand, Prediction, TrackPoint, message_size
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.run.scene_server import SceneServer, hidden_address
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, View
 
 PREDICTED, SEEN = Rgba(0.30, 0.76, 1.0), Rgba(1.0, 0.69, 0.0)
@@ -120,16 +122,21 @@ class SceneRecorder:
     """A `Recorder` that writes the 3-D recording.
 
     Args:
-        meshcat: the Meshcat instance that records.
+        meshcat: the Meshcat instance that records; it listens at ``host``.
+        host: address of this machine.
         path: HTML file to write, or None.
-
-    Attributes:
-        url: address at which the scene is shown during the run.
     """
 
-    def __init__(self, meshcat: Meshcat, path: Path | None) -> None:
-        self._meshcat, self._path = meshcat, path
-        self.url = meshcat.web_url()
+    def __init__(self, meshcat: Meshcat, host: str, path: Path | None) -> None:
+        self._meshcat, self._host, self._path = meshcat, host, path
+        self._server: SceneServer | None = None
+
+    def show(self) -> str:
+        """Shows the scene in browsers on this machine; returns the address of the page."""
+        if self._server is None:
+            self._server = SceneServer((self._host, self._meshcat.port()))
+            weakref.finalize(self, self._server.close)
+        return self._server.url
 
     def finish(self, root_context: Context) -> None:
         """Publishes the recording and writes it as a self-contained HTML file."""
@@ -143,22 +150,22 @@ class SceneRecorder:
 
 
 def add_scene_recording(
-    builder: DiagramBuilder, *, hand_eye: HandEyeDiagram, view: View, path: Path | None, announce: bool = False
+    builder: DiagramBuilder, *, hand_eye: HandEyeDiagram, view: View, path: Path | None
 ) -> SceneRecorder:
     """Adds a 3-D recording in Meshcat with `FRAMES_PER_SECOND` frames per second.
 
-    Meshcat listens on this machine only, and must be used by the thread that calls this function.
+    Meshcat must be used by the thread that calls this function.
 
     Args:
         builder: builder that contains ``hand_eye``.
         hand_eye: diagram to record.
         view: how the task is shown.
         path: HTML file to write at the end, or None.
-        announce: whether to print the address.
 
     Returns the recorder.
     """
-    meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+    host = hidden_address()
+    meshcat = Meshcat(MeshcatParams(host=host, port=0, show_stats_plot=False))
     _set_stage(meshcat, view)
     parameters = MeshcatVisualizerParams(
         publish_period=1.0 / FRAMES_PER_SECOND, role=Role.kIllustration, prefix=_PREFIX
@@ -168,9 +175,7 @@ def add_scene_recording(
     for own, theirs in {"packet": "accepted", "point": "point", "command": "command"}.items():
         builder.Connect(hand_eye.GetOutputPort(theirs), display.GetInputPort(own))
     meshcat.StartRecording(FRAMES_PER_SECOND, set_visualizations_while_recording=True)
-    if announce:
-        print(f"Meshcat: {meshcat.web_url()}", flush=True)
-    return SceneRecorder(meshcat, path)
+    return SceneRecorder(meshcat, host, path)
 
 
 def _set_stage(meshcat: Meshcat, view: View) -> None:

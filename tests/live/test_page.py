@@ -1,74 +1,32 @@
 """The live view in a real browser: Debian's chromium, driven by Playwright, watches a run of the train."""
 
 import base64
-import os
 import re
 import signal
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from browsing import NEVER_GRASPS, PATIENCE, chromium, live_run, until
 
 from drake_tracker.core.log import load_log
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.live.operator import JOG_STEP
 
-CHROMIUM = Path("/usr/bin/chromium")
-FLAGS = [
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-]
-PATIENCE = 120.0
-"""Wall time [s] after which waiting for something fails the test."""
-
 
 @pytest.fixture
 def browser():
-    if not CHROMIUM.exists():
-        pytest.skip(f"the live view's browser test needs {CHROMIUM}: apt-get install chromium")
-    api = pytest.importorskip("playwright.sync_api", reason="the live view's browser test needs playwright")
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=FLAGS)
+    with chromium() as browser:
         yield browser
-        browser.close()
 
 
 @pytest.fixture
 def run(tmp_path, request):
-    """A run of the train that ends when it is interrupted; ``url`` of its page, ``out`` its directory.
-
-    The parameter, if there is one, is a list of further options of the command.
-    """
-    out = tmp_path / "run"
-    options = getattr(request, "param", [])
-    command = [sys.executable, "-m", "drake_tracker", "run", "train", "--live", "--out", str(out), *options]
-    environment = {**os.environ, "LP_NUM_THREADS": "1"}
-    with open(tmp_path / "printed", "w+") as printed:
-        run = subprocess.Popen(command, stdout=printed, stderr=subprocess.STDOUT, env=environment)
-        run.out, run.printed = out, lambda: Path(printed.name).read_text()
-        try:
-            until(lambda: "Live view:" in run.printed() or run.poll() is not None)
-            run.url = re.search(r"Live view: (\S+)", run.printed())[1]
-            yield run
-        finally:
-            run.kill()
-            run.wait()
-
-
-def until(condition):
-    end = time.monotonic() + PATIENCE
-    while not (value := condition()):
-        assert time.monotonic() < end
-        time.sleep(0.05)
-    return value
+    """A run of the train that ends when it is interrupted. The parameter, if there is one, is a list of options."""
+    with live_run(tmp_path, getattr(request, "param", ())) as run:
+        yield run
 
 
 def colours(png):
@@ -155,9 +113,6 @@ def test_the_page_shows_a_run_and_holds_it(browser, run):
     assert run.wait(PATIENCE) == 130 and "Traceback" not in run.printed()
     left = {path.name for path in run.out.iterdir()}
     assert {"summary.json", "log.npz", "cameras.mp4", "recording.html", "scenario.yaml"} <= left
-
-
-NEVER_GRASPS = ["--set", "vision=!Measured {}", "--set", "grasp.settle_time=60", "--duration", "600"]
 
 
 @pytest.mark.parametrize("run", [NEVER_GRASPS], indirect=True)

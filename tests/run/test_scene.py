@@ -103,13 +103,10 @@ def laboratory():
     return builder.Build()
 
 
-def test_the_recording_is_one_file_with_an_animation(tmp_path, capsys):
+def test_the_recording_is_one_file_with_an_animation(tmp_path):
     builder = DiagramBuilder()
     hand_eye = builder.AddSystem(laboratory())
-    recorder = add_scene_recording(
-        builder, hand_eye=hand_eye, view=TRAIN_VIEW, path=tmp_path / "recording.html", announce=True
-    )
-    assert "http://localhost:" in capsys.readouterr().out
+    recorder = add_scene_recording(builder, hand_eye=hand_eye, view=TRAIN_VIEW, path=tmp_path / "recording.html")
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(0.5)
     recorder.finish(simulator.get_context())
