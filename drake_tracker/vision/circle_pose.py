@@ -24,8 +24,8 @@ _RIGID = 0.1
 _AREA = 0.4
 """Largest difference between a circle's area and the expected one, as a logarithm."""
 _ROUNDS = 3
-_NEIGHBOURHOOD = 4.0
-"""Factor by which the rectangle around the board's circles is enlarged: in it, no other circle may be larger."""
+_NEIGHBOURHOOD = 6.0
+"""Factor by which the rectangle around the board's circles is enlarged where larger circles are searched for."""
 
 
 class BoardPose(NamedTuple):
@@ -48,8 +48,8 @@ def locate_board(
     Args:
         circles: (m, 2) [px], centroids of the circles' images in any order, or (m, 3) with their areas [px], as
             `CircleMeasurement`s. There may be more than the board has: the choice that fits best is used. With areas,
-            the others must be smaller or away from the board: four of many pegs can be in the right places by chance
-            when a circle is hidden.
+            at most one of the others may be larger: four of many pegs can be in the right places by chance when a
+            circle is hidden.
         p_BQ: (4, 3) [m], centres of the circles on the board, z = 0, at the corners of a convex quadrangle without
             rotational symmetry: otherwise their order is ambiguous.
         K: (3, 3) intrinsic matrix [px].
@@ -72,7 +72,7 @@ def locate_board(
     fits = [
         pose
         for pose, order in zip(poses, orders)
-        if pose is not None and not _misses_a_circle(pose.X_CB, np.delete(circles, order, axis=0), p_BQ, K, radius)
+        if pose is not None and not _misses_circles(pose.X_CB, np.delete(circles, order, axis=0), p_BQ, K, radius)
     ]
     fits.sort(key=lambda fit: fit.rms)
     if not fits or fits[0].rms > MAX_RMS:
@@ -180,8 +180,10 @@ def _best_pose(uv: np.ndarray, p_BQ: np.ndarray, K: np.ndarray, radius: float) -
     return min(fits, key=lambda fit: fit.rms, default=None)
 
 
-def _misses_a_circle(X_CB: np.ndarray, others: np.ndarray, p_BQ: np.ndarray, K: np.ndarray, radius: float) -> bool:
-    """Returns whether another circle on or near the board is larger than one of the board would be at its place.
+def _misses_circles(X_CB: np.ndarray, others: np.ndarray, p_BQ: np.ndarray, K: np.ndarray, radius: float) -> bool:
+    """Returns whether two other circles on or near the board are larger than those of the board would be there.
+
+    These are the circles of the board, and the fit is to smaller things. One larger thing may be there: the cup.
 
     Args:
         X_CB: (4, 4), a pose that fits four of the circles.
@@ -199,7 +201,7 @@ def _misses_a_circle(X_CB: np.ndarray, others: np.ndarray, p_BQ: np.ndarray, K: 
     with np.errstate(divide="ignore", invalid="ignore"):
         near = (scale > 0.0) & (np.abs(np.column_stack([x, y]) / scale[:, np.newaxis] - middle) < reach).all(axis=1)
     expected = np.pi * radius**2 * np.abs(np.linalg.det(H)) * np.abs(scale) ** 3
-    return bool((near & (others[:, 2] > np.exp(_AREA) * expected)).any())
+    return int(np.count_nonzero(near & (others[:, 2] > np.exp(_AREA) * expected))) > 1
 
 
 def _matrix(rotation: np.ndarray, translation: np.ndarray) -> np.ndarray:
