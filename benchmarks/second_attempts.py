@@ -3,10 +3,10 @@
     python benchmarks/second_attempts.py                      every provocation, 20 seeds; resumes
     python benchmarks/second_attempts.py --seeds 2 --results /tmp/try.jsonl
 
-With measured vision. Each job runs a scenario twice: first undisturbed, to learn when its first descent begins, and then
-with a fault during that descent. The controller knows nothing of either. A second attempt counts if the first one missed
-and left the train on its track: the judge sees it derailed neither then nor within 3 s. The published seeds are 950 to
-969; nothing was chosen on them. Each run becomes a line of ``results/second_attempts.jsonl`` as soon as it ends.
+With measured vision. Each job runs a scenario twice: first undisturbed, to learn when its first descent begins, and
+then with a fault during that descent. The controller knows nothing of either. A second attempt counts if the first one
+missed and left the train on its track: the judge sees it derailed neither then nor within 3 s. The published seeds are
+950 to 969; nothing was chosen on them. Each run becomes a line of ``results/second_attempts.jsonl`` as soon as it ends.
 """
 
 import argparse

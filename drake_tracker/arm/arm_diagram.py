@@ -31,6 +31,7 @@ class ArmDiagram(Diagram):
         input_ports:
         - packet
         - arm_state
+        - arm_effort
         - jaws
         - operator
         output_ports:
@@ -49,6 +50,7 @@ class ArmDiagram(Diagram):
 
     - ``packet``: the newest `Prediction` on the link. All zeros: none has arrived.
     - ``arm_state``: measured joint positions and velocities, 2 n values [rad, rad/s].
+    - ``arm_effort``: torques of the drives, n values [N m]. Unconnected: the arm has no reflex on collisions.
     - ``jaws``: a `JawState`.
     - ``operator``: an `OperatorCommand`. Unconnected: the operator only supervises.
     - ``arm_desired_state``: desired joint positions and velocities, 2 n values [rad, rad/s].
@@ -157,6 +159,8 @@ class ArmDiagram(Diagram):
             builder.ExportOutput(fingers.GetOutputPort("desired_state"), "gripper_desired_state")
 
         builder.ExportInput(controller.inverse_dynamics.get_input_port_estimated_state(), "arm_state")
+        builder.ConnectInput("arm_state", controller.reflex.GetInputPort("arm_state"))
+        builder.ExportInput(controller.reflex.GetInputPort("arm_effort"), "arm_effort")
         builder.ExportOutput(controller.spline.GetOutputPort("desired_state"), "arm_desired_state")
         builder.ExportOutput(controller.inverse_dynamics.get_output_port_generalized_force(), "arm_feedforward")
         for name in ("accepted", "packet_report"):

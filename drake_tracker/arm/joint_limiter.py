@@ -30,6 +30,7 @@ class Limit(IntEnum):
     TORQUE = 4
     OBSTACLE = 5
     LINK = 6
+    CONTACT = 7
 
 
 LIMITS = {
@@ -40,6 +41,7 @@ LIMITS = {
     Limit.TORQUE: "a drive would have exceeded its largest torque",
     Limit.OBSTACLE: "the arm could not have stopped before the table",
     Limit.LINK: "the arm could not have stopped before touching itself",
+    Limit.CONTACT: "a drive had pushed against something with all its torque (`collision_reflex`)",
 }
 """What each limit means, in words."""
 

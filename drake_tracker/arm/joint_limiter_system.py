@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from drake_tracker.arm.joint_limiter import JointLimiter
+from drake_tracker.arm.joint_limiter import JointLimiter, Limit, LimitedStep
 from drake_tracker.core.messages import LimiterReport, message_size
 from drake_tracker.core.timing import LIMITER_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
 
@@ -18,11 +18,14 @@ class JointLimiterSystem(LeafSystem):
         name: JointLimiterSystem
         input_ports:
         - q_wanted
+        - hold
         output_ports:
         - q_commanded
         - limiter_report
 
     - ``q_wanted``: joint set-points, n values [rad].
+    - ``hold``: output of a `CollisionReflexSystem`. While it holds, the set-point is where the joints hold still.
+      Unconnected: never.
     - ``q_commanded``: joint set-points within the limits, n values [rad]. It is state, updated every period in the slot
       of the limiter, the last one of the servo.
     - ``limiter_report``: how often a set-point was changed, and why, a `LimiterReport`, for logs.
@@ -44,6 +47,7 @@ class JointLimiterSystem(LeafSystem):
         super().__init__()
         self._limiter = limiter
         self._wanted = self.DeclareVectorInputPort("q_wanted", len(q_initial))
+        self._hold = self.DeclareVectorInputPort("hold", 1 + len(q_initial))
         set_point = self.DeclareDiscreteState(q_initial)
         self.DeclareDiscreteState(len(q_initial))  # velocity of the last step [rad/s]
         report = self.DeclareDiscreteState(message_size(LimiterReport))
@@ -54,7 +58,11 @@ class JointLimiterSystem(LeafSystem):
 
     def _update(self, context: Context, next_state: DiscreteValues) -> None:
         q, v_last, counts = (context.get_discrete_state(group).value() for group in range(3))
-        step = self._limiter.step(q, v_last, self._wanted.Eval(context))
+        held = self._hold.Eval(context) if self._hold.HasValue(context) else (0.0,)
+        if held[0]:
+            step = LimitedStep(held[1:], np.zeros_like(q), frozenset({Limit.CONTACT}))
+        else:
+            step = self._limiter.step(q, v_last, self._wanted.Eval(context))
         next_state.set_value(0, step.q)
         next_state.set_value(1, step.v)
         counts = np.array(counts)

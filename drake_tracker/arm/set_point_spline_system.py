@@ -23,11 +23,14 @@ class SetPointSplineSystem(LeafSystem):
         name: SetPointSplineSystem
         input_ports:
         - set_point
+        - hold
         output_ports:
         - desired_state
         - desired_acceleration
 
     - ``set_point``: n values [rad or m], sampled at the multiples of the period. It is always valid.
+    - ``hold``: output of a `CollisionReflexSystem`. While it holds, the spline rests where the joints hold still, and
+      it begins there afterwards. Unconnected: never.
     - ``desired_state``: position and velocity of the spline, 2 n values [rad, rad/s or m, m/s], continuous in time. A
       motion with constant speed comes out `SPLINE_DELAY` periods late and otherwise unchanged.
     - ``desired_acceleration``: acceleration of the spline, n values [rad/s^2 or m/s^2], constant during a period.
@@ -43,9 +46,10 @@ class SetPointSplineSystem(LeafSystem):
         n = self._n = len(initial)
         self._period = period
         self._set_point = self.DeclareVectorInputPort("set_point", n)
+        self._hold = self.DeclareVectorInputPort("hold", 1 + n)
         # The three newest set-points, oldest first, and the time at which the newest was sampled.
         state = self.DeclareDiscreteState(np.concatenate([initial, initial, initial, [0.0]]))
-        from_state = {self.discrete_state_ticket(state)}
+        from_state = {self.discrete_state_ticket(state), self._hold.ticket()}
         self.DeclareVectorOutputPort("desired_state", 2 * n, self._calc_state, from_state | {self.time_ticket()})
         self.DeclareVectorOutputPort("desired_acceleration", n, self._calc_acceleration, from_state)
         # An unrestricted update, since the plant's step at the same instant is a discrete update: that comes later and
@@ -53,8 +57,13 @@ class SetPointSplineSystem(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: State) -> None:
-        old = context.get_discrete_state_vector().value()
-        new = np.concatenate([old[self._n : 3 * self._n], self._set_point.Eval(context), [context.get_time()]])
+        held = self._held(context)
+        if held is None:
+            old = context.get_discrete_state_vector().value()
+            points = [old[self._n : 3 * self._n], self._set_point.Eval(context)]
+        else:
+            points = [held] * 3
+        new = np.concatenate([*points, [context.get_time()]])
         state.get_mutable_discrete_state().get_mutable_vector(0).SetFromVector(new)
 
     def _calc_state(self, context: Context, output: Any) -> None:
@@ -72,4 +81,14 @@ class SetPointSplineSystem(LeafSystem):
     def _points(self, context: Context) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
         """Returns the three newest set-points, oldest first, and the time [s] at which the newest was sampled."""
         state, n = context.get_discrete_state_vector().value(), self._n
+        held = self._held(context)
+        if held is not None:
+            return held, held, held, state[3 * n]
         return state[:n], state[n : 2 * n], state[2 * n : 3 * n], state[3 * n]
+
+    def _held(self, context: Context) -> np.ndarray | None:
+        """Returns where the joints hold still; None: they are free."""
+        if not self._hold.HasValue(context):
+            return None
+        hold = self._hold.Eval(context)
+        return hold[1:] if hold[0] else None

@@ -9,6 +9,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_model import ArmModel
+from drake_tracker.arm.collision_reflex_system import CollisionReflexSystem
 from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
 from drake_tracker.arm.joint_limiter import JointLimiter
 from drake_tracker.arm.joint_limiter_system import JointLimiterSystem
@@ -25,6 +26,8 @@ class ToolController(NamedTuple):
     Attributes:
         transform_equation: from target and command to the desired pose of the tool.
         inverse_kinematics: from there to joint set-points.
+        reflex: makes the joints hold still when they meet something; its inputs remain to be connected, without which
+            it does nothing.
         limiter: from there to set-points within the limits of the arm.
         spline: from there to the desired joint state.
         inverse_dynamics: feedforward torques; its input port for the estimated state remains to be connected.
@@ -32,6 +35,7 @@ class ToolController(NamedTuple):
 
     transform_equation: TransformEquationSystem
     inverse_kinematics: DifferentialIkSystem
+    reflex: CollisionReflexSystem
     limiter: JointLimiterSystem
     spline: SetPointSplineSystem
     inverse_dynamics: InverseDynamics
@@ -49,8 +53,8 @@ def add_tool_controller(
     period: float = SERVO_PERIOD,
     clearance: ArmClearance | None = None,
 ) -> ToolController:
-    """Adds transform equation, inverse kinematics, joint limiter, set-point spline and feedforward torques, connected
-    to each other.
+    """Adds transform equation, inverse kinematics, collision reflex, joint limiter, set-point spline and feedforward
+    torques, connected to each other.
 
     Args:
         builder: the diagram's builder.
@@ -73,6 +77,9 @@ def add_tool_controller(
     spline = add_set_point_spline(
         builder, name="joint_spline", set_points=q_commanded, initial=q_initial, period=period
     )
+    reflex = builder.AddNamedSystem("collision_reflex", CollisionReflexSystem(model, time_step))
+    builder.Connect(reflex.GetOutputPort("hold"), limiter.GetInputPort("hold"))
+    builder.Connect(reflex.GetOutputPort("hold"), spline.GetInputPort("hold"))
     dynamics = add_joint_feedforward(
         builder, model=model, desired_acceleration=spline.GetOutputPort("desired_acceleration")
     )
@@ -82,4 +89,4 @@ def add_tool_controller(
     builder.Connect(ik.GetOutputPort("q_commanded"), limiter.GetInputPort("q_wanted"))
     builder.Connect(q_commanded, ik.GetInputPort("q_last"))
     builder.Connect(q_commanded, transform.GetInputPort("q_commanded"))
-    return ToolController(transform, ik, limiter, spline, dynamics)
+    return ToolController(transform, ik, reflex, limiter, spline, dynamics)

@@ -9,6 +9,7 @@ has its own slot. Every lag therefore has a single value, and the order in which
     1/4                               estimator
     1/2                               link
     5/8                               packet guard
+    11/16 of every plant step         collision reflex
     3/4 (in the last plant step of    servo, then 13/16 grasp, 14/16 transform equation, 15/16 inverse kinematics,
          a servo period)             31/32 joint limiter
 
@@ -50,6 +51,7 @@ PROJECTOR_SLOT = 2 / 16
 ESTIMATOR_SLOT = 4 / 16
 LINK_SLOT = 8 / 16
 GUARD_SLOT = 10 / 16
+REFLEX_SLOT = 11 / 16
 SERVO_SLOT = 12 / 16
 GRASP_SLOT = 13 / 16
 TRANSFORM_SLOT = 14 / 16

@@ -49,9 +49,9 @@ class WorldDiagram(Diagram):
     ``gripper_desired_state``, (q, v) [m, m/s] of the driven finger.
 
     The controller may read ``camera_left`` and ``camera_right``, each an ImageRgba8U that is rendered when it is read;
-    ``arm_state``, (q, v) [rad, rad/s]; ``jaws``, a `JawState`. ``arm_effort``, the torques of the drives [N m], is
-    logged. Only judges, logs and viewers may read ``truth_train_state``, the 13 numbers of the free body;
-    ``truth_verdict``, a `Verdict`, updated at 60 Hz from time 0 and all zeros before; and ``truth_query``, the scene.
+    ``arm_state``, (q, v) [rad, rad/s]; ``arm_effort``, the torques of the drives [N m]; and ``jaws``, a `JawState`.
+    Only judges, logs and viewers may read ``truth_train_state``, the 13 numbers of the free body; ``truth_verdict``, a
+    `Verdict`, updated at 60 Hz from time 0 and all zeros before; and ``truth_query``, the scene.
 
     Args:
         description: the arm and its gripper.

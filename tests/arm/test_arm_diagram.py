@@ -219,7 +219,7 @@ def test_each_output_changes_in_its_own_slot_and_nowhere_else(arm_model, q_initi
     arm = builder.AddSystem(make_arm(arm_model, q_initial))
     builder.Connect(packets.GetOutputPort("packet"), arm.GetInputPort("packet"))
     inputs = {arm.get_input_port(i).get_name() for i in range(arm.num_input_ports())}
-    assert inputs == {"packet", "arm_state", "jaws", "operator"}
+    assert inputs == {"packet", "arm_state", "arm_effort", "jaws", "operator"}
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     inside = arm.GetMyContextFromRoot(context)

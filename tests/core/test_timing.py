@@ -13,6 +13,7 @@ from drake_tracker.core.timing import (
     LIMITER_SLOT,
     LINK_SLOT,
     PROJECTOR_SLOT,
+    REFLEX_SLOT,
     SERVO_PERIOD,
     SERVO_SLOT,
     TIME_STEP,
@@ -57,7 +58,7 @@ def test_a_plant_step_that_does_not_divide_the_periods_is_rejected(time_step):
 
 
 def test_slots_lie_within_a_plant_step_in_the_order_of_the_data():
-    order = [PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, GUARD_SLOT]
+    order = [PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, GUARD_SLOT, REFLEX_SLOT]
     order += [SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT, LIMITER_SLOT]
     assert order[0] > 0.0 and order[-1] < 1.0
     assert order == sorted(set(order))
@@ -76,6 +77,7 @@ def test_no_two_subsystems_update_at_the_same_instant(time_step):
         return set(range(round(first), together, period * 32))
 
     updates = [instants(0.0, 1)]  # the plant; vision is in step with it
+    updates += [instants(REFLEX_SLOT * time_step, 1)]
     updates += [
         instants(vision_slot(slot, time_step), vision)
         for slot in (PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, GUARD_SLOT)

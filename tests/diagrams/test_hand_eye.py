@@ -17,6 +17,7 @@ ARROWS = {
     ("host", "prediction", "link", "packet"),
     ("link", "delivered", "arm", "packet"),
     ("world", "arm_state", "arm", "arm_state"),
+    ("world", "arm_effort", "arm", "arm_effort"),
     ("world", "jaws", "arm", "jaws"),
     ("arm", "arm_desired_state", "world", "arm_desired_state"),
     ("arm", "arm_feedforward", "world", "arm_feedforward"),

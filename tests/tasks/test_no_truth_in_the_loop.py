@@ -37,6 +37,7 @@ def measured(hand_eye, stand_in):
     plant = laboratory.plant
     ports = {name: camera.sensor.color_image_output_port() for name, camera in world.cameras.items()}
     ports["joints of the arm"] = plant.get_state_output_port(laboratory.arm)
+    ports["drives of the arm"] = plant.get_net_actuation_output_port(laboratory.arm)
     ports["joints of the gripper"] = plant.get_state_output_port(laboratory.gripper)
     ports["drive of the gripper"] = plant.get_net_actuation_output_port(laboratory.gripper)
     if stand_in:

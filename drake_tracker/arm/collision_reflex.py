@@ -1,0 +1,81 @@
+"""What the arm does when it meets something: a drive that needs all its torque for too long gives way.
+
+The limiter of the joints keeps the reference within the torques of the drives as long as nothing touches the arm. A
+drive that is saturated nevertheless pushes against something, and would push on with all its force.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drake_tracker.arm.arm_model import ArmModel
+from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.timing import TIME_STEP
+
+PATIENCE = 0.017
+"""Time for which a drive may be saturated [s]. A short saturation is part of a fast change of direction."""
+HOLD = 0.12
+"""Time for which the joints then hold still [s]: four periods of the servo."""
+COAST = 1.0 / 30.0
+"""Time [s] by which a joint that still moves may coast on before it holds still: 2/w for a servo of bandwidth w = 60
+rad/s, whose torque is then zero at first. A joint that had to stop at once would need all its torque again."""
+SATURATED = 0.999
+"""Fraction of a drive's largest torque that counts as saturation."""
+
+
+@dataclass(frozen=True)
+class ReflexState(FrozenState):
+    """What the reflex remembers.
+
+    Attributes:
+        saturated: number of samples in a row in which each drive was saturated, shape (n,).
+        until: time until which the joints hold still [s].
+        q_hold: where they hold still, shape (n,) [rad].
+        held: whether they do now.
+    """
+
+    saturated: np.ndarray
+    until: float
+    q_hold: np.ndarray
+    held: bool = False
+
+
+class CollisionReflex:
+    """Arithmetic of the reflex.
+
+    Args:
+        model: the arm.
+        period: period of the samples [s].
+    """
+
+    def __init__(self, model: ArmModel, period: float = TIME_STEP) -> None:
+        self._largest = SATURATED * model.effort_limit
+        self._patience = max(1, round(PATIENCE / period))
+        self._lower, self._upper = model.position_lower, model.position_upper
+        self._none = read_only(np.zeros(model.num_joints))
+
+    def initial_state(self) -> ReflexState:
+        """Returns the state at the start: the joints are free."""
+        return ReflexState(self._none, 0.0, self._none)
+
+    def update(self, state: ReflexState, time: float, q: np.ndarray, v: np.ndarray, effort: np.ndarray) -> ReflexState:
+        """Returns the state after a sample.
+
+        Args:
+            state: the state before.
+            time: present time [s].
+            q: measured joint positions, shape (n,) [rad].
+            v: measured joint velocities, shape (n,) [rad/s].
+            effort: torques of the drives, shape (n,) [N m].
+        """
+        full = np.abs(effort) >= self._largest
+        if not full.any() and not state.held:
+            return state if state.saturated is self._none else replace(state, saturated=self._none)
+        if state.held:
+            held = time < state.until
+            return state if held else replace(state, held=False, saturated=self._none)
+        saturated = np.where(full, state.saturated + 1.0, 0.0)
+        if saturated.max() < self._patience:
+            return replace(state, saturated=read_only(saturated))
+        q_hold = np.clip(q + COAST * v, self._lower, self._upper)
+        return ReflexState(self._none, time + HOLD, read_only(q_hold), True)
