@@ -58,9 +58,9 @@ class JointLimiterSystem(LeafSystem):
 
     def _update(self, context: Context, next_state: DiscreteValues) -> None:
         q, v_last, counts = (context.get_discrete_state(group).value() for group in range(3))
-        held = self._hold.Eval(context) if self._hold.HasValue(context) else (0.0,)
-        if held[0]:
-            step = LimitedStep(held[1:], np.zeros_like(q), frozenset({Limit.CONTACT}))
+        hold = self._hold.Eval(context) if self._hold.HasValue(context) else None
+        if hold is not None and hold[0]:
+            step = LimitedStep(hold[1:], np.zeros_like(q), frozenset({Limit.CONTACT}))
         else:
             step = self._limiter.step(q, v_last, self._wanted.Eval(context))
         next_state.set_value(0, step.q)
