@@ -116,6 +116,11 @@ def main():
     parser.add_argument("--first-seed", type=int, help=f"default {FIRST_SEED}, {QUICK_FIRST_SEED} with --quick")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     parser.add_argument("--results", type=Path, help=f"default {RESULTS.relative_to(HERE.parents[1])}")
+    parser.add_argument(
+        "--keep-times",
+        action="store_true",
+        help="do not measure the time of an update (on a busy machine), but keep what the JSON file has",
+    )
     options = parser.parse_args()
     path = options.results or (QUICK_RESULTS if options.quick else RESULTS)
     if options.quick:
@@ -145,7 +150,11 @@ def main():
 
     lines = merged([line for line in read_lines(path) if line["cell"] in cells])
     lines.sort(key=lambda line: (list(cells).index(line["cell"]), line["seed"]))
-    rows, times = table_rows(cells_of(lines)), update_times(read_parameters())
+    rows, saved = table_rows(cells_of(lines)), path.with_suffix(".json")
+    if options.keep_times:
+        times = json.loads(saved.read_text(encoding="utf-8"))["update_us"] if saved.exists() else {}
+    else:
+        times = update_times(read_parameters())
     judged = verdicts(lines, times, read_lines(GRASPS))
     print_rows(rows)
     print_verdicts(judged)
@@ -158,7 +167,7 @@ def main():
         "table": rows,
     }
     found = json.loads(json.dumps(found), parse_constant=lambda _: None)  # what is not a number is null
-    path.with_suffix(".json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    saved.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -7,6 +7,18 @@ _HORIZONS = {"present": "0.25 s", "grasp": "0.75 s"}
 _LAWS = {"constant": "constant", "varying": "+-15 %", "stop_and_go": "stop and go"}
 _PATHS = ("stadium", "oval", "circle", "figure_eight", "spline")
 _STADIUM = {(f"{sigma} mm",): f"stadium-white-{sigma}-constant" for sigma in ("0.5", "1", "2", "4")}
+_SHARP = {
+    "coordinated_turn": "coordinated_turn",
+    "coordinated_turn_single": "its filter for gentle bends alone",
+    "closed_path": "closed_path, on the first lap",
+    "arc_length": "arc_length",
+    "alpha_beta_gamma": "alpha_beta_gamma",
+    "stonesoup_turn": "stonesoup_turn, tuned for this path and law",
+    "filterpy_turn": "filterpy_turn, likewise",
+    "filterpy_turn_fixed": "filterpy_turn, one setting for all",
+}
+"""{contestant: its name in the tables of the paths with sharp bends}."""
+_SHARP_PATHS = ("rectangle", "bean")
 _NOISES = ("white", "autocorrelated", "anisotropic", "replayed")
 
 
@@ -33,14 +45,41 @@ def estimators_literal() -> str:
 
 
 def estimators_baselines() -> str:
-    contestants = dict.fromkeys(row["contestant"] for row in data("estimation")["table"])
-    names = ["coordinated_turn", *(name for name in contestants if name.startswith(("stonesoup", "filterpy")))]
     cells = [f"oval-white-1-{law}" for law in _LAWS]
+    contestants = dict.fromkeys(row["contestant"] for row in data("estimation")["table"] if row["cell"] in cells)
+    names = ["coordinated_turn", *(name for name in contestants if name.startswith(("stonesoup", "filterpy")))]
     parts = []
     for horizon, ahead in _HORIZONS.items():
         rows = [[name, *(_cell(cell, name, horizon, "after") for cell in cells)] for name in names]
         parts += [f"{ahead} ahead:", table(["filter", *_LAWS.values()], rows)]
     return block(*parts, _origin(cells, tuple(names)))
+
+
+def estimators_sharp() -> str:
+    cells = [f"{path}-white-1-{law}" for path in _SHARP_PATHS for law in _LAWS]
+    header = ["filter", *(f"{path}, {law}" for path in _SHARP_PATHS for law in _LAWS.values())]
+    parts = []
+    for horizon, ahead in _HORIZONS.items():
+        rows = []
+        for name, label in _SHARP.items():
+            stage = "first" if name == "closed_path" else "after"
+            rows.append([label, *(_cell(cell, name, horizon, stage) for cell in cells)])
+            if name == "closed_path":
+                rows.append(["closed_path, afterwards", *(_cell(cell, name, horizon, "after") for cell in cells)])
+        parts += [f"{ahead} ahead:", table(header, rows)]
+    return block(*parts, _origin(cells, tuple(_SHARP)))
+
+
+def estimators_sharp_ratios() -> str:
+    kinds = {"turn filter with one setting, {}": "one setting for all", "best baseline, {}, constant": "the best one"}
+    verdicts = {row["claim"]: row for row in data("estimation")["verdicts"]}
+    rows = []
+    for path in _SHARP_PATHS:
+        for kind, label in kinds.items():
+            found = [verdicts[f"coordinated_turn / {kind.format(path)}, paired, {horizon}"] for horizon in _HORIZONS]
+            rows.append([path, label, *(f"{row['value']:.2f} ({row['note'].split('95 %: ')[1]})" for row in found)])
+    header = ["path", "filter of constant turn", *(f"{ahead} ahead" for ahead in _HORIZONS.values())]
+    return table(header, rows)
 
 
 def estimators_verdicts() -> str:
@@ -53,14 +92,18 @@ def estimators_verdicts() -> str:
 
 def estimators_verdicts_summary() -> str:
     verdicts = data("estimation")["verdicts"]
-    met = sum(row["verdict"] == "met" for row in verdicts)
-    missed = [row for row in verdicts if row["verdict"] == "missed"]
-    return block(
-        f"{met} of {len(verdicts)} targets, which were set before the measurement, are met. Missed:",
+    met, missed, not_run = (
+        [row for row in verdicts if row["verdict"] == kind] for kind in ("met", "missed", "not run")
+    )
+    parts = [
+        f"{len(met)} of {len(met) + len(missed)} targets, which were set before the measurement, are met. Missed:",
         "\n".join(
             f"- {row['claim']}: {row['value']:g}, target {row['wanted']} {_note(row)}".rstrip() for row in missed
         ),
-    )
+    ]
+    if not_run:
+        parts += ["Not measured since the last change:", "\n".join(f"- {row['claim']}" for row in not_run)]
+    return block(*parts)
 
 
 def _note(row: Row) -> str:
@@ -116,7 +159,8 @@ def estimators_moved_track() -> str:
 
 def estimators_update_time() -> str:
     times = data("estimation")["update_us"]
-    rows = [[name, f"{mean:.0f}", f"{ratio:.1f}"] for name, (mean, ratio) in times.items()]
+    names = {"coordinated_turn_single": "one of the two filters of coordinated_turn"}
+    rows = [[names.get(name, name), f"{mean:.0f}", f"{ratio:.1f}"] for name, (mean, ratio) in times.items()]
     return table(["filter", "time of an update [us]", "Stone Soup's constant turn / this filter"], rows)
 
 
