@@ -21,11 +21,12 @@ def reflex(arm_model):
     return CollisionReflex(arm_model)
 
 
-def after(reflex, efforts, v=STILL):
-    """Returns the states after samples with these efforts, one each plant step."""
+def after(reflex, efforts, v=STILL, acceleration=STILL):
+    """Returns the states after samples with these efforts, one each plant step; the joints accelerate steadily."""
     states = [reflex.initial_state()]
     for k, effort in enumerate(efforts):
-        states.append(reflex.update(states[-1], k * TIME_STEP, Q, v, np.asarray(effort)))
+        now = k * TIME_STEP
+        states.append(reflex.update(states[-1], now, Q, v + now * acceleration, np.asarray(effort)))
     return states[1:]
 
 
@@ -45,6 +46,17 @@ def test_a_joint_that_still_moves_coasts_on_within_its_range(arm_model, reflex):
     state = after(reflex, [full(arm_model, 1)] * SAMPLES, v)[-1]
     np.testing.assert_allclose(state.q_hold[:5], (Q + COAST * v)[:5])
     assert state.q_hold[5] == arm_model.position_upper[5]
+
+
+def test_a_drive_whose_torque_moves_the_arm_does_not_give_way(arm_model, reflex):
+    """All the torque of joint 1 goes into the acceleration that it causes: nothing is in the way."""
+    free = full(arm_model, 0)
+    steady = arm_model.drive_torques(Q, STILL, STILL)
+    columns = np.array([arm_model.drive_torques(Q, STILL, axis) - steady for axis in np.eye(6)]).T
+    acceleration = np.linalg.solve(columns, free - steady)
+    v = -0.03 * acceleration  # a reversal, so that the joint is slow on average
+    assert not any(state.held for state in after(reflex, [free] * 15, v, acceleration))
+    assert any(state.held for state in after(reflex, [free] * 15, v, 0.3 * acceleration))
 
 
 def test_short_saturations_of_different_drives_do_not_add_up(arm_model, reflex):

@@ -22,6 +22,7 @@ ARROWS = {
     ("host", "prediction", "link", "packet"),
     ("link", "delivered", "arm", "packet"),
     ("world", "arm_state", "arm", "arm_state"),
+    ("world", "arm_effort", "arm", "arm_effort"),
     ("arm", "arm_desired_state", "world", "arm_desired_state"),
     ("arm", "arm_feedforward", "world", "arm_feedforward"),
     ("arm", "ready", "world", "ready"),
@@ -62,7 +63,9 @@ def test_the_controller_reads_camera_and_joints_but_no_ground_truth(diagram, req
     hand_eye = request.getfixturevalue(diagram)
     world = hand_eye.world
     plant = world.laboratory.plant
-    sensors = (world.camera.sensor.color_image_output_port(), plant.get_state_output_port(world.laboratory.arm))
+    arm = world.laboratory.arm
+    joints = plant.get_state_output_port(arm), plant.get_net_actuation_output_port(arm)
+    sensors = (world.camera.sensor.color_image_output_port(), *joints)
     allowed = {(port.get_system(), int(port.get_index())) for port in sensors}
     wires = Wires(hand_eye)
     wires.leave_open(hand_eye.arm, "operator")
