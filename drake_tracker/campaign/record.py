@@ -17,8 +17,9 @@ class Record:
     """Results on disk, one JSON object per line. Each result is written and flushed to the disk at once.
 
     Opening the file keeps every complete result and drops an incomplete last line, which a killed writer may have left.
-    Only one process at a time can have the file open. Raises DrakeTrackerError when the file cannot be read or written,
-    or when another process has it open.
+    Only one process at a time can have the file open. A symbolic link is refused: in a directory from somebody else it
+    may lead to any file. Raises DrakeTrackerError when the file cannot be read or written, or when another process has
+    it open.
 
     Args:
         path: the file, created when it does not exist; None keeps the results in memory only.
@@ -38,7 +39,10 @@ class Record:
             return
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
+            if self.path.is_symlink():
+                raise DrakeTrackerError(f"{self.path}: it is a symbolic link, which is not followed; remove it")
+            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+            self._file = os.open(self.path, flags, 0o666)
             if not stat.S_ISREG(os.fstat(self._file).st_mode):
                 raise DrakeTrackerError(f"{self.path}: it is not a regular file")
             self._lock(self._file)

@@ -6,6 +6,7 @@ import os
 import resource
 import signal
 import sys
+from contextlib import suppress
 
 import pytest
 from campaign_trials import Stops, die_of_seed_1, here, lose_seed_1, quick
@@ -215,6 +216,18 @@ def test_a_pipe_in_place_of_a_file_does_not_block(tmp_path, name):
     os.mkfifo(tmp_path / name)
     with pytest.raises(DrakeTrackerError, match=f"{name}: "):
         carry_out(plan(), here, tmp_path, work=quick)
+
+
+@pytest.mark.parametrize("name", [PLAN, TRIALS, "trials.csv", "rates.csv"])
+def test_a_link_in_place_of_a_file_is_not_followed(tmp_path, name):
+    out, outside = tmp_path / "out", tmp_path / "outside"
+    carry_out(plan(), here, out, work=quick)
+    outside.write_text("precious")
+    (out / name).unlink()
+    (out / name).symlink_to(outside)
+    with suppress(DrakeTrackerError):
+        carry_out(plan(), here, out, work=quick)
+    assert outside.read_text() == "precious"
 
 
 def test_two_campaigns_do_not_share_a_directory(tmp_path):
