@@ -27,7 +27,10 @@ PROVOCATIONS = {
         "a push of 2 N for 0.2 s along the train",
         lambda start: f"!TrainPushed {{force: 2.0, at: {start:.3f}, for: 0.2}}",
     ),
-    "stop": Provocation("the train stops for 1.5 s", lambda start: f"!TrainStopped {{at: {start:.3f}, for: 1.5}}"),
+    "stop": Provocation(
+        "the train stops for 1.5 s, from 0.2 s before it",
+        lambda start: f"!TrainStopped {{at: {start - 0.2:.3f}, for: 1.5}}",
+    ),
 }
 
 
