@@ -129,6 +129,15 @@ def is_good(row):
     return is_safe(row) and (bool(row["success"]) or cause_is_right(row))
 
 
+def verdict(row):
+    """Returns what is wrong with a run in a few words; "good" if nothing is."""
+    if not limits_kept(row):
+        return "a limit was violated"
+    if not is_safe(row):
+        return "the hand ended beside the train"
+    return "good" if is_good(row) else "another cause is named"
+
+
 def bad_runs(rows):
     """Returns the runs that are not good."""
     return [row for row in rows if not is_good(row)]
@@ -154,6 +163,41 @@ def faults_table(rows):
         "Wilson 95 %",
     ]
     return header, lines
+
+
+def draw(rows, path):
+    """Draws for each fault the share of its runs that lifted the train, stayed safe, or were bad, by vision."""
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    from drake_tracker.tasks.style import PLOT_STYLE
+
+    kinds = {
+        "lifted": ("#2f7d4f", lambda row: bool(row["success"]) and is_safe(row)),
+        "safe, right cause named": ("#8fbf9f", lambda row: not row["success"] and is_good(row)),
+        "safe, another cause named": ("#e0a030", lambda row: is_safe(row) and not is_good(row)),
+        "not safe": ("#b03030", lambda row: not is_safe(row)),
+    }
+    names = [name for name in FAULTS if any(row["fault"] == name for row in rows)][::-1]
+    visions = [vision for vision in BOTH if any(row["vision"] == vision for row in rows)]
+    with matplotlib.rc_context(PLOT_STYLE):
+        figure = Figure(figsize=(11.0, 0.34 * len(names) + 1.4), facecolor="white", layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots(1, len(visions), sharey=True, squeeze=False)[0]
+        for ax, vision in zip(axes, visions):
+            for place, name in enumerate(names):
+                runs = [row for row in rows if (row["fault"], row["vision"]) == (name, vision)]
+                left = 0.0
+                for label, (colour, fits) in kinds.items():
+                    width = 100.0 * sum(map(fits, runs)) / len(runs) if runs else 0.0
+                    ax.barh(place, width, left=left, color=colour, label=label if place == 0 else None)
+                    left += width
+            ax.set(title=f"{vision} vision", xlabel="share of the runs  [%]", xlim=(0, 100))
+            ax.set_yticks(range(len(names)), [FAULTS[name].what for name in names])
+            ax.grid(visible=False, axis="y")
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(kinds))
+        figure.savefig(path, dpi=110)
 
 
 def _counts(runs):

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import common
 from common import append_results, print_table
-from fault_tables import DURATION, FAULTS, bad_runs, faults_table, is_good, is_safe
+from fault_tables import DURATION, FAULTS, bad_runs, draw, faults_table, is_good, is_safe
 
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import Lost
@@ -76,8 +76,12 @@ def main():
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
     parser.add_argument("--rendered", action="store_true", help="with cameras, the faults for which images matter")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)")
+    parser.add_argument("--draw", type=Path, metavar="PNG", help="run nothing; draw all results into this picture")
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSONL file to append to")
     options = parser.parse_args()
+    if options.draw is not None:
+        draw(read_lines(options.results), options.draw)
+        return
     vision = "rendered" if options.rendered else "measured"
     offered = [name for name, fault in FAULTS.items() if vision in fault.visions]
     names = offered if options.faults == "all" else options.faults.split(",")

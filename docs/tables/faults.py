@@ -1,0 +1,42 @@
+"""Runs under injected faults, and second attempts (`results/faults.jsonl`, `results/second_attempts.jsonl`)."""
+
+import fault_tables as benchmark
+import second_attempt_tables as second
+
+from tables.results import block, lines, of, origin, table
+
+
+def faults_summary() -> str:
+    rows = lines("faults")
+    good, safe = (sum(map(judge, rows)) for judge in (benchmark.is_good, benchmark.limits_kept))
+    lifted = sum(bool(row["success"]) for row in rows)
+    return (
+        f"In {of(good, len(rows), ' runs')} the train was lifted, or the arm stayed safe and the summary names the "
+        f"right cause; the train was lifted in {lifted}. No limit of the arm was violated in "
+        f"{of(safe, len(rows), ' runs')}."
+    )
+
+
+def faults_table() -> str:
+    rows = lines("faults")
+    return block(table(*benchmark.faults_table(rows)), origin(rows))
+
+
+def faults_bad() -> str:
+    rows = [
+        [
+            benchmark.FAULTS[row["fault"]].what,
+            row["vision"],
+            row["seed"],
+            benchmark.verdict(row),
+            row.get("cause") or "",
+            row["failure_reason"] or "",
+        ]
+        for row in benchmark.bad_runs(lines("faults"))
+    ]
+    return table(["fault", "vision", "seed", "what is wrong", "cause named", "reason of the failure"], rows)
+
+
+def second_attempts() -> str:
+    rows = lines("second_attempts")
+    return block(table(*second.second_attempts_table(rows)), origin(rows))
