@@ -1,8 +1,11 @@
-"""Caught balls (`results/ball.jsonl`) and the detectors of the ball (`results/ball_detectors.json`)."""
+"""Caught balls (`results/ball.jsonl`), the poses of their camera (`results/ball_camera.jsonl`), and the ball's
+detectors (`results/ball_detectors.json`)."""
 
+import math
 import statistics
 
 import ball as benchmark
+import ball_camera as camera
 import ball_detector_tables as detectors
 from ball_detectors import IN_SHORT
 from detector_methods import DEFAULT, FLOW_LITERAL, MOG2
@@ -60,6 +63,22 @@ def ball_failures() -> str:
     failed = [row for row in lines("ball") if not row["success"] and row["cell"] != "stays in the middle"]
     rows = [[row["cell"], row["seed"], f"`{commit_of(row)}`", row["failure_reason"]] for row in failed]
     return table(["cell", "seed", "commit", "reason"], rows)
+
+
+def ball_camera_locate() -> str:
+    rows = where(lines("ball_camera"), kind="locate")
+    return block(table(*camera.locate_table(rows)), origin(rows))
+
+
+def ball_camera_wrong() -> str:
+    rows = where(lines("ball_camera"), kind="locate", located=True)
+    wrong = [row for row in rows if camera.is_wrong(row)]
+    largest = max(row["position_m"] for row in rows)
+    return (
+        f"Of {len(rows)} located boards, {len(wrong) or 'none'} {'is' if len(wrong) == 1 else 'are'} more than "
+        f"{1e3 * camera.WRONG_POSITION:.0f} mm or {math.degrees(camera.WRONG_ROTATION):.0f} deg from the truth; the "
+        f"largest error is {1e3 * largest:.1f} mm."
+    )
 
 
 def _detectors_origin() -> str:
