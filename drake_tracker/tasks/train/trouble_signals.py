@@ -20,6 +20,9 @@ SHAKY = 0.006
 """Median change of the error from one point to the next [m] that does not occur in normal runs."""
 CONSTANT = 0.7
 """Errors whose mean vector is longer than this fraction of their mean length have one direction in W."""
+LASTING = 0.8
+"""Share of the time from the first such error to the last in which a wrong calibration causes them. Something that
+comes and goes, such as a shadow, causes them for less."""
 HOST_LATE, LINK_LATE = 0.2, 0.12
 """Ages [s] of the host's packet relative to vision's newest point, and of the arm's relative to the host's, that do not
 occur in normal runs."""
@@ -89,7 +92,9 @@ def _wrong_places(log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Tr
     if off:
         vectors = np.array([mean for _, mean in off])
         lengths = np.hypot(*vectors.T)
-        constant = len(off) >= 3 and np.hypot(*vectors.mean(axis=0)) > CONSTANT * lengths.mean()
+        meanwhile = sum(off[0][0] <= start <= off[-1][0] for start, _, _ in windows)
+        lasting = len(off) >= 3 and len(off) >= LASTING * meanwhile
+        constant = lasting and np.hypot(*vectors.mean(axis=0)) > CONSTANT * lengths.mean()
         cause = Cause.CALIBRATION if constant else Cause.SECOND_OBJECT
         what = (
             "the measured points lay {:.0f} mm from the train in one direction"

@@ -200,6 +200,9 @@ def test_points_beside_the_train(episode):
     assert found(episode, episode.log()).cause is Cause.CALIBRATION
     episode.offsets = lambda t: np.column_stack([0.1 * np.sin(1.5 * t), 0.1 * np.cos(1.5 * t)])
     assert found(episode, episode.log()).cause is Cause.SECOND_OBJECT
+    # A shadow pulls the points to one side, but only while it passes.
+    episode.offsets = lambda t: np.column_stack([0.0 * t, 0.04 * (np.mod(t, 3.0) < 1.5)])
+    assert found(episode, episode.log()).cause is Cause.SECOND_OBJECT
     noise = np.random.default_rng(1).normal(0.0, 0.02, (2000, 2))
     episode.offsets = lambda t: noise[: len(t)]
     assert found(episode, episode.log()).cause is Cause.IMAGE_DISTURBED
