@@ -301,22 +301,38 @@ def test_gripped_train_hangs_without_slipping_or_tilting():
     assert tilt_deg(X_WO) < 1.0
 
 
-def test_arm_and_gripper_never_meet_each_other():
-    scene = Scene()
-    scene.add_arm()
-    context = scene.build()
-    plant = scene.plant
-    lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
+WORKING = np.array([0.0, 0.8, -2.6, 0.0, -1.3, 0.0])
+"""Joints of the PUMA over the table [rad]."""
+FOLDED = np.array([0.0, -0.1, -3.9, 0.0, -1.5, 0.0])
+"""Joints [rad] at which the PUMA has folded back so far that its hand is in its own column."""
+
+
+def colliding(plant, context, arm, poses):
+    """Whether anything collides with anything in each of these poses of the arm."""
     query_port = plant.get_geometry_query_input_port()
-    for q in np.random.default_rng(7).uniform(lower, upper, size=(200, 8)):
-        plant.SetPositions(context, q)
-        assert not query_port.Eval(context).HasCollisions()
+    found = []
+    for q in poses:
+        plant.SetPositions(context, arm, q)
+        found.append(query_port.Eval(context).HasCollisions())
+    return found
+
+
+def around(q, spread=0.5):
+    return q + np.random.default_rng(7).uniform(-spread, spread, (200, len(q)))
+
+
+def test_arm_and_gripper_meet_only_when_the_arm_folds_back_onto_itself():
+    scene = Scene()
+    arm, _ = scene.add_arm()
+    context = scene.build()
+    assert not any(colliding(scene.plant, context, arm, around(WORKING)))
+    assert colliding(scene.plant, context, arm, [FOLDED]) == [True]
 
 
 @pytest.mark.parametrize(
     "q_deg, touching",
     [
-        ([0.0, -20.0, -90.0, 0.0, 90.0, 0.0], {"link3", "link5", "hand"}),
+        ([0.0, -20.0, -90.0, 0.0, 90.0, 0.0], {"link2", "link3", "link5", "hand"}),
         ([0.0, 40.0, -180.0, 0.0, -40.0, 0.0], {"jaw_left", "jaw_right"}),
         ([0.0, 50.0, -180.0, 0.0, -50.0, 0.0], set()),
     ],
@@ -380,14 +396,11 @@ def test_a_ball_dropped_into_the_cup_stays():
     assert np.linalg.norm(scene.plant.GetVelocities(context)[3:]) < 0.02
 
 
-def test_arm_and_cup_never_meet_each_other():
+def test_arm_and_cup_meet_only_when_the_arm_folds_back_onto_itself():
     scene = Scene()
     arm = scene.add("puma560/puma560.sdf", weld="base")
     cup = scene.add("cup/cup.sdf")
     scene.plant.WeldFrames(scene.plant.GetFrameByName("flange", arm), scene.plant.GetFrameByName("hand", cup))
     context = scene.build()
-    plant = scene.plant
-    query_port = plant.get_geometry_query_input_port()
-    for q in np.random.default_rng(7).uniform(plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits(), (200, 6)):
-        plant.SetPositions(context, q)
-        assert not query_port.Eval(context).HasCollisions()
+    assert not any(colliding(scene.plant, context, arm, around(WORKING)))
+    assert colliding(scene.plant, context, arm, [FOLDED + [0.0, 0.0, 0.0, 0.0, 0.0, np.pi]]) == [True]
