@@ -20,8 +20,7 @@ def compare_signals(recorded: Mapping[str, Signal], replayed: Mapping[str, Signa
 
     A signal is identical when all samples and their times agree bit for bit. Otherwise ``field`` is the name of the
     field with the greatest difference. A signal that the run did not log, since an earlier version made it, is
-    omitted. A run may have logged one more sample of the servo, after the last image, which
-    is not compared.
+    omitted. Samples that only one of the two has, such as the last one of the servo, are not compared.
 
     Args:
         recorded: {name: Signal} of the run.
@@ -31,10 +30,10 @@ def compare_signals(recorded: Mapping[str, Signal], replayed: Mapping[str, Signa
 
 
 def _compare(before: Signal, after: Signal) -> dict[str, Any]:
-    count = len(after.times)
-    times, data = before.times[:count], before.data[:count]
-    identical = times.tobytes() == after.times.tobytes() and data.tobytes() == after.data.tobytes()
-    differences = np.max(np.abs(np.nan_to_num(data) - np.nan_to_num(after.data)), axis=0, initial=0.0)
+    count = min(len(before.times), len(after.times))
+    old, new = before.data[:count], after.data[:count]
+    identical = before.times[:count].tobytes() == after.times[:count].tobytes() and old.tobytes() == new.tobytes()
+    differences = np.max(np.abs(np.nan_to_num(old) - np.nan_to_num(new)), axis=0, initial=0.0)
     field = int(np.argmax(differences))
     found = {"identical": identical, "greatest_difference": float(differences[field]), "samples": count}
     return found if identical else found | {"field": after.names[field]}

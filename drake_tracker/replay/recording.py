@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import STREAM_FILE, Signal, find_log, load_log
 from drake_tracker.replay.changes import check_changes
@@ -120,7 +122,8 @@ def _versions(folder: Path) -> tuple[dict[str, Any], tuple[str, ...]]:
 
 
 def _check_log(recording: Recording, versions: Mapping[str, Any]) -> None:
-    """Raises DrakeTrackerError when signals are missing, empty, or have other fields than this version's."""
+    """Raises DrakeTrackerError when signals are missing, empty, or have other fields than this version's, or when
+    their times are not those of a run."""
     folder, task = recording.folder, recording.task
     if recording.start == "images" and not (folder / IMAGES_FOLDER).is_dir():
         raise DrakeTrackerError(f"{folder}: there are no images; record them with drake-tracker run --record-images")
@@ -140,3 +143,10 @@ def _check_log(recording: Recording, versions: Mapping[str, Any]) -> None:
             )
         if len(signal.times) < 2 or len(signal.times) != len(signal.data):
             raise DrakeTrackerError(f"{folder}/log.npz: the signal {name} has too few samples to be replayed")
+        if not _is_regular(signal.times, known[name][0]):
+            raise DrakeTrackerError(f"{folder}/log.npz: the samples of the signal {name} are not one period apart")
+
+
+def _is_regular(times: np.ndarray, period: float) -> bool:
+    """Returns whether samples begin at the start of a run and are one period [s] apart, as every run logs them."""
+    return bool(abs(times[0]) <= period and np.all(np.abs(np.diff(times) - period) <= 0.5 * period))

@@ -30,6 +30,15 @@ def keep_one_sample(arrays):
     arrays["point"], arrays["point.time"] = arrays["point"][:1], arrays["point.time"][:1]
 
 
+def end_after_an_hour(arrays):
+    arrays["point.time"] = arrays["point.time"].copy()
+    arrays["point.time"][-1] = 3600.0
+
+
+def drop_a_sample(arrays):
+    arrays["target"], arrays["target.time"] = (np.delete(arrays[name], 5, axis=0) for name in ("target", "target.time"))
+
+
 @pytest.fixture
 def run(measured_run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -66,6 +75,8 @@ def error_of(capsys, tmp_path, *arguments, run="run"):
         (lambda run: change_log(run, rename_a_field), "the signal point has fields that differ from this version"),
         (lambda run: change_log(run, lambda arrays: arrays.pop("command")), "the signal command is missing"),
         (lambda run: change_log(run, keep_one_sample), "too few samples"),
+        (lambda run: change_log(run, end_after_an_hour), "the samples of the signal point are not one period apart"),
+        (lambda run: change_log(run, drop_a_sample), "the samples of the signal target are not one period apart"),
     ],
 )
 def test_an_incomplete_run_directory(run, capsys, tmp_path, damage, message):
