@@ -13,8 +13,8 @@ from drake_tracker.arm.arm_model import add_held_arm
 from drake_tracker.arm.description import Arm
 
 MARGIN = 0.005
-"""Distance [m] that links keep from each other and from obstacles. In the tests' runs, the pads of the hand come no
-nearer to the table than 20 mm."""
+"""Distance [m] that links keep from each other and from obstacles. In a normal grasp of the train, the
+pads of the hand stay more than 20 mm above the table."""
 _ALREADY_NEAR = 2.0
 """Pairs that are nearer at the start than this many margins are not watched."""
 

@@ -53,7 +53,7 @@ these (`arm.packet_guard.Rejection`, 0: none yet); and the number of packets rej
 
 LimiterReport = namedview(
     "LimiterReport",
-    ["changed", "invalid", "position", "speed", "acceleration", "torque", "obstacle", "link"] + ["contact"],
+    ["changed", "invalid", "position", "speed", "acceleration", "torque", "obstacle", "link", "contact"],
 )
 """What the limiter of the joints did so far: number of set-points that it changed, and of those changed for each limit
 (`arm.joint_limiter.Limit`); several limits may hold for one set-point."""

@@ -95,28 +95,24 @@ def test_no_line_of_a_page_is_taken_for_a_comment():
 
 
 def result_lines():
-    """Yields (file name, line number, row) of every published run of an arm in which nothing was made to fail.
-
-    The page of the faults counts the runs under faults in which a limit was violated.
-    """
+    """Yields (file name, line number, row) of every published run of an arm."""
     for path in RESULTS.glob("*.jsonl"):
-        if path.name == "faults.jsonl":
-            continue
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             row = json.loads(line)
             if row.get("speed_share") is not None:
                 yield path.name, number, row
 
 
-def test_no_published_run_breaks_a_limit_of_the_arm():
+def test_no_other_published_run_breaks_a_limit_of_the_arm():
+    """One run under a fault does: a drive is saturated for 40 ms. The pages on faults and on safety say so."""
     rows = list(result_lines())
     assert len(rows) > 1000
     broken = [
-        (name, number)
-        for name, number, row in rows
+        (name, row.get("fault"), row.get("vision"), row["seed"])
+        for name, _, row in rows
         if row["speed_share"] > 1.0
         or row["longest_saturation_s"] > 0.030 + 1e-6
         or row["joint_limit_margin_rad"] < 0.0
         or any(row.get(key) for key in ("table_touched", "board_touched", "self_touched"))
     ]
-    assert not broken
+    assert broken == [("faults.jsonl", "second-mover", "rendered", 902)]
