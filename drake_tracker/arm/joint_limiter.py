@@ -77,7 +77,8 @@ class JointLimiter:
     6. If the arm could not stop before it is too near to itself or to an obstacle, it stops now, along its path.
 
     A stop is planned with `BRAKING_SHARE` of the torques. It ends in a pose that was checked when the arm last moved;
-    the poses on the way there, of a tenth of a second, are not checked. An arm that is too near to something already may move away from it.
+    the poses on the way there, of a tenth of a second, are not checked. An arm that is too near to something already
+    may move away from it.
 
     Args:
         model: the arm.
