@@ -103,8 +103,7 @@ def result_lines():
                 yield path.name, number, row
 
 
-def test_no_other_published_run_breaks_a_limit_of_the_arm():
-    """One run under a fault does: a drive is saturated for 40 ms. The pages on faults and on safety say so."""
+def test_no_published_run_breaks_a_limit_of_the_arm():
     rows = list(result_lines())
     assert len(rows) > 1000
     broken = [
@@ -115,4 +114,4 @@ def test_no_other_published_run_breaks_a_limit_of_the_arm():
         or row["joint_limit_margin_rad"] < 0.0
         or any(row.get(key) for key in ("table_touched", "board_touched", "self_touched"))
     ]
-    assert broken == [("faults.jsonl", "second-mover", "rendered", 902)]
+    assert broken == []
