@@ -34,7 +34,11 @@ def faults_bad() -> str:
         ]
         for row in benchmark.bad_runs(lines("faults"))
     ]
-    return table(["fault", "vision", "seed", "what is wrong", "cause named", "reason of the failure"], rows)
+    if not rows:
+        return "All runs were good."
+    what = "This run was" if len(rows) == 1 else "These runs were"
+    header = ["fault", "vision", "seed", "what is wrong", "cause named", "reason of the failure"]
+    return f"{what} not good:\n\n{table(header, rows)}"
 
 
 def second_attempts() -> str:
