@@ -146,6 +146,7 @@ class PathFollower:
 
     def __init__(self, phase: PhaseFilter) -> None:
         self._phase = phase
+        self._newest: tuple[Following, np.ndarray, _Ahead] | None = None  # `predict` and `predict_variance` share it
 
     def start(
         self, path: PeriodicPath, stamps: np.ndarray, s: np.ndarray, points: np.ndarray, variance: float
@@ -226,8 +227,7 @@ class PathFollower:
             following: the state to predict from.
             taus: times after the newest point, shape (n,) [s].
         """
-        s, _ = self._phase.predict(following.modes, taus)
-        positions, tangents = following.path.points_and_tangents(s)
+        positions, tangents = following.path.points_and_tangents_of(self._ahead(following, taus).rows)
         return np.column_stack([positions, np.unwrap(np.arctan2(tangents[:, 1], tangents[:, 0]))])
 
     def predict_variance(self, following: Following, taus: np.ndarray) -> np.ndarray:
@@ -237,8 +237,30 @@ class PathFollower:
             following: the state to predict from.
             taus: times after the newest point, shape (n,) [s].
         """
-        s, std = self._phase.predict(following.modes, np.maximum(taus, 0.0))
-        return std**2 + 2.0 * following.path.variance(s)
+        ahead = self._ahead(following, np.maximum(taus, 0.0))
+        return ahead.std**2 + 2.0 * following.path.variance_of(ahead.rows)
+
+    def _ahead(self, following: Following, taus: np.ndarray) -> "_Ahead":
+        """Returns where the object will be on the path after ``taus``, shape (n,) [s]."""
+        newest = self._newest
+        if newest is not None and newest[0] is following and np.array_equal(newest[1], taus):
+            return newest[2]
+        s, std = self._phase.predict(following.modes, taus)
+        ahead = _Ahead(std, basis(s, following.path.length, following.path.harmonics))
+        self._newest = (following, taus.copy(), ahead)
+        return ahead
+
+
+class _Ahead(NamedTuple):
+    """Where an object will be on its path at n times.
+
+    Attributes:
+        std: standard deviation of its arc length, shape (n,) [m].
+        rows: the basis functions of the path there, shape (n, m).
+    """
+
+    std: np.ndarray
+    rows: np.ndarray
 
 
 def _noise_about(path: PeriodicPath, s: np.ndarray, points: np.ndarray) -> Noise:

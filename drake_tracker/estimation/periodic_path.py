@@ -58,13 +58,15 @@ class PeriodicPath(FrozenState):
 
     def points_and_tangents(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Returns positions in W [m] and their derivatives by arc length, both (n, 3), at ``s``, shape (n,) [m]."""
-        rows = basis(s, self.length, self.harmonics)
+        return self.points_and_tangents_of(basis(s, self.length, self.harmonics))
+
+    def points_and_tangents_of(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Returns positions in W [m] and their derivatives by arc length, both (n, 3), at ``rows`` of the `basis`."""
         return rows @ self.coefficients, basis_slope(rows, self.length) @ self.coefficients
 
-    def variance(self, s: np.ndarray) -> np.ndarray:
-        """Returns the variance of each coordinate of the path, shape (n,) [m^2], at ``s``, shape (n,) [m]."""
-        rows = basis(s, self.length, self.harmonics)
-        return np.einsum("ij,jk,ik->i", rows, self.covariance, rows)
+    def variance_of(self, rows: np.ndarray) -> np.ndarray:
+        """Returns the variance of each coordinate of the path, shape (n,) [m^2], at ``rows`` of the `basis`."""
+        return np.einsum("ij,ij->i", rows @ self.covariance, rows)
 
 
 def basis(s: ArrayLike, length: float, harmonics: int) -> np.ndarray:

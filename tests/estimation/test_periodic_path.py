@@ -38,7 +38,9 @@ def test_a_lap_of_noisy_points_gives_the_path(kind):
     heading = np.arctan2(tangents[:, 1], tangents[:, 0])
     assert np.degrees(np.std(np.angle(np.exp(1j * (heading - track.pose(s)[2]))))) < 1.5
     # Its estimate of its own error is right within a third.
-    assert np.sqrt(np.mean(path.variance(s))) == pytest.approx(np.sqrt(np.mean(error**2) / 2), rel=0.35)
+    assert np.sqrt(np.mean(path.variance_of(basis(s, path.length, path.harmonics)))) == pytest.approx(
+        np.sqrt(np.mean(error**2) / 2), rel=0.35
+    )
 
 
 def test_points_one_by_one_are_points_all_at_once():
