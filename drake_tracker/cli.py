@@ -12,6 +12,7 @@ Exit codes:
 
 import argparse
 import errno
+import io
 import os
 import shutil
 import sys
@@ -53,6 +54,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: arguments of the command line; None takes those of the process.
     """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a damaged file may contain what is no character
+            stream.reconfigure(errors="backslashreplace")
     with signals.graceful():
         try:
             return _run(arguments)

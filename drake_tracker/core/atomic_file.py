@@ -40,9 +40,12 @@ def replacing(path: Path | str) -> Iterator[Path]:
 
 
 def write_text(path: Path | str, text: str) -> None:
-    """Writes a text file in UTF-8, see `replacing`."""
+    """Writes a text file in UTF-8, see `replacing`.
+
+    Half a surrogate pair, which a damaged JSON file may contain, is no character and is written as an escape.
+    """
     with replacing(path) as beside:
-        beside.write_text(text, encoding="utf-8")
+        beside.write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
 def write_bytes(path: Path | str, data: bytes | memoryview) -> None:

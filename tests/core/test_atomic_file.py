@@ -62,3 +62,9 @@ def test_a_pipe_a_device_and_a_folder_are_refused(tmp_path):
         with pytest.raises(DrakeTrackerError, match="cannot be written: it is not a regular file"):
             write_text(path, "page")
     assert [entry.name for entry in tmp_path.iterdir()] == ["pipe"]
+
+
+def test_half_a_surrogate_pair_is_written_as_an_escape(tmp_path):
+    """A damaged record may contain it: JSON can name it, UTF-8 cannot."""
+    write_text(tmp_path / "trials.csv", "caf\u00e9 \ud800")
+    assert (tmp_path / "trials.csv").read_text(encoding="utf-8") == "caf\u00e9 \\ud800"
