@@ -9,6 +9,7 @@ workers than the scheduler allows (``distributed.scheduler.allowed-failures``, 3
 """
 
 import logging
+import os
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import CancelledError
@@ -19,6 +20,7 @@ from drake_tracker import __version__
 from drake_tracker.campaign.pool import Runner
 from drake_tracker.campaign.trial import Lost
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.world.image_pipeline import VARIABLE
 
 CONNECT_TIMEOUT = 10.0
 """Time [s] within which a scheduler must answer."""
@@ -68,7 +70,7 @@ def _run(
             # No more jobs at a time than threads: a job that waits at a worker that dies would count as its victim.
             threads = sum(client.nthreads().values())
             for job in _take(jobs, max(threads, 1) - len(running)):
-                running[client.submit(work, job, pure=False)] = job
+                running[client.submit(_render_in_process, work, job, pure=False)] = job
             if not running:
                 return
             try:
@@ -88,6 +90,12 @@ def _run(
     finally:
         if client.status == "running":
             client.cancel(list(running), force=True)
+
+
+def _render_in_process(work: Callable[[Any], Any], job: Any) -> Any:
+    """Does a job on a worker, whose other processors have jobs of their own."""
+    os.environ.setdefault(VARIABLE, "0")
+    return work(job)
 
 
 def _take(jobs: Iterator[Any], count: int) -> Iterator[Any]:

@@ -1,11 +1,13 @@
 """Trials on the cores of this machine."""
 
 import os
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 from drake_tracker.campaign.trial import Lost
 from drake_tracker.core.worker_pool import WorkerDied, run_trials
+from drake_tracker.world.image_pipeline import VARIABLE, processors
 
 Runner = Callable[[Callable[[Any], Any], Iterable[Any]], Generator[tuple[Any, Any], None, None]]
 """A function ``run(work, jobs)`` that yields (job, result of ``work(job)`` or `Lost`) for every job, in the order in
@@ -23,11 +25,40 @@ def pool(workers: int) -> Runner:
     """
 
     def run(work: Callable[[Any], Any], jobs: Iterable[Any]) -> Generator[tuple[Any, Any], None, None]:
-        for library in ("LP", "OPENBLAS"):  # each worker has a core of its own, and more threads slow it down
-            os.environ[f"{library}_NUM_THREADS"] = "1"
-        for job, result in run_trials(work, jobs, workers):
-            if isinstance(result, WorkerDied):
-                result = Lost(f"its worker died (exit code {result.exit_code})")
-            yield job, result
+        # Each worker has a core of its own, and more threads slow it down.
+        variables = {"LP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        if not has_spare_processors(workers):
+            variables[VARIABLE] = os.environ.get(VARIABLE, "0")
+        with _environment(variables):
+            for job, result in run_trials(work, jobs, workers):
+                if isinstance(result, WorkerDied):
+                    result = Lost(f"its worker died (exit code {result.exit_code})")
+                yield job, result
 
     return run
+
+
+def has_spare_processors(workers: int) -> bool:
+    """Returns whether each worker can have a second processor, for images that are rendered beside the simulation.
+
+    If not, the trials render in their own processes, which is faster: the whole work is less.
+
+    Args:
+        workers: number of processes.
+    """
+    return processors() >= 2 * workers
+
+
+@contextmanager
+def _environment(variables: Mapping[str, str]) -> Iterator[None]:
+    """Sets environment variables for the processes that are started meanwhile."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value

@@ -1,7 +1,7 @@
 """``drake-tracker campaign``: runs many trials, over seeds and a grid of settings."""
 
 import sys
-from argparse import Namespace
+from argparse import ArgumentTypeError, Namespace
 from pathlib import Path
 
 from drake_tracker.commands.common import SUCCESS, Commands, add_command, add_scenario, free_name, warn
@@ -31,7 +31,9 @@ def register(commands: Commands) -> None:
     )
     command.add_argument("--vision", choices=["measured"], help="measured: render no images, which is much faster")
     command.add_argument("--first-seed", type=int, default=0, metavar="N", help="first of the seeds (default: 0)")
-    command.add_argument("--workers", type=int, metavar="W", help="processes on this machine (default: all cores)")
+    command.add_argument(
+        "--workers", type=_workers, metavar="W", help="processes on this machine, or auto: one per core (default: auto)"
+    )
     command.add_argument(
         "--scheduler", metavar="ADDRESS", help="use the workers of a dask scheduler at tcp://HOST:PORT"
     )
@@ -42,6 +44,13 @@ def register(commands: Commands) -> None:
         help="campaign directory, new or to be continued (default: runs/campaign-NAME-TIME)",
     )
     command.add_argument("--parquet", action="store_true", help="also write the table as Parquet")
+
+
+def _workers(text: str) -> int | None:
+    try:
+        return None if text == "auto" else int(text)
+    except ValueError:
+        raise ArgumentTypeError(f"{text!r} is neither a whole number nor auto") from None
 
 
 def execute(options: Namespace) -> int:

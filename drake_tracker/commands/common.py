@@ -121,6 +121,15 @@ def quiet_graphics() -> None:
     os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # Mesa warns about devices that it does not use
 
 
+def one_thread() -> None:
+    """Lets numpy and OpenCV compute with one thread: matrices and images are small, and more threads only cost time.
+
+    To be called before they are imported.
+    """
+    for variable in ("OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
+        os.environ.setdefault(variable, "1")
+
+
 def quiet_drake() -> None:
     """Lets Drake log warnings and errors only, so that its messages do not interrupt the output.
 

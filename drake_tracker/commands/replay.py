@@ -1,6 +1,5 @@
 """``drake-tracker replay``: repeats a recorded run with other settings of its filters, in seconds."""
 
-import os
 from argparse import Namespace
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from drake_tracker.commands.common import (
     add_consent,
     add_overrides,
     announce_code,
+    one_thread,
     quiet_drake,
     run_directory,
     warn,
@@ -51,8 +51,7 @@ def register(commands: Commands) -> None:
 
 def execute(options: Namespace) -> int:
     """Replays the run; returns the exit code."""
-    for variable in ("OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
-        os.environ.setdefault(variable, "1")  # matrices and images are small: more threads only cost time
+    one_thread()
 
     from drake_tracker.core.progress import Progress
     from drake_tracker.replay.recording import open_recording

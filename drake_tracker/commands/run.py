@@ -11,6 +11,7 @@ from drake_tracker.commands.common import (
     add_run,
     add_scenario,
     announce_code,
+    one_thread,
     quiet_drake,
     run_directory,
 )
@@ -46,6 +47,8 @@ def register(commands: Commands) -> None:
 
 def execute(options: Namespace) -> int:
     """Runs the scenario; returns the exit code."""
+    one_thread()
+
     from drake_tracker.core.progress import Progress
     from drake_tracker.tasks import load_scenario
 

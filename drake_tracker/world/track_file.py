@@ -5,7 +5,6 @@ import io
 import math
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.text_file import read_text
@@ -44,6 +43,8 @@ def read_track_file(path: str, samples: int) -> np.ndarray:
         line = lines[int(chord.argmin()) + 1]
         raise DrakeTrackerError(f"track file {path}, line {line}: the point is the same as the one before it")
     parameter = np.concatenate([[0.0], np.cumsum(np.sqrt(chord))])
+    from scipy.interpolate import CubicSpline  # slow to load, and only for tracks from files
+
     spline = CubicSpline(parameter, closed, bc_type="periodic")
     return spline(np.linspace(0.0, parameter[-1], samples))
 

@@ -21,7 +21,6 @@ from drake_tracker.tasks.train.diagram import make_train_diagram, train_guard, t
 from drake_tracker.tasks.train.episode import phase_spans, sighted
 from drake_tracker.tasks.train.failure import activity
 from drake_tracker.tasks.train.faults import train_faults
-from drake_tracker.tasks.train.figures import draw_tracking
 from drake_tracker.tasks.train.filming import TRAIN_SNAPSHOT, TRAIN_VIEW, train_film
 from drake_tracker.tasks.train.scenario import Measured, TrainScenario
 from drake_tracker.tasks.train.strips import TRAIN_STRIPS
@@ -137,6 +136,8 @@ class TrainTask(Task[TrainScenario]):
     def draw(
         self, scenario: TrainScenario, hand_eye: HandEyeDiagram, log: Log, summary: Mapping[str, Any], folder: Path
     ) -> None:
+        from drake_tracker.tasks.train.figures import draw_tracking  # Matplotlib is slow to load
+
         draw_tracking(scenario, log, summary, folder / "tracking.png")
 
     def subtitle(self, scenario: TrainScenario) -> str:
