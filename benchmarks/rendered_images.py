@@ -32,6 +32,7 @@ from drake_tracker.vision.window import project_window
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.cameras import CAMERA_NAMES, lens_matrix, true_camera_model
 from drake_tracker.world.release_system import draw_delay
+from drake_tracker.world.sensor_model import SensorNoise
 from drake_tracker.world.sensor_noise_system import SensorNoiseSystem
 
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "detector_images"
@@ -124,9 +125,10 @@ def seen(sequence, noise=2.0, flicker=0.0, flicker_hz=100.0, shake=False, interl
     rng = np.random.default_rng([sequence.seed, _STREAM])
     earlier = int(rng.integers(180, 600))
     angle = rng.uniform(0.0, 2.0 * np.pi)
-    system = SensorNoiseSystem(
-        width=width, height=height, noise=noise, flicker=flicker, flicker_hz=flicker_hz, seed=sequence.seed
+    noise = SensorNoise(
+        width=width, height=height, std=noise, flicker=flicker, flicker_hz=flicker_hz, seed=sequence.seed
     )
+    system = SensorNoiseSystem(noise)
     context = system.CreateDefaultContext()
 
     def take(grey, frame):

@@ -2,21 +2,37 @@
 
 
 def loops_table(results):
-    """Returns (header, rows) of the loops: real-time factor, its extremes over the turns where stored, wall time."""
-    lines, extremes = [], results.get("slowest_and_fastest", {})
-    for name, factor in results["real_time_factor"].items():
-        ends = ["{:.2f}-{:.2f}".format(*extremes[name])] if extremes else []
-        lines.append([name, f"{factor:.2f}", *ends, f"{1 / factor:.3f}"])
-    header = ["slowest and fastest turn"] if extremes else []
-    return ["loop", "real-time factor", *header, "wall time per simulated second [s]"], lines
+    """Returns (header, rows) of the loops: real-time factor, its extremes over the turns, processor time."""
+    lines = [
+        [
+            name,
+            f"{row['real_time_factor']:.2f}",
+            f"{row['slowest']:.2f}",
+            f"{row['fastest']:.2f}",
+            f"{row['processor_s']:.2f}",
+            f"{row['rendering_s']:.2f}" if row["rendering_s"] else "",
+        ]
+        for name, row in results["loops"].items()
+    ]
+    header = ["loop", "real-time factor", "slowest turn", "fastest turn"]
+    return [*header, "processor time per simulated second [s]", "of which in processes that render [s]"], lines
 
 
 def stages_table(results):
-    """Returns (header, rows) of the stages: wall time per simulated second, share of the whole loop."""
-    stages = results["seconds_per_simulated_second"]
-    total = sum(stages.values())
-    lines = [[name, f"{seconds:.3f}", f"{100 * seconds / total:.0f} %"] for name, seconds in stages.items()]
-    return ["stage", "wall time per simulated second [s]", "share of the whole loop"], lines
+    """Returns (header, rows) of ratios and of the initialisation of the ball."""
+    loops = results["loops"]
+    whole = loops["whole, two processes"]["real_time_factor"]
+    start = results["ball_initialisation"]
+    lines = [
+        ["two processes against in process, train", f"{whole / loops['whole, in process']['real_time_factor']:.2f}"],
+        [
+            "two processes against in process, ball",
+            f"{loops['ball, two processes']['real_time_factor'] / loops['ball, in process']['real_time_factor']:.2f}",
+        ],
+        ["initialisation of the ball, wall time [s]", f"{start['wall_s']:.1f}"],
+        ["initialisation of the ball, processor time [s]", f"{start['processor_s']:.1f}"],
+    ]
+    return ["quantity", "value"], lines
 
 
 def methods_table(methods):

@@ -67,7 +67,8 @@ RHYTHM = (
 
 def graphs(scenario="train"):
     """Returns {name of the picture: Graphviz text} of a scenario's diagram and its subsystems."""
-    hand_eye = make_diagram(load_scenario(scenario))
+    in_process = "cameras.render_processes=0" if scenario == "train" else "camera.render_processes=0"
+    hand_eye = make_diagram(load_scenario(scenario, overrides=[in_process]))
     systems = {"hand_eye": hand_eye} | {name: hand_eye.GetSubsystemByName(name) for name in SUBSYSTEMS}
     return {name: graph_of(system) for name, system in systems.items()}
 

@@ -66,7 +66,9 @@ def save_animation(studio, log, times, path):
 
 def draw_cameras(scenario):
     """Returns what both cameras see, and beside it the motion energy found in it (the paper's figures 4 and 5)."""
-    whole = load_scenario("train", seed=scenario.seed, overrides=["cameras.render_window=false"])
+    whole = load_scenario(
+        "train", seed=scenario.seed, overrides=["cameras.render_window=false", "cameras.render_processes=0"]
+    )
     diagram = make_diagram(whole)
     simulator = Simulator(diagram)
     simulator.AdvanceTo(FIRST_SIGHT)

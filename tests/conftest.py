@@ -1,5 +1,10 @@
-"""A laboratory without a renderer, shared by tests of several rooms: two small cameras and a film that they see."""
+"""A laboratory without a renderer, shared by tests of several rooms: two small cameras and a film that they see.
 
+The tests render in their own process, because there are as many of them as processors. To run them with processes that
+render: ``DRAKE_TRACKER_RENDER_PROCESSES=2 pytest``.
+"""
+
+import os
 from functools import partial
 
 import numpy as np
@@ -13,6 +18,8 @@ from drake_tracker.world.cameras import true_camera_models
 from drake_tracker.world.config import CamerasConfig
 
 pytest_plugins = ["made_up_run"]
+
+os.environ.setdefault("DRAKE_TRACKER_RENDER_PROCESSES", "0")
 
 SIZE = 160
 WORK_VOLUME = [[0.33, -0.30, 0.45], [0.79, 0.30, 0.505]]

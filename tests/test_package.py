@@ -42,6 +42,7 @@ ASSEMBLIES = {
         "world/cameras.py",
         "world/calibration_board.py",
         "world/plant.py",
+        "world/scene_copy.py",
         "world/ball_plant.py",
     ),
 }

@@ -158,6 +158,7 @@ def watch(scenario: TrainScenario, seed: int, laps: int, speed: float, progress:
         simulator.AdvanceTo(scenario.duration)
     finally:
         line.close()
+        hand_eye.world.close()
     return sightings_of(read_log(loggers, simulator.get_context(), TASK), scenario.track.speed)
 
 

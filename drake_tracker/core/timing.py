@@ -97,6 +97,20 @@ def servo_slot(slot: float, time_step: float = TIME_STEP, period: float = SERVO_
     return (steps_in(period, time_step) - 1 + slot) * time_step
 
 
+def capture_time(time: float, latency: int, period: float = VISION_PERIOD, offset: float = 0.0) -> float:
+    """Returns when an image was captured that appears some cycles late [s], to the last bit the time of its cycle.
+
+    Args:
+        time: present time [s].
+        latency: cycles from the capture until the image appears.
+        period: of a cycle [s].
+        offset: of the captures within a cycle [s].
+    """
+    if latency == 0:
+        return time
+    return offset + (round((time - offset) / period) - latency) * period
+
+
 def delay_cycles(lag_cycles: float, newest_image_age_cycles: float) -> int:
     """Returns the number of cycles for which a centroid must be held back to obtain a given lag.
 

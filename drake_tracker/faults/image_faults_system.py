@@ -9,7 +9,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, Outpu
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
-from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.core.timing import VISION_PERIOD, capture_time
 from drake_tracker.faults.fault import Fault, ImageFault, View, faults_at
 
 
@@ -42,10 +42,14 @@ class ImageFaultsSystem(LeafSystem):
         view: the camera.
         faults: applied in this order.
         period: time between frames [s].
+        latency: frames from the capture of an image until the input shows it.
     """
 
-    def __init__(self, view: View, faults: Sequence[ImageFault], *, period: float = VISION_PERIOD) -> None:
+    def __init__(
+        self, view: View, faults: Sequence[ImageFault], *, period: float = VISION_PERIOD, latency: int = 0
+    ) -> None:
         super().__init__()
+        self._latency, self._period = latency, period
         self._view, self._faults = view, tuple(faults)
         size = view.window[2:]
         self._input = self.DeclareAbstractInputPort("color_image", Value(ImageRgba8U(*size)))
@@ -65,7 +69,7 @@ class ImageFaultsSystem(LeafSystem):
 
     def _hold(self, context: Context, state: State) -> None:
         held = context.get_abstract_state(self._state_index).get_value()
-        time, images = context.get_time(), list(held.images)
+        time, images = capture_time(context.get_time(), self._latency, self._period), list(held.images)
         for number, fault in enumerate(self._faults):
             if not fault.active(time):
                 images[number] = None
@@ -75,7 +79,7 @@ class ImageFaultsSystem(LeafSystem):
             state.get_mutable_abstract_state(self._state_index).set_value(HeldImages(tuple(images)))
 
     def _calc_image(self, context: Context, output: AbstractValue) -> None:
-        image, time = self._input.Eval(context).data, context.get_time()
+        image, time = self._input.Eval(context).data, capture_time(context.get_time(), self._latency, self._period)
         held = context.get_abstract_state(self._state_index).get_value()
         for fault, before in zip(self._faults, held.images):
             if fault.active(time):
@@ -84,7 +88,7 @@ class ImageFaultsSystem(LeafSystem):
 
 
 def add_image_faults(
-    builder: DiagramBuilder, *, image_port: OutputPort, view: View, faults: Sequence[Fault], name: str
+    builder: DiagramBuilder, *, image_port: OutputPort, view: View, faults: Sequence[Fault], name: str, latency: int = 0
 ) -> OutputPort:
     """Adds the faults of a camera's images to a diagram, if there are any.
 
@@ -94,12 +98,13 @@ def add_image_faults(
         view: the camera.
         faults: all faults of the run.
         name: of the System.
+        latency: frames from the capture of an image until the port shows it.
 
     Returns the port with the changed images, or the given one when no fault concerns this camera.
     """
     own = [fault for fault in faults_at(faults, ImageFault) if fault.hits(view.camera)]
     if not own:
         return image_port
-    system = builder.AddNamedSystem(name, ImageFaultsSystem(view, own))
+    system = builder.AddNamedSystem(name, ImageFaultsSystem(view, own, latency=latency))
     builder.Connect(image_port, system.GetInputPort("color_image"))
     return system.GetOutputPort("color_image")

@@ -1,5 +1,6 @@
 """Keeps the images that the vision of a run reads, without loss, for replays from images."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from drake_tracker.run.lossless_video import LosslessVideo
 
 IMAGES_FOLDER = "images"
 """Folder of the images in a run directory."""
+_ROUNDING = 1e-6
+"""Allowance for rounding errors of times [cycles]."""
 
 
 def image_file(run_directory: Path, camera: str) -> Path:
@@ -38,24 +41,43 @@ class CameraImageSystem(LeafSystem):
     - ``color_image``: an ImageRgba8U.
 
     The image is written every 1/60 s with offset 0. The vision reads the camera at the same instants, so that no image
-    is rendered twice. It is stored in grey, since the first step of the vision is the conversion to grey.
+    is rendered twice. It is stored in grey, since the first step of the vision is the conversion to grey. If images
+    appear ``latency`` cycles after their capture, `write_rest` writes the last ones after the end.
 
     Args:
         path: MKV file to write.
         size: (width, height) of the images [px].
+        latency: cycles from the capture of an image until the input shows it.
 
     Attributes:
         video: the file.
     """
 
-    def __init__(self, path: Path, size: tuple[int, int]) -> None:
+    def __init__(self, path: Path, size: tuple[int, int], latency: int = 0) -> None:
         super().__init__()
+        self._latency, self._written = latency, 0
         self.video = LosslessVideo(path, round(1.0 / VISION_PERIOD), size)
         self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
         self.DeclarePeriodicPublishEvent(VISION_PERIOD, 0.0, self._write)
 
+    def write_rest(self, root_context: Context) -> None:
+        """Writes the images that were captured before the end but have not appeared.
+
+        Args:
+            root_context: of the whole diagram, at the end; it is not changed.
+        """
+        if self._latency > 0:
+            later = root_context.Clone()
+            context = self.GetMyContextFromRoot(later)
+            captured = math.ceil(root_context.get_time() / VISION_PERIOD - _ROUNDING)
+            for cycle in range(self._written, captured):
+                later.SetTime((cycle + self._latency) * VISION_PERIOD)
+                self._write(context)
+
     def _write(self, context: Context) -> None:
-        self.video.write(cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY))
+        if round(context.get_time() / VISION_PERIOD) >= self._latency:
+            self.video.write(cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY))
+            self._written += 1
 
 
 class CameraImageRecorder:
@@ -69,9 +91,12 @@ class CameraImageRecorder:
         self._systems = systems
 
     def finish(self, root_context: Context) -> None:
-        """Closes the files. The images were written during the run, so that the Context is not needed."""
+        """Writes the images that are left, and closes the files."""
         for system in self._systems:
-            system.video.close()
+            try:
+                system.write_rest(root_context)
+            finally:
+                system.video.close()
 
 
 def add_camera_images(builder: DiagramBuilder, *, hand_eye: HandEyeDiagram, folder: Path) -> CameraImageRecorder:
@@ -85,11 +110,11 @@ def add_camera_images(builder: DiagramBuilder, *, hand_eye: HandEyeDiagram, fold
     Returns the recorder.
     """
     (folder / IMAGES_FOLDER).mkdir()
-    systems = []
+    systems, latency = [], hand_eye.world.image_latency
     for port in outputs(hand_eye):
         if port.get_name().startswith("camera"):
             image = port.Allocate().get_value()
-            system = CameraImageSystem(image_file(folder, port.get_name()), (image.width(), image.height()))
+            system = CameraImageSystem(image_file(folder, port.get_name()), (image.width(), image.height()), latency)
             builder.AddNamedSystem(f"{port.get_name()}_images", system)
             builder.Connect(port, system.get_input_port())
             systems.append(system)

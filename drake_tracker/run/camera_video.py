@@ -21,6 +21,9 @@ from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, NO_POINTS, Film, port_of
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
 
+_FRAME_CYCLES = round(1.0 / (FRAMES_PER_SECOND * VISION_PERIOD))
+"""Vision cycles from one frame to the next."""
+
 
 class FrameSink(Protocol):
     """Receives the frames of a video, such as a `VideoFile`."""
@@ -52,14 +55,46 @@ class _Recent(FrozenState):
     """The images and masks of the last cycles, which late centroids describe.
 
     Attributes:
-        packet: vector of the `Prediction` that the arm follows.
         images: (number of the cycle, {side: BGR image}), newest last.
         masks: (number of the cycle, {side: mask of the moving pixels}), newest last.
     """
 
-    packet: np.ndarray
     images: tuple[tuple[int, dict[str, np.ndarray]], ...] = ()
     masks: tuple[tuple[int, dict[str, np.ndarray]], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class _Moment:
+    """What one frame shows in addition to images, as it was when the present image of the frame was captured.
+
+    Attributes:
+        cycle: number of the cycle.
+        time: of the image [s].
+        packet: vector of the `Prediction` that the arm follows.
+        centroids: {side: vector of the `Centroid`}.
+        command: vector of the `ArmCommand`.
+        diagnosis: vector of the diagnosis.
+    """
+
+    cycle: int
+    time: float
+    packet: np.ndarray
+    centroids: dict[str, np.ndarray]
+    command: np.ndarray
+    diagnosis: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Moments(FrozenState):
+    """What the frames show whose images have not appeared yet.
+
+    Attributes:
+        packet: vector of the `Prediction` that the arm follows.
+        moments: the moments, oldest first; none where images appear at once.
+    """
+
+    packet: np.ndarray
+    moments: tuple[_Moment, ...] = ()
 
 
 class CameraVideoSystem(LeafSystem):
@@ -88,10 +123,13 @@ class CameraVideoSystem(LeafSystem):
     - ``command``: an `ArmCommand`. All zeros is its first phase, with the arm not blind.
     - ``diagnosis``: the message that the script names.
 
-    Frames are published `FRAMES_PER_SECOND` times a second with offset 0. The vision reads the cameras at the same
-    instants, so that no image is rendered twice. An unrestricted update every ``film.every`` vision cycles, with offset
-    0, keeps the images that late centroids describe. If a centroid describes an instant between two images, the earlier
-    image is drawn. While the arm is blind, the packet that it holds is drawn.
+    There are `FRAMES_PER_SECOND` frames per second, with offset 0. The vision reads the cameras at the same instants,
+    so that no image is rendered twice. An unrestricted update every ``film.every`` vision cycles keeps the images that
+    late centroids describe. If a centroid describes an instant between two images, the earlier image is drawn. While
+    the arm is blind, the packet that it holds is drawn.
+
+    If images appear ``film.image_latency`` cycles after their capture, a frame is drawn when its image appears, and
+    shows everything else as it was at the capture. `draw_rest` draws the last frames after the end.
 
     Args:
         sinks: receivers of the frames, such as a `VideoFile`. A frame is drawn once for all of them, and only if one of
@@ -103,7 +141,8 @@ class CameraVideoSystem(LeafSystem):
     def __init__(self, sinks: Sequence[FrameSink], page: VideoPage, film: Film) -> None:
         super().__init__()
         self._sinks, self._page, self._cameras, self._offsets = sinks, page, film.cameras, film.offsets
-        self._sides, self._script = tuple(film.cameras), film.script
+        self._sides, self._script, self._latency = tuple(film.cameras), film.script, film.image_latency
+        self._drawn = -1
         self._kept = math.ceil((film.lag_cycles + film.update_cycles + 2) / film.every)
         self._images: dict[str, Any] = {}
         self._motions: dict[str, Any] = {}
@@ -117,40 +156,88 @@ class CameraVideoSystem(LeafSystem):
         self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
         self._command = self.DeclareVectorInputPort("command", message_size(ArmCommand))
         self._diagnosis = self.DeclareVectorInputPort("diagnosis", message_size(film.script.diagnosis))
-        self._recent = self.DeclareAbstractState(AbstractValue.Make(_Recent(np.zeros(message_size(Prediction)))))
-        self.DeclarePeriodicUnrestrictedUpdateEvent(film.every * VISION_PERIOD, 0.0, self._remember)
-        self.DeclarePeriodicPublishEvent(1.0 / FRAMES_PER_SECOND, 0.0, self._write)
+        self._recent = self.DeclareAbstractState(AbstractValue.Make(_Recent()))
+        self._moments = self.DeclareAbstractState(AbstractValue.Make(_Moments(np.zeros(message_size(Prediction)))))
+        period, late = film.every * VISION_PERIOD, film.image_latency % film.every
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._note)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, late * VISION_PERIOD, self._remember)
+        late = film.image_latency % _FRAME_CYCLES
+        self.DeclarePeriodicPublishEvent(1.0 / FRAMES_PER_SECOND, late * VISION_PERIOD, self._write)
+
+    def draw_rest(self, root_context: Context) -> None:
+        """Draws the frames whose images have not appeared at the end.
+
+        Args:
+            root_context: of the whole diagram, at the end; it is not changed.
+        """
+        if self._latency > 0:
+            later = root_context.Clone()
+            context = self.GetMyContextFromRoot(later)
+            for moment in context.get_abstract_state(self._moments).get_value().moments:
+                if moment.cycle > self._drawn:
+                    later.SetTime((moment.cycle + self._latency) * VISION_PERIOD)
+                    self._draw(context, moment)
+
+    def _note(self, context: Context, state: State) -> None:
+        last = context.get_abstract_state(self._moments).get_value()
+        blind = ArmCommand(self._command.Eval(context)).frozen
+        packet = last.packet if blind else np.array(self._packet.Eval(context))
+        moments = last.moments
+        if self._latency > 0 and _cycle(context.get_time()) % _FRAME_CYCLES == 0:
+            moments = (*moments[-(self._latency // _FRAME_CYCLES) - 1 :], self._moment(context))
+        state.get_mutable_abstract_state(self._moments).set_value(_Moments(packet, moments))
+
+    def _moment(self, context: Context) -> _Moment:
+        return _Moment(
+            _cycle(context.get_time()),
+            context.get_time(),
+            context.get_abstract_state(self._moments).get_value().packet,
+            {side: np.array(self._centroids[side].Eval(context)) for side in self._sides},
+            np.array(self._command.Eval(context)),
+            np.array(self._diagnosis.Eval(context)),
+        )
 
     def _remember(self, context: Context, state: State) -> None:
+        cycle = _cycle(context.get_time()) - self._latency
+        if cycle < 0:
+            return
         recent = context.get_abstract_state(self._recent).get_value()
         images = {side: self._image(context, side) for side in self._sides}
         motions = {side: self._motions[side].Eval(context) for side in self._sides}
         masks = {side: motion.mask for side, motion in motions.items()}
         stamp = motions[self._sides[0]].stamp
-        blind = ArmCommand(self._command.Eval(context)).frozen
         new = _Recent(
-            recent.packet if blind else np.array(self._packet.Eval(context)),
-            (*recent.images[-self._kept :], (_cycle(context.get_time()), images)),
-            (*recent.masks[-self._kept :], (_cycle(stamp), masks)),
+            (*recent.images[-self._kept :], (cycle, images)), (*recent.masks[-self._kept :], (_cycle(stamp), masks))
         )
         state.get_mutable_abstract_state(self._recent).set_value(new)
 
     def _write(self, context: Context) -> None:
+        if self._latency == 0:
+            self._draw(context, self._moment(context))
+            return
+        cycle = _cycle(context.get_time()) - self._latency
+        for moment in context.get_abstract_state(self._moments).get_value().moments:
+            if moment.cycle == cycle:
+                self._draw(context, moment)
+
+    def _draw(self, context: Context, moment: _Moment) -> None:
+        """Draws the frame of a moment, in a Context in which its image appears."""
+        self._drawn = moment.cycle
         sinks = [sink for sink in self._sinks if sink.wanted]
         if not sinks:
             return
-        now = context.get_time()
         recent = context.get_abstract_state(self._recent).get_value()
         masks = dict(recent.masks)
-        centroids = {side: Centroid(self._centroids[side].Eval(context)) for side in self._sides}
+        centroids = {side: Centroid(vector) for side, vector in moment.centroids.items()}
         stamp = centroids[self._sides[0]].stamp
         described = _cycle(stamp) if stamp > 0.0 else None
-        command = ArmCommand(self._command.Eval(context))
+        command = ArmCommand(moment.command)
         phase = self._script.phases(int(command.phase))
         late = [] if described is None else [images for cycle, images in recent.images if cycle <= described]
         path = goal = NO_POINTS
-        if phase in self._script.predicting and Prediction(recent.packet).valid:
-            path, goal = self._script.path(recent.packet, now), self._script.goal(recent.packet, now)
+        if phase in self._script.predicting and Prediction(moment.packet).valid:
+            path = self._script.path(moment.packet, moment.time)
+            goal = self._script.goal(moment.packet, moment.time)
         sights = {
             side: CameraSight(
                 image=self._image(context, side),
@@ -164,9 +251,9 @@ class CameraVideoSystem(LeafSystem):
             for side in self._sides
         }
         state = PageState(
-            time=now,
+            time=moment.time,
             phase=phase,
-            notes=self._script.notes(phase, self._script.diagnosis(self._diagnosis.Eval(context))),
+            notes=self._script.notes(phase, self._script.diagnosis(moment.diagnosis)),
             stamp=stamp if described is not None else None,
             blind=bool(command.frozen),
         )
@@ -182,16 +269,20 @@ class CameraVideoRecorder:
     """A `Recorder` that completes the camera video.
 
     Args:
+        system: draws the frames.
         sinks: receivers of the frames.
     """
 
-    def __init__(self, sinks: Sequence[FrameSink]) -> None:
-        self._sinks = sinks
+    def __init__(self, system: CameraVideoSystem, sinks: Sequence[FrameSink]) -> None:
+        self._system, self._sinks = system, sinks
 
     def finish(self, root_context: Context) -> None:
-        """Closes the sinks. The frames were written during the run, so that the Context is not needed."""
-        for sink in self._sinks:
-            sink.close()
+        """Draws the frames that are left, and closes the sinks."""
+        try:
+            self._system.draw_rest(root_context)
+        finally:
+            for sink in self._sinks:
+                sink.close()
 
 
 def add_camera_video(
@@ -224,7 +315,7 @@ def add_camera_video(
     for port in inputs(system):
         name = port.get_name()
         builder.Connect(hand_eye.GetOutputPort("accepted" if name == "packet" else name), port)
-    return CameraVideoRecorder(sinks)
+    return CameraVideoRecorder(system, sinks)
 
 
 def _cycle(time: float) -> int:

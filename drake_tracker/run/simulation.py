@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -70,59 +71,61 @@ def simulate(
     if diagram is None and initialisation is None:
         initialisation = task.initialise(scenario, live.mark_windows if live is not None else None)
     hand_eye = diagram if diagram is not None else task.build(scenario, initialisation)
-    builder = DiagramBuilder()
-    builder.AddSystem(hand_eye)
-    operator = live.listen(builder, hand_eye) if live is not None else None
-    loggers = add_loggers(builder, hand_eye, task, operator)
-    if out is not None:
-        out = Path(out)
-        scenario = _start_directory(out, scenario, task, initialisation)
-    recorders = add_recorders(
-        builder, hand_eye=hand_eye, scenario=scenario, task=task, out=out, options=options, live=live
-    )
-    root = builder.Build()
-    root.set_name("drake_tracker")
-    if options.graphviz is not None:
-        write_text(options.graphviz, hand_eye.GetGraphvizString(max_depth=1))
+    with closing(hand_eye.world):
+        hand_eye.world.start()
+        builder = DiagramBuilder()
+        builder.AddSystem(hand_eye)
+        operator = live.listen(builder, hand_eye) if live is not None else None
+        loggers = add_loggers(builder, hand_eye, task, operator)
+        if out is not None:
+            out = Path(out)
+            scenario = _start_directory(out, scenario, task, initialisation)
+        recorders = add_recorders(
+            builder, hand_eye=hand_eye, scenario=scenario, task=task, out=out, options=options, live=live
+        )
+        root = builder.Build()
+        root.set_name("drake_tracker")
+        if options.graphviz is not None:
+            write_text(options.graphviz, hand_eye.GetGraphvizString(max_depth=1))
 
-    simulator = Simulator(root)
-    context = simulator.get_context()
-    stream = None if out is None else LogStreamer(out, loggers, task, hand_eye.arm.model)
-    monitor = RunMonitor(task, hand_eye, progress, options.stop_when_over, live, stream, tell)
-    simulator.set_monitor(monitor)
-    simulator.set_target_realtime_rate(options.realtime_rate)
-    if live is not None:
-        live.begin()
-    built = time.monotonic()
-    with held() as signals:
-        errors = FirstError(_advance(simulator, monitor, scenario.duration, stream))
-        simulated = time.monotonic()
+        simulator = Simulator(root)
+        context = simulator.get_context()
+        stream = None if out is None else LogStreamer(out, loggers, task, hand_eye.arm.model)
+        monitor = RunMonitor(task, hand_eye, progress, options.stop_when_over, live, stream, tell)
+        simulator.set_monitor(monitor)
+        simulator.set_target_realtime_rate(options.realtime_rate)
         if live is not None:
-            live.write()
-        log = read_log(loggers, context, task)
-        log["tool"] = tool_signal(log["arm_state"], hand_eye.arm.model)
-        if out is not None and stream is not None:
-            stream.end(context)
-            with errors.kept():
-                save_log(log, out / LOG_FILE)
-                stream.remove()
-        for recorder in recorders:
-            with errors.kept():
-                recorder.finish(context)
-        with errors.kept():
-            summary = task.summarise(scenario, hand_eye, log, context.get_time(), monitor.interrupted)
-            if out is not None:
+            live.begin()
+        built = time.monotonic()
+        with held() as signals:
+            errors = FirstError(_advance(simulator, monitor, scenario.duration, stream))
+            simulated = time.monotonic()
+            if live is not None:
+                live.write()
+            log = read_log(loggers, context, task)
+            log["tool"] = tool_signal(log["arm_state"], hand_eye.arm.model)
+            if out is not None and stream is not None:
+                stream.end(context)
                 with errors.kept():
-                    task.draw(scenario, hand_eye, log, summary, out)
-            simulating = simulated - built - (live.control.held if live is not None else 0.0)
-            summary["real_time_factor"] = context.get_time() / simulating
-            wall_time = {"build": built - started, "simulate": simulating, "write": time.monotonic() - simulated}
-            summary["wall_time_s"] = wall_time
-            if out is not None:
-                save_summary(summary, out / "summary.json")
-        errors.raise_it()
-        if monitor.interrupted:  # the run has ended because of them
-            signals.clear()
+                    save_log(log, out / LOG_FILE)
+                    stream.remove()
+            for recorder in recorders:
+                with errors.kept():
+                    recorder.finish(context)
+            with errors.kept():
+                summary = task.summarise(scenario, hand_eye, log, context.get_time(), monitor.interrupted)
+                if out is not None:
+                    with errors.kept():
+                        task.draw(scenario, hand_eye, log, summary, out)
+                simulating = simulated - built - (live.control.held if live is not None else 0.0)
+                summary["real_time_factor"] = context.get_time() / simulating
+                wall_time = {"build": built - started, "simulate": simulating, "write": time.monotonic() - simulated}
+                summary["wall_time_s"] = wall_time
+                if out is not None:
+                    save_summary(summary, out / "summary.json")
+            errors.raise_it()
+            if monitor.interrupted:  # the run has ended because of them
+                signals.clear()
     return summary
 
 

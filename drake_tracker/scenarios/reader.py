@@ -152,6 +152,8 @@ def _read_scalar(value: Value, kind: Any, metadata: Any, key: str, errors: list[
     elif kind is int:
         good = isinstance(data, int) and _number_fits(data, metadata)
     else:
+        if choices and isinstance(data, int) and str(data) in choices:  # a number among words
+            data = str(data)
         good = isinstance(data, kind) and (not choices or data in choices)
     if good and kind is str and printable(data) != data:
         errors.append(f"{value.origin}: {key} must be text without control characters, not {_show(value)}")

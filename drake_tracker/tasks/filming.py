@@ -84,6 +84,7 @@ class Film:
         goal: name of the mark that ``script.goal`` draws, None where there is no such mark.
         every: number of cycles between two images that are kept; the others are not rendered for the video.
         update_cycles: number of cycles between two centroids.
+        image_latency: number of cycles from the capture of an image until its port shows it.
     """
 
     title: str
@@ -98,6 +99,7 @@ class Film:
     goal: str | None = None
     every: int = 1
     update_cycles: int = 1
+    image_latency: int = 0
 
 
 @dataclass(frozen=True)

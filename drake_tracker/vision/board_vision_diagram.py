@@ -53,6 +53,8 @@ class BoardVisionDiagram(Diagram):
         own_stamps: whether the images have stamps of their own.
         period: of a cycle [s].
         time_step: of the plant [s], which the slots divide.
+        image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`. It
+            does not change ``centroid`` and ``point``; ``motion`` is as late as the images.
 
     Attributes:
         lag: time from a centroid's stamp until it is output [s].
@@ -74,6 +76,7 @@ class BoardVisionDiagram(Diagram):
         own_stamps: bool = False,
         period: float = VISION_PERIOD,
         time_step: float = TIME_STEP,
+        image_latency: int = 0,
     ) -> None:
         super().__init__()
         self.set_name("vision")
@@ -87,6 +90,7 @@ class BoardVisionDiagram(Diagram):
             update_cycles=update_cycles,
             follow=follow,
             own_stamps=own_stamps,
+            image_latency=image_latency,
             name="motion",
         )
         offset = vision_slot(PROJECTOR_SLOT, time_step)

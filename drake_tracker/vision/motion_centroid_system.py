@@ -12,7 +12,7 @@ from pydrake.systems.sensors import ImageRgba8U
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import Centroid, FrameInfo, message_size
-from drake_tracker.core.timing import VISION_PERIOD, delay_cycles
+from drake_tracker.core.timing import VISION_PERIOD, capture_time, delay_cycles
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.delay_line_system import DelayLineSystem
 from drake_tracker.vision.detectors import DETECTORS, make_detector
@@ -96,6 +96,7 @@ class MotionCentroidSystem(LeafSystem):
         update_cycles: cycles from one centroid to the next.
         follow: `PredictedWindow` outside of which motion is ignored, or None.
         own_stamps: whether there is the input ``frame``.
+        image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`.
 
     Raises DrakeTrackerError when ``update_cycles`` is not a whole number of at least 1.
     """
@@ -110,6 +111,7 @@ class MotionCentroidSystem(LeafSystem):
         update_cycles: int = 1,
         follow: PredictedWindow | None = None,
         own_stamps: bool = False,
+        image_latency: int = 0,
     ) -> None:
         super().__init__()
         if update_cycles != int(update_cycles) or update_cycles < 1:
@@ -117,7 +119,7 @@ class MotionCentroidSystem(LeafSystem):
         self._detector = detector
         self._period, self._offset = period, offset
         self._follow = follow
-        self._update_cycles = int(update_cycles)
+        self._update_cycles, self._latency = int(update_cycles), image_latency
         self._image_offset = (int(image_offset[0]), int(image_offset[1]))
         self._stamp_age = detector.stamp_age_cycles * period
         self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
@@ -139,20 +141,22 @@ class MotionCentroidSystem(LeafSystem):
         return context.get_abstract_state(self._memory).get_value()
 
     def _update(self, context: Context, state: State) -> None:
-        cycle = round((context.get_time() - self._offset) / self._period)
+        time = capture_time(context.get_time(), self._latency, self._period, self._offset)
+        cycle = round((time - self._offset) / self._period)
+        if cycle < 0:
+            return
         memory = self._get_memory(context)
         length, stride = self._detector.buffer_length, self._detector.stride
         frame = None if self._frame is None else FrameInfo(self._frame.Eval(context))
         newest = None
-        needed = any((cycle + age) % self._update_cycles == 0 for age in range(0, length, stride))
-        if needed and (frame is None or frame.fresh):
+        if needs_image(self._detector, self._update_cycles, cycle) and (frame is None or frame.fresh):
             grey = cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY)
             newest = read_only(self._detector.smooth(grey))
         smoothed = (memory.smoothed + (newest,))[-length:]
         stamps = memory.stamps if frame is None else (memory.stamps + (float(frame.stamp),))[-length:]
         described, centroid, energy, track = memory.described, memory.centroid, memory.energy, memory.track
         if len(smoothed) == length and cycle % self._update_cycles == 0:
-            stamp = context.get_time() - self._stamp_age if frame is None else self._described_stamp(stamps)
+            stamp = time - self._stamp_age if frame is None else self._described_stamp(stamps)
             used = smoothed[::stride]
             described = tuple(image for image in used if image is not None)
             if len(described) < len(used):
@@ -188,6 +192,17 @@ class MotionCentroidSystem(LeafSystem):
     def _calc_motion_images(self, context: Context, output: AbstractValue) -> None:
         described = self._get_memory(context).described
         output.set_value(self._detector.images(*described) if described else None)
+
+
+def needs_image(detector: MotionDetector, update_cycles: int, cycle: int) -> bool:
+    """Returns whether a `MotionCentroidSystem` reads the image of a cycle, given by its number.
+
+    Args:
+        detector: its detector.
+        update_cycles: cycles from one centroid to the next.
+        cycle: number of the cycle.
+    """
+    return any((cycle + age) % update_cycles == 0 for age in range(0, detector.buffer_length, detector.stride))
 
 
 class LaggedCentroid(NamedTuple):
@@ -230,6 +245,7 @@ def add_motion_centroid(
     update_cycles: int = 1,
     follow: PredictedWindow | None = None,
     own_stamps: bool = False,
+    image_latency: int = 0,
     name: str | None = None,
 ) -> LaggedCentroid:
     """Adds a `MotionCentroidSystem` and the delay line that outputs each centroid ``lag_cycles`` after its stamp.
@@ -256,6 +272,8 @@ def add_motion_centroid(
         update_cycles: cycles from one centroid to the next.
         follow: `PredictedWindow` outside of which motion is ignored, or None.
         own_stamps: whether there is an input for the images' own stamps.
+        image_latency: cycles from the capture of an image until the input shows it; the delay line adds the rest of the
+            lag.
         name: of the System; the delay line has the same with ``_lag``. None is "motion", or "motion_2" and so on.
 
     Raises DrakeTrackerError when the lag is too short for the detector's images, or when a setting is out of range.
@@ -265,10 +283,13 @@ def add_motion_centroid(
     elif window is not None:
         raise DrakeTrackerError("a detector object has a window of its own; pass the window to the detector")
     if lag_cycles is None:
-        lag_cycles = detector.stamp_age_cycles + 1
-    steps = delay_cycles(lag_cycles, detector.stamp_age_cycles)
-    if steps == 0:
-        raise DrakeTrackerError(f"a lag of {lag_cycles:g} cycles leaves nothing to the delay line; add 1 cycle or more")
+        lag_cycles = detector.stamp_age_cycles + image_latency + 1
+    steps = delay_cycles(lag_cycles, detector.stamp_age_cycles) - image_latency
+    if steps < 1:
+        late = f" of images that are {image_latency} cycles late" if image_latency else ""
+        raise DrakeTrackerError(
+            f"a lag of {lag_cycles:g} cycles{late} leaves nothing to the delay line; add {1 - steps} cycle or more"
+        )
     name = name or _free_name(builder, "motion")
     system = MotionCentroidSystem(
         detector,
@@ -278,6 +299,7 @@ def add_motion_centroid(
         update_cycles=update_cycles,
         follow=follow,
         own_stamps=own_stamps,
+        image_latency=image_latency,
     )
     delay = DelayLineSystem(message_size(Centroid), steps, period=period, offset=offset)
     parts = LaggedCentroid(builder.AddNamedSystem(name, system), builder.AddNamedSystem(f"{name}_lag", delay))

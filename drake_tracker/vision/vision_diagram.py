@@ -36,7 +36,8 @@ class VisionDiagram(Diagram):
     end of the pipeline, ``lag_cycles`` after their stamp; ``point`` is a `TrackPoint` vector in W [m] that follows them
     at once. All are zeros until the first centroid has passed the delay line. ``motion_*`` is the `MotionEnergy` and
     ``motion_images_*`` all intermediate images of the newest cycle, for pictures. With ``own_stamps`` there are the
-    inputs ``frame_left`` and ``frame_right`` too, a `FrameInfo` vector each.
+    inputs ``frame_left`` and ``frame_right`` too, a `FrameInfo` vector each. ``image_latency`` does not change
+    ``centroid_*`` and ``point``; ``motion_*`` are as late as the images.
 
     Args:
         cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
@@ -49,6 +50,7 @@ class VisionDiagram(Diagram):
         own_stamps: whether the images have stamps of their own.
         max_gap: of the `TriangulatorSystem` [m].
         stamp_tolerance: of the `TriangulatorSystem` [s].
+        image_latency: cycles from the capture of an image until the inputs show it, as with a `PipelinedCamera`.
 
     Raises DrakeTrackerError when the lag is too short for a detector's images, or the work volume is not a box.
     """
@@ -65,6 +67,7 @@ class VisionDiagram(Diagram):
         own_stamps: bool = False,
         max_gap: float = MAX_GAP,
         stamp_tolerance: float = STAMP_TOLERANCE,
+        image_latency: int = 0,
     ) -> None:
         super().__init__()
         self.set_name("vision")
@@ -85,6 +88,7 @@ class VisionDiagram(Diagram):
                 lag_cycles=lag_cycles,
                 period=period,
                 own_stamps=own_stamps,
+                image_latency=image_latency,
                 name=f"motion_{side}",
             )
             builder.ExportInput(centroid.image_input_port, f"camera_{side}")

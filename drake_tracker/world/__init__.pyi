@@ -12,8 +12,10 @@ from .ball_plant import add_ball_laboratory as add_ball_laboratory
 from .ball_plant import add_floor as add_floor
 from .ball_world_diagram import BallWorldDiagram as BallWorldDiagram
 from .camera_system import Camera as Camera
+from .camera_system import CameraOptics as CameraOptics
 from .camera_system import add_camera as add_camera
 from .camera_system import add_cameras as add_cameras
+from .camera_system import add_late_cameras as add_late_cameras
 from .camera_system import add_renderer as add_renderer
 from .cameras import ImageSize as ImageSize
 from .cameras import camera_pose as camera_pose
@@ -33,10 +35,14 @@ from .disturbance_system import DisturbanceSystem as DisturbanceSystem
 from .disturbance_system import add_disturbance as add_disturbance
 from .grasp_judge_system import GraspJudgeSystem as GraspJudgeSystem
 from .grasp_judge_system import add_grasp_judge as add_grasp_judge
+from .image_pipeline import ImagePipeline as ImagePipeline
 from .jaw_sensor_system import JawSensorSystem as JawSensorSystem
 from .jaw_sensor_system import add_jaw_sensor as add_jaw_sensor
 from .lighting import overhead_render_engine_params as overhead_render_engine_params
 from .lighting import render_engine_params as render_engine_params
+from .pipelined_camera_system import CameraMount as CameraMount
+from .pipelined_camera_system import PipelinedCamera as PipelinedCamera
+from .pipelined_camera_system import add_pipelined_camera as add_pipelined_camera
 from .pixel_binning_system import PixelBinningSystem as PixelBinningSystem
 from .plant import Laboratory as Laboratory
 from .plant import add_laboratory as add_laboratory
@@ -47,6 +53,8 @@ from .rail_system import RailSystem as RailSystem
 from .rail_system import add_rail as add_rail
 from .release_system import ReleaseSystem as ReleaseSystem
 from .release_system import add_release as add_release
+from .sensor_model import SensorModel as SensorModel
+from .sensor_model import SensorNoise as SensorNoise
 from .sensor_noise_system import SensorNoiseSystem as SensorNoiseSystem
 from .track_visual import add_track_visual as add_track_visual
 from .tracks import Track as Track

@@ -12,6 +12,8 @@ LIFTED = 0.10
 """Height [m] above its place on the rail at which the train counts as lifted."""
 LIGHT_SIDES = ("cameras", "one_side")
 TRAIN_BODIES = ("plain", "striped", "round", "dark")
+RENDER_PROCESSES = ("auto", "0", "1", "2")
+_RENDER_PROCESSES_HELP = "processes that render beside the simulation; auto: one per spare processor, 2 at most"
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,7 @@ class CamerasConfig:
     noise: float = setting(2.0, "standard deviation of the sensor noise", "grey levels", (0.0, 64.0))
     render_window: bool = setting(True, "render only the window of interest instead of the full image")
     calibration: str = setting("train_cameras.yaml", "file with the calibrated camera models")
+    render_processes: str = setting("auto", _RENDER_PROCESSES_HELP, choices=RENDER_PROCESSES)
 
 
 @dataclass(frozen=True)
@@ -129,6 +132,7 @@ class BoardCameraConfig:
         [40.0, 65.0], "smallest and largest elevation above the horizontal", "deg", (5.0, 85.0), shape=(2,)
     )
     roll_range_deg: float = setting(5.0, "largest roll to either side about the optical axis", "deg", (0.0, 180.0))
+    render_processes: str = setting("auto", _RENDER_PROCESSES_HELP, choices=RENDER_PROCESSES)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pydrake.geometry import SceneGraph
+from pydrake.geometry import Role, SceneGraph
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
@@ -22,6 +22,8 @@ WHEELS = (0.045, 0.015)
 """Distances of the train's wheels from its centre, along and across, as in its models [m]."""
 TABLE_MODEL_HEIGHT = 0.45
 """Height of the table model's top above its own origin [m]."""
+TABLE_FRAME = "table::frame"
+"""Name of the geometry under the table's top."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +117,22 @@ def add_table(plant: MultibodyPlant, *, height: float, x: float = 0.0) -> ModelI
     X_WTable = RigidTransform([x, 0.0, height - TABLE_MODEL_HEIGHT])
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("table", table), X_WTable)
     return table
+
+
+def hide_table_frame(laboratory: Laboratory) -> None:
+    """Makes the frame under the table invisible to cameras.
+
+    A camera never sees it through a window around a volume that is above the table: behind such a volume there is the
+    table's top, or what lies beyond its far edge. Elsewhere in the rectangle of the window some pixels show it.
+
+    Args:
+        laboratory: with a finalized plant and no renderer yet.
+    """
+    scene_graph = laboratory.scene_graph
+    inspector, source = scene_graph.model_inspector(), laboratory.plant.get_source_id()
+    for geometry in inspector.GetAllGeometryIds(Role.kPerception):
+        if inspector.GetName(geometry) == TABLE_FRAME:
+            scene_graph.RemoveRole(source, geometry, Role.kPerception)
 
 
 def table_box(*, height: float, x: float = 0.0) -> tuple[tuple[float, float, float], tuple[float, float, float]]:

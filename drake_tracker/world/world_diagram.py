@@ -12,13 +12,14 @@ from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.arm_faults_system import add_gripper_faults, add_joint_faults
 from drake_tracker.faults.fault import Fault, SceneFault, View, faults_at
 from drake_tracker.faults.image_faults_system import add_image_faults
-from drake_tracker.world.camera_system import Camera, add_cameras
+from drake_tracker.world.camera_system import Camera, add_cameras, close_cameras, start_cameras
 from drake_tracker.world.cameras import ImageWindow, true_camera_model
 from drake_tracker.world.config import CamerasConfig, LightingConfig
 from drake_tracker.world.disturbance_system import add_disturbance
 from drake_tracker.world.grasp_judge_system import add_grasp_judge
+from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
-from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory, place_train
+from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory, hide_table_frame, place_train
 from drake_tracker.world.rail_system import add_rail
 from drake_tracker.world.slide import add_moving_body
 from drake_tracker.world.track_visual import add_track_visual
@@ -48,7 +49,8 @@ class WorldDiagram(Diagram):
     Inputs: ``arm_desired_state``, the joint set-points (q, v) [rad, rad/s]; ``arm_feedforward``, torques [N m];
     ``gripper_desired_state``, (q, v) [m, m/s] of the driven finger.
 
-    The controller may read ``camera_left`` and ``camera_right``, each an ImageRgba8U that is rendered when it is read;
+    The controller may read ``camera_left`` and ``camera_right``, each an ImageRgba8U that is rendered when it is read,
+    or that was captured some cycles earlier (``pipeline``);
     ``arm_state``, (q, v) [rad, rad/s]; ``arm_effort``, the torques of the drives [N m]; and ``jaws``, a `JawState`.
     Only judges, logs and viewers may read ``truth_train_state``, the 13 numbers of the free body; ``truth_verdict``, a
     `Verdict`, updated at 60 Hz from time 0 and all zeros before; and ``truth_query``, the scene.
@@ -69,6 +71,7 @@ class WorldDiagram(Diagram):
         lighting: the lamps.
         windows: {camera name: window} to render; None renders the full images. When it is empty there are no cameras,
             no ``camera_*`` ports and no renderer.
+        pipeline: how late the images are, and which processes make them; None: they are rendered when they are read.
         faults: what goes wrong; of these, the world has those of images, scene, train, joints and gripper.
         seed: of the sensor noise.
         time_step: of the plant [s].
@@ -76,6 +79,7 @@ class WorldDiagram(Diagram):
     Attributes:
         laboratory: the plant and its parts: ground truth.
         cameras: {name: Camera}.
+        image_latency: cycles from the capture of an image until its port shows it.
     """
 
     def __init__(
@@ -95,6 +99,7 @@ class WorldDiagram(Diagram):
         cameras: CamerasConfig = CamerasConfig(),
         lighting: LightingConfig = LightingConfig(),
         windows: Mapping[str, ImageWindow] | None = None,
+        pipeline: ImagePipeline | None = None,
         faults: Sequence[Fault] = (),
         seed: int = 0,
         time_step: float = TIME_STEP,
@@ -140,20 +145,30 @@ class WorldDiagram(Diagram):
             add_disturbance(builder, plant=plant, slide=plant.GetModelInstanceByName(name), name=name, path=fault.slide)
         add_joint_faults(builder, plant=plant, arm=laboratory.arm, faults=faults)
         self.laboratory = laboratory
+        self.image_latency = 0 if pipeline is None else pipeline.latency
         self.cameras: dict[str, Camera] = {}
         if windows is None or windows:
+            whole = (0, 0, cameras.width, cameras.height)
+            if windows is not None and whole not in windows.values():
+                hide_table_frame(laboratory)
             self.cameras = add_cameras(
                 builder,
                 scene_graph=laboratory.scene_graph,
                 config=cameras,
                 lighting=lighting,
                 windows=windows,
+                pipeline=pipeline,
                 seed=seed,
             )
         for name, camera in self.cameras.items():
             view = View(name.removeprefix("camera_"), true_camera_model(cameras, camera.X_WC), camera.window)
             image_port = add_image_faults(
-                builder, image_port=camera.image_port, view=view, faults=faults, name=f"{name}_faults"
+                builder,
+                image_port=camera.image_port,
+                view=view,
+                faults=faults,
+                latency=self.image_latency,
+                name=f"{name}_faults",
             )
             self.cameras[name] = replace(camera, image_port=image_port)
         jaws = add_jaw_sensor(builder, plant=plant, gripper=laboratory.gripper)
@@ -174,3 +189,11 @@ class WorldDiagram(Diagram):
         builder.ExportOutput(judge.GetOutputPort("verdict"), "truth_verdict")
         builder.ExportOutput(laboratory.scene_graph.get_query_output_port(), "truth_query")
         builder.BuildInto(self)
+
+    def start(self) -> None:
+        """Starts the processes that make images, if there are any, which otherwise start with the first image."""
+        start_cameras(self.cameras.values())
+
+    def close(self) -> None:
+        """Ends the processes that make images, if there are any. They start again when an image is read."""
+        close_cameras(self.cameras.values())

@@ -28,12 +28,12 @@ class Laboratory(LeafSystem):
 
     The mask describes the cycle before the last; it has one pixel, in the column with the number of that cycle. The
     centroids are ``LAG`` cycles late. From ``blind_from`` [s] on, the jaws close without vision and the packets are 1 m
-    off.
+    off. Images appear ``latency`` cycles after their capture, and the masks with them.
     """
 
-    def __init__(self, blind_from=np.inf):
+    def __init__(self, blind_from=np.inf, latency=0):
         super().__init__()
-        self._blind_from = blind_from
+        self._blind_from, self._latency = blind_from, latency
         blank, nothing = ImageRgba8U(80, 60), MotionEnergy(0.0, np.zeros((1, 1), np.uint8), OFFSET)
         for side in SIDES:
             self.DeclareAbstractOutputPort(f"camera_{side}", lambda: AbstractValue.Make(blank), self._image)
@@ -45,11 +45,11 @@ class Laboratory(LeafSystem):
 
     def _image(self, context, output):
         image = ImageRgba8U(80, 60)
-        image.mutable_data[:] = round(context.get_time() / VISION_PERIOD)
+        image.mutable_data[:] = max(round(context.get_time() / VISION_PERIOD) - self._latency, 0)
         output.set_value(image)
 
     def _motion(self, context, output):
-        cycle = round(context.get_time() / VISION_PERIOD) - 2
+        cycle = round(context.get_time() / VISION_PERIOD) - 2 - self._latency
         mask = np.zeros((60, 80), np.uint8)
         if cycle >= 0:
             mask[30, cycle] = 255
@@ -140,16 +140,18 @@ def synthetic_film(sides, offset, lag_cycles, script, **settings):
     )
 
 
-def film(duration, blind_from=np.inf):
+def film(duration, blind_from=np.inf, latency=0):
     notebook = Notebook()
     builder = DiagramBuilder()
-    laboratory = builder.AddSystem(Laboratory(blind_from))
-    video = builder.AddSystem(CameraVideoSystem([notebook], notebook, synthetic_film(SIDES, OFFSET, LAG, TRAIN_SCRIPT)))
+    laboratory = builder.AddSystem(Laboratory(blind_from, latency))
+    page = synthetic_film(SIDES, OFFSET, LAG, TRAIN_SCRIPT, image_latency=latency)
+    video = builder.AddSystem(CameraVideoSystem([notebook], notebook, page))
     for k in range(video.num_input_ports()):
         name = video.get_input_port(k).get_name()
         builder.Connect(laboratory.GetOutputPort(name), video.GetInputPort(name))
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(duration)
+    video.draw_rest(simulator.get_context())
     return notebook.pages
 
 
@@ -217,6 +219,18 @@ def test_the_packet_held_is_shown_while_the_arm_is_blind():
     sights, state = film(1.0, blind_from=0.5)[-1]
     assert state.phase == Phase.CLOSE
     assert sights["right"].path[0, 0] == pytest.approx(100.0 * state.time, abs=1e-6)
+
+
+@pytest.mark.parametrize("latency", [1, 2])
+def test_frames_with_late_images_show_the_same(latency):
+    """Whatever is drawn belongs to the image; the frames whose images appear after the end are drawn at the end."""
+    for (expected, state), (found, late_state) in zip(film(0.99, 0.5), film(0.99, 0.5, latency), strict=True):
+        for name in ("time", "phase", "notes", "stamp", "blind"):
+            assert getattr(state, name) == getattr(late_state, name)
+        for side in SIDES:
+            for name in ("image", "path", "late_image", "energy", "goal"):
+                np.testing.assert_array_equal(getattr(expected[side], name), getattr(found[side], name))
+            assert expected[side].centroid == found[side].centroid
 
 
 def test_two_simulations_draw_the_same():

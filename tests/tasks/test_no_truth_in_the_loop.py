@@ -35,7 +35,7 @@ def measured(hand_eye, stand_in):
     world = hand_eye.world
     laboratory = world.laboratory
     plant = laboratory.plant
-    ports = {name: camera.sensor.color_image_output_port() for name, camera in world.cameras.items()}
+    ports = {name: camera.sensor_port for name, camera in world.cameras.items()}
     ports["joints of the arm"] = plant.get_state_output_port(laboratory.arm)
     ports["drives of the arm"] = plant.get_net_actuation_output_port(laboratory.arm)
     ports["joints of the gripper"] = plant.get_state_output_port(laboratory.gripper)

@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
+from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
+from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import Centroid, TrackPoint
@@ -17,7 +19,30 @@ PORTS = [
 ]
 
 
-def make_vision(laboratory, image_windows=None, lag_cycles=LAG_CYCLES):
+class Late(LeafSystem):
+    """Outputs its image some cycles late."""
+
+    def __init__(self, latency):
+        super().__init__()
+        self.DeclareAbstractInputPort("image", AbstractValue.Make(ImageRgba8U()))
+        self.images = self.DeclareAbstractState(AbstractValue.Make(()))
+        self.latency = latency
+        self.DeclareAbstractOutputPort("late", lambda: AbstractValue.Make(ImageRgba8U()), self.calc)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(VISION_PERIOD, 0.0, self.update)
+
+    def update(self, context, state):
+        images = (*context.get_abstract_state(self.images).get_value(), self.get_input_port().Eval(context).data.copy())
+        state.get_mutable_abstract_state(self.images).set_value(images[-self.latency :])
+
+    def calc(self, context, output):
+        images = context.get_abstract_state(self.images).get_value()
+        if len(images) == self.latency:
+            image = ImageRgba8U(*images[0].shape[1::-1])
+            image.mutable_data[:] = images[0]
+            output.set_value(image)
+
+
+def make_vision(laboratory, image_windows=None, lag_cycles=LAG_CYCLES, image_latency=0):
     image_windows = image_windows or laboratory.whole
     return VisionDiagram(
         laboratory.cameras,
@@ -28,6 +53,7 @@ def make_vision(laboratory, image_windows=None, lag_cycles=LAG_CYCLES):
         image_windows=image_windows,
         lag_cycles=lag_cycles,
         work_volume=laboratory.work_volume,
+        image_latency=image_latency,
     )
 
 
@@ -37,7 +63,12 @@ def watch(laboratory, duration, path=None, image_windows=None, **options):
     film = builder.AddSystem(laboratory.film(path, image_windows))
     vision = builder.AddSystem(make_vision(laboratory, image_windows, **options))
     for side in ("left", "right"):
-        builder.Connect(film.GetOutputPort(f"camera_{side}"), vision.GetInputPort(f"camera_{side}"))
+        port = film.GetOutputPort(f"camera_{side}")
+        if options.get("image_latency"):
+            late = builder.AddSystem(Late(options["image_latency"]))
+            builder.Connect(port, late.get_input_port())
+            port = late.get_output_port()
+        builder.Connect(port, vision.GetInputPort(f"camera_{side}"))
     logs = {
         name: LogVectorOutput(vision.GetOutputPort(name), builder, publish_period=VISION_PERIOD)
         for name in ("point", "centroid_left", "centroid_right")
@@ -55,6 +86,20 @@ def column(rows, view, name):
 def valid_points(rows):
     good = column(rows, TrackPoint, "valid") > 0
     return column(rows, TrackPoint, "stamp")[good], rows[good][:, 1:4]
+
+
+@pytest.mark.parametrize("latency", [1, 12])
+def test_late_images_give_the_same_points_at_the_same_time(small_laboratory, latency):
+    _, _, at_once = watch(small_laboratory, 0.6)
+    _, _, late = watch(small_laboratory, 0.6, image_latency=latency)
+    assert column(at_once["point"], TrackPoint, "valid").any()
+    for name, rows in at_once.items():
+        np.testing.assert_array_equal(late[name], rows)
+
+
+def test_images_that_are_too_late_for_the_lag_are_refused(small_laboratory):
+    with pytest.raises(DrakeTrackerError, match="a lag of 15 cycles of images that are 13 cycles late leaves nothing"):
+        make_vision(small_laboratory, image_latency=13)
 
 
 def test_ports(small_laboratory):

@@ -7,7 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.world.camera_system import add_camera, add_cameras, add_renderer
+from drake_tracker.world.camera_system import CameraOptics, add_camera, add_cameras, add_renderer
 from drake_tracker.world.cameras import (
     CAMERA_NAMES,
     camera_info,
@@ -155,13 +155,9 @@ def test_a_camera_can_be_added_to_any_plant():
         builder,
         scene_graph=scene_graph,
         name="wrist",
-        X_WC=X_WC,
-        width=90,
-        height=60,
-        fov_deg=40.0,
-        window=(20, 10, 60, 40),
-        supersampling=2,
-        noise=1.0,
+        optics=CameraOptics(
+            X_WC=X_WC, width=90, height=60, fov_deg=40.0, window=(20, 10, 60, 40), supersampling=2, noise=1.0
+        ),
     )
     diagram = builder.Build()
     assert camera.window == (20, 10, 60, 40) and diagram.HasSubsystemNamed("wrist_noise")

@@ -3,11 +3,12 @@ import pytest
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.world.sensor_noise_system import SensorNoiseSystem, flicker_gain
+from drake_tracker.world.sensor_model import SensorNoise, flicker_gain
+from drake_tracker.world.sensor_noise_system import SensorNoiseSystem
 
 
 def noisy(grey=120, *, time=0.0, width=128, height=96, window=None, noise=2.0, **options):
-    system = SensorNoiseSystem(width=width, height=height, window=window, noise=noise, **options)
+    system = SensorNoiseSystem(SensorNoise(width=width, height=height, window=window, std=noise, **options))
     context = system.CreateDefaultContext()
     context.SetTime(time)
     image = ImageRgba8U(*(window[2:] if window else (width, height)))
@@ -73,7 +74,7 @@ def test_flicker_of_60_hz_mains_hides_from_60_hz_images():
 
 
 def test_readers_at_one_instant_share_one_evaluation():
-    system = SensorNoiseSystem(width=8, height=8, noise=2.0)
+    system = SensorNoiseSystem(SensorNoise(width=8, height=8, std=2.0))
     context = system.CreateDefaultContext()
     system.GetInputPort("color_image").FixValue(context, ImageRgba8U(8, 8))
     port = system.GetOutputPort("color_image")

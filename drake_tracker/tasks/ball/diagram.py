@@ -1,6 +1,7 @@
 """Builds the ball's hand-eye diagram from a scenario (Nashman and Chaconas 1990)."""
 
 from dataclasses import asdict
+from functools import partial
 
 import numpy as np
 
@@ -27,6 +28,8 @@ from drake_tracker.vision.board_poses import BoardPoses
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.detectors import make_detector
+from drake_tracker.vision.motion_centroid_system import needs_image
+from drake_tracker.vision.motion_detector import MotionDetector
 from drake_tracker.vision.plane_projection import PlausiblePoints, board_window, camera_on_board, seen_whole_from
 from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
 from drake_tracker.vision.predicted_window import PredictedWindow
@@ -35,6 +38,7 @@ from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.ball_fixtures import TABLE_HEIGHT
 from drake_tracker.world.ball_plant import TABLE_X
 from drake_tracker.world.cameras import lens_matrix
+from drake_tracker.world.image_pipeline import ImagePipeline, process_count
 from drake_tracker.world.plant import table_box
 
 
@@ -54,8 +58,17 @@ def make_ball_diagram(scenario: BallScenario, poses: BoardPoses) -> HandEyeDiagr
     q_initial = joints_for(model, description.q_start, tool_down(waiting[:3], waiting[3]))
 
     faults = ball_faults(scenario)
-    world = make_ball_world(scenario, description=description, q_initial=q_initial, faults=faults)
-    vision = board_vision(scenario, poses)
+    detector = board_detector(scenario, poses)
+    pipeline = image_pipeline(scenario, detector)
+    world = make_ball_world(
+        scenario,
+        description=description,
+        q_initial=q_initial,
+        pipeline=pipeline,
+        wanted=partial(needs_image, detector, scenario.vision.update_cycles),
+        faults=faults,
+    )
+    vision = board_vision(scenario, poses, detector, 0 if pipeline is None else pipeline.latency)
     host = ball_host(scenario, poses)
     catch = CatchSystem(CatchMachine(scenario.catch, edge, BALL_SERVO_PERIOD), scenario.time_step, BALL_SERVO_PERIOD)
     catch.set_name("catch")
@@ -136,19 +149,47 @@ def board_sight(scenario: BallScenario, poses: BoardPoses) -> tuple[CameraModel,
     return camera, board_window(camera, board.width, board.length, 2.0 * BALL_RADIUS, scenario.vision.bottom)
 
 
-def board_vision(scenario: BallScenario, poses: BoardPoses) -> BoardVisionDiagram:
+def image_pipeline(scenario: BallScenario, detector: MotionDetector) -> ImagePipeline | None:
+    """Returns how the images of a scenario are made beside the simulation, or None if they are not.
+
+    Args:
+        scenario: the scenario.
+        detector: its motion detector.
+
+    Raises DrakeTrackerError when the environment variable for the number of processes is wrong.
+    """
+    processes = process_count(scenario.camera.render_processes)
+    latency = scenario.vision.throughput_cycles - detector.buffer_length
+    return ImagePipeline(latency, processes) if processes > 0 and latency > 0 else None
+
+
+def board_detector(scenario: BallScenario, poses: BoardPoses) -> MotionDetector:
+    """Returns the motion detector of a scenario.
+
+    Args:
+        scenario: the scenario.
+        poses: poses of the board.
+    """
+    _, window = board_sight(scenario, poses)
+    mask = window.mask((0, 0, scenario.camera.width, scenario.camera.height))
+    return make_detector(scenario.vision.detector, window=mask, image=poses.image)
+
+
+def board_vision(
+    scenario: BallScenario, poses: BoardPoses, detector: MotionDetector, image_latency: int = 0
+) -> BoardVisionDiagram:
     """Returns the vision of a scenario: from images of the camera to points on the board.
 
     Args:
         scenario: the scenario.
         poses: poses of the board.
+        detector: its motion detector.
+        image_latency: cycles from the capture of an image until the vision sees it.
 
     Raises DrakeTrackerError when the throughput is too short for the detector.
     """
-    config, settings = scenario.camera, scenario.vision
-    camera, window = board_sight(scenario, poses)
-    mask = window.mask((0, 0, config.width, config.height))
-    detector = make_detector(settings.detector, window=mask, image=poses.image)
+    settings = scenario.vision
+    camera, _ = board_sight(scenario, poses)
     if settings.throughput_cycles < detector.buffer_length:
         raise DrakeTrackerError(
             f"{scenario.where('vision.throughput_cycles')} = {settings.throughput_cycles} must be at least "
@@ -165,6 +206,7 @@ def board_vision(scenario: BallScenario, poses: BoardPoses) -> BoardVisionDiagra
         throughput_cycles=settings.throughput_cycles,
         time_step=scenario.time_step,
         follow=PredictedWindow() if settings.follow else None,
+        image_latency=image_latency,
     )
 
 

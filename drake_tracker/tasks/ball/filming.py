@@ -12,11 +12,9 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.diagram import board_sight, known_edge
-from drake_tracker.tasks.ball.difference_figure import draw_difference_images
 from drake_tracker.tasks.ball.predicted_path import PredictedPath
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, Film, Script, Snapshot, View
-from drake_tracker.tasks.plots import draw_motion_images
 from drake_tracker.vision.frame_difference import DifferenceImages
 
 SIDE = ""
@@ -72,6 +70,7 @@ def ball_film(scenario: BallScenario, hand_eye: HandEyeDiagram) -> Film:
         goal="predicted crossing",
         every=round(1.0 / (FRAMES_PER_SECOND * VISION_PERIOD)),
         update_cycles=scenario.vision.update_cycles,
+        image_latency=hand_eye.world.image_latency,
     )
 
 
@@ -101,8 +100,12 @@ def ball_snapshot(scenario: BallScenario) -> Snapshot:
 
     def draw(images: dict[str, Any], path: Path) -> None:
         if isinstance(images[SIDE], DifferenceImages):
+            from drake_tracker.tasks.ball.difference_figure import draw_difference_images  # Matplotlib is slow to load
+
             draw_difference_images(images[SIDE], titles, path)
         else:
+            from drake_tracker.tasks.plots import draw_motion_images
+
             draw_motion_images(images, path)
 
     return Snapshot(sides=(SIDE,), phases=(CatchPhase.WAIT, CatchPhase.FOLLOW), period=SNAPSHOT_PERIOD, draw=draw)

@@ -12,18 +12,17 @@ from drake_tracker.core.timing import BALL_SERVO_PERIOD, BALL_TIME_STEP, PROJECT
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.diagrams.parts import link_of
 from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.tasks.ball.board_figure import draw_board_found
 from drake_tracker.tasks.ball.diagram import (
     ball_faults,
     ball_guard,
     ball_host,
+    board_detector,
     board_projector,
     board_vision,
     make_ball_diagram,
 )
 from drake_tracker.tasks.ball.filming import ball_film, ball_snapshot, ball_view
 from drake_tracker.tasks.ball.initialisation import initialise_board
-from drake_tracker.tasks.ball.path_figure import draw_ball_path
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.strips import BALL_STRIPS
 from drake_tracker.tasks.ball.summary import ROLLING, last_verdict, summarise_ball
@@ -138,6 +137,9 @@ class BallTask(Task[BallScenario]):
     def draw(
         self, scenario: BallScenario, hand_eye: HandEyeDiagram, log: Log, summary: Mapping[str, Any], folder: Path
     ) -> None:
+        from drake_tracker.tasks.ball.board_figure import draw_board_found  # Matplotlib is slow to load
+        from drake_tracker.tasks.ball.path_figure import draw_ball_path
+
         draw_ball_path(hand_eye, scenario, log, summary, folder / "ball_path.png")
         draw_board_found(hand_eye, scenario, summary, folder / "board.png")
 
@@ -173,7 +175,7 @@ class BallTask(Task[BallScenario]):
         images: dict[str, tuple[int, int]] = {}
         poses = load_poses(folder / POSES_FILE)
         if start == "images":
-            vision = board_vision(scenario, poses)
+            vision = board_vision(scenario, poses, board_detector(scenario, poses))
             images = {"camera": (scenario.camera.width, scenario.camera.height)}
         elif start == "centroids":
             vision = board_projector(scenario, poses)

@@ -1,6 +1,6 @@
 """Makes the laboratory of the ball from a scenario."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -8,6 +8,7 @@ from drake_tracker.arm.description import Arm
 from drake_tracker.faults.fault import Fault
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.world.ball_world_diagram import BallWorldDiagram
+from drake_tracker.world.image_pipeline import ImagePipeline
 
 
 def make_ball_world(
@@ -17,6 +18,8 @@ def make_ball_world(
     q_initial: Sequence[float] | np.ndarray,
     ball_on_board: bool = True,
     with_camera: bool = True,
+    pipeline: ImagePipeline | None = None,
+    wanted: Callable[[int], bool] = lambda cycle: True,
     faults: Sequence[Fault] = (),
 ) -> BallWorldDiagram:
     """Returns the laboratory of a scenario.
@@ -28,6 +31,8 @@ def make_ball_world(
         ball_on_board: whether the ball starts on the board. Otherwise it lies aside and the gate is open, as during the
             initialisation.
         with_camera: whether to add the camera and its renderer.
+        pipeline: how the images are made beside the simulation; None: they are rendered when they are read.
+        wanted: with a pipeline, whether the image of a cycle is likely to be read.
         faults: what goes wrong.
     """
     return BallWorldDiagram(
@@ -37,6 +42,8 @@ def make_ball_world(
         ball=scenario.ball,
         camera=scenario.camera if with_camera else None,
         lighting=scenario.lighting,
+        pipeline=pipeline,
+        wanted=wanted,
         ball_on_board=ball_on_board,
         faults=faults,
         seed=scenario.seed,

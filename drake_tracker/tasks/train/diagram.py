@@ -18,8 +18,9 @@ from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import check_track, place_track
-from drake_tracker.tasks.train.vision_parts import RenderedWindow, make_vision
+from drake_tracker.tasks.train.vision_parts import RenderedWindow, image_pipeline, make_vision
 from drake_tracker.tasks.train.world import make_train_world
+from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.plant import table_box
 
 
@@ -32,8 +33,9 @@ def make_train_diagram(scenario: TrainScenario) -> HandEyeDiagram:
     Raises DrakeTrackerError when the scenario cannot be built: a file is missing, the track is out of reach, or the
     vision would never see the train.
     """
-    vision, windows = make_vision(scenario)
-    return assemble(scenario, vision, windows, train_host(scenario))
+    pipeline = image_pipeline(scenario)
+    vision, windows = make_vision(scenario, pipeline)
+    return assemble(scenario, vision, windows, train_host(scenario), pipeline=pipeline)
 
 
 def assemble(
@@ -42,6 +44,7 @@ def assemble(
     windows: Mapping[str, RenderedWindow],
     host: System,
     connections: tuple[Connection, ...] = BETWEEN_SUBSYSTEMS,
+    pipeline: ImagePipeline | None = None,
 ) -> HandEyeDiagram:
     """Returns the hand-eye diagram of a scenario with a given vision and host, or with substitutes for them.
 
@@ -51,6 +54,7 @@ def assemble(
         windows: {name of the camera: part of the full image to render (u0, v0, width, height) [px]}.
         host: a System with the ports of `EstimatorSystem`.
         connections: connections between ports with different names, as for `HandEyeDiagram`.
+        pipeline: how the images that the vision expects are made; None: they are rendered when they are read.
 
     Raises DrakeTrackerError when the scenario cannot be built.
     """
@@ -67,6 +71,7 @@ def assemble(
         track=track,
         start=start,
         windows=windows,
+        pipeline=pipeline,
         faults=faults,
     )
     link = link_of(scenario, faults)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from enum import IntEnum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,6 @@ from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.filming import STEREO_SIDES, Film, Script, Snapshot, View
-from drake_tracker.tasks.plots import draw_motion_images
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.vision_parts import load_cameras, look_windows
 
@@ -49,6 +49,12 @@ def _path_at(ahead: np.ndarray) -> Callable[[np.ndarray, float], np.ndarray]:
     return lambda packet, now: predicted_points(packet, now + ahead)
 
 
+def _draw_snapshot(images: dict[str, Any], path: Path) -> None:
+    from drake_tracker.tasks.plots import draw_motion_images  # Matplotlib is slow to load
+
+    draw_motion_images(images, path)
+
+
 TRAIN_SCRIPT = Script(
     phases=Phase,
     predicting=PREDICTING,
@@ -57,7 +63,7 @@ TRAIN_SCRIPT = Script(
     path=_path_at(_VIDEO_TIMES),
 )
 TRAIN_VIEW = View(phases=PREDICTING, path=_path_at(_RECORDING_TIMES))
-TRAIN_SNAPSHOT = Snapshot(sides=STEREO_SIDES, phases=(Phase.TRACK,), period=1.0, draw=draw_motion_images)
+TRAIN_SNAPSHOT = Snapshot(sides=STEREO_SIDES, phases=(Phase.TRACK,), period=1.0, draw=_draw_snapshot)
 
 
 def train_film(scenario: TrainScenario, hand_eye: HandEyeDiagram, subtitle: str) -> Film:
@@ -81,4 +87,5 @@ def train_film(scenario: TrainScenario, hand_eye: HandEyeDiagram, subtitle: str)
         lag=scenario.vision.lag_cycles * VISION_PERIOD,
         lag_cycles=scenario.vision.lag_cycles,
         script=TRAIN_SCRIPT,
+        image_latency=hand_eye.world.image_latency,
     )

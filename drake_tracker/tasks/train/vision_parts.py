@@ -21,6 +21,7 @@ from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.vision_diagram import VisionDiagram
 from drake_tracker.vision.window import Window, project_window
 from drake_tracker.world.cameras import describe_rig, renderable_window
+from drake_tracker.world.image_pipeline import ImagePipeline, process_count
 from drake_tracker.world.plant import TRAIN_HEIGHT
 
 SIDES = ("left", "right")
@@ -29,8 +30,28 @@ RenderedWindow = tuple[int, int, int, int]
 """(u0, v0, width, height) of the part of the full image that is rendered [px]."""
 
 
-def make_vision(scenario: TrainScenario) -> tuple[Diagram, dict[str, RenderedWindow]]:
+def image_pipeline(scenario: TrainScenario) -> ImagePipeline | None:
+    """Returns how the images of a scenario are made beside the simulation, or None if they are not.
+
+    The lag of the vision hides the latency of the images: all of it but the last cycle may be used up by them.
+
+    Raises DrakeTrackerError when the environment variable for the number of processes is wrong.
+    """
+    if isinstance(scenario.vision, Measured):
+        return None
+    processes = process_count(scenario.cameras.render_processes)
+    latency = scenario.vision.lag_cycles - flow_parameters(scenario).stride - 1
+    return ImagePipeline(latency, processes) if processes > 0 and latency > 0 else None
+
+
+def make_vision(
+    scenario: TrainScenario, pipeline: ImagePipeline | None = None
+) -> tuple[Diagram, dict[str, RenderedWindow]]:
     """Returns the vision of a scenario and the windows to render.
+
+    Args:
+        scenario: the scenario.
+        pipeline: how its images are made, or None.
 
     Returns (diagram of the vision, {name of the camera: window to render}). The dict is empty with measured vision.
 
@@ -38,7 +59,7 @@ def make_vision(scenario: TrainScenario) -> tuple[Diagram, dict[str, RenderedWin
     """
     if isinstance(scenario.vision, Measured):
         return measured_vision(scenario), {}
-    return rendered_vision(scenario)
+    return rendered_vision(scenario, image_latency=0 if pipeline is None else pipeline.latency)
 
 
 def rendered_vision(scenario: TrainScenario, **settings: Any) -> tuple[VisionDiagram, dict[str, RenderedWindow]]:

@@ -8,6 +8,7 @@ from drake_tracker.arm.description import Arm
 from drake_tracker.faults.fault import Fault
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.world.cameras import ImageWindow
+from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.tracks import Track
 from drake_tracker.world.world_diagram import WorldDiagram
 
@@ -20,6 +21,7 @@ def make_train_world(
     track: Track,
     start: float,
     windows: Mapping[str, ImageWindow] | None = None,
+    pipeline: ImagePipeline | None = None,
     faults: Sequence[Fault] = (),
 ) -> WorldDiagram:
     """Returns the laboratory of a scenario.
@@ -31,6 +33,7 @@ def make_train_world(
         track: track in the direction of travel.
         start: arc length at which the train starts [m].
         windows: {name of the camera: window to render}. None renders the full images; an empty dict adds no cameras.
+        pipeline: how the images are made beside the simulation; None: they are rendered when they are read.
         faults: what goes wrong.
     """
     return WorldDiagram(
@@ -48,6 +51,7 @@ def make_train_world(
         cameras=scenario.cameras,
         lighting=scenario.lighting,
         windows=windows,
+        pipeline=pipeline,
         faults=faults,
         seed=scenario.seed,
         time_step=scenario.time_step,
