@@ -6,7 +6,7 @@ from tables.results import block, data, sidecar, table
 
 
 def _origin(name: str) -> str:
-    made_by = sidecar(name)
+    made_by = sidecar(name) or data(name)["made_by"]
     return f"*Seed {made_by['seeds'][0]}, commit `{made_by['commit'][:7]}`, {made_by['date'][:10]}.*"
 
 
