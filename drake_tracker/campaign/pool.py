@@ -38,6 +38,11 @@ def pool(workers: int) -> Runner:
     return run
 
 
+def workers_or_all(workers: int | None) -> int:
+    """Returns a number of workers; None: one for each core of this machine."""
+    return workers or os.cpu_count() or 1
+
+
 def has_spare_processors(workers: int) -> bool:
     """Returns whether each worker can have a second processor, for images that are rendered beside the simulation.
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from drake_tracker.campaign.directory import discard, open_directory
 from drake_tracker.campaign.plan import Plan, Trial, key_of, make_plan
-from drake_tracker.campaign.pool import Runner, pool
+from drake_tracker.campaign.pool import Runner, pool, workers_or_all
 from drake_tracker.campaign.rates import Rate, rate_columns, rate_table, rates_of
 from drake_tracker.campaign.record import Record
 from drake_tracker.campaign.table import columns_of, require_parquet, write_csv, write_parquet
@@ -135,7 +135,7 @@ def make_runner(workers: int | None = None, scheduler: str | None = None) -> Run
         return cluster(scheduler)
     if workers is not None and workers < 1:
         raise DrakeTrackerError(f"--workers {workers}: must be a whole number from 1")
-    return pool(workers or os.cpu_count() or 1)
+    return pool(workers_or_all(workers))
 
 
 def carry_out(
@@ -225,10 +225,16 @@ def _check_parts(plan: Plan, say: Callable[[str], object] | None) -> None:
 
 def _require_renderer(plan: Plan) -> None:
     from drake_tracker.core.machine import require_renderer
+
+    if renders(plan):
+        require_renderer()
+
+
+def renders(plan: Plan) -> bool:
+    """Returns whether trials of a plan render images."""
     from drake_tracker.tasks.registry import task_of
 
-    if any(task_of(cell.scenario).uses_cameras(cell.scenario) for cell in plan.cells):
-        require_renderer()
+    return any(task_of(cell.scenario).uses_cameras(cell.scenario) for cell in plan.cells)
 
 
 def _write(campaign: Campaign, out: Path, parquet: bool) -> None:

@@ -1,0 +1,29 @@
+"""Trials on the cores of this machine."""
+
+import os
+
+import pytest
+
+from drake_tracker.campaign import pool as pool_module
+from drake_tracker.campaign.pool import pool
+from drake_tracker.world.image_pipeline import VARIABLE
+
+NAMES = (VARIABLE, "LP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+
+
+def variables(job):
+    return [os.environ.get(name) for name in NAMES]
+
+
+@pytest.mark.parametrize(
+    ("processors", "variable", "expected"), [(1, None, "0"), (1, "2", "2"), (4, None, None), (4, "1", "1")]
+)
+def test_trials_render_beside_the_simulation_only_on_spare_processors(monkeypatch, processors, variable, expected):
+    monkeypatch.setattr(pool_module, "processors", lambda: processors)
+    monkeypatch.delenv(VARIABLE, raising=False)
+    monkeypatch.delenv("LP_NUM_THREADS", raising=False)
+    if variable:
+        monkeypatch.setenv(VARIABLE, variable)
+    ((_, found),) = pool(2)(variables, [1])
+    assert found == [expected, "1", "1"]
+    assert os.environ.get(VARIABLE) == variable and "LP_NUM_THREADS" not in os.environ
