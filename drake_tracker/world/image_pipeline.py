@@ -9,6 +9,9 @@ from drake_tracker.world.config import RENDER_PROCESSES
 VARIABLE = "DRAKE_TRACKER_RENDER_PROCESSES"
 """Environment variable that says what "auto" means."""
 
+MOST_LATENCY = 12
+"""Cycles for which images are made ahead; more would only delay what is shown of them."""
+
 
 @dataclass(frozen=True)
 class ImagePipeline:

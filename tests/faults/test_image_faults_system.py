@@ -82,7 +82,7 @@ def test_a_run_continues_from_a_copy_of_its_context():
 
 @pytest.mark.parametrize("tag, dark", [(config.CameraDark(at=0.05), True), (config.CameraDark(at=5.0), False)])
 def test_the_camera_of_the_ball_has_faults_too(tag, dark):
-    scenario = make_scenario(seed=3).with_settings({"faults": [tag]})
+    scenario = make_scenario(seed=3).with_settings({"faults": [tag], "camera.render_processes": "0"})
     hand_eye = make_ball_diagram(scenario, true_poses(scenario))
     context = hand_eye.CreateDefaultContext()
     context.SetTime(0.1)

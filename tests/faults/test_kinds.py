@@ -89,7 +89,9 @@ def test_every_fault_acts_where_it_says(monkeypatch):
             if issubclass(cls, place):
                 monkeypatch.setattr(cls, method, spy(cls, place, method))
     for vision in ([], ["vision=!Measured {}"]):
-        hand_eye = make_diagram(load_scenario("train", overrides=[all_at_once(), *vision]))
+        hand_eye = make_diagram(
+            load_scenario("train", overrides=[all_at_once(), "cameras.render_processes=0", *vision])
+        )
         simulator = Simulator(hand_eye)
         simulator.AdvanceTo(0.15)
         if not vision:

@@ -21,7 +21,7 @@ from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.vision_diagram import VisionDiagram
 from drake_tracker.vision.window import Window, project_window
 from drake_tracker.world.cameras import describe_rig, renderable_window
-from drake_tracker.world.image_pipeline import ImagePipeline, process_count
+from drake_tracker.world.image_pipeline import MOST_LATENCY, ImagePipeline, process_count
 from drake_tracker.world.plant import TRAIN_HEIGHT
 
 SIDES = ("left", "right")
@@ -33,14 +33,14 @@ RenderedWindow = tuple[int, int, int, int]
 def image_pipeline(scenario: TrainScenario) -> ImagePipeline | None:
     """Returns how the images of a scenario are made beside the simulation, or None if they are not.
 
-    The lag of the vision hides the latency of the images: all of it but the last cycle may be used up by them.
+    The lag of the vision hides the latency of the images: all of it but one cycle may be used up by them.
 
     Raises DrakeTrackerError when the environment variable for the number of processes is wrong.
     """
     if isinstance(scenario.vision, Measured):
         return None
     processes = process_count(scenario.cameras.render_processes)
-    latency = scenario.vision.lag_cycles - flow_parameters(scenario).stride - 1
+    latency = min(scenario.vision.lag_cycles - flow_parameters(scenario).stride - 1, MOST_LATENCY)
     return ImagePipeline(latency, processes) if processes > 0 and latency > 0 else None
 
 

@@ -27,7 +27,7 @@ def test_the_package_has_these_scenarios():
 def test_settings_reach_their_subsystems():
     overrides = [
         *("vision.lag_cycles=30", "time_step=0.0016666666666666668", "estimator=!AlphaBetaGamma {ready_after: 2.0}"),
-        *("link=!Lossy {drop: 0.5}", "cameras.render_window=false", "cameras.noise=0"),
+        *("link=!Lossy {drop: 0.5}", "cameras.render_window=false", "cameras.noise=0", "cameras.render_processes=0"),
     ]
     hand_eye = make_diagram(load_scenario("train", overrides=overrides))
     delay = hand_eye.vision.GetSubsystemByName("motion_left_lag")
