@@ -81,6 +81,11 @@ def ball_camera_wrong() -> str:
     )
 
 
+def ball_camera_catch() -> str:
+    rows = where(lines("ball_camera"), kind="catch")
+    return block(table(*camera.catch_table(rows)), origin(rows))
+
+
 def _detectors_origin() -> str:
     found = data("ball_detectors")
     seeds = f"Seeds of the ball {ranges(found['seeds'])}, of the train {found['train_seed']}"
