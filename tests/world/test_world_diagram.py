@@ -147,7 +147,7 @@ def test_what_is_not_rendered_through_a_window_is_not_in_the_work_volume(world, 
         assert seen.sum() > 3000
         difference = np.abs(few.astype(int) - all_)[seen].max(axis=1)
         # Where rails and sleepers coincide, the order in which they are drawn depends on what else is drawn.
-        assert (difference > 0).mean() < 1e-3 and difference.max() <= 5
+        assert (difference > 0).mean() < 1e-3 and difference.max() <= 16
 
 
 def test_the_settings_reach_the_parts(q_initial, track):
