@@ -21,6 +21,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.signals import held
 from drake_tracker.scenarios.consent import allowed_code
 from drake_tracker.scenarios.reader import setting_unit
+from drake_tracker.world.image_pipeline import VARIABLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -235,6 +236,13 @@ def renders(plan: Plan) -> bool:
     from drake_tracker.tasks.registry import task_of
 
     return any(task_of(cell.scenario).uses_cameras(cell.scenario) for cell in plan.cells)
+
+
+def chooses_rendering(plan: Plan) -> bool:
+    """Returns whether trials of a plan render images, and no setting or variable says in which processes."""
+    lenses = [getattr(cell.scenario, "cameras", None) or cell.scenario.camera for cell in plan.cells]
+    automatic = all(lens.render_processes == "auto" for lens in lenses) and VARIABLE not in os.environ
+    return renders(plan) and automatic
 
 
 def _write(campaign: Campaign, out: Path, parquet: bool) -> None:

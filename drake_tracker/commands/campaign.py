@@ -57,7 +57,7 @@ def execute(options: Namespace) -> int:
     """Runs the campaign; returns the exit code."""
     from drake_tracker.campaign.grid import parse_vary
     from drake_tracker.campaign.pool import has_spare_processors, workers_or_all
-    from drake_tracker.campaign.run import RATES, TABLE, renders, run_campaign
+    from drake_tracker.campaign.run import RATES, TABLE, chooses_rendering, run_campaign
     from drake_tracker.core.progress import TrialsProgress
 
     vary = parse_vary(options.vary)
@@ -85,7 +85,7 @@ def execute(options: Namespace) -> int:
         warn(line)
     for line in campaign.lines():
         print(line)
-    if renders(campaign.plan) and options.scheduler is None:
+    if chooses_rendering(campaign.plan) and options.scheduler is None:
         workers = workers_or_all(options.workers)
         beside = "beside the simulations" if has_spare_processors(workers) else "in the processes of the trials"
         print(f"images rendered     {beside}, {workers} at a time")

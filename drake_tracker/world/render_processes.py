@@ -88,8 +88,15 @@ class RenderProcesses:
         if self._workers:
             return
         largest = max(int(np.prod(camera.shape)) for camera in self._cameras)
-        for _ in range(self._count):
-            self._workers.append(_Worker(self._task, self._slots, largest))
+        workers: list[_Worker] = []
+        try:
+            for _ in range(self._count):
+                workers.append(_Worker(self._task, self._slots, largest))
+        except MachineError:
+            for worker in workers:
+                worker.close()
+            raise
+        self._workers = workers
         _running.append(weakref.ref(self))
         others = [each for reference in _running if (each := reference()) is not None]
         for oldest in others[:-MOST_RUNNING]:
@@ -121,22 +128,32 @@ class _Worker:
         self._places: dict[Request, int] = {}  # in the order of the requests
         self._pending: deque[Request] = deque()
         try:
-            memory_file = _anonymous_file(slots * size)
-            self._memory = mmap.mmap(memory_file, slots * size)
-            self._connection, theirs = Pipe()
-            self.process = subprocess.Popen(
+            self._connection, self.process = self._start(slots * size)
+        except OSError as error:
+            raise MachineError(f"the render processes cannot start: {error.strerror or error}; {INSTEAD}") from None
+        self._finalizer = weakref.finalize(self, _end, self._connection, self.process)
+        self._send(task)
+
+    def _start(self, size: int) -> tuple[Connection, "subprocess.Popen[bytes]"]:
+        """Starts the process, which gets the other end of the connection and ``size`` [bytes] of memory."""
+        memory_file = _anonymous_file(size)
+        connection, theirs = Pipe()
+        try:
+            self._memory = mmap.mmap(memory_file, size)
+            process = subprocess.Popen(
                 [sys.executable, "-P", "-m", _PROGRAM, str(theirs.fileno()), str(memory_file)],
                 stdin=subprocess.DEVNULL,
                 pass_fds=(theirs.fileno(), memory_file),
                 env=_environment(),
                 process_group=0,  # so that Ctrl-C does not reach it
             )
+        except OSError:
+            connection.close()
+            raise
+        finally:
             theirs.close()
             os.close(memory_file)
-        except OSError as error:
-            raise MachineError(f"the render processes cannot start: {error.strerror or error}; {INSTEAD}") from None
-        self._finalizer = weakref.finalize(self, _end, self._connection, self.process)
-        self._send(task)
+        return connection, process
 
     def ask(self, request: Request) -> Request | None:
         """Sends a request; returns the oldest one, whose image is lost, if all places were taken."""

@@ -5,7 +5,9 @@ import os
 import pytest
 
 from drake_tracker.campaign import pool as pool_module
+from drake_tracker.campaign.plan import make_plan
 from drake_tracker.campaign.pool import pool
+from drake_tracker.campaign.run import chooses_rendering
 from drake_tracker.world.image_pipeline import VARIABLE
 
 NAMES = (VARIABLE, "LP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
@@ -27,3 +29,17 @@ def test_trials_render_beside_the_simulation_only_on_spare_processors(monkeypatc
     ((_, found),) = pool(2)(variables, [1])
     assert found == [expected, "1", "1"]
     assert os.environ.get(VARIABLE) == variable and "LP_NUM_THREADS" not in os.environ
+
+
+def test_a_campaign_says_where_it_renders_only_if_that_was_its_choice(monkeypatch):
+    monkeypatch.delenv(VARIABLE, raising=False)
+    plans = [
+        make_plan("train", 1),
+        make_plan("ball", 1),
+        make_plan("train", 1, vision="measured"),
+        make_plan("train", 1, overrides=["cameras.render_processes=1"]),
+        make_plan("ball", 1, overrides=["camera.render_processes=0"]),
+    ]
+    assert [chooses_rendering(plan) for plan in plans] == [True, True, False, False, False]
+    monkeypatch.setenv(VARIABLE, "0")
+    assert not chooses_rendering(plans[0])

@@ -358,3 +358,25 @@ def test_the_number_of_processes_is_a_setting_a_variable_or_the_machines(monkeyp
     for processors, expected in ((1, 0), (2, 1), (3, 2), (64, 2)):
         monkeypatch.setattr(os, "sched_getaffinity", lambda _, n=processors: set(range(n)), raising=False)
         assert process_count("auto") == expected
+
+
+def test_when_one_of_two_cannot_start_none_is_left(monkeypatch):
+    start, started = subprocess.Popen, []
+
+    def second_fails(*arguments, **options):
+        if started:
+            raise OSError(11, "Resource temporarily unavailable")
+        started.append(start(*arguments, **options))
+        return started[0]
+
+    monkeypatch.setattr(render_processes.subprocess, "Popen", second_fails)
+    gc.collect()
+    open_files = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0
+    with Scene(processes=2) as scene:
+        with pytest.raises(MachineError, match="^the render processes cannot start: Resource temporarily"):
+            scene.late.start()
+        assert scene.late.processes == [] and not alive(started[0].pid)
+        gc.collect()
+        assert not open_files or len(os.listdir("/proc/self/fd")) == open_files
+        monkeypatch.undo()
+        assert scene.images_at(5.2 * PERIOD)["fixed"].any(), "it can be tried again"
