@@ -43,6 +43,8 @@ _TALLEST_SINGLE, _SHORTEST_SINGLE = 616, 500
 _COLUMNS, _TOP, _ROW_GAP = (20, 544), 50, 42
 _SIDEBAR = 1080
 _STATUS_TOP, _STATUS_HEIGHT = 140, 290
+_WIDEST_PITCH, _NOTES_HEIGHT = 27, 48
+"""Distance from one phase to the next, and height of the two notes below the phases [px]."""
 _BORDER, _WIDE_BORDER = 4, 44
 """Width of the border of the image shown around the windows of two cameras, and around that of a single one [px]."""
 NO_PIXELS = np.zeros((0, 2))
@@ -256,12 +258,12 @@ class VideoPage:
 def _status(phase: IntEnum, notes: tuple[str, str]) -> np.ndarray:
     """Returns the part of the sidebar with phases and notes, BGR. It changes rarely."""
     status = np.full((_STATUS_HEIGHT, _WIDTH - _SIDEBAR, 3), bgr(GROUND), np.uint8)
-    y = 18
+    y, pitch = 18, min(_WIDEST_PITCH, (_STATUS_HEIGHT - _NOTES_HEIGHT - 18) // len(type(phase)))
     for each in type(phase):
         current = each == phase
         dot(status, (8, y - 5), 6.0 if current else 3.0, phase_colour(each))
         draw_text(status, each.name.capitalize(), 26, y, 16, BRIGHT if current else DIM, bold=current)
-        y += 27
+        y += pitch
     for words, below, size in zip(notes, (12, 38), (15, 13)):
         draw_text(status, words, 0, y + below, size, MEDIUM)
     return status

@@ -6,7 +6,7 @@ import pytest
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.video_marks import ENERGY, GOAL
-from drake_tracker.run.video_page import _COLUMNS, CameraSight, PageState, VideoPage
+from drake_tracker.run.video_page import _COLUMNS, CameraSight, PageState, VideoPage, _status
 from drake_tracker.tasks.style import bgr
 
 WINDOW = np.array([[10.0, 80.0], [245.0, 80.0], [245.0, 190.0], [10.0, 190.0]])
@@ -136,3 +136,15 @@ def test_phases_of_two_tasks_are_distinguished(single):
     state = {kind: PageState(1.0, kind(1), ("", ""), None) for kind in (Phase, CatchPhase)}
     frames = [single.draw({"": sight()}, state[kind]) for kind in (Phase, CatchPhase)]
     assert (frames[0] != frames[1]).any()
+
+
+@pytest.mark.parametrize("phases", [Phase, CatchPhase])
+def test_the_notes_below_the_phases_are_not_cut_off(phases):
+    """They were when the phases of the operator were added."""
+    phase = next(iter(phases))
+    without, first, both = (_status(phase, notes) for notes in (("", ""), ("gate: g", ""), ("gate: g", "attempt: g")))
+    rows = [np.nonzero((a != b).any(axis=(1, 2)))[0] for a, b in ((without, first), (first, both))]
+    assert [len(each) > 8 for each in rows] == [True, True]
+    assert rows[0].max() < rows[1].min() and rows[1].max() < len(without) - 1
+    below_phases = without[rows[0].min() :]
+    assert (below_phases == below_phases[-1, -1]).all()
