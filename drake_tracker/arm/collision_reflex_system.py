@@ -35,7 +35,7 @@ class CollisionReflexSystem(LeafSystem):
 
     def __init__(self, model: ArmModel, time_step: float = TIME_STEP) -> None:
         super().__init__()
-        n = model.num_joints
+        n = self._n = model.num_joints
         self._reflex = CollisionReflex(model, time_step)
         self._arm_state = self.DeclareVectorInputPort("arm_state", 2 * n)
         self._effort = self.DeclareVectorInputPort("arm_effort", n)
@@ -47,7 +47,8 @@ class CollisionReflexSystem(LeafSystem):
         if not self._effort.HasValue(context):
             return
         old = self._value(context)
-        q, v = np.split(self._arm_state.Eval(context), 2)
+        arm_state = self._arm_state.Eval(context)
+        q, v = arm_state[: self._n], arm_state[self._n :]
         new = self._reflex.update(old, context.get_time(), q, v, self._effort.Eval(context))
         if new is not old:
             state.get_mutable_abstract_state(int(self._state)).set_value(new)

@@ -1,6 +1,7 @@
 """A calibrated camera: from points in the world to pixels, and from pixels to rays."""
 
 import dataclasses
+from functools import cached_property
 from typing import Any, Self
 
 import cv2
@@ -53,13 +54,14 @@ class CameraModel:
         """
         return cls(opencv_intrinsics(info), np.zeros(5), X_WC.inverse().GetAsMatrix4(), info.width(), info.height())
 
-    @property
+    @cached_property
     def X_WC(self) -> np.ndarray:
-        """(4, 4) homogeneous matrix that takes p_CQ to p_WQ [m]."""
+        """(4, 4) homogeneous matrix that takes p_CQ to p_WQ [m], read-only."""
         R_WC = self.X_CW[:3, :3].T
         X_WC = np.eye(4)
         X_WC[:3, :3] = R_WC
         X_WC[:3, 3] = -R_WC @ self.X_CW[:3, 3]
+        X_WC.setflags(write=False)
         return X_WC
 
     def project(self, p_WQ: ArrayLike) -> np.ndarray:
@@ -96,6 +98,8 @@ class CameraModel:
     def _undistort(self, uv: np.ndarray) -> np.ndarray:
         """Returns the normalised image coordinates (n, 2) of the pixels ``uv`` (n, 1, 2), without distortion."""
         xy = cv2.undistortPoints(uv, self.K, self.distortion)[:, 0]
+        if not self.distortion.any():
+            return xy
         # OpenCV stops after five iterations, which leaves up to .02 px with a strong lens: iterate until it is exact.
         for _ in range(_UNDISTORT_ROUNDS):
             homogeneous = np.column_stack([xy, np.ones(len(xy))])

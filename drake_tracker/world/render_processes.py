@@ -157,7 +157,7 @@ class _Worker:
 
     def ask(self, request: Request) -> Request | None:
         """Sends a request; returns the oldest one, whose image is lost, if all places were taken."""
-        while self._pending and self._ready(0.0):  # read the answers, so that the process can go on
+        if len(self._pending) == self._slots:  # nobody reads the images: do not let the answers pile up
             self._receive()
         dropped = None
         if len(self._places) == self._slots:
@@ -186,18 +186,14 @@ class _Worker:
         try:
             self._connection.send_bytes(message)
         except OSError:
-            raise MachineError(self._ended()) from None
-
-    def _ready(self, seconds: float) -> bool:
-        try:
-            return self._connection.poll(seconds)
-        except OSError:
+            while self._pending:  # the process may have said what went wrong
+                self._receive()
             raise MachineError(self._ended()) from None
 
     def _receive(self) -> None:
-        if not self._ready(PATIENCE):
-            raise MachineError(f"a render process made no image within {PATIENCE:g} s; {INSTEAD}")
         try:
+            if not self._connection.poll(PATIENCE):
+                raise MachineError(f"a render process made no image within {PATIENCE:g} s; {INSTEAD}")
             answer = self._connection.recv_bytes()
         except (EOFError, OSError):
             raise MachineError(self._ended()) from None

@@ -43,6 +43,7 @@ def serve(connection: Connection, memory: mmap.mmap) -> None:
 def main() -> None:
     """Runs the program."""
     connection, memory_file = Connection(int(sys.argv[1])), int(sys.argv[2])
+    _let_others_go_first()
     try:
         serve(connection, mmap.mmap(memory_file, 0))
     except (EOFError, ConnectionError):
@@ -52,6 +53,13 @@ def main() -> None:
         with contextlib.suppress(ConnectionError):
             connection.send_bytes(text.encode())
     os._exit(0)  # without taking down the renderer, which takes time
+
+
+def _let_others_go_first() -> None:
+    """Keeps this process from taking the processor of the simulation whenever a request wakes it up."""
+    if hasattr(os, "SCHED_BATCH"):
+        with contextlib.suppress(OSError):
+            os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
 if __name__ == "__main__":
