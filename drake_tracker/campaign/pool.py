@@ -6,8 +6,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from drake_tracker.campaign.trial import Lost
+from drake_tracker.core.processors import processors
 from drake_tracker.core.worker_pool import WorkerDied, run_trials
-from drake_tracker.world.image_pipeline import VARIABLE, processors
+from drake_tracker.world.image_pipeline import VARIABLE
 
 Runner = Callable[[Callable[[Any], Any], Iterable[Any]], Generator[tuple[Any, Any], None, None]]
 """A function ``run(work, jobs)`` that yields (job, result of ``work(job)`` or `Lost`) for every job, in the order in
@@ -40,7 +41,7 @@ def pool(workers: int) -> Runner:
 
 def workers_or_all(workers: int | None) -> int:
     """Returns a number of workers; None: one for each core of this machine."""
-    return workers or os.cpu_count() or 1
+    return workers or processors()
 
 
 def has_spare_processors(workers: int) -> bool:

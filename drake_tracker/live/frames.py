@@ -8,8 +8,10 @@ from typing import Any
 import cv2
 import numpy as np
 
-_FRAME_INTERVAL, _UNWATCHED_INTERVAL = 1 / 12, 1.0
-"""Wall time [s] between two frames while a page is open, and while none is."""
+from drake_tracker.live.pace import FRAME_INTERVAL
+
+_UNWATCHED_INTERVAL = 1.0
+"""Wall time [s] between two frames while no page is open."""
 _JPEG_QUALITY = 82
 
 
@@ -65,7 +67,7 @@ class Frames:
         """Takes a BGR frame, which must not change afterwards. A frame that is not wanted is dropped."""
         if not self.wanted:
             return
-        self._due = self._clock() + (_FRAME_INTERVAL if self._watched() else _UNWATCHED_INTERVAL)
+        self._due = self._clock() + (FRAME_INTERVAL if self._watched() else _UNWATCHED_INTERVAL)
         with self._lock:
             self._frame, self._coded = image, None
             self.number += 1

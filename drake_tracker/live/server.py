@@ -12,6 +12,7 @@ from importlib.resources import files
 from typing import Any
 
 from drake_tracker.core.loopback_server import LoopbackHandler, LoopbackServer
+from drake_tracker.live.pace import EVENTS_INTERVAL
 from drake_tracker.live.state import LiveState
 
 FILES = {
@@ -26,8 +27,6 @@ PICTURES = {"/frame.jpg": "image/jpeg", "/board.png": "image/png"}
 """Routes of the pictures, with their media types."""
 LARGEST_REQUEST = 4096
 """Greatest size of a request's body [bytes]."""
-EVENTS_INTERVAL = 1 / 20
-"""Shortest time [s] between two events."""
 HEARTBEAT = 1.0
 """Longest time [s] between two events; a closed page is noticed when an event cannot be sent."""
 _IDLE_TIMEOUT = 30.0

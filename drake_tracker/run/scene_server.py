@@ -15,6 +15,7 @@ from base64 import b64encode
 from hashlib import sha1
 from http import HTTPStatus
 from http.client import HTTPConnection
+from importlib.resources import files
 
 from drake_tracker.core.loopback_server import LoopbackHandler, LoopbackServer
 
@@ -26,6 +27,8 @@ _POLICY = (
     "frame-ancestors http://127.0.0.1:* http://localhost:*"
 )
 """Meshcat's page has its script and its style inside."""
+_PAGE_END = b"</body>"
+"""Where our own script is added to Meshcat's page."""
 _TIMEOUT = 30.0
 """Time [s] after which a connection that does not move is closed."""
 _PONG, _PONG_INTERVAL = b"\x8a\x80\0\0\0\0", 30.0
@@ -95,6 +98,9 @@ class _Handler(LoopbackHandler):
         finally:
             connection.close()
         media_type = answer.getheader("Content-Type", "text/javascript")  # Meshcat names the other types
+        if self.path == "/":
+            pace = files("drake_tracker.run").joinpath("scene_pace.js").read_bytes()
+            body = body.replace(_PAGE_END, b"<script>" + pace + b"</script>" + _PAGE_END, 1)
         self.send(answer.status, media_type, body)
 
     def _pass_messages(self) -> None:

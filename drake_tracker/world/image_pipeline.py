@@ -4,6 +4,7 @@ import os
 from dataclasses import dataclass
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.processors import processors
 from drake_tracker.world.config import RENDER_PROCESSES
 
 VARIABLE = "DRAKE_TRACKER_RENDER_PROCESSES"
@@ -43,10 +44,3 @@ def process_count(setting: str | int) -> int:
     if variable != "auto":
         return int(variable)
     return min(processors() - 1, 2)
-
-
-def processors() -> int:
-    """Returns the number of processors that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
