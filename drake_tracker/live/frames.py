@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import cv2
@@ -16,7 +16,7 @@ _JPEG_QUALITY = 82
 
 
 class Frames:
-    """The newest frame of the cameras: a sink of frames beside the video file. `jpeg` may be called from any thread.
+    """The newest frame of the cameras: a `FrameSink` beside the video file. `jpeg` may be called from any thread.
 
     Attributes:
         number: number of frames taken so far.
@@ -41,14 +41,16 @@ class Frames:
         """
         self._watched, self._changed, self._opened, self._clock = watched, changed, opened, clock
         self._lock = threading.Lock()
+        self._page: Any = None
         self._crop: tuple[slice, slice] = np.s_[:, :]
-        self._frame: np.ndarray | None = None
-        self._coded: bytes | None = None
+        self._shown: tuple[Mapping[str, Any], Any] | None = None
+        self._coded: tuple[Any, bytes] = (None, b"")
         self._due = -np.inf
         self.number = 0
 
     def open(self, page: Any) -> None:
-        """Takes the `VideoPage` whose frames will follow; its panels are shown, its text is not."""
+        """Takes the `VideoPage` with which to draw; its panels are shown, its text is not."""
+        self._page = page
         x0, y0 = np.min([place[:2] for _, _, place in page.panels], axis=0)
         x1, y1 = np.max([np.add(place[:2], place[2:]) for _, _, place in page.panels], axis=0)
         self._crop = np.s_[y0:y1, x0:x1]
@@ -63,25 +65,26 @@ class Frames:
         """Whether the next frame is due."""
         return self._clock() >= self._due
 
-    def write(self, image: np.ndarray) -> None:
-        """Takes a BGR frame, which must not change afterwards. A frame that is not wanted is dropped."""
+    def write(self, sights: Mapping[str, Any], state: Any) -> None:
+        """Takes what a frame shows, see `VideoPage.draw`. A frame that is not wanted is dropped."""
         if not self.wanted:
             return
         self._due = self._clock() + (FRAME_INTERVAL if self._watched() else _UNWATCHED_INTERVAL)
-        with self._lock:
-            self._frame, self._coded = image, None
-            self.number += 1
+        self._shown = (sights, state)
+        self.number += 1
         self._changed()
 
     def jpeg(self) -> bytes | None:
-        """Returns the newest frame as a JPEG file, None while there is none. It is encoded at the first request."""
+        """Returns the newest frame as a JPEG file, None while there is none. It is drawn at the first request."""
         with self._lock:
-            if self._frame is None:
+            shown, (last, coded) = self._shown, self._coded
+            if shown is None:
                 return None
-            if self._coded is None:
+            if shown is not last:
                 options = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY]
-                self._coded = cv2.imencode(".jpg", self._frame[self._crop], options)[1].tobytes()
-            return self._coded
+                coded = cv2.imencode(".jpg", self._page.draw(*shown)[self._crop], options)[1].tobytes()
+                self._coded = (shown, coded)
+            return coded
 
     def close(self) -> None:
         """Does nothing: the last frame stays."""

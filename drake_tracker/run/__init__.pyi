@@ -3,6 +3,7 @@ from .camera_images import add_camera_images as add_camera_images
 from .camera_video import CameraVideoSystem as CameraVideoSystem
 from .camera_video import FrameSink as FrameSink
 from .camera_video import add_camera_video as add_camera_video
+from .drawn_video import DrawnVideo as DrawnVideo
 from .host_process import HostProcess as HostProcess
 from .log_recorder import add_loggers as add_loggers
 from .log_recorder import read_log as read_log
@@ -17,3 +18,4 @@ from .scene import add_scene_recording as add_scene_recording
 from .simulation import simulate as simulate
 from .video_file import VideoFile as VideoFile
 from .video_page import VideoPage as VideoPage
+from .video_process import VideoProcess as VideoProcess

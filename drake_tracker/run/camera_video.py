@@ -1,7 +1,7 @@
 """The camera video of a run, written during the run."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -16,8 +16,9 @@ from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import ArmCommand, Centroid, Prediction, message_size
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, inputs
-from drake_tracker.run.video_file import VideoFile
+from drake_tracker.run.drawn_video import DrawnVideo
 from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
+from drake_tracker.run.video_process import VideoProcess
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, NO_POINTS, Film, port_of
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
 
@@ -26,15 +27,15 @@ _FRAME_CYCLES = round(1.0 / (FRAMES_PER_SECOND * VISION_PERIOD))
 
 
 class FrameSink(Protocol):
-    """Receives the frames of a video, such as a `VideoFile`."""
+    """Receives what the frames of a video show, and draws them, such as a `DrawnVideo`."""
 
     @property
     def wanted(self) -> bool:
         """Whether the next frame is wanted."""
         ...
 
-    def write(self, image: np.ndarray) -> None:
-        """Receives a BGR frame, uint8 of shape (height, width, 3), which is not changed afterwards."""
+    def write(self, sights: Mapping[str, CameraSight], state: PageState) -> None:
+        """Receives what the next frame shows, see `VideoPage.draw`. It is not changed afterwards."""
         ...
 
     def close(self) -> None:
@@ -46,7 +47,7 @@ class Onlooker(FrameSink, Protocol):
     """A sink that needs the layout of the frames before the first frame, such as the live view."""
 
     def open(self, page: VideoPage) -> None:
-        """Receives the page that draws the frames."""
+        """Receives the page with which to draw the frames."""
         ...
 
 
@@ -98,7 +99,7 @@ class _Moments(FrozenState):
 
 
 class CameraVideoSystem(LeafSystem):
-    """Draws the frames of the camera video: images, motion energy, centroids and predicted path.
+    """Passes on what the camera video shows: images, motion energy, centroids and predicted path.
 
     .. pydrake_system::
 
@@ -128,21 +129,19 @@ class CameraVideoSystem(LeafSystem):
     late centroids describe. If a centroid describes an instant between two images, the earlier image is drawn. While
     the arm is blind, the packet that it holds is drawn.
 
-    If images appear ``film.image_latency`` cycles after their capture, a frame is drawn when its image appears, and
-    shows everything else as it was at the capture. `draw_rest` draws the last frames after the end.
+    If images appear ``film.image_latency`` cycles after their capture, a frame is due when its image appears, and shows
+    everything else as it was at the capture. `pass_rest` passes the last frames on after the end.
 
     Args:
-        sinks: receivers of the frames, such as a `VideoFile`. A frame is drawn once for all of them, and only if one of
-            them wants it.
-        page: draws the frames.
+        sinks: receivers of the frames, such as a `DrawnVideo`.
         film: what the video shows.
     """
 
-    def __init__(self, sinks: Sequence[FrameSink], page: VideoPage, film: Film) -> None:
+    def __init__(self, sinks: Sequence[FrameSink], film: Film) -> None:
         super().__init__()
-        self._sinks, self._page, self._cameras, self._offsets = sinks, page, film.cameras, film.offsets
+        self._sinks, self._cameras, self._offsets = sinks, film.cameras, film.offsets
         self._sides, self._script, self._latency = tuple(film.cameras), film.script, film.image_latency
-        self._drawn = -1
+        self._passed = -1
         self._kept = math.ceil((film.lag_cycles + film.update_cycles + 2) / film.every)
         self._images: dict[str, Any] = {}
         self._motions: dict[str, Any] = {}
@@ -164,8 +163,8 @@ class CameraVideoSystem(LeafSystem):
         late = film.image_latency % _FRAME_CYCLES
         self.DeclarePeriodicPublishEvent(1.0 / FRAMES_PER_SECOND, late * VISION_PERIOD, self._write)
 
-    def draw_rest(self, root_context: Context) -> None:
-        """Draws the frames whose images have not appeared at the end.
+    def pass_rest(self, root_context: Context) -> None:
+        """Passes on the frames whose images have not appeared at the end.
 
         Args:
             root_context: of the whole diagram, at the end; it is not changed.
@@ -174,9 +173,9 @@ class CameraVideoSystem(LeafSystem):
             later = root_context.Clone()
             context = self.GetMyContextFromRoot(later)
             for moment in context.get_abstract_state(self._moments).get_value().moments:
-                if moment.cycle > self._drawn:
+                if moment.cycle > self._passed:
                     later.SetTime((moment.cycle + self._latency) * VISION_PERIOD)
-                    self._draw(context, moment)
+                    self._pass(context, moment)
 
     def _note(self, context: Context, state: State) -> None:
         last = context.get_abstract_state(self._moments).get_value()
@@ -213,16 +212,16 @@ class CameraVideoSystem(LeafSystem):
 
     def _write(self, context: Context) -> None:
         if self._latency == 0:
-            self._draw(context, self._moment(context))
+            self._pass(context, self._moment(context))
             return
         cycle = _cycle(context.get_time()) - self._latency
         for moment in context.get_abstract_state(self._moments).get_value().moments:
             if moment.cycle == cycle:
-                self._draw(context, moment)
+                self._pass(context, moment)
 
-    def _draw(self, context: Context, moment: _Moment) -> None:
-        """Draws the frame of a moment, in a Context in which its image appears."""
-        self._drawn = moment.cycle
+    def _pass(self, context: Context, moment: _Moment) -> None:
+        """Passes on the frame of a moment, in a Context in which its image appears."""
+        self._passed = moment.cycle
         sinks = [sink for sink in self._sinks if sink.wanted]
         if not sinks:
             return
@@ -257,9 +256,8 @@ class CameraVideoSystem(LeafSystem):
             stamp=stamp if described is not None else None,
             blind=bool(command.frozen),
         )
-        frame = self._page.draw(sights, state)
         for sink in sinks:
-            sink.write(frame)
+            sink.write(sights, state)
 
     def _image(self, context: Context, side: str) -> np.ndarray:
         return cv2.cvtColor(self._images[side].Eval(context).data, cv2.COLOR_RGBA2BGR)
@@ -269,7 +267,7 @@ class CameraVideoRecorder:
     """A `Recorder` that completes the camera video.
 
     Args:
-        system: draws the frames.
+        system: passes the frames on.
         sinks: receivers of the frames.
     """
 
@@ -277,9 +275,9 @@ class CameraVideoRecorder:
         self._system, self._sinks = system, sinks
 
     def finish(self, root_context: Context) -> None:
-        """Draws the frames that are left, and closes the sinks."""
+        """Passes on the frames that are left, and closes the sinks."""
         try:
-            self._system.draw_rest(root_context)
+            self._system.pass_rest(root_context)
         finally:
             for sink in self._sinks:
                 sink.close()
@@ -302,16 +300,18 @@ def add_camera_video(
         path: MP4 file to write, or None.
         onlooker: another receiver of the frames, or None.
 
-    Returns the recorder.
+    If images appear late, since processes make them beside the simulation, a process draws and encodes the video.
+
+    Returns the recorder. Raises MachineError when the process cannot start.
     """
     page = VideoPage(film.polygons, film.image_size, film.title, film.subtitle, film.lag, film.goal)
     sinks: list[FrameSink] = []
     if path is not None:
-        sinks.append(VideoFile(path, FRAMES_PER_SECOND, page.size))
+        sinks.append(VideoProcess(path, page) if film.image_latency > 0 else DrawnVideo(path, page))
     if onlooker is not None:
         onlooker.open(page)
         sinks.append(onlooker)
-    system = builder.AddNamedSystem("camera_video", CameraVideoSystem(sinks, page, film))
+    system = builder.AddNamedSystem("camera_video", CameraVideoSystem(sinks, film))
     for port in inputs(system):
         name = port.get_name()
         builder.Connect(hand_eye.GetOutputPort("accepted" if name == "packet" else name), port)

@@ -3,25 +3,18 @@
 import mmap
 import os
 import pickle
-import subprocess
-import sys
 import tempfile
 import weakref
 from collections import deque
 from collections.abc import Sequence
-from multiprocessing import Pipe
-from multiprocessing.connection import Connection
 
 import numpy as np
 
+from drake_tracker.core.child_process import ChildProcess
 from drake_tracker.core.errors import MachineError
-from drake_tracker.world.render_worker import DONE, REQUEST
+from drake_tracker.world.render_worker import REQUEST
 from drake_tracker.world.scene_copy import CameraCopy, SceneCopy
 
-PATIENCE = 60.0
-"""Time [s] after which a process that does not answer counts as broken."""
-CLOSING_TIME = 2.0
-"""Time [s] in which a process must end by itself."""
 INSTEAD = "without them: render_processes 0"
 """What the user can do when the processes do not work."""
 
@@ -60,7 +53,7 @@ class RenderProcesses:
     @property
     def running(self) -> list[int]:
         """The process numbers of the processes, none before the first request."""
-        return [worker.process.pid for worker in self._workers]
+        return [worker.process.number for worker in self._workers]
 
     def ask(self, request: Request) -> None:
         """Has an image made, unless it has been asked for. Raises MachineError when a process has ended."""
@@ -94,7 +87,7 @@ class RenderProcesses:
                 workers.append(_Worker(self._task, self._slots, largest))
         except MachineError:
             for worker in workers:
-                worker.close()
+                worker.process.close()
             raise
         self._workers = workers
         _running.append(weakref.ref(self))
@@ -105,7 +98,7 @@ class RenderProcesses:
     def close(self) -> None:
         """Ends the processes. They start again with the next request."""
         for worker in self._workers:
-            worker.close()
+            worker.process.close()
         self._workers, self._asked = [], {}
         _running[:] = [reference for reference in _running if reference() not in (self, None)]
 
@@ -121,6 +114,8 @@ class _Worker:
         task: the pickled scene and cameras.
         slots: number of places.
         size: of a place [bytes].
+
+    Raises MachineError when the process cannot start.
     """
 
     def __init__(self, task: bytes, slots: int, size: int) -> None:
@@ -128,37 +123,19 @@ class _Worker:
         self._places: dict[Request, int] = {}  # in the order of the requests
         self._pending: deque[Request] = deque()
         try:
-            self._connection, self.process = self._start(slots * size)
+            self._memory, memory_file = _shared_memory(slots * size)
         except OSError as error:
-            raise MachineError(f"the render processes cannot start: {error.strerror or error}; {INSTEAD}") from None
-        self._finalizer = weakref.finalize(self, _end, self._connection, self.process)
-        self._send(task)
-
-    def _start(self, size: int) -> tuple[Connection, "subprocess.Popen[bytes]"]:
-        """Starts the process, which gets the other end of the connection and ``size`` [bytes] of memory."""
-        memory_file = _anonymous_file(size)
-        connection, theirs = Pipe()
+            raise MachineError(f"no memory for rendered images: {error.strerror or error}; {INSTEAD}") from None
         try:
-            self._memory = mmap.mmap(memory_file, size)
-            process = subprocess.Popen(
-                [sys.executable, "-P", "-m", _PROGRAM, str(theirs.fileno()), str(memory_file)],
-                stdin=subprocess.DEVNULL,
-                pass_fds=(theirs.fileno(), memory_file),
-                env=_environment(),
-                process_group=0,  # so that Ctrl-C does not reach it
-            )
-        except OSError:
-            connection.close()
-            raise
+            self.process = ChildProcess(_PROGRAM, name="render process", instead=INSTEAD, files=(memory_file,))
         finally:
-            theirs.close()
             os.close(memory_file)
-        return connection, process
+        self.process.send(task)
 
     def ask(self, request: Request) -> Request | None:
         """Sends a request; returns the oldest one, whose image is lost, if all places were taken."""
         if len(self._pending) == self._slots:  # nobody reads the images: do not let the answers pile up
-            self._receive()
+            self._wait()
         dropped = None
         if len(self._places) == self._slots:
             dropped = next(iter(self._places))
@@ -168,56 +145,23 @@ class _Worker:
         self._places[request] = place
         self._pending.append(request)
         camera, time, poses = request
-        self._send(REQUEST.pack(camera, place * self._size, time) + poses)
+        self.process.send(REQUEST.pack(camera, place * self._size, time) + poses)
         return dropped
 
     def image(self, request: Request, shape: tuple[int, int, int]) -> np.ndarray:
         """Returns the image of a request."""
         while request in self._pending:
-            self._receive()
+            self._wait()
         offset = self._places[request] * self._size
         return np.frombuffer(self._memory, np.uint8, int(np.prod(shape)), offset).reshape(shape)
 
-    def close(self) -> None:
-        """Ends the process."""
-        self._finalizer()
-
-    def _send(self, message: bytes) -> None:
-        try:
-            self._connection.send_bytes(message)
-        except OSError:
-            while self._pending:  # the process may have said what went wrong
-                self._receive()
-            raise MachineError(self._ended()) from None
-
-    def _receive(self) -> None:
-        try:
-            if not self._connection.poll(PATIENCE):
-                raise MachineError(f"a render process made no image within {PATIENCE:g} s; {INSTEAD}")
-            answer = self._connection.recv_bytes()
-        except (EOFError, OSError):
-            raise MachineError(self._ended()) from None
-        if answer != DONE:
-            raise MachineError(f"a render process failed: {answer.decode()}; {INSTEAD}")
+    def _wait(self) -> None:
+        self.process.wait()
         self._pending.popleft()
 
-    def _ended(self) -> str:
-        try:
-            code = self.process.wait(CLOSING_TIME)
-        except subprocess.TimeoutExpired:
-            code = 0
-        how = f"was ended by signal {-code}" if code < 0 else f"ended with exit code {code}"
-        return f"a render process {how}; {INSTEAD}"
 
-
-def _environment() -> dict[str, str]:
-    """Returns the environment of a process: it imports what this one would, and renders with one thread."""
-    search = os.pathsep.join(path or os.getcwd() for path in sys.path)
-    return {"LP_NUM_THREADS": "1", **os.environ, "PYTHONPATH": search}
-
-
-def _anonymous_file(size: int) -> int:
-    """Returns the descriptor of a file without a name, whose pages exist, so that writing them cannot fail."""
+def _shared_memory(size: int) -> tuple[mmap.mmap, int]:
+    """Returns memory and the descriptor of its file, which has no name. Its pages exist: writing them cannot fail."""
     if hasattr(os, "memfd_create"):
         descriptor = os.memfd_create("images")
     else:
@@ -228,16 +172,7 @@ def _anonymous_file(size: int) -> int:
             os.posix_fallocate(descriptor, 0, size)
         else:
             os.ftruncate(descriptor, size)
+        return mmap.mmap(descriptor, size), descriptor
     except OSError:
         os.close(descriptor)
         raise
-    return descriptor
-
-
-def _end(connection: Connection, process: subprocess.Popen[bytes]) -> None:
-    connection.close()
-    try:
-        process.wait(CLOSING_TIME)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()

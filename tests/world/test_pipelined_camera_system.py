@@ -32,6 +32,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.sensors import CameraInfo, ImageRgba8U, RgbdSensor
 
+from drake_tracker.core import child_process
 from drake_tracker.core.errors import DrakeTrackerError, MachineError
 from drake_tracker.world import render_processes
 from drake_tracker.world.image_pipeline import VARIABLE, process_count
@@ -305,7 +306,7 @@ def test_no_process_outlives_the_program(ending):
 
 def test_processes_that_cannot_start_are_named_in_one_line(monkeypatch):
     monkeypatch.setattr(sys, "executable", "/nowhere/python")
-    with Scene() as scene, pytest.raises(MachineError, match="^the render processes cannot start: No such file"):
+    with Scene() as scene, pytest.raises(MachineError, match="^a render process cannot start: No such file"):
         scene.simulator.AdvanceTo(0.1)
 
 
@@ -314,7 +315,7 @@ def test_too_little_memory_is_named_in_one_line(monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(render_processes.os, "posix_fallocate", full)
-    with Scene() as scene, pytest.raises(MachineError, match="^the render processes cannot start: No space left"):
+    with Scene() as scene, pytest.raises(MachineError, match="^no memory for rendered images: No space left"):
         scene.simulator.AdvanceTo(0.1)
 
 
@@ -328,13 +329,13 @@ def test_an_error_in_a_process_is_named_in_one_line(monkeypatch):
 
 
 def test_a_process_that_does_not_answer_is_named_in_one_line(monkeypatch):
-    monkeypatch.setattr(render_processes, "PATIENCE", 0.3)
+    monkeypatch.setattr(child_process, "PATIENCE", 0.3)
     with Scene() as scene:
         scene.simulator.AdvanceTo(1.5 * PERIOD)
         (number,) = scene.late.processes
         os.kill(number, signal.SIGSTOP)
         try:
-            with pytest.raises(MachineError, match=r"^a render process made no image within 0\.3 s"):
+            with pytest.raises(MachineError, match=r"^a render process did not answer within 0\.3 s"):
                 scene.images_at(1.0)
         finally:
             os.kill(number, signal.SIGCONT)
@@ -369,11 +370,11 @@ def test_when_one_of_two_cannot_start_none_is_left(monkeypatch):
         started.append(start(*arguments, **options))
         return started[0]
 
-    monkeypatch.setattr(render_processes.subprocess, "Popen", second_fails)
+    monkeypatch.setattr(child_process.subprocess, "Popen", second_fails)
     gc.collect()
     open_files = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0
     with Scene(processes=2) as scene:
-        with pytest.raises(MachineError, match="^the render processes cannot start: Resource temporarily"):
+        with pytest.raises(MachineError, match="^a render process cannot start: Resource temporarily"):
             scene.late.start()
         assert scene.late.processes == [] and not alive(started[0].pid)
         gc.collect()
