@@ -22,7 +22,6 @@ from pathlib import Path
 import common
 import numpy as np
 from common import append_results, print_table, share
-from pydrake.systems.analysis import Simulator
 
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import run_line
@@ -73,7 +72,9 @@ def locate(seed, overrides):
     look_at = X_WB @ face_corners(scenario.board).mean(axis=0)
     row = dict(zip(("distance", "azimuth", "elevation", "roll"), pose_of(X_WC, look_at)))
     try:
-        _, pose = find_board(photograph_board(touching, Simulator(touching)), scenario.camera, scenario.operator)
+        _, pose = find_board(
+            photograph_board(touching, touching.CreateDefaultContext()), scenario.camera, scenario.operator
+        )
     except DrakeTrackerError as error:
         return {**row, "located": False, "reason": str(error)}
     position, rotation = pose_error(type(X_WB)(pose.X_CB), X_WC.inverse() @ X_WB)

@@ -142,7 +142,7 @@ class JointLimiter:
 
         limited = np.clip(v, -fastest(q - self._lower), fastest(self._upper - q))
         # The rounding of one part in 10^9 is not worth a change.
-        return v if np.allclose(limited, v, rtol=1e-9, atol=1e-9) else limited
+        return v if (np.abs(limited - v) <= 1e-9 + 1e-9 * np.abs(v)).all() else limited
 
     def _within_acceleration(self, v_last: np.ndarray, v: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         change = acceleration * self._period

@@ -50,7 +50,7 @@ class CalibrationWrongFault(CalibrationFault):
             return model
         angle = np.deg2rad(self.settings.angle_deg)
         R, _ = cv2.Rodrigues(np.array([0.0, 0.0, angle]))
-        X_WC = model.X_WC
+        X_WC = np.array(model.X_WC)
         X_WC[:3, :3] = R @ X_WC[:3, :3]
         X_WC[:3, 3] += self.settings.distance * X_WC[:3, 0]
         return replace(model, X_CW=np.linalg.inv(X_WC))

@@ -35,6 +35,7 @@ from drake_tracker.run.video_marks import (
     right_text,
     ring,
 )
+from drake_tracker.tasks.filming import HAND_BORDER
 from drake_tracker.tasks.style import bgr, draw_text, phase_colour
 
 _WIDTH, _MARGIN = 1280, 20
@@ -45,8 +46,8 @@ _SIDEBAR = 1080
 _STATUS_TOP, _STATUS_HEIGHT = 140, 290
 _WIDEST_PITCH, _NOTES_HEIGHT = 27, 48
 """Distance from one phase to the next, and height of the two notes below the phases [px]."""
-_BORDER, _WIDE_BORDER = 4, 44
-"""Width of the border of the image shown around the windows of two cameras, and around that of a single one [px]."""
+_BORDER = 4
+"""Width of the border of the image shown around the windows of two cameras [px]."""
 NO_PIXELS = np.zeros((0, 2))
 NO_PIXELS.flags.writeable = False
 
@@ -123,8 +124,7 @@ class VideoPage:
         goal: str | None = None,
     ) -> None:
         single = len(polygons) == 1
-        # The border of a single camera is wide, to show the hand, which moves outside the window.
-        border = _WIDE_BORDER if single else _BORDER
+        border = HAND_BORDER if single else _BORDER
         _u0, _v0, width, height = self._view = _common_view(polygons.values(), image_size, border)
         tallest, shortest = (_TALLEST_SINGLE, _SHORTEST_SINGLE) if single else (_TALLEST_PANEL, _SHORTEST_PANEL)
         self._scale = min(_PANEL_WIDTH / width, tallest / height)

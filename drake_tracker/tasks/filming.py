@@ -15,6 +15,8 @@ from drake_tracker.vision.camera_model import CameraModel
 
 FRAMES_PER_SECOND = 30
 """Frame rate of the camera video and of the 3-D recording: every second camera image."""
+HAND_BORDER = 20
+"""Width of the border around the window of a single camera [px]. It shows the hand, which moves outside the window."""
 PATH_MARKS = 9
 """Number of points with which the 3-D recording marks a predicted path."""
 STEREO_SIDES = ("left", "right")

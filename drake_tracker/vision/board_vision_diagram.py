@@ -35,9 +35,10 @@ class BoardVisionDiagram(Diagram):
         - motion
         - motion_images
 
-    ``camera`` is an `ImageRgba8U` of the full frame, read every ``period`` at offset 0. ``centroid`` is a `Centroid`
-    vector [px] at the end of the pipeline, new every ``update_cycles``; ``point`` is a `TrackPoint` vector in W [m],
-    updated every ``period`` in the projector's slot. Both are zeros until the first centroid has passed the delay line.
+    ``camera`` is an `ImageRgba8U` of the full frame or a part of it, read every ``period`` at offset 0. ``centroid`` is
+    a `Centroid` vector [px] at the end of the pipeline, new every ``update_cycles``; ``point`` is a `TrackPoint` vector
+    in W [m], updated every ``period`` in the projector's slot. Both are zeros until the first centroid has passed the
+    delay line.
     ``motion`` is the `MotionEnergy` and ``motion_images`` all intermediate images of the newest centroid, for pictures.
     With ``own_stamps`` there is the input ``frame`` too, a `FrameInfo` vector.
 
@@ -47,6 +48,7 @@ class BoardVisionDiagram(Diagram):
         X_WB: (4, 4), takes p_BQ to p_WQ [m].
         height: of the centroid above the plane, along its normal [m].
         plausible: `PointFilter` that rejects outliers.
+        image_offset: full-frame coordinates (u0, v0) [px] of the image's top left pixel.
         update_cycles: cycles from one centroid to the next.
         throughput_cycles: cycles from the capture of a centroid's first image until the centroid is output.
         follow: `PredictedWindow`, or None for the detector's own window alone.
@@ -70,6 +72,7 @@ class BoardVisionDiagram(Diagram):
         height: float,
         plausible: PointFilter,
         *,
+        image_offset: tuple[int, int] = (0, 0),
         update_cycles: int = BALL_UPDATE_CYCLES,
         throughput_cycles: int = BALL_THROUGHPUT_CYCLES,
         follow: PredictedWindow | None = None,
@@ -85,6 +88,7 @@ class BoardVisionDiagram(Diagram):
         centroid = add_motion_centroid(
             builder,
             detector=detector,
+            image_offset=image_offset,
             lag_cycles=lag,
             period=period,
             update_cycles=update_cycles,

@@ -42,6 +42,7 @@ class Camera:
         image_port: the colour image with noise and flicker, an `ImageRgba8U` of the window.
         window: part of the full frame that is rendered: pixel (0, 0) of the image is pixel (u0, v0) of the full frame.
         X_WC: pose of the OpenCV camera frame: ground truth, for judges and pictures only.
+        model: from the rendered image to the camera's image.
     """
 
     sensor: System
@@ -49,6 +50,7 @@ class Camera:
     image_port: OutputPort
     window: ImageWindow
     X_WC: RigidTransform
+    model: SensorModel
 
 
 @dataclass(frozen=True)
@@ -166,7 +168,7 @@ def add_camera(
         noise_system = builder.AddNamedSystem(f"{name}_noise", SensorNoiseSystem(model.noise))
         builder.Connect(image_port, noise_system.GetInputPort("color_image"))
         image_port = noise_system.GetOutputPort("color_image")
-    return Camera(sensor, sensor.color_image_output_port(), image_port, window, optics.X_WC)
+    return Camera(sensor, sensor.color_image_output_port(), image_port, window, optics.X_WC, model)
 
 
 def add_late_cameras(
@@ -204,7 +206,9 @@ def add_late_cameras(
         wanted=wanted,
     )
     return {
-        name: Camera(system, system.GetOutputPort(name), system.GetOutputPort(name), each.rendered, each.X_WC)
+        name: Camera(
+            system, system.GetOutputPort(name), system.GetOutputPort(name), each.rendered, each.X_WC, each.sensor
+        )
         for name, each in optics.items()
     }
 

@@ -132,6 +132,7 @@ class BoardCameraConfig:
         [40.0, 65.0], "smallest and largest elevation above the horizontal", "deg", (5.0, 85.0), shape=(2,)
     )
     roll_range_deg: float = setting(5.0, "largest roll to either side about the optical axis", "deg", (0.0, 180.0))
+    render_window: bool = setting(True, "render only the board and its surroundings instead of the full image")
     render_processes: str = setting("auto", _RENDER_PROCESSES_HELP, choices=RENDER_PROCESSES)
 
 

@@ -24,6 +24,7 @@ from drake_tracker.grasp.catch_system import CatchSystem
 from drake_tracker.grasp.crossing import BoardEdge
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.world import make_ball_world
+from drake_tracker.tasks.filming import HAND_BORDER
 from drake_tracker.vision.board_poses import BoardPoses
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.camera_model import CameraModel
@@ -37,7 +38,7 @@ from drake_tracker.vision.window import Window
 from drake_tracker.world.ball_board import BALL_RADIUS
 from drake_tracker.world.ball_fixtures import TABLE_HEIGHT
 from drake_tracker.world.ball_plant import TABLE_X
-from drake_tracker.world.cameras import lens_matrix
+from drake_tracker.world.cameras import ImageWindow, lens_matrix, renderable_window
 from drake_tracker.world.image_pipeline import ImagePipeline, process_count
 from drake_tracker.world.plant import table_box
 
@@ -58,17 +59,19 @@ def make_ball_diagram(scenario: BallScenario, poses: BoardPoses) -> HandEyeDiagr
     q_initial = joints_for(model, description.q_start, tool_down(waiting[:3], waiting[3]))
 
     faults = ball_faults(scenario)
-    detector = board_detector(scenario, poses)
+    rendered = rendered_window(scenario, poses)
+    detector = board_detector(scenario, poses, rendered)
     pipeline = image_pipeline(scenario, detector)
     world = make_ball_world(
         scenario,
         description=description,
         q_initial=q_initial,
+        window=rendered,
         pipeline=pipeline,
         wanted=partial(needs_image, detector, scenario.vision.update_cycles),
         faults=faults,
     )
-    vision = board_vision(scenario, poses, detector, 0 if pipeline is None else pipeline.latency)
+    vision = board_vision(scenario, poses, detector, rendered, 0 if pipeline is None else pipeline.latency)
     host = ball_host(scenario, poses)
     catch = CatchSystem(CatchMachine(scenario.catch, edge, BALL_SERVO_PERIOD), scenario.time_step, BALL_SERVO_PERIOD)
     catch.set_name("catch")
@@ -149,6 +152,22 @@ def board_sight(scenario: BallScenario, poses: BoardPoses) -> tuple[CameraModel,
     return camera, board_window(camera, board.width, board.length, 2.0 * BALL_RADIUS, scenario.vision.bottom)
 
 
+def rendered_window(scenario: BallScenario, poses: BoardPoses) -> ImageWindow:
+    """Returns the part of the image that a scenario renders: the board with its surroundings, as the video shows it.
+
+    Args:
+        scenario: the scenario.
+        poses: poses of the board.
+    """
+    config = scenario.camera
+    if not config.render_window:
+        return (0, 0, config.width, config.height)
+    _, window = board_sight(scenario, poses)
+    u0, v0, width, height = window.bounds
+    around = (u0 - HAND_BORDER, v0 - HAND_BORDER, width + 2 * HAND_BORDER, height + 2 * HAND_BORDER)
+    return renderable_window(around, config.width, config.height)
+
+
 def image_pipeline(scenario: BallScenario, detector: MotionDetector) -> ImagePipeline | None:
     """Returns how the images of a scenario are made beside the simulation, or None if they are not.
 
@@ -163,20 +182,22 @@ def image_pipeline(scenario: BallScenario, detector: MotionDetector) -> ImagePip
     return ImagePipeline(latency, processes) if processes > 0 and latency > 0 else None
 
 
-def board_detector(scenario: BallScenario, poses: BoardPoses) -> MotionDetector:
+def board_detector(scenario: BallScenario, poses: BoardPoses, rendered: ImageWindow) -> MotionDetector:
     """Returns the motion detector of a scenario.
 
     Args:
         scenario: the scenario.
         poses: poses of the board.
+        rendered: part of the full image that the images show.
     """
     _, window = board_sight(scenario, poses)
-    mask = window.mask((0, 0, scenario.camera.width, scenario.camera.height))
-    return make_detector(scenario.vision.detector, window=mask, image=poses.image)
+    u0, v0, width, height = rendered
+    image = poses.image[v0 : v0 + height, u0 : u0 + width]
+    return make_detector(scenario.vision.detector, window=window.mask(rendered), image=image)
 
 
 def board_vision(
-    scenario: BallScenario, poses: BoardPoses, detector: MotionDetector, image_latency: int = 0
+    scenario: BallScenario, poses: BoardPoses, detector: MotionDetector, rendered: ImageWindow, image_latency: int = 0
 ) -> BoardVisionDiagram:
     """Returns the vision of a scenario: from images of the camera to points on the board.
 
@@ -184,6 +205,7 @@ def board_vision(
         scenario: the scenario.
         poses: poses of the board.
         detector: its motion detector.
+        rendered: part of the full image that the images show.
         image_latency: cycles from the capture of an image until the vision sees it.
 
     Raises DrakeTrackerError when the throughput is too short for the detector.
@@ -202,6 +224,7 @@ def board_vision(
         poses.X_WB.GetAsMatrix4(),
         settings.centroid_height,
         plausible_points(scenario, poses, camera),
+        image_offset=rendered[:2],
         update_cycles=settings.update_cycles,
         throughput_cycles=settings.throughput_cycles,
         time_step=scenario.time_step,

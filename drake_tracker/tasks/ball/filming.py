@@ -11,7 +11,7 @@ from drake_tracker.core.messages import CatchDiagnosis
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.tasks.ball.diagram import board_sight, known_edge
+from drake_tracker.tasks.ball.diagram import board_sight, known_edge, rendered_window
 from drake_tracker.tasks.ball.predicted_path import PredictedPath
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, Film, Script, Snapshot, View
@@ -63,7 +63,7 @@ def ball_film(scenario: BallScenario, hand_eye: HandEyeDiagram) -> Film:
         polygons={SIDE: window.polygon},
         image_size=(camera.width, camera.height),
         cameras={SIDE: replace(camera, X_CW=camera.X_CW @ poses.X_WB.inverse().GetAsMatrix4())},
-        offsets={SIDE: (0, 0)},
+        offsets={SIDE: rendered_window(scenario, poses)[:2]},
         lag=hand_eye.vision.lag,
         lag_cycles=hand_eye.vision.lag / VISION_PERIOD,
         script=script,

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import PROBE_FRAME
@@ -47,6 +48,8 @@ JOG_HEIGHT = 0.008
 """Height over its mark at which the operator leaves the tip [m]."""
 START_HEIGHT = 0.20
 """Height over the bottom edge of the board at which the tip starts [m]."""
+TOUCH_TIME_STEP = BALL_SERVO_PERIOD / 2
+"""Shortest step of the plant while the arm touches the board [s]; nothing is fast then."""
 CHECK_PERIOD = 0.05
 """Simulated time between two checks whether the touching is done [s]."""
 LONGEST = 60.0
@@ -69,7 +72,7 @@ def initialise_board(scenario: BallScenario, ask_for_windows: AskForWindows | No
     touching = make_touching_diagram(scenario)
     simulator = Simulator(touching)
     context = simulator.get_mutable_context()
-    images = photograph_board(touching, simulator)
+    images = photograph_board(touching, context)
     operator = scenario.operator
     if ask_for_windows is not None and not operator.windows:
         operator = replace_settings(operator, {"windows": ask_for_windows(images, operator)})
@@ -100,24 +103,27 @@ def make_touching_diagram(scenario: BallScenario) -> BoardTouchingDiagram:
     model = make_arm_model(replace(description, tool_frame=PROBE_FRAME))
     p_start = np.array(scenario.board.edge_position) + [0.0, 0.0, START_HEIGHT]
     q_initial = joints_for(model, description.q_start, tool_down(p_start, HAND_YAW))
-    still = replace(scenario, camera=replace(scenario.camera, supersampling=STILL_SUPERSAMPLING))
+    time_step = max(scenario.time_step, TOUCH_TIME_STEP)
+    still = replace(scenario, time_step=time_step, camera=replace(scenario.camera, supersampling=STILL_SUPERSAMPLING))
     world = make_ball_world(still, description=description, q_initial=q_initial, ball_on_board=False)
     jogs = operator_jogs(scenario, world.laboratory.X_WB)
-    return BoardTouchingDiagram(world, model, q_initial, jogs, scenario.time_step, BALL_SERVO_PERIOD)
+    return BoardTouchingDiagram(world, model, q_initial, jogs, time_step, BALL_SERVO_PERIOD)
 
 
-def photograph_board(touching: BoardTouchingDiagram, simulator: Simulator) -> list[np.ndarray]:
+def photograph_board(touching: BoardTouchingDiagram, context: Context) -> list[np.ndarray]:
     """Returns the images in which the circles are measured, RGB, each of shape (h, w, 3).
+
+    They are taken in consecutive cycles while nothing moves, before the touching begins. The scene is therefore
+    rendered once, and each image has its own noise and flicker.
 
     Args:
         touching: what `make_touching_diagram` returned.
-        simulator: of this diagram, at time 0. It advances by one cycle of vision from image to image.
+        context: of this diagram, before the touching.
     """
-    images = []
-    for k in range(CIRCLE_IMAGES):
-        simulator.AdvanceTo(k * VISION_PERIOD)
-        images.append(np.array(touching.GetOutputPort("camera").Eval(simulator.get_context()).data[..., :3]))
-    return images
+    camera = touching.world.camera
+    assert camera is not None
+    rendered = camera.sensor_port.Eval(camera.sensor.GetMyContextFromRoot(context)).data
+    return [camera.model.image(rendered, k * VISION_PERIOD)[..., :3].copy() for k in range(CIRCLE_IMAGES)]
 
 
 def find_board(

@@ -20,6 +20,7 @@ from drake_tracker.tasks.ball.diagram import (
     board_projector,
     board_vision,
     make_ball_diagram,
+    rendered_window,
 )
 from drake_tracker.tasks.ball.filming import ball_film, ball_snapshot, ball_view
 from drake_tracker.tasks.ball.initialisation import initialise_board
@@ -103,7 +104,7 @@ class BallTask(Task[BallScenario]):
     has_autopsy = False
     strips = BALL_STRIPS
     preparation = (
-        "Initialisation: the camera measures the circles of the board, then the arm touches its marks (about 15 s)"
+        "Initialisation: the camera measures the circles of the board, then the arm touches its marks (about 10 s)"
     )
 
     def uses_cameras(self, scenario: BallScenario) -> bool:
@@ -175,8 +176,9 @@ class BallTask(Task[BallScenario]):
         images: dict[str, tuple[int, int]] = {}
         poses = load_poses(folder / POSES_FILE)
         if start == "images":
-            vision = board_vision(scenario, poses, board_detector(scenario, poses))
-            images = {"camera": (scenario.camera.width, scenario.camera.height)}
+            rendered = rendered_window(recorded, poses)
+            vision = board_vision(scenario, poses, board_detector(scenario, poses, rendered), rendered)
+            images = {"camera": rendered[2:]}
         elif start == "centroids":
             vision = board_projector(scenario, poses)
             vision.set_name("projector")
