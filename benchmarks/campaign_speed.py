@@ -9,10 +9,10 @@ meanwhile: one worker uses one core, two workers use two.
 
 import argparse
 import os
-import statistics
 import time
 
 from common import print_table, save_json
+from speed_tables import campaigns_table
 
 from drake_tracker import run_campaign
 
@@ -35,15 +35,9 @@ def main():
             start = time.monotonic()
             campaign = run_campaign("train", options.trials, first_seed=FIRST_SEED, vision="measured", workers=count)
             rates[count].append(60.0 * len(campaign.rows) / (time.monotonic() - start))
-    medians = {count: statistics.median(found) for count, found in rates.items()}
-    first = medians[counts[0]]
-    rows = [
-        [count, f"{medians[count]:.1f}", f"{min(found):.1f}-{max(found):.1f}", f"{medians[count] / first:.2f}"]
-        for count, found in rates.items()
-    ]
-    print_table(["workers", "trials per minute", "slowest and fastest turn", f"times {counts[0]} worker"], rows)
+    results = {"trials_a_minute": rates, "cores": os.cpu_count(), "load_before": load, "trials": options.trials}
+    print_table(*campaigns_table(results))
     print(f"{os.cpu_count()} cores; load before the turns: {', '.join(f'{value:.1f}' for value in load)}")
-    results = {"trials_a_minute": rates, "cores": os.cpu_count(), "load_before": load}
     save_json(results, options.json, range(FIRST_SEED, FIRST_SEED + options.trials))
 
 

@@ -3,6 +3,7 @@
 import datetime
 import json
 import math
+import os
 import sys
 import time
 from pathlib import Path
@@ -52,9 +53,15 @@ def provenance(seeds):
         "commit": git_commit(),
         "seeds": list(seeds),
         "versions": package_versions(),
-        "command": " ".join(["python", f"benchmarks/{Path(sys.argv[0]).name}", *sys.argv[1:]]),
+        "command": " ".join([*_variables(), "python", f"benchmarks/{Path(sys.argv[0]).name}", *sys.argv[1:]]),
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
     }
+
+
+def _variables():
+    """Returns the environment variables of the command that change its times, as texts."""
+    names = ("OPENBLAS_NUM_THREADS", "LP_NUM_THREADS")
+    return [f"{name}={os.environ[name]}" for name in names if name in os.environ]
 
 
 def save_json(results, path, seeds):

@@ -12,14 +12,14 @@ Loops of the default scenario of the train take turns of one simulated second, s
 - whole: everything, with the hand following the train; nothing is logged or recorded. It renders in process, or with
   one or two processes beside it;
 - full images: whole with two processes, and no window around the work volume;
-- recorded: whole with two processes, and with log, video and 3-D recording as by ``drake-tracker run``.
+- recorded: whole with one or two processes, and with log, video and 3-D recording as by ``drake-tracker run``.
 
 The first turns do not count: caches are cold and the hand has not found the train. Then runs of the ball, in process
-and with two processes, take turns in the same way, from the release of the ball on; their initialisation has a line of
-its own.
+and with one or two processes, take turns in the same way, from the release of the ball on; their initialisation has a
+line of its own. `live_cost.py` measures runs with an open page.
 
-Processor time is that of all processes. ``--profile`` prints where the whole loop of the train spends its time in the
-process of the simulation, with two processes that render.
+Processor time is that of all processes, also of the one that draws the video. ``--profile`` prints where the whole loop
+of the train spends its time in the process of the simulation, with two processes that render.
 """
 
 import argparse
@@ -43,6 +43,7 @@ from speed_tables import loops_table, stages_table
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.arm_model import make_arm_model
 from drake_tracker.arm.description import PUMA560
+from drake_tracker.core.processors import processors
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.run.log_recorder import add_loggers
 from drake_tracker.run.options import RunOptions
@@ -50,6 +51,7 @@ from drake_tracker.run.recorders import add_recorders
 from drake_tracker.tasks.registry import task_of
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.tasks.train.world import make_train_world
+from drake_tracker.world import render_processes
 from drake_tracker.world.cameras import CAMERA_NAMES
 
 TURN = 1.0
@@ -67,10 +69,11 @@ class Loop:
     Args:
         diagram: what is simulated.
         world: whose cameras may have processes; None for none.
+        recorders: of the loop; they may have processes.
     """
 
-    def __init__(self, diagram, world=None):
-        self.simulator, self._world = Simulator(diagram), world
+    def __init__(self, diagram, world=None, recorders=()):
+        self.simulator, self._world, self._recorders = Simulator(diagram), world, recorders
         self.turns, self.walls, self.processor = 0, [], []
 
     def turn(self, counts):
@@ -84,14 +87,19 @@ class Loop:
 
     def close(self):
         """Ends the processes."""
+        for recorder in self._recorders:
+            recorder.finish(self.simulator.get_context())
         if self._world is not None:
             self._world.close()
 
     def _processor_time(self):
-        """Processor time of this process, and of those that render [s]."""
+        """Processor time of this process and of those that record, and of those that render [s]."""
         sensors = {camera.sensor for camera in cameras_of(self._world)} if self._world is not None else set()
-        numbers = [number for sensor in sensors for number in getattr(sensor, "processes", [])]
-        return time.process_time(), sum(map(processor_time_of, numbers))
+        rendering, recording = (
+            sum(processor_time_of(number) for part in parts for number in getattr(part, "processes", []))
+            for parts in (sensors, self._recorders)
+        )
+        return time.process_time() + recording, rendering
 
 
 def cameras_of(world):
@@ -166,8 +174,11 @@ def whole_loop(processes, recorded=False, folder=None, **settings):
     builder.AddSystem(hand_eye)
     task = task_of(scenario)
     add_loggers(builder, hand_eye, task)
-    add_recorders(builder, hand_eye=hand_eye, scenario=scenario, task=task, out=Path(folder), options=RunOptions())
-    return Loop(builder.Build(), hand_eye.world)
+    Path(folder).mkdir()
+    recorders = add_recorders(
+        builder, hand_eye=hand_eye, scenario=scenario, task=task, out=Path(folder), options=RunOptions()
+    )
+    return Loop(builder.Build(), hand_eye.world, recorders)
 
 
 def take_turns(loops, warm_up, turns):
@@ -193,7 +204,8 @@ def measure_train(turns):
             "whole, one process": whole_loop(1),
             "whole, two processes": whole_loop(2),
             "full images, two processes": whole_loop(2, **{"cameras.render_window": False}),
-            "recorded, two processes": whole_loop(2, recorded=True, folder=folder),
+            "recorded, one process": whole_loop(1, recorded=True, folder=f"{folder}/one"),
+            "recorded, two processes": whole_loop(2, recorded=True, folder=f"{folder}/two"),
         }
         return take_turns(loops, WARM_UP, turns)
 
@@ -205,8 +217,8 @@ def measure_ball():
     initialisation = task_of(scenario).initialise(scenario)
     spent = time.perf_counter() - start[0], time.process_time() - start[1]
     loops = {}
-    for name, processes in (("ball, in process", "0"), ("ball, two processes", "2")):
-        hand_eye = make_diagram(scenario.with_settings({"camera.render_processes": processes}), initialisation)
+    for processes, name in enumerate(("ball, in process", "ball, one process", "ball, two processes")):
+        hand_eye = make_diagram(scenario.with_settings({"camera.render_processes": str(processes)}), initialisation)
         loops[name] = Loop(hand_eye, hand_eye.world)
     return take_turns(loops, BALL_WARM_UP, BALL_TURNS), spent
 
@@ -249,9 +261,11 @@ def main():
     if options.profile:
         profile()
         return
+    render_processes.MOST_RUNNING = 8  # all loops keep theirs from turn to turn
     train = results_of(measure_train(5 if options.quick else options.segments))
     ball, (wall, processor) = measure_ball()
     results = {
+        "processors": processors(),
         "loops": {**train, **results_of(ball)},
         "ball_initialisation": {"wall_s": wall, "processor_s": processor},
     }

@@ -1,4 +1,6 @@
-"""The tables of `real_time.py` and `centroid_speed.py`, from their results."""
+"""The tables of the benchmarks that measure time, from their results."""
+
+import statistics
 
 
 def loops_table(results):
@@ -33,6 +35,41 @@ def stages_table(results):
         ["initialisation of the ball, processor time [s]", f"{start['processor_s']:.1f}"],
     ]
     return ["quantity", "value"], lines
+
+
+def watchers_table(results):
+    """Returns (header, rows) of the runs with and without a page: real-time factor, its extremes, processor time."""
+    lines = []
+    for kind, costs in results["costs"].items():
+        walls = [wall for wall, _ in costs]
+        factors = [1.0 / wall for wall in (statistics.median(walls), max(walls), min(walls))]
+        processor = statistics.median(processor for _, processor in costs)
+        lines.append([kind, len(costs), *(f"{factor:.2f}" for factor in factors), f"{processor:.2f}"])
+    header = ["run", "runs", "real-time factor", "slowest run", "fastest run"]
+    return [*header, "processor time of the simulation per simulated second [s]"], lines
+
+
+def start_up_table(results):
+    """Returns (header, rows) of start-up times, and of the size of a recording."""
+    lines = [
+        [what, f"{statistics.median(times):.2f} s", f"{min(times):.2f} to {max(times):.2f} s", len(times)]
+        for what, times in results["seconds"].items()
+    ]
+    size = f"{1e-6 * results['recording_bytes']:.1f} MB"
+    lines.append([f"`recording.html` of {results['recording_s']:g} s, size", size, "", 1])
+    return ["what", "median", "smallest and largest", "runs"], lines
+
+
+def campaigns_table(results):
+    """Returns (header, rows) of the trials per minute of a campaign by number of workers."""
+    rates = {int(count): found for count, found in results["trials_a_minute"].items()}
+    medians = {count: statistics.median(found) for count, found in rates.items()}
+    first = min(rates)
+    lines = []
+    for count, found in rates.items():
+        extremes = f"{min(found):.1f} to {max(found):.1f}"
+        lines.append([count, f"{medians[count]:.1f}", extremes, f"{medians[count] / medians[first]:.2f}"])
+    return ["workers", "trials per minute", "slowest and fastest turn", f"times {first} worker"], lines
 
 
 def methods_table(methods):

@@ -2,16 +2,15 @@
 
     python benchmarks/start_up.py [--runs N] [--json FILE]
 
-The times are those of ``drake-tracker --help`` as a process, and of `make demo`, on a machine that is set up, until its
-page shows the first camera image; the median and the maximum of several runs. The size is that of ``recording.html``
-after half a minute.
+The times are those of ``drake-tracker --help`` as a process; of `make demo`, on a machine that is set up, until its
+page shows the first camera image; and the processor time of a process that imports what a recorded run imports.
+Median, minimum and maximum of several runs. The size is that of ``recording.html`` after half a minute.
 """
 
 import argparse
 import os
 import re
 import signal
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -21,6 +20,7 @@ import urllib.request
 from pathlib import Path
 
 from common import print_table, save_json
+from speed_tables import start_up_table
 
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
@@ -38,6 +38,16 @@ def help_time():
     start = time.monotonic()
     subprocess.run([sys.executable, "-m", "drake_tracker", "--help"], cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
     return time.monotonic() - start
+
+
+def import_time():
+    """Returns the processor time [s] of a process that imports what a recorded run of the train imports."""
+    modules = ("run.simulation", "run.camera_video", "run.motion_snapshot", "run.scene", "tasks.train.diagram")
+    program = "; ".join(f"import drake_tracker.{module}" for module in modules)
+    before = os.times()
+    subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=True)
+    after = os.times()
+    return after.children_user + after.children_system - before.children_user - before.children_system
 
 
 def first_picture_time():
@@ -75,15 +85,18 @@ def main():
     parser.add_argument("--runs", type=int, default=5, help="runs of each command (default 5)")
     parser.add_argument("--json", metavar="FILE", help="also write the results to FILE")
     options = parser.parse_args()
-    rows, results = [], {}
-    for what, measure in (("drake-tracker --help", help_time), ("first image of make demo", first_picture_time)):
-        times = [measure() for _ in range(options.runs)]
-        results[what] = times
-        rows.append((what, f"{statistics.median(times):.2f} s", f"{max(times):.2f} s"))
-    size = recording_size()
-    rows.append((f"recording.html of {DURATION:g} s", f"{1e-6 * size:.1f} MB", ""))
-    print_table(("what", "median", "maximum"), rows)
-    save_json({"seconds": results, "recording_bytes": size}, options.json, [load_scenario("train").seed])
+    measures = {
+        "drake-tracker --help": help_time,
+        "imports of a run, processor time": import_time,
+        "first image of make demo": first_picture_time,
+    }
+    results = {
+        "seconds": {what: [measure() for _ in range(options.runs)] for what, measure in measures.items()},
+        "recording_s": DURATION,
+        "recording_bytes": recording_size(),
+    }
+    print_table(*start_up_table(results))
+    save_json(results, options.json, [load_scenario("train").seed])
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Computing time (`results/real_time.json`, `results/centroid_speed.json`)."""
+"""Computing time (`results/real_time.json` and others)."""
 
 import speed_tables as benchmark
 
@@ -16,6 +16,20 @@ def real_time() -> str:
 
 def real_time_stages() -> str:
     return table(*benchmark.stages_table(data("real_time")))
+
+
+def live_cost() -> str:
+    return block(table(*benchmark.watchers_table(data("live_cost"))), _origin("live_cost"))
+
+
+def campaign_speed() -> str:
+    found = data("campaign_speed")
+    text = f"{found['trials']} trials per turn, {found['cores']} processors."
+    return block(table(*benchmark.campaigns_table(found)), text, _origin("campaign_speed"))
+
+
+def start_up() -> str:
+    return block(table(*benchmark.start_up_table(data("start_up"))), _origin("start_up"))
 
 
 def centroid_speed() -> str:

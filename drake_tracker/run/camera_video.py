@@ -274,6 +274,11 @@ class CameraVideoRecorder:
     def __init__(self, system: CameraVideoSystem, sinks: Sequence[FrameSink]) -> None:
         self._system, self._sinks = system, sinks
 
+    @property
+    def processes(self) -> list[int]:
+        """The process numbers of the processes that draw."""
+        return [sink.number for sink in self._sinks if isinstance(sink, VideoProcess)]
+
     def finish(self, root_context: Context) -> None:
         """Passes on the frames that are left, and closes the sinks."""
         try:

@@ -8,10 +8,13 @@ from collections.abc import Sequence
 from drake_tracker.core.timing import PATH_DURATION, VISION_PERIOD
 from drake_tracker.link.config import Lossy
 from drake_tracker.scenarios.base import BaseScenario
+from drake_tracker.world.image_pipeline import MOST_LATENCY
 
 BYTES_PER_PIXEL = 44
 """Memory of a rendered pixel: buffers of the renderer, and the images made of them [bytes]. Rendering 2048 x 2048 px
 with 4 x 4 rendered pixels each raises the peak memory of a process by 2.8 GiB."""
+BYTES_AHEAD = 4 * (MOST_LATENCY + 2)
+"""Memory of an image pixel in the images that are made ahead of their use [bytes]."""
 MOST_IMAGE_MEMORY = 4 * 1024**3
 """Greatest memory of the images of a run [bytes]."""
 
@@ -51,7 +54,7 @@ def image_problems(prefix: str, width: int, height: int, cameras: int = 1, super
         cameras: number of cameras.
         supersampling: rendered pixels per image pixel, along u and along v.
     """
-    needed = cameras * width * height * supersampling**2 * BYTES_PER_PIXEL
+    needed = cameras * width * height * (supersampling**2 * BYTES_PER_PIXEL + BYTES_AHEAD)
     if needed <= MOST_IMAGE_MEMORY:
         return []
     rendered = f"{cameras * width * height * supersampling**2 / 1e6:.0f} million rendered pixels"

@@ -7,7 +7,7 @@ import pytest
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.models_path import models_path
 from drake_tracker.tasks import load_scenario
-from drake_tracker.tasks.plausible import BYTES_PER_PIXEL, MOST_IMAGE_MEMORY
+from drake_tracker.tasks.plausible import BYTES_AHEAD, BYTES_PER_PIXEL, MOST_IMAGE_MEMORY
 from drake_tracker.world.config import TRAIN_BODIES, TRAIN_WIDTH
 
 LARGE = ("camera.width=2048", "camera.height=2048")
@@ -70,7 +70,7 @@ def test_what_is_unusual_but_possible_is_allowed(name, overrides):
 def test_images_that_need_too_much_memory_are_refused_with_the_memory_that_they_need():
     with pytest.raises(DrakeTrackerError) as caught:
         load_scenario("ball", overrides=[*LARGE, "camera.supersampling=8"])
-    needed, most = 2048 * 2048 * 64 * BYTES_PER_PIXEL / 2**30, MOST_IMAGE_MEMORY / 2**30
+    needed, most = 2048 * 2048 * (64 * BYTES_PER_PIXEL + BYTES_AHEAD) / 2**30, MOST_IMAGE_MEMORY / 2**30
     assert str(caught.value) == (
         "--set camera.supersampling=8: camera.supersampling must be smaller: 2048 x 2048 px with 8 x 8 rendered pixels "
         f"each need {needed:.1f} GiB of memory (268 million rendered pixels); at most {most:g} GiB are allowed"
