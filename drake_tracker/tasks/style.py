@@ -4,6 +4,7 @@ The colours are those of Okabe and Ito, "Color Universal Design" (2008), which a
 colour vision.
 """
 
+import threading
 from enum import IntEnum
 from functools import cache, lru_cache
 from pathlib import Path
@@ -100,6 +101,10 @@ def draw_text(
     return start + width
 
 
+_typesetting = threading.Lock()
+"""A font holds the text that it draws, and is shared by the threads: video and live page draw at the same time."""
+
+
 @lru_cache(maxsize=512)
 def _typeset(text: str, size: int, bold: bool) -> tuple[np.ndarray, int, int]:
     """Returns a line of text as an image.
@@ -107,14 +112,15 @@ def _typeset(text: str, size: int, bold: bool) -> tuple[np.ndarray, int, int]:
     Returns (coverage of each pixel from 0 to 1, shape (h, w, 1); column of its left edge relative to the start of the
     baseline [px]; rows above the baseline [px]).
     """
-    font = _font(size, bold)
-    font.set_text(text, 0.0)
-    font.draw_glyphs_to_bitmap(antialiased=True)
-    coverage = np.asarray(font.get_image(), np.float32)[:, :, None] / 255.0
-    _, height = font.get_width_height()
-    left, _ = font.get_bitmap_offset()
-    # The bitmap has an empty border of one pixel.
-    return coverage, round(left / 64) - 1, round((height - font.get_descent()) / 64) + 1
+    with _typesetting:
+        font = _font(size, bold)
+        font.set_text(text, 0.0)
+        font.draw_glyphs_to_bitmap(antialiased=True)
+        coverage = np.asarray(font.get_image(), np.float32)[:, :, None] / 255.0
+        _, height = font.get_width_height()
+        left, _ = font.get_bitmap_offset()
+        # The bitmap has an empty border of one pixel.
+        return coverage, round(left / 64) - 1, round((height - font.get_descent()) / 64) + 1
 
 
 @lru_cache(maxsize=16)

@@ -1,12 +1,15 @@
 """Tests of colours and text."""
 
 import re
+import sys
+import threading
 from enum import IntEnum
 
 import numpy as np
 
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
+from drake_tracker.tasks import style
 from drake_tracker.tasks.style import PHASE_COLOURS, bgr, draw_text, phase_colour
 
 
@@ -54,3 +57,33 @@ def test_text_is_blended_with_the_image():
     draw_text(image, "I", 15, 30, 24, "#00ff00", bold=True)
     assert image[:, :, 1].max() == 255 and image[:, :, 0].min() == 0
     assert (image[0] == 100).all()
+
+
+def test_threads_write_text_at_the_same_time():
+    """The video and the live page draw in threads of their own, with the same fonts."""
+    texts = [f"{k} {'text' * (k % 7)}" for k in range(200)]
+    drawn = {}
+
+    def draw(part):
+        for text in part:
+            image = np.zeros((40, 400, 3), np.uint8)
+            draw_text(image, text, 5, 25, 17)
+            drawn[text] = image
+
+    style._typeset.cache_clear()
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [threading.Thread(target=draw, args=(texts[k::2],)) for k in range(2)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(interval)
+    found = dict(drawn)
+    style._typeset.cache_clear()
+    draw(texts)
+    assert len(found) == len(texts)
+    for text in texts:
+        np.testing.assert_array_equal(found[text], drawn[text])
