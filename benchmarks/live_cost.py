@@ -49,22 +49,22 @@ class Stopwatch:
         return np.array(spent) / simulated
 
 
-def fetch(url):
-    """Fetches events and frames as the page does until the run ends."""
+def fetch(url, over):
+    """Fetches events and frames as the page does until the run ends, which also sets ``over``."""
     for line in urllib.request.urlopen(f"{url}events"):
         if line.startswith(b"data: ") and json.loads(line[6:]).get("frame"):
             urllib.request.urlopen(f"{url}frame.jpg").read()
 
 
-def browse(url):
-    """Opens the page in a browser until the run ends."""
+def browse(url, over):
+    """Opens the page in a browser until ``over`` is set."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=FLAGS)
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.goto(url)
-        page.wait_for_selector("#outcome", state="visible", timeout=0)
+        over.wait()
         browser.close()
 
 
@@ -74,13 +74,16 @@ def run(seed, duration, watch):
     scenario = load_scenario("train", seed=seed, duration=duration, overrides=["grasp.settle_time=60"])
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         live = watcher = None
+        spawn = multiprocessing.get_context("spawn")
+        over = spawn.Event()
         if watch is not None:
             live = stack.enter_context(LiveView())
-            watcher = multiprocessing.get_context("spawn").Process(target=watch, args=(live.url,))
+            watcher = spawn.Process(target=watch, args=(live.url, over))
             watcher.start()
             while not live.state.watchers:
                 time.sleep(0.05)
         simulate(scenario, Path(folder), progress=stopwatch, live=live)
+        over.set()
     if watcher is not None:
         watcher.join()
     return stopwatch.cost()
