@@ -7,6 +7,8 @@ started it is killed.
 
 import contextlib
 import os
+import socket
+import struct
 import subprocess
 import sys
 import weakref
@@ -56,6 +58,7 @@ class ChildProcess:
             raise MachineError(f"a {name} cannot start: {error.strerror or error}; {instead}") from None
         finally:
             theirs.close()
+        _limit_sending(self._connection)
         self._finalizer = weakref.finalize(self, _end, self._connection, self._process)
 
     @property
@@ -64,7 +67,7 @@ class ChildProcess:
         return self._process.pid
 
     def send(self, message: bytes) -> None:
-        """Sends a message. Raises as `wait` does when the process has ended."""
+        """Sends a message. Raises as `wait` does when the process has ended, or does not read it within `PATIENCE`."""
         try:
             self._connection.send_bytes(message)
         except OSError:
@@ -128,6 +131,13 @@ def _environment() -> dict[str, str]:
     """Returns the environment of a process: it imports what this one would, and computes with one thread."""
     search = os.pathsep.join(path or os.getcwd() for path in sys.path)
     return {"LP_NUM_THREADS": "1", **os.environ, "PYTHONPATH": search}
+
+
+def _limit_sending(connection: Connection) -> None:
+    """Lets sending fail after `PATIENCE`: a process that was stopped would otherwise stop this one, too."""
+    with socket.socket(fileno=os.dup(connection.fileno())) as end:
+        whole, part = divmod(PATIENCE, 1.0)
+        end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(whole), int(1e6 * part)))
 
 
 def _end(connection: Connection, process: "subprocess.Popen[bytes]") -> None:

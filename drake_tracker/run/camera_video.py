@@ -277,7 +277,7 @@ class CameraVideoRecorder:
     @property
     def processes(self) -> list[int]:
         """The process numbers of the processes that draw."""
-        return [sink.number for sink in self._sinks if isinstance(sink, VideoProcess)]
+        return [number for sink in self._sinks if isinstance(sink, VideoProcess) for number in sink.running]
 
     def finish(self, root_context: Context) -> None:
         """Passes on the frames that are left, and closes the sinks."""
@@ -307,7 +307,7 @@ def add_camera_video(
 
     If images appear late, since processes make them beside the simulation, a process draws and encodes the video.
 
-    Returns the recorder. Raises MachineError when the process cannot start.
+    Returns the recorder.
     """
     page = VideoPage(film.polygons, film.image_size, film.title, film.subtitle, film.lag, film.goal)
     sinks: list[FrameSink] = []

@@ -3,19 +3,22 @@
 
 const QUICK = 25; // time [ms] of one picture up to which nothing is saved
 const REST = 2; // rest after a slow picture, in multiples of the time of the picture
-const SURE = 5; // slow pictures until it draws coarsely; a few may have other reasons, such as a window that was opened
+const SURE = 5; // slow pictures in a row until it draws coarsely; a few may have other reasons, such as a window that was opened
 const COARSE = 0.5; // drawn pixels per pixel of the screen
 
 {
   const gl = viewer.renderer.getContext(), pixel = new Uint8Array(4);
-  let slow = 0, awake = 0; // number of slow pictures, and end of the rest [ms]
+  let slow = 0, awake = 0; // number of slow pictures in a row, and end of the rest [ms]
 
   const draw = () => {
     const start = performance.now();
     viewer.render();
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel); // waits until the picture is drawn
     const time = performance.now() - start;
-    if (time <= QUICK) return;
+    if (time <= QUICK) {
+      slow = 0;
+      return;
+    }
     awake = performance.now() + REST * time;
     slow += 1;
     if (slow === SURE) {

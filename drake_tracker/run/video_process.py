@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from drake_tracker.core.child_process import ChildProcess
+from drake_tracker.core.errors import MachineError
 from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
 from drake_tracker.run.video_worker import END
 
@@ -20,53 +21,63 @@ _PROGRAM = "drake_tracker.run.video_worker"
 class VideoProcess:
     """Draws frames and appends them to a video file, as a `DrawnVideo` does, in a process of its own.
 
-    If this process is killed, the file is completed with the frames that were passed on until then.
+    The process starts with the first frame. If this process is killed, the file is completed with the frames that were
+    passed on until then.
 
     Args:
         path: MP4 file to write.
         page: draws the frames.
-
-    Raises MachineError when the process cannot start.
     """
 
     wanted = True
     """Whether the next frame is wanted, which it always is."""
 
     def __init__(self, path: Path, page: VideoPage) -> None:
-        self._process = ChildProcess(_PROGRAM, name="video process", instead=INSTEAD)
+        self._task = pickle.dumps((path, page))
+        self._process: ChildProcess | None = None
         self._waiting: queue.Queue[bytes] = queue.Queue(_MOST_WAITING)
         self._errors: list[Exception] = []
         self._open = True
-        # A pipe is too short for a few frames. A thread waits until the process has read them.
-        arguments = (self._process, self._waiting, self._errors)
-        self._thread = threading.Thread(target=_send, args=arguments, name="video", daemon=True)
-        self._thread.start()
-        self._waiting.put(pickle.dumps((path, page)))
 
     @property
-    def number(self) -> int:
-        """The process number of the process."""
-        return self._process.number
+    def running(self) -> list[int]:
+        """The process number of the process; none before the first frame."""
+        return [] if self._process is None else [self._process.number]
 
     def write(self, sights: Mapping[str, CameraSight], state: PageState) -> None:
         """Passes on what a frame shows, see `VideoPage.draw`. After an error, nothing more is written.
 
-        Raises DrakeTrackerError when an earlier frame could not be written; MachineError when the process has ended.
+        Raises DrakeTrackerError when an earlier frame could not be written; MachineError when the process cannot start,
+        has ended, or does not answer.
         """
         if self._open:
+            if self._process is None:
+                self._start()
             self._waiting.put(pickle.dumps((dict(sights), state)))
             if self._errors:
                 self.close()
 
     def close(self) -> None:
         """Completes the file and ends the process. A second call does nothing. Raises as `write` does."""
-        if self._open:
-            self._open = False
+        process, self._open = self._process if self._open else None, False
+        if process is not None:
             self._waiting.put(END)
             self._thread.join()
-            self._process.close()
+            process.close()
             if self._errors:
                 raise self._errors[0]
+
+    def _start(self) -> None:
+        try:
+            self._process = ChildProcess(_PROGRAM, name="video process", instead=INSTEAD)
+        except MachineError:
+            self._open = False
+            raise
+        # A pipe is too short for a few frames. A thread waits until the process has read them.
+        arguments = (self._process, self._waiting, self._errors)
+        self._thread = threading.Thread(target=_send, args=arguments, name="video", daemon=True)
+        self._thread.start()
+        self._waiting.put(self._task)
 
 
 def _send(process: ChildProcess, waiting: "queue.Queue[bytes]", errors: list[Exception]) -> None:

@@ -4,6 +4,7 @@ import pickle
 from multiprocessing.connection import Connection
 
 from drake_tracker.core.child_process import DONE, run_child
+from drake_tracker.run.drawn_video import DrawnVideo
 
 END = b""
 """Message after the last frame; the answer says that the file is complete."""
@@ -15,8 +16,6 @@ def serve(connection: Connection) -> None:
     Args:
         connection: first receives the pickled (path, `VideoPage`), then pickled arguments of `VideoPage.draw`.
     """
-    from drake_tracker.run.drawn_video import DrawnVideo
-
     video = DrawnVideo(*pickle.loads(connection.recv_bytes()))
     try:
         while (message := connection.recv_bytes()) != END:
@@ -24,7 +23,6 @@ def serve(connection: Connection) -> None:
     finally:
         video.close()
     connection.send_bytes(DONE)
-    connection.recv_bytes()
 
 
 if __name__ == "__main__":

@@ -27,7 +27,8 @@ RADIUS = 0.004
 TILT = np.deg2rad(10.0)
 AXES = np.array([[0.0, np.cos(TILT), -np.sin(TILT)], [-1.0, 0.0, 0.0], [0.0, np.sin(TILT), np.cos(TILT)]])
 X_WB = RigidTransform(RotationMatrix.MakeZRotation(0.03) @ RotationMatrix(AXES), [0.555, 0.004, 0.50])
-TIME_STEP, PERIOD = 1.0 / 600.0, 0.005
+PERIOD = 0.005
+TIME_STEP = PERIOD / 2  # as in the initialisation of the ball
 QUICK = TouchConfig(travel_speed=0.6, clearance=0.005, settle=0.05, reach_below=0.012)
 
 

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
+from drake_tracker.core import child_process
 from drake_tracker.core.errors import DrakeTrackerError, MachineError
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.drawn_video import DrawnVideo
@@ -62,7 +63,7 @@ def test_the_file_is_the_one_that_this_process_would_write(tmp_path):
     here, there = read(tmp_path / "here.mp4"), read(tmp_path / "there.mp4")
     assert len(here) == 40 and len(np.unique(here[0])) > 50
     np.testing.assert_array_equal(here, there)
-    assert ended(video.number) and sorted(os.listdir(tmp_path)) == ["here.mp4", "there.mp4"]
+    assert ended(video.running[0]) and sorted(os.listdir(tmp_path)) == ["here.mp4", "there.mp4"]
 
 
 def test_a_file_that_cannot_be_written_is_named_once():
@@ -71,7 +72,7 @@ def test_a_file_that_cannot_be_written_is_named_once():
         complete(video, 400)
     assert not isinstance(error.value, MachineError)
     complete(video, 2)
-    assert ended(video.number)
+    assert ended(video.running[0])
 
 
 def test_a_killed_process_is_named_in_one_line_and_the_written_part_is_kept(tmp_path):
@@ -81,7 +82,7 @@ def test_a_killed_process_is_named_in_one_line_and_the_written_part_is_kept(tmp_
     while not ((tmp_path / "v.mp4").exists() and (tmp_path / "v.mp4").stat().st_size > 5000):
         assert time.monotonic() < end
         time.sleep(0.02)
-    os.kill(video.number, signal.SIGKILL)
+    os.kill(video.running[0], signal.SIGKILL)
     with pytest.raises(MachineError, match="^a video process was ended by signal 9; [^\n]*render_processes 0$"):
         video.close()
     assert len(read(tmp_path / "v.mp4")) >= 25
@@ -89,16 +90,36 @@ def test_a_killed_process_is_named_in_one_line_and_the_written_part_is_kept(tmp_
 
 def test_a_process_that_cannot_start_is_named_in_one_line(monkeypatch, tmp_path):
     monkeypatch.setattr(sys, "executable", "/nowhere/python")
+    video = VideoProcess(tmp_path / "v.mp4", page())
     with pytest.raises(MachineError, match="^a video process cannot start: No such file"):
-        VideoProcess(tmp_path / "v.mp4", page())
+        write_frames(video, 1)
+    complete(video, 1)
+    assert video.running == [] and not list(tmp_path.iterdir())
+
+
+def test_without_a_frame_there_is_no_process_and_no_file(tmp_path):
+    video = VideoProcess(tmp_path / "v.mp4", page())
+    video.close()
+    assert video.running == [] and not list(tmp_path.iterdir())
+
+
+def test_a_stopped_process_does_not_stop_this_one(monkeypatch, tmp_path):
+    monkeypatch.setattr(child_process, "PATIENCE", 0.3)
+    video = VideoProcess(tmp_path / "v.mp4", page())
+    write_frames(video, 1)
+    os.kill(video.running[0], signal.SIGSTOP)
+    with pytest.raises(MachineError, match=r"^a video process did not answer within 0\.3 s; [^\n]*$"):
+        complete(video, 200)
+    assert ended(video.running[0])
 
 
 def test_the_file_is_completed_when_the_simulation_is_killed(tmp_path):
     """It is one piece with its index in front, not fragments."""
     program = (
-        "import sys, time; sys.path.insert(0, sys.argv[1]); from test_video_process import *; "
-        "video = VideoProcess(sys.argv[2], page()); print(video.number, flush=True); "
-        "write_frames(video, 20); time.sleep(60)"
+        "import sys, time; sys.path.insert(0, sys.argv[1]); "
+        "from test_video_process import VideoProcess, page, write_frames; "
+        "video = VideoProcess(sys.argv[2], page()); write_frames(video, 20); print(*video.running, flush=True); "
+        "time.sleep(60)"
     )
     path = tmp_path / "v.mp4"
     here = os.path.dirname(__file__)

@@ -16,11 +16,9 @@ class BoardTouchingDiagram(Diagram):
         name: BoardTouchingDiagram
         output_ports:
         - report
-        - camera
         - truth_query
 
     - ``report``: a `TouchReport`, updated every ``period``. The positions of marks that are not touched yet are zero.
-    - ``camera``: an ImageRgba8U of the world's camera, if it has one.
     - ``truth_query``: a QueryObject of the world's scene, ground truth.
 
     There is no vision in the loop.
@@ -57,7 +55,5 @@ class BoardTouchingDiagram(Diagram):
         for port in ("arm_desired_state", "arm_feedforward"):
             builder.Connect(arm.GetOutputPort(port), world.GetInputPort(port))
         builder.ExportOutput(arm.GetOutputPort("report"), "report")
-        for port in ("camera", "truth_query"):
-            if world.HasOutputPort(port):
-                builder.ExportOutput(world.GetOutputPort(port), port)
+        builder.ExportOutput(world.GetOutputPort("truth_query"), "truth_query")
         builder.BuildInto(self)
