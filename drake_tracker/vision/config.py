@@ -89,3 +89,23 @@ class StaticThreshold(BinaryImage):
     """A plain threshold of the image: cannot find white on white, as the paper says."""
 
     level: float = setting(200.0, "brightness above which a pixel counts as the ball", "grey levels", (0.0, 255.0))
+
+
+@dataclass(frozen=True)
+class Silhouettes:
+    """Finds whole objects: the difference from a picture of the empty scene, which is learned from the images."""
+
+    threshold: float = setting(10.0, "least difference from the background that counts", "grey levels", (1.0, 255.0))
+    noise_factor: float = setting(
+        5.0, "raises the threshold to this many standard deviations of the noise", "", (0.0, 50.0)
+    )
+    stride: int = setting(3, "cycles between the images whose difference shows motion", "cycles", (1, 8))
+    join_distance: int = setting(25, "gap between moving edges that is bridged until the background is known", "px", (1, 255))
+    learning_rate: float = setting(0.02, "share of each image in the background", "", (0.0, 1.0))
+    shadow_darkest: float = setting(0.25, "least brightness of a shadow, as a share of the background's", "", (0.0, 1.0))
+    shadow_lightest: float = setting(0.97, "largest brightness of a shadow, as such a share", "", (0.0, 1.0))
+    shadow_spread: float = setting(0.22, "largest change of colour in a shadow, 0: no test for shadows", "", (0.0, 2.0))
+    body_share: float = setting(
+        0.25, "share of a region that is not shadow-like from which on the rest counts as its shadow", "", (0.0, 1.0)
+    )
+    min_pixels: int = setting(25, "pixels of the smallest region", "px", (1, 65536))

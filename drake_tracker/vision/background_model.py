@@ -1,0 +1,272 @@
+"""Segments what does not belong to the still scene: a background model that is learned from the images of one camera.
+
+Motion is visible at the edges of an object only, and two objects that are close to each other leave edges that nobody can
+tell apart. The difference from a picture of the empty scene shows whole objects. That picture is learned: a pixel enters it
+once nothing moves there. Until then, the region enclosed by moving edges stands for the object.
+"""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.vision.check_settings import check_settings
+from drake_tracker.vision.config import Silhouettes
+from drake_tracker.vision.light_gain import light_gain
+
+GHOST_EDGE_RATIO = 1.3
+"""A region that stands still is a ghost, a place that an object has left, when the edges along its outline are this many
+times as strong in the background as in the image."""
+LEARNING_PERIOD = 4
+"""Images from one that is learned from to the next, once the background is known."""
+QUIET_IMAGES = 12
+"""Images without motion after which a pixel counts as still."""
+NOISE_OF_MEDIAN = 0.8
+"""Standard deviation of the noise of one channel, as a fraction of the median of the largest of three differences."""
+NOISE_WEIGHT = 0.3
+"""Weight of the newest image in the estimate of the noise."""
+LEVEL_ROWS = 4
+"""One row in this many is enough to measure brightness and noise of an image."""
+SAME_LIGHT = 0.004
+"""Changes of the brightness below this share are not compensated."""
+RATIO_SCALE = 100.0
+"""Number that stands for equal brightness in an 8-bit image of ratios."""
+MARGIN = 3
+"""Pixels around a silhouette that are looked at with it, and not learned from."""
+_SPECK = np.ones((2, 2), np.uint8)
+_SMALL, _MEDIUM = np.ones((3, 3), np.uint8), np.ones((5, 5), np.uint8)
+
+
+@dataclass(frozen=True, eq=False)
+class Background(FrozenState):
+    """What is remembered of one camera's images.
+
+    Attributes:
+        mean: float32 (h, w, 3), the scene without objects [grey levels].
+        picture: the same, uint8.
+        known: uint8 (h, w), 255 where the scene is known.
+        quiet: uint8 (h, w), images since something moved, up to 255.
+        reference: the image with which the next one is compared to find motion, uint8 (h, w, 3).
+        moving: uint8 (h, w), 255 where edges moved when that was last looked for.
+        swept: uint8 (h, w), the same with the gaps between edges filled.
+        mask: uint8 (h, w), the newest silhouettes.
+        noise: standard deviation of the difference from the background [grey levels].
+        count: number of images so far.
+    """
+
+    mean: np.ndarray
+    picture: np.ndarray
+    known: np.ndarray
+    quiet: np.ndarray
+    reference: np.ndarray
+    moving: np.ndarray
+    swept: np.ndarray
+    mask: np.ndarray
+    noise: float
+    count: int
+
+
+class BackgroundModel:
+    """Learns the background of a camera's images, and segments what stands out from it.
+
+    A pixel is foreground when one of its channels differs from the background by more than a threshold, which follows the
+    noise of the images. Pixels that are darker than the background but of the same colour are shadow, provided that the
+    region has other pixels as well: a dark object has none. All state is with the caller.
+
+    Args:
+        settings: `Silhouettes`.
+        window: uint8 (h, w) of the image's shape, 0 where objects are ignored; None uses the whole image.
+
+    Raises DrakeTrackerError when a setting is outside its range or the window is empty.
+    """
+
+    def __init__(self, settings: Silhouettes = Silhouettes(), *, window: np.ndarray | None = None) -> None:
+        check_settings(settings, "silhouettes")
+        self.settings = settings
+        self._window = None
+        if window is not None:
+            self._window = np.where(np.asarray(window) > 0, np.uint8(255), np.uint8(0))
+            if not self._window.any():
+                raise DrakeTrackerError("silhouettes: the window of interest is empty")
+        side = int(settings.join_distance) | 1
+        self._join = np.ones((side, side), np.uint8)
+
+    def smooth(self, image: np.ndarray) -> np.ndarray:
+        """Returns an image (h, w, 3), uint8, with less noise."""
+        return read_only(cv2.GaussianBlur(image, (3, 3), 0.8))
+
+    def start(self, image: np.ndarray) -> Background:
+        """Returns the state after the first smoothed image (h, w, 3): nothing is known of the background yet."""
+        blank = read_only(np.zeros(image.shape[:2], np.uint8))
+        quiet = read_only(np.full_like(blank, QUIET_IMAGES - 1))
+        mean = read_only(image.astype(np.float32))
+        return Background(mean, image, blank, quiet, image, blank, blank, blank, 1.0, 1)
+
+    def update(
+        self, state: Background, image: np.ndarray, hidden: np.ndarray | None = None
+    ) -> tuple[Background, bool]:
+        """Returns the state after an image, and whether the image could be compared with the background.
+
+        Args:
+            state: the state before the image.
+            image: smoothed image, uint8 (h, w, 3).
+            hidden: uint8 (h, w), 255 where the robot's own arm is expected, or None.
+        """
+        settings = self.settings
+        gain = self._gain(state, image)
+        if gain is None:
+            blank = read_only(np.zeros_like(state.mask))
+            return replace(state, mask=blank, reference=image, count=state.count + 1), False
+        picture = state.picture if abs(gain - 1.0) < SAME_LIGHT else cv2.convertScaleAbs(state.picture, alpha=gain)
+        difference = _largest(cv2.absdiff(image, picture))
+        threshold = max(settings.threshold, settings.noise_factor * state.noise)
+        learning = state.count < LEARNING_PERIOD or state.count % LEARNING_PERIOD == 0
+        if state.count == 1:
+            noise = NOISE_OF_MEDIAN * float(np.median(difference[::LEVEL_ROWS]))
+            threshold = max(settings.threshold, settings.noise_factor * noise)
+            state = replace(state, noise=noise)
+        if learning:
+            state = self._find_motion(state, image, threshold)
+        mask = cv2.threshold(difference, threshold, 255, cv2.THRESH_BINARY)[1]
+        if cv2.countNonZero(state.known) < state.known.size:
+            np.copyto(mask, state.swept, where=state.known == 0)
+        mask = cv2.morphologyEx(self._within(mask, hidden), cv2.MORPH_OPEN, _SPECK)
+        mask = self._without_shadows(mask, image, picture)
+        state = replace(state, mask=read_only(mask), count=state.count + 1)
+        return (self._learn(state, image, picture, difference, gain, hidden) if learning else state), True
+
+    def _gain(self, state: Background, image: np.ndarray) -> float | None:
+        """Returns the factor by which the still scene is brighter than in the background, None when it is not the same."""
+        still = cv2.subtract(state.known[::LEVEL_ROWS], state.mask[::LEVEL_ROWS])
+        if not cv2.countNonZero(still):
+            return 1.0
+        before, now = (sum(cv2.mean(each[::LEVEL_ROWS], mask=still)[:3]) for each in (state.picture, image))
+        return light_gain(before, now)
+
+    def _find_motion(self, state: Background, image: np.ndarray, threshold: float) -> Background:
+        """Returns the state with the pixels that changed since the reference image, which the image then becomes."""
+        change = _largest(cv2.absdiff(image, state.reference))
+        moving = cv2.threshold(change, threshold, 255, cv2.THRESH_BINARY)[1]
+        moving = cv2.morphologyEx(self._within(moving), cv2.MORPH_OPEN, _SPECK)
+        swept = cv2.morphologyEx(moving, cv2.MORPH_CLOSE, self._join)
+        quiet = cv2.add(state.quiet, 1 if state.count < LEARNING_PERIOD else LEARNING_PERIOD)
+        quiet[cv2.dilate(swept, _SMALL) > 0] = 0
+        return replace(
+            state, reference=image, moving=read_only(moving), swept=read_only(swept), quiet=read_only(quiet)
+        )
+
+    def _learn(
+        self,
+        state: Background,
+        image: np.ndarray,
+        picture: np.ndarray,
+        difference: np.ndarray,
+        gain: float,
+        hidden: np.ndarray | None,
+    ) -> Background:
+        """Returns the state with what an image adds to the background.
+
+        Args:
+            state: the state after the image.
+            image: the smoothed image.
+            picture: the background in the light of the image.
+            difference: the largest difference of the two over the channels.
+            gain: brightness of the image as a share of the background's.
+            hidden: what the robot's own arm covers, or None.
+        """
+        known, mask, mean = state.known, state.mask, state.mean.copy()
+        ghosts = self._ghosts(state, image, picture)
+        if ghosts is not None:
+            mask, known = (read_only(cv2.subtract(each, ghosts)) for each in (mask, known))
+        learn = cv2.threshold(state.quiet, QUIET_IMAGES - 1, 255, cv2.THRESH_BINARY)[1]
+        if hidden is not None:
+            learn = cv2.subtract(learn, hidden)
+        scene = cv2.convertScaleAbs(image, alpha=1.0 / gain)
+        fresh = cv2.subtract(learn, known)
+        if cv2.countNonZero(fresh):
+            np.copyto(mean, scene, where=fresh[..., None] > 0)
+            known = read_only(cv2.bitwise_or(known, fresh))
+        still = cv2.subtract(learn, cv2.dilate(mask, _MEDIUM))
+        cv2.accumulateWeighted(scene, mean, self.settings.learning_rate, still)
+        values = difference[::LEVEL_ROWS][still[::LEVEL_ROWS] > 0]
+        noise = state.noise
+        if len(values):
+            noise += NOISE_WEIGHT * (NOISE_OF_MEDIAN * float(np.median(values)) - noise)
+        return replace(
+            state,
+            mean=read_only(mean),
+            picture=read_only(cv2.convertScaleAbs(mean)),
+            known=known,
+            mask=mask,
+            noise=noise,
+        )
+
+    def _within(self, mask: np.ndarray, hidden: np.ndarray | None = None) -> np.ndarray:
+        if self._window is not None:
+            mask = cv2.bitwise_and(mask, self._window)
+        return mask if hidden is None else cv2.subtract(mask, hidden)
+
+    def _without_shadows(self, mask: np.ndarray, image: np.ndarray, picture: np.ndarray) -> np.ndarray:
+        """Returns the silhouettes without cast shadows: pixels that are darker than the background, of the same colour."""
+        settings = self.settings
+        u0, v0, width, height = cv2.boundingRect(mask)
+        if width == 0:
+            return mask
+        box = slice(v0, v0 + height), slice(u0, u0 + width)
+        ratios = cv2.split(cv2.divide(image[box], cv2.max(picture[box], 1), scale=RATIO_SCALE))
+        lightest = cv2.max(cv2.max(ratios[0], ratios[1]), ratios[2])
+        darkest = cv2.min(cv2.min(ratios[0], ratios[1]), ratios[2])
+        allowed = cv2.convertScaleAbs(lightest, alpha=settings.shadow_spread)
+        shadow = cv2.inRange(lightest, RATIO_SCALE * settings.shadow_darkest, RATIO_SCALE * settings.shadow_lightest)
+        shadow = cv2.bitwise_and(shadow, cv2.compare(cv2.subtract(lightest, darkest), allowed, cv2.CMP_LE))
+        whole = mask[box]
+        if not cv2.countNonZero(cv2.bitwise_and(shadow, whole)):
+            return mask
+        body = cv2.morphologyEx(cv2.subtract(whole, shadow), cv2.MORPH_OPEN, _SPECK)
+        body = cv2.bitwise_and(cv2.morphologyEx(body, cv2.MORPH_CLOSE, _MEDIUM), whole)
+        count, labels = cv2.connectedComponents(whole, connectivity=8)
+        kept, of = (np.bincount(labels[each > 0], minlength=count) for each in (body, whole))
+        dark_object = kept < settings.body_share * of
+        if dark_object.any():
+            np.copyto(body, whole, where=dark_object[labels])
+        result = np.zeros_like(mask)
+        result[box] = body
+        return result
+
+    def _ghosts(self, state: Background, image: np.ndarray, picture: np.ndarray) -> np.ndarray | None:
+        """Returns the places that objects have left since they became part of the background, uint8, None without any.
+
+        A region in which nothing moves either shows an object that stands, which has edges along its outline in the image,
+        or a place that an object has left, which has them in the background only.
+        """
+        if not cv2.countNonZero(state.mask):
+            return None
+        count, labels, statistics, _ = cv2.connectedComponentsWithStats(state.mask, connectivity=8)
+        found = None
+        for label in range(1, count):
+            u0, v0, width, height, _ = statistics[label]
+            box = slice(max(v0 - MARGIN, 0), v0 + height + MARGIN), slice(max(u0 - MARGIN, 0), u0 + width + MARGIN)
+            region = (labels[box] == label).view(np.uint8)
+            if cv2.countNonZero(cv2.bitwise_and(region, cv2.compare(state.quiet[box], QUIET_IMAGES, cv2.CMP_LT))):
+                continue
+            outline = cv2.morphologyEx(region, cv2.MORPH_GRADIENT, _SMALL)
+            now, before = (_edges(each[box], outline) for each in (image, picture))
+            if before > GHOST_EDGE_RATIO * now:
+                found = np.zeros_like(state.mask) if found is None else found
+                found[box][cv2.dilate(region, _MEDIUM) > 0] = 255
+        return found
+
+
+def _largest(difference: np.ndarray) -> np.ndarray:
+    """Returns the largest of the three channels (h, w, 3) of every pixel, (h, w)."""
+    red, green, blue = cv2.split(difference)
+    return cv2.max(cv2.max(red, green), blue)
+
+
+def _edges(picture: np.ndarray, outline: np.ndarray) -> float:
+    """Returns the mean strength of the edges of a picture (h, w, 3) on an outline (h, w) [grey levels/px]."""
+    grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
+    du, dv = (cv2.Sobel(grey, cv2.CV_32F, *order, scale=0.125) for order in ((1, 0), (0, 1)))
+    return cv2.mean(cv2.magnitude(du, dv), mask=outline)[0]
