@@ -109,3 +109,21 @@ class Silhouettes:
         0.25, "share of a region that is not shadow-like from which on the rest counts as its shadow", "", (0.0, 1.0)
     )
     min_pixels: int = setting(25, "pixels of the smallest region", "px", (1, 65536))
+
+
+@dataclass(frozen=True)
+class Single:
+    """The paper's way: one centroid of all that moves in each image, and one point."""
+
+
+@dataclass(frozen=True)
+class Several:
+    """Tracks several objects, moving or standing, by their silhouettes."""
+
+    silhouettes: Silhouettes = setting(Silhouettes, "how objects are separated from the still scene")
+    min_pixels: int = setting(25, "pixels of the smallest object", "px", (1, 65536))
+    confirm_after: int = setting(5, "pairs of images after which a new track is confirmed", "", (1, 1000))
+    coast_time: float = setting(2.0, "time after which a track that is not seen is deleted", "s", (0.05, 60.0))
+    widest_gate: float = setting(12.0, "largest standard deviation of a predicted position", "px", (0.5, 1000.0))
+    region_slots: int = 16
+    track_slots: int = 8

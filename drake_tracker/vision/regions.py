@@ -4,24 +4,30 @@ A region that shows several objects is divided among the windows in which these 
 goes to the nearest one. A region in no window belongs to a new object.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from drake_tracker.vision.background_model import Foreground
+from drake_tracker.vision.foreground import Foreground
 
 REGION_SLOTS = 16
 """Regions of one image that are reported."""
 FRAGMENT_PIXELS = 6
 """Fragments of a silhouette with fewer pixels are noise."""
+FRAGMENT_SHARE = 0.25
+"""A fragment with a smaller share of the pixels of the largest one is a piece of the same object."""
 CLAIM_MARGIN = 2.0
 """Distance [px] by which a fragment may lie outside the gate of a window that claims it."""
 REACH = 1.35
 """Pixels farther from a window's centre than this many radii belong to another object."""
 OVERSIZE = 1.6
 """A region that is this many times as wide or high as its object shows another one too."""
+HIDDEN_BEHIND = 0.3
+"""An object whose centre is nearer than this many radii to that of another is hidden by it."""
+END_QUANTILE = 0.004
+"""Share of the pixels of a silhouette that may lie beyond its end."""
 SHAPE_ERROR = 0.055
 """Standard deviation of a silhouette's centroid as a fraction of its extent: which part of an object is visible depends on
 its heading."""
@@ -38,23 +44,37 @@ class ObjectWindow(NamedTuple):
         u: column of the expected centroid [px], full frame.
         v: row [px].
         std: standard deviation of the expectation [px].
-        width: expected extent along u [px].
-        height: expected extent along v [px].
+        edges: the edges of the object's box, projected, as columns, shape (2, 3) [px].
         pixels: expected number of pixels.
+        depth: distance from the camera [m].
     """
 
     track: int
     u: float
     v: float
     std: float
-    width: float
-    height: float
+    edges: np.ndarray
     pixels: float
+    depth: float
+
+    @property
+    def centre(self) -> np.ndarray:
+        """The expected centroid, shape (2,) [px]."""
+        return np.array([self.u, self.v])
+
+    @property
+    def extents(self) -> np.ndarray:
+        """Expected extents along u and v, shape (2,) [px]."""
+        return np.abs(self.edges).sum(axis=1)
 
     @property
     def radius(self) -> float:
         """Radius of a disc that contains the object [px]."""
-        return 0.5 * float(np.hypot(self.width, self.height)) + 1.0
+        return 0.5 * float(np.linalg.norm(self.extents)) + 1.0
+
+    def half_extent(self, direction: np.ndarray) -> float:
+        """Returns half of the expected extent along a unit vector (2,) of the image [px]."""
+        return 0.5 * float(np.abs(direction @ self.edges).sum())
 
 
 class Region(NamedTuple):
@@ -110,26 +130,43 @@ def find_regions(
     claims: dict[int, list[int]] = {}
     free = []
     for label in fragments:
-        claimed = _claimed_by(statistics[label], offset, windows)
-        for number in claimed:
+        for number in _claimed_by(statistics[label], offset, windows):
             claims.setdefault(number, []).append(label)
-        if not claimed and statistics[label, cv2.CC_STAT_AREA] >= min_pixels:
-            free.append((labels == label).view(np.uint8))
-    contested = {label for label in fragments if sum(label in mine for mine in claims.values()) > 1}
-    parts = [(0, part, False) for part in free]
-    pixel_sets: list[tuple[int, np.ndarray, bool]] = []
     for number, mine in claims.items():
-        part, shared = _part_of(number, mine, contested, labels, offset, windows)
-        pixel_sets.append((number, part, shared))
-    rest = _unclaimed(claims, labels, [part for _, part, _ in pixel_sets], windows, min_pixels)
-    regions = []
-    for number, part, shared in pixel_sets:
-        region = _region(part, foreground, box, offset, windows[number], shared, colours)
-        if region is not None and region.pixels >= FRAGMENT_PIXELS:
-            regions.append(region)
-    others = [_region(part, foreground, box, offset, None, False, colours) for _, part, _ in parts]
-    others += [_region(part, foreground, box, offset, None, True, colours) for part in rest]
+        claims[number] = _joined(mine, statistics, offset, windows[number])
+    claimed = {label for mine in claims.values() for label in mine}
+    for label in fragments:
+        if label not in claimed and statistics[label, cv2.CC_STAT_AREA] >= min_pixels:
+            free.append((labels == label).view(np.uint8))
+    regions: list[Region] = []
+    used = np.zeros(labels.shape, np.uint8)
+    pending = set(claims)
+    while pending:
+        group = _sharing(pending.pop(), claims)
+        pending -= group
+        members = sorted(group)
+        whole = np.isin(labels, [label for number in members for label in claims[number]]).view(np.uint8)
+        parts = divide(whole, [windows[number] for number in members], offset)
+        for number, part in zip(members, parts):
+            used = cv2.bitwise_or(used, part.pixels)
+            region = _region(part, foreground, box, offset, windows[number], colours)
+            if region is not None and region.pixels >= FRAGMENT_PIXELS:
+                regions.append(region)
+    rest = _left_over(labels, claimed, used, claims, windows, min_pixels)
+    others = [_region(Part(part), foreground, box, offset, None, colours) for part in free]
+    others += [_region(Part(part, shared=True), foreground, box, offset, None, colours) for part in rest]
     return regions + sorted((each for each in others if each is not None), key=lambda each: -each.pixels)
+
+
+def _sharing(number: int, claims: Mapping[int, Sequence[int]]) -> set[int]:
+    """Returns the windows that share fragments with one of them, directly or through others, itself included."""
+    group, labels = {number}, set(claims[number])
+    while True:
+        more = {other for other, mine in claims.items() if other not in group and labels & set(mine)}
+        if not more:
+            return group
+        group |= more
+        labels.update(label for other in more for label in claims[other])
 
 
 def _claimed_by(statistics: np.ndarray, offset: np.ndarray, windows: Sequence[ObjectWindow]) -> list[int]:
@@ -148,46 +185,108 @@ def _claimed_by(statistics: np.ndarray, offset: np.ndarray, windows: Sequence[Ob
     return found
 
 
-def _part_of(
-    number: int,
-    mine: Sequence[int],
-    contested: set[int],
-    labels: np.ndarray,
-    offset: np.ndarray,
-    windows: Sequence[ObjectWindow],
-) -> tuple[np.ndarray, bool]:
-    """Returns the pixels that belong to a window, uint8 of the labels' shape, and whether others share its fragments."""
-    part = np.isin(labels, mine) if len(mine) > 1 else labels == mine[0]
-    window = windows[number]
-    shared = any(label in contested for label in mine)
-    u, v, width, height = cv2.boundingRect(part.view(np.uint8))
-    if not shared and width <= OVERSIZE * window.width + 4.0 and height <= OVERSIZE * window.height + 4.0:
-        return part.view(np.uint8), False
-    rows, columns = np.nonzero(part)
+def _joined(mine: Sequence[int], statistics: np.ndarray, offset: np.ndarray, window: ObjectWindow) -> list[int]:
+    """Returns those fragments of a window that show its object: the nearest large one, and all small ones.
+
+    A second large fragment is another object, whose silhouette has just come apart from that of the first.
+    """
+    if len(mine) == 1:
+        return list(mine)
+    pixels = statistics[mine, cv2.CC_STAT_AREA]
+    large = [label for label, count in zip(mine, pixels) if count >= FRAGMENT_SHARE * pixels.max()]
+    centres = statistics[large, :2] + 0.5 * (statistics[large, 2:4] - 1) + offset
+    nearest = large[int(np.hypot(*(centres - (window.u, window.v)).T).argmin())]
+    return [label for label in mine if label == nearest or label not in large]
+
+
+class Part(NamedTuple):
+    """The part of a silhouette that belongs to one object.
+
+    Attributes:
+        pixels: uint8, 1 where they are.
+        centre: centroid of the object (u, v) [px], where it is not simply that of the pixels.
+        shared: whether the silhouette shows other objects too.
+    """
+
+    pixels: np.ndarray
+    centre: np.ndarray | None = None
+    shared: bool = False
+
+
+def divide(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: np.ndarray) -> list[Part]:
+    """Returns the parts of a silhouette that belong to the objects in its windows, one for each of them.
+
+    The silhouette of a single object is its own, unless it is far larger than the object. That of two objects ends on
+    either side where one of them ends: each is placed by its own extent from that end. Three or more objects take the
+    pixels that are nearest to them.
+
+    Args:
+        whole: the silhouette, uint8, 1 where it is.
+        windows: the objects.
+        offset: full-frame coordinates of the top left pixel, shape (2,) [px].
+    """
+    if len(windows) == 1:
+        _, _, width, height = cv2.boundingRect(whole)
+        if (np.array([width, height]) <= OVERSIZE * windows[0].extents + 4.0).all():
+            return [Part(whole)]
+    if len(windows) == 2:
+        return _divide_in_two(whole, windows, offset)
+    rows, columns = np.nonzero(whole)
     points = np.column_stack([columns, rows]) + offset
-    centres = np.array([[each.u, each.v] for each in windows])
-    radii = np.array([each.radius for each in windows])
-    distances = np.linalg.norm(points[:, None] - centres[None], axis=2) / radii
-    kept = (distances.argmin(axis=1) == number) & (distances[:, number] <= REACH)
-    result = np.zeros(labels.shape, np.uint8)
-    result[rows[kept], columns[kept]] = 1
-    return result, True
+    distances = np.stack([np.linalg.norm(points - each.centre, axis=1) / each.radius for each in windows])
+    nearest = distances.argmin(axis=0)
+    parts = []
+    for number in range(len(windows)):
+        kept = (nearest == number) & (distances[number] <= REACH)
+        parts.append(Part(_drawn(whole.shape, rows[kept], columns[kept]), shared=True))
+    return parts
 
 
-def _unclaimed(
-    claims: dict[int, list[int]],
+def _divide_in_two(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: np.ndarray) -> list[Part]:
+    """Returns the parts of two objects of known extents, each placed from its own end of the common silhouette."""
+    first, second = windows
+    between = second.centre - first.centre
+    distance = float(np.linalg.norm(between))
+    rows, columns = np.nonzero(whole)
+    points = np.column_stack([columns, rows]) + offset
+    empty = Part(np.zeros_like(whole), shared=True)
+    if distance < HIDDEN_BEHIND * max(first.radius, second.radius):
+        # One stands in front of the other, which cannot be measured.
+        return [Part(whole, shared=True), empty] if first.depth <= second.depth else [empty, Part(whole, shared=True)]
+    along = between / distance
+    across = np.array([-along[1], along[0]])
+    t, w = points @ along, points @ across
+    low, high = np.quantile(t, END_QUANTILE), np.quantile(t, 1.0 - END_QUANTILE)
+    half = first.half_extent(along), second.half_extent(along)
+    centres = low + half[0], high - half[1]
+    border = 0.5 * (centres[0] + half[0] + centres[1] - half[1])
+    parts = []
+    for centre, mine, outer in ((centres[0], t < border, t <= centres[0]), (centres[1], t >= border, t >= centres[1])):
+        if not outer.any():
+            parts.append(empty)
+            continue
+        middle = float(np.mean(w[outer]))
+        parts.append(Part(_drawn(whole.shape, rows[mine], columns[mine]), centre * along + middle * across, shared=True))
+    return parts
+
+
+def _drawn(shape: tuple[int, ...], rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Returns a uint8 image that is 1 at the given pixels."""
+    image = np.zeros(shape, np.uint8)
+    image[rows, columns] = 1
+    return image
+
+
+def _left_over(
     labels: np.ndarray,
-    parts: Sequence[np.ndarray],
+    claimed: Collection[int],
+    used: np.ndarray,
+    claims: Mapping[int, Sequence[int]],
     windows: Sequence[ObjectWindow],
     min_pixels: int,
 ) -> list[np.ndarray]:
-    """Returns what is left of the fragments that windows claim, each uint8 of the labels' shape: further objects."""
-    if not parts:
-        return []
-    claimed = sorted({label for mine in claims.values() for label in mine})
-    left = np.isin(labels, claimed).view(np.uint8)
-    for part in parts:
-        left = cv2.subtract(left, part)
+    """Returns what no window takes of the fragments that windows claim, uint8 of the labels' shape: further objects."""
+    left = cv2.subtract(np.isin(labels, list(claimed)).view(np.uint8), used)
     if cv2.countNonZero(left) < min_pixels:
         return []
     left = cv2.morphologyEx(left, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
@@ -199,47 +298,50 @@ def _unclaimed(
 
 
 def _region(
-    part: np.ndarray,
+    part: Part,
     foreground: Foreground,
     box: tuple[slice, slice],
     offset: np.ndarray,
     window: ObjectWindow | None,
-    shared: bool,
     colours: bool,
 ) -> Region | None:
-    """Returns the region of the pixels ``part`` (uint8, 1 where they are) in the box of the image, None without pixels."""
-    pixels = cv2.countNonZero(part)
+    """Returns the region of a part of a silhouette in the box of the image, None without pixels."""
+    pixels = cv2.countNonZero(part.pixels)
     if pixels == 0:
         return None
-    left, top, width, height = cv2.boundingRect(part)
+    left, top, width, height = cv2.boundingRect(part.pixels)
     inner = slice(top, top + height), slice(left, left + width)
-    piece = part[inner]
-    moments = cv2.moments(cv2.convexHull(cv2.findNonZero(piece)))
-    if moments["m00"] > 0.0:
-        u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
-    else:  # All pixels on one line: the hull has no area.
-        u, v = 0.5 * (width - 1), 0.5 * (height - 1)
+    piece = part.pixels[inner]
+    if part.centre is None:
+        moments = cv2.moments(cv2.convexHull(cv2.findNonZero(piece)))
+        if moments["m00"] > 0.0:
+            u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
+        else:  # All pixels on one line: the hull has no area.
+            u, v = 0.5 * (width - 1), 0.5 * (height - 1)
+        u, v = u + left + offset[0], v + top + offset[1]
+    else:
+        u, v = part.centre
     moving = cv2.countNonZero(cv2.bitwise_and(piece, foreground.moving[box][inner])) / pixels
     share = 1.0 if window is None or window.pixels <= 0.0 else min(pixels / window.pixels, 1.0)
-    full_width, full_height = (width, height) if window is None else (max(width, window.width), max(height, window.height))
-    missing = max(1.0 - share - 0.15, 0.0) + (0.12 if shared else 0.0)
-    var_u, var_v = (
-        JITTER**2 + (SHAPE_ERROR * extent) ** 2 + (0.4 * missing * extent) ** 2 for extent in (full_width, full_height)
-    )
+    extents = np.array([width, height], float)
+    if window is not None:
+        extents = np.maximum(extents, window.extents)
+    missing = max(1.0 - share - 0.15, 0.0) + (0.12 if part.shared else 0.0)
+    var_u, var_v = JITTER**2 + (SHAPE_ERROR**2 + (0.4 * missing) ** 2) * extents**2
     colour = NO_COLOUR
     if colours:
         colour = cv2.mean(foreground.image[box][inner], mask=piece)[:3]
     return Region(
-        u=float(u + left + offset[0]),
-        v=float(v + top + offset[1]),
+        u=float(u),
+        v=float(v),
         pixels=pixels,
         width=float(width),
         height=float(height),
-        var_u=var_u,
-        var_v=var_v,
+        var_u=float(var_u),
+        var_v=float(var_v),
         moving=moving,
         share=share,
         track=0 if window is None else window.track,
-        shared=shared,
+        shared=part.shared,
         colour=(float(colour[0]), float(colour[1]), float(colour[2])),
     )

@@ -1,0 +1,44 @@
+"""What one image shows in front of the background."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_tracker.core.frozen_state import FrozenState
+
+
+@dataclass(frozen=True, eq=False)
+class Foreground(FrozenState):
+    """What one image shows in front of the background.
+
+    Attributes:
+        stamp: capture time of the image [s].
+        image: uint8 (h, w, 3), RGB, smoothed.
+        mask: uint8 (h, w), 255 on the silhouettes of objects.
+        moving: uint8 (h, w), 255 where edges move.
+        image_offset: full-frame coordinates (u0, v0) of the top left pixel [px].
+        hidden: uint8 (h, w), 255 where the robot's own arm covers the scene, or None.
+        usable: whether the image could be compared with the background.
+    """
+
+    stamp: float
+    image: np.ndarray
+    mask: np.ndarray
+    moving: np.ndarray
+    image_offset: tuple[int, int]
+    hidden: np.ndarray | None = None
+    usable: bool = True
+
+    def is_hidden(self, u: float, v: float) -> bool:
+        """Returns whether the arm covers the pixel at (u, v) of the full frame."""
+        return self.hidden is not None and self._value(self.hidden, u, v) > 0
+
+    def shows(self, u: float, v: float) -> bool:
+        """Returns whether the image contains the pixel at (u, v) of the full frame."""
+        height, width = self.mask.shape
+        return 0 <= round(u) - self.image_offset[0] < width and 0 <= round(v) - self.image_offset[1] < height
+
+    def _value(self, picture: np.ndarray, u: float, v: float) -> int:
+        if not self.shows(u, v):
+            return 0
+        return int(picture[round(v) - self.image_offset[1], round(u) - self.image_offset[0]])

@@ -1,0 +1,181 @@
+"""The track of one object: where it was seen, how it moves, and whether it can be seen now."""
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.vision.object_shape import ObjectShape
+
+ACCELERATION_NOISE = 0.6
+"""Process noise of the velocity [m/s/sqrt(s)]: a train on the tightest bend changes it by .2 m/s^2."""
+START_SPEED = 0.3
+"""Standard deviation of the velocity of a new track [m/s], per axis."""
+STANDING_SPEED = 0.012
+"""Speed below which an object without moving edges stands [m/s]."""
+COLOUR_WEIGHT = 0.1
+"""Weight of the newest region in the remembered colour of an object."""
+
+
+class TrackState(IntEnum):
+    """Whether an object can be seen; the numbers are those of the messages."""
+
+    NONE = 0
+    MOVING = 1
+    STANDING = 2
+    OCCLUDED = 3
+    NOT_OBSERVED = 4
+    OUT_OF_VIEW = 5
+
+
+class Measurement(NamedTuple):
+    """A triangulated point.
+
+    Attributes:
+        p_WQ: its position, shape (3,) [m].
+        covariance: of the position, its systematic part included, shape (3, 3) [m^2].
+        gap: distance between the two rays [m].
+        share: visible share of the object, of the image in which it is smaller.
+    """
+
+    p_WQ: np.ndarray
+    covariance: np.ndarray
+    gap: float
+    share: float
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectTrack(FrozenState):
+    """A track: a Kalman filter of constant velocity, and what its object looks like.
+
+    The filter serves to find the object in the next image. Paths are predicted by the estimators.
+
+    Attributes:
+        number: identity, from 1 on; never used twice. 0 while the track is not yet confirmed.
+        stamp: of the state [s].
+        mean: position and velocity in W, shape (6,) [m, m/s].
+        covariance: shape (6, 6).
+        state: a `TrackState`.
+        seen: stamp of the newest measurement [s].
+        hits: number of measurements.
+        misses: images without a measurement since the newest.
+        shape: its size.
+        colour: red, green, blue [grey levels].
+        measurement: the measurement of this stamp, or None.
+        places: number of its region in the left and in the right image of this stamp, -1 without one.
+    """
+
+    number: int
+    stamp: float
+    mean: np.ndarray
+    covariance: np.ndarray
+    state: TrackState
+    seen: float
+    hits: int
+    misses: int
+    shape: ObjectShape
+    colour: tuple[float, float, float]
+    measurement: Measurement | None = None
+    places: tuple[int, int] = (-1, -1)
+
+    @property
+    def position(self) -> np.ndarray:
+        """Estimated position p_WQ, shape (3,) [m]."""
+        return self.mean[:3]
+
+    @property
+    def speed(self) -> float:
+        """Estimated speed [m/s]."""
+        return float(np.linalg.norm(self.mean[3:]))
+
+    def predicted(self, stamp: float) -> "ObjectTrack":
+        """Returns the track at a later stamp [s], without a measurement.
+
+        An object that stands is expected where it stands.
+        """
+        step = stamp - self.stamp
+        F = np.eye(6)
+        if self.state != TrackState.STANDING:
+            F[[0, 1, 2], [3, 4, 5]] = step
+        noise = ACCELERATION_NOISE**2 * step
+        covariance = F @ self.covariance @ F.T
+        for axis in range(3):
+            covariance[axis, axis] += noise * step**2 / 3.0
+            covariance[axis, axis + 3] += noise * step / 2.0
+            covariance[axis + 3, axis] += noise * step / 2.0
+            covariance[axis + 3, axis + 3] += noise
+        return replace(
+            self,
+            stamp=stamp,
+            mean=read_only(F @ self.mean),
+            covariance=read_only(covariance),
+            measurement=None,
+            places=(-1, -1),
+        )
+
+    def placed(self, p_WQ: np.ndarray, std: float) -> "ObjectTrack":
+        """Returns the track with the position that its estimator predicts.
+
+        Args:
+            p_WQ: position, shape (3,) [m].
+            std: its standard deviation [m].
+        """
+        mean, covariance = self.mean.copy(), self.covariance.copy()
+        mean[:3] = p_WQ
+        covariance[:3] = covariance[:, :3] = 0.0
+        covariance[[0, 1, 2], [0, 1, 2]] = std**2
+        return replace(self, mean=read_only(mean), covariance=read_only(covariance))
+
+    def distance_squared(self, measurement: Measurement) -> float:
+        """Returns the squared Mahalanobis distance of a measurement from the prediction."""
+        innovation = measurement.p_WQ - self.mean[:3]
+        S = self.covariance[:3, :3] + measurement.covariance
+        return float(innovation @ np.linalg.solve(S, innovation))
+
+    def updated(self, measurement: Measurement) -> "ObjectTrack":
+        """Returns the track after a measurement of its stamp."""
+        P, R = self.covariance, measurement.covariance
+        gain = np.linalg.solve(P[:3, :3] + R, P[:3]).T
+        mean = self.mean + gain @ (measurement.p_WQ - self.mean[:3])
+        covariance = P - gain @ P[:3]
+        return replace(
+            self,
+            mean=read_only(mean),
+            covariance=read_only(0.5 * (covariance + covariance.T)),
+            seen=self.stamp,
+            hits=self.hits + 1,
+            misses=0,
+            measurement=measurement,
+        )
+
+
+def new_track(
+    stamp: float, measurement: Measurement, shape: ObjectShape, colour: tuple[float, float, float]
+) -> ObjectTrack:
+    """Returns the unconfirmed track that begins with a measurement of a moving object.
+
+    Args:
+        stamp: of the measurement [s].
+        measurement: the measurement.
+        shape: as in `ObjectTrack`.
+        colour: as in `ObjectTrack`.
+    """
+    covariance = np.zeros((6, 6))
+    covariance[:3, :3] = measurement.covariance
+    covariance[3:, 3:] = START_SPEED**2 * np.eye(3)
+    mean = np.concatenate([measurement.p_WQ, np.zeros(3)])
+    return ObjectTrack(
+        number=0,
+        stamp=stamp,
+        mean=read_only(mean),
+        covariance=read_only(covariance),
+        state=TrackState.MOVING,
+        seen=stamp,
+        hits=1,
+        misses=0,
+        shape=shape,
+        colour=colour,
+        measurement=measurement,
+    )

@@ -1,0 +1,309 @@
+"""Tracks several objects: associates the regions of two images with tracks, and keeps the tracks.
+
+Per pair of images: each track predicts windows in both images; regions are found with them (`regions.find_regions`); the
+regions of each image are assigned to the tracks, the nearest globally; two regions of a track that agree epipolarly are
+triangulated. Pairs of moving regions that no track explains begin new tracks.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import linear_sum_assignment
+
+from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.config import Several
+from drake_tracker.vision.foreground import Foreground
+from drake_tracker.vision.object_track import (
+    COLOUR_WEIGHT,
+    STANDING_SPEED,
+    Measurement,
+    ObjectTrack,
+    TrackState,
+    new_track,
+)
+from drake_tracker.vision.object_shape import ObjectShape, outline_area
+from drake_tracker.vision.regions import ObjectWindow, Region, find_regions
+from drake_tracker.vision.triangulation import triangulate
+from drake_tracker.vision.window import check_box
+
+GATE = 16.0
+"""Squared Mahalanobis distance up to which a region may belong to a track: 99.97 % in two dimensions."""
+HEIGHT_WEIGHT = 0.5
+"""How much a height outside of the middle of the work volume counts against a pair of regions, relative to the gap."""
+SAME_OBJECT = 0.45
+"""Two tracks whose centres are nearer than this fraction of their radii, in both images, follow one object."""
+OUTSIDE = 1e6
+"""Cost of an assignment that is not allowed."""
+SHORT_COAST = 0.1
+"""Time without a measurement [s] after which the estimator's prediction, if there is one, replaces the filter's."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrackerState(FrozenState):
+    """All tracks after a pair of images.
+
+    Attributes:
+        stamp: of the images [s].
+        tracks: the tracks, confirmed ones first, oldest first.
+        next_number: number of the next confirmed track.
+        regions: regions of the left and of the right image.
+        overflow: regions and tracks that found no slot.
+        usable: whether both images could be used.
+    """
+
+    stamp: float = -np.inf
+    tracks: tuple[ObjectTrack, ...] = ()
+    next_number: int = 1
+    regions: tuple[tuple[Region, ...], tuple[Region, ...]] = ((), ())
+    overflow: int = 0
+    usable: bool = True
+
+    def confirmed(self) -> tuple[ObjectTrack, ...]:
+        """Returns the tracks that have a number."""
+        return tuple(track for track in self.tracks if track.number)
+
+
+class Tracker:
+    """Tracks objects in the images of two cameras. All state is with the caller.
+
+    Args:
+        cameras: the left and the right camera, calibrated.
+        settings: `Several`.
+        work_volume: lower and upper corner in W, shape (2, 3) [m]; None accepts objects anywhere.
+        margin: by which an object may lie outside the work volume [m].
+        max_gap: largest distance between the two rays of one object [m].
+
+    Raises DrakeTrackerError when the work volume is not a box.
+    """
+
+    def __init__(
+        self,
+        cameras: Sequence[CameraModel],
+        settings: Several = Several(),
+        *,
+        work_volume: ArrayLike | None = None,
+        margin: float = 0.05,
+        max_gap: float = 0.03,
+    ) -> None:
+        self.settings = settings
+        self._cameras = tuple(cameras)
+        self._max_gap = max_gap
+        self._box: tuple[np.ndarray, np.ndarray] | None = None
+        self._height: float | None = None
+        if work_volume is not None:
+            lower, upper = check_box(work_volume)
+            self._box = (lower - margin, upper + margin)
+            self._height = 0.5 * float(lower[2] + upper[2])
+
+    def update(
+        self,
+        state: TrackerState,
+        foregrounds: Sequence[Foreground],
+        expected: Mapping[int, tuple[np.ndarray, float]] = {},
+    ) -> TrackerState:
+        """Returns the state after a pair of images.
+
+        Args:
+            state: the state before.
+            foregrounds: of the left and the right image.
+            expected: {number of a track: (position p_WQ (3,) [m], standard deviation [m])} for the stamp of the images, as
+                the estimators predict it.
+        """
+        stamp = 0.5 * (foregrounds[0].stamp + foregrounds[1].stamp)
+        tracks = [self._predict(track, stamp, expected.get(track.number)) for track in state.tracks]
+        if not all(each.usable for each in foregrounds):
+            return replace(state, stamp=stamp, tracks=self._cleaned(tracks, foregrounds), regions=((), ()), usable=False)
+        windows = [self._windows(tracks, side) for side in range(2)]
+        found = [
+            find_regions(foreground, views, self.settings.min_pixels)
+            for foreground, views in zip(foregrounds, windows)
+        ]
+        places = [self._assign(tracks, views, regions) for views, regions in zip(windows, found)]
+        tracks = [
+            self._observe(track, (places[0][k], places[1][k]), found, foregrounds) for k, track in enumerate(tracks)
+        ]
+        taken = [{track.places[side] for track in tracks} for side in range(2)]
+        tracks += self._begin(stamp, found, taken)
+        tracks, next_number = self._confirm(self._cleaned(tracks, foregrounds), state.next_number)
+        slots = self.settings.region_slots
+        overflow = sum(max(len(regions) - slots, 0) for regions in found)
+        return TrackerState(stamp, tuple(tracks), next_number, (tuple(found[0]), tuple(found[1])), overflow)
+
+    def measure(self, left: Region, right: Region) -> Measurement | None:
+        """Returns the triangulated point of two regions, or None when their rays do not meet within ``max_gap``."""
+        meeting = triangulate(*self._cameras, (left.u, left.v), (right.u, right.v))
+        if meeting is None or meeting.gap > self._max_gap:
+            return None
+        information = np.zeros((3, 3))
+        for camera, region in zip(self._cameras, (left, right)):
+            J = projection_jacobian(camera, meeting.p_WQ)
+            information += J.T @ (J / np.array([[region.var_u], [region.var_v]]))
+        return Measurement(meeting.p_WQ, np.linalg.inv(information), meeting.gap, min(left.share, right.share))
+
+    def _predict(self, track: ObjectTrack, stamp: float, expected: tuple[np.ndarray, float] | None) -> ObjectTrack:
+        """Returns a track at the stamp of the images; the estimator's prediction replaces that of the filter in a gap."""
+        coasted = stamp - track.seen
+        track = track.predicted(stamp)
+        if expected is not None and coasted > SHORT_COAST and track.state != TrackState.STANDING:
+            track = track.placed(expected[0], max(expected[1], 0.005))
+        return track
+
+    def _windows(self, tracks: Sequence[ObjectTrack], side: int) -> list[ObjectWindow]:
+        """Returns the windows of all tracks in one image; a track behind the camera has none that can be reached."""
+        if not tracks:
+            return []
+        camera = self._cameras[side]
+        views = camera.project([track.position for track in tracks])
+        windows = []
+        for track, (u, v) in zip(tracks, views):
+            J = projection_jacobian(camera, track.position)
+            S = J @ track.covariance[:3, :3] @ J.T
+            std = min(float(np.sqrt(0.5 * np.trace(S))), self.settings.widest_gate)
+            if not np.isfinite([u, v, std]).all():
+                u, v, std = -1e6, -1e6, 0.0
+            edges = J @ track.shape.edges
+            pixels = track.shape.fill * outline_area(edges)
+            depth = float(np.linalg.norm(track.position - camera.X_WC[:3, 3]))
+            windows.append(ObjectWindow(track.number, float(u), float(v), std, edges, pixels, depth))
+        return windows
+
+    def _assign(self, tracks: Sequence[ObjectTrack], windows: Sequence[ObjectWindow], regions: Sequence[Region]) -> list[int]:
+        """Returns the region of each track in one image, -1 without one: the assignment of the least total distance."""
+        places = [-1] * len(windows)
+        if not windows or not regions:
+            return places
+        cost = np.full((len(windows), len(regions)), OUTSIDE)
+        for i, window in enumerate(windows):
+            for j, region in enumerate(regions):
+                var_u, var_v = window.std**2 + region.var_u, window.std**2 + region.var_v
+                distance = (region.u - window.u) ** 2 / var_u + (region.v - window.v) ** 2 / var_v
+                if distance <= GATE:
+                    cost[i, j] = distance + (0.0 if tracks[i].number else GATE)
+        for i, j in zip(*linear_sum_assignment(cost)):
+            if cost[i, j] < OUTSIDE:
+                places[i] = int(j)
+        return places
+
+    def _observe(
+        self,
+        track: ObjectTrack,
+        places: tuple[int, int],
+        found: Sequence[Sequence[Region]],
+        foregrounds: Sequence[Foreground],
+    ) -> ObjectTrack:
+        """Returns a track after its regions, or without a measurement if it has none that agree."""
+        if min(places) >= 0:
+            regions = [found[side][place] for side, place in enumerate(places)]
+            measurement = self.measure(*regions)
+            if measurement is not None and self._contains(measurement.p_WQ) and track.distance_squared(measurement) <= 2 * GATE:
+                track = replace(track.updated(measurement), places=places)
+                track = self._learn_look(track, regions)
+                moving = track.speed > STANDING_SPEED or any(region.moving > 0.02 for region in regions)
+                return replace(track, state=TrackState.MOVING if moving else TrackState.STANDING)
+        state = self._unseen(track, foregrounds)
+        return replace(track, state=state, misses=track.misses + 1, places=(-1, -1))
+
+    def _learn_look(self, track: ObjectTrack, regions: Sequence[Region]) -> ObjectTrack:
+        """Returns the track with the extents and colour of its regions, unless other objects cover a part of them."""
+        weight = max(COLOUR_WEIGHT, 1.0 / track.hits)
+        colour = tuple(old + weight * (new - old) for old, new in zip(track.colour, regions[0].colour))
+        shape = track.shape.turned(track.mean[3:])
+        if not any(region.shared for region in regions):
+            jacobians = np.array([projection_jacobian(camera, track.position) for camera in self._cameras])
+            extents = np.array([[region.width, region.height] for region in regions])
+            shape = shape.learned(jacobians, extents, np.array([region.pixels for region in regions]))
+        return replace(track, shape=shape, colour=colour)
+
+    def _unseen(self, track: ObjectTrack, foregrounds: Sequence[Foreground]) -> TrackState:
+        """Returns why a track has no measurement."""
+        views = [camera.project(track.position)[0] for camera in self._cameras]
+        if not all(foreground.shows(u, v) for foreground, (u, v) in zip(foregrounds, np.nan_to_num(views, nan=-1e6))):
+            return TrackState.OUT_OF_VIEW
+        if any(foreground.is_hidden(u, v) for foreground, (u, v) in zip(foregrounds, views)):
+            return TrackState.OCCLUDED
+        return TrackState.NOT_OBSERVED
+
+    def _begin(self, stamp: float, found: Sequence[Sequence[Region]], taken: Sequence[set[int]]) -> list[ObjectTrack]:
+        """Returns new tracks of moving regions that no track has, paired so that their rays pass each other closest."""
+        left, right = (
+            [
+                region
+                for place, region in enumerate(regions)
+                if place not in used and region.moving > 0.0 and region.pixels >= self.settings.min_pixels
+            ]
+            for regions, used in zip(found, taken)
+        )
+        if not left or not right:
+            return []
+        cost = np.full((len(left), len(right)), OUTSIDE)
+        measured: dict[tuple[int, int], Measurement] = {}
+        for i, one in enumerate(left):
+            for j, other in enumerate(right):
+                measurement = self.measure(one, other)
+                if measurement is not None and self._contains(measurement.p_WQ, inner=True):
+                    measured[i, j] = measurement
+                    cost[i, j] = measurement.gap + HEIGHT_WEIGHT * self._height_error(measurement.p_WQ)
+        tracks = []
+        for i, j in zip(*linear_sum_assignment(cost)):
+            if (i, j) in measured:
+                pair = (left[i], right[j])
+                p_WQ = measured[i, j].p_WQ
+                scales = [float(np.linalg.norm(projection_jacobian(camera, p_WQ), 2)) for camera in self._cameras]
+                size = float(np.mean([0.5 * (each.width + each.height) / scale for each, scale in zip(pair, scales)]))
+                shape = ObjectShape.guess(size, float(np.mean(scales)))
+                tracks.append(new_track(stamp, measured[i, j], shape, left[i].colour))
+        return tracks
+
+    def _cleaned(self, tracks: Sequence[ObjectTrack], foregrounds: Sequence[Foreground]) -> tuple[ObjectTrack, ...]:
+        """Returns the tracks without those that ended: not seen for long, or the second track of one object."""
+        settings = self.settings
+        kept: list[ObjectTrack] = []
+        for track in sorted(tracks, key=lambda each: (each.number == 0, each.number, -each.hits)):
+            patience = settings.coast_time if track.number else 0.05
+            if track.state == TrackState.OCCLUDED:
+                patience *= 3.0
+            if track.stamp - track.seen > patience:
+                continue
+            if any(self._same_object(track, other) for other in kept):
+                continue
+            kept.append(track)
+        return tuple(kept[: settings.track_slots])
+
+    def _same_object(self, track: ObjectTrack, other: ObjectTrack) -> bool:
+        """Returns whether two tracks lie on one object, in both images."""
+        for camera in self._cameras:
+            one, two = camera.project([track.position, other.position])
+            J = projection_jacobian(camera, other.position)
+            radius = 0.5 * min(float(np.linalg.norm(np.abs(J @ each.shape.edges).sum(axis=1))) for each in (track, other))
+            if not np.hypot(*(one - two)) < SAME_OBJECT * radius:
+                return False
+        return True
+
+    def _confirm(self, tracks: Sequence[ObjectTrack], next_number: int) -> tuple[list[ObjectTrack], int]:
+        """Returns the tracks with numbers for those that have been seen often enough, and the next free number."""
+        confirmed = []
+        for track in tracks:
+            if track.number == 0 and track.hits >= self.settings.confirm_after:
+                track, next_number = replace(track, number=next_number), next_number + 1
+            confirmed.append(track)
+        return confirmed, next_number
+
+    def _contains(self, p_WQ: np.ndarray, inner: bool = False) -> bool:
+        if self._box is None:
+            return True
+        lower, upper = self._box
+        return bool((p_WQ >= lower).all() and (p_WQ <= upper).all())
+
+    def _height_error(self, p_WQ: np.ndarray) -> float:
+        return 0.0 if self._height is None else abs(float(p_WQ[2]) - self._height)
+
+
+def projection_jacobian(camera: CameraModel, p_WQ: np.ndarray) -> np.ndarray:
+    """Returns the derivative of the pixel (u, v) by the position p_WQ, shape (2, 3) [px/m], without lens distortion."""
+    R_CW = camera.X_CW[:3, :3]
+    x, y, z = R_CW @ p_WQ + camera.X_CW[:3, 3]
+    fx, fy = camera.K[0, 0], camera.K[1, 1]
+    return np.array([[fx / z, 0.0, -fx * x / z**2], [0.0, fy / z, -fy * y / z**2]]) @ R_CW
