@@ -125,5 +125,6 @@ class Several:
     confirm_after: int = setting(5, "pairs of images after which a new track is confirmed", "", (1, 1000))
     coast_time: float = setting(2.0, "time after which a track that is not seen is deleted", "s", (0.05, 60.0))
     widest_gate: float = setting(12.0, "largest standard deviation of a predicted position", "px", (0.5, 1000.0))
+    largest_std: float = setting(0.03, "largest standard deviation of a point that is used", "m", (0.001, 1.0))
     region_slots: int = 16
     track_slots: int = 8

@@ -62,6 +62,7 @@ class ObjectTrack(FrozenState):
         hits: number of measurements.
         misses: images without a measurement since the newest.
         shape: its size.
+        height: z_W of its centroid as seen by both cameras, without other objects in the way [m].
         colour: red, green, blue [grey levels].
         measurement: the measurement of this stamp, or None.
         places: number of its region in the left and in the right image of this stamp, -1 without one.
@@ -76,6 +77,7 @@ class ObjectTrack(FrozenState):
     hits: int
     misses: int
     shape: ObjectShape
+    height: float
     colour: tuple[float, float, float]
     measurement: Measurement | None = None
     places: tuple[int, int] = (-1, -1)
@@ -176,6 +178,7 @@ def new_track(
         hits=1,
         misses=0,
         shape=shape,
+        height=float(measurement.p_WQ[2]),
         colour=colour,
         measurement=measurement,
     )

@@ -31,6 +31,12 @@ END_QUANTILE = 0.004
 SHAPE_ERROR = 0.055
 """Standard deviation of a silhouette's centroid as a fraction of its extent: which part of an object is visible depends on
 its heading."""
+SHARED_ERROR = 0.12
+"""The same for an object whose silhouette is merged with that of another one."""
+MISSING_ERROR = 0.4
+"""The same where nothing of the object is visible; where a part of it is, a fraction of this."""
+MISSING_SHARE = 0.15
+"""Pixels that a silhouette may lack as a share of those expected before the object counts as partly hidden."""
 JITTER = 0.25
 """Standard deviation of a centroid from image to image [px]."""
 NO_COLOUR = (0.0, 0.0, 0.0)
@@ -91,7 +97,8 @@ class Region(NamedTuple):
         moving: share of its pixels that move.
         share: visible share of the object, 1 where it is not known.
         track: number of the track in whose window it lies; 0: none.
-        shared: whether it was cut out of a region that shows several objects.
+        shared: whether it was cut out of a silhouette that shows several objects.
+        apart: whether another large fragment lies in its window, which no other track expects.
         colour: its mean colour, red, green and blue [grey levels].
     """
 
@@ -106,6 +113,7 @@ class Region(NamedTuple):
     share: float
     track: int
     shared: bool
+    apart: bool
     colour: tuple[float, float, float]
 
 
@@ -132,11 +140,12 @@ def find_regions(
     for label in fragments:
         for number in _claimed_by(statistics[label], offset, windows):
             claims.setdefault(number, []).append(label)
-    for number, mine in claims.items():
-        claims[number] = _joined(mine, statistics, offset, windows[number])
-    claimed = {label for mine in claims.values() for label in mine}
+    own = {number: _joined(mine, statistics, offset, windows[number]) for number, mine in claims.items()}
+    owned = {label for mine in own.values() for label in mine}
+    apart = {number for number, mine in claims.items() if set(mine) - owned}
+    claims = own
     for label in fragments:
-        if label not in claimed and statistics[label, cv2.CC_STAT_AREA] >= min_pixels:
+        if label not in owned and statistics[label, cv2.CC_STAT_AREA] >= min_pixels:
             free.append((labels == label).view(np.uint8))
     regions: list[Region] = []
     used = np.zeros(labels.shape, np.uint8)
@@ -149,10 +158,10 @@ def find_regions(
         parts = divide(whole, [windows[number] for number in members], offset)
         for number, part in zip(members, parts):
             used = cv2.bitwise_or(used, part.pixels)
-            region = _region(part, foreground, box, offset, windows[number], colours)
+            region = _region(part, foreground, box, offset, windows[number], colours, number in apart)
             if region is not None and region.pixels >= FRAGMENT_PIXELS:
                 regions.append(region)
-    rest = _left_over(labels, claimed, used, claims, windows, min_pixels)
+    rest = _left_over(labels, owned, used, claims, windows, min_pixels)
     others = [_region(Part(part), foreground, box, offset, None, colours) for part in free]
     others += [_region(Part(part, shared=True), foreground, box, offset, None, colours) for part in rest]
     return regions + sorted((each for each in others if each is not None), key=lambda each: -each.pixels)
@@ -279,14 +288,14 @@ def _drawn(shape: tuple[int, ...], rows: np.ndarray, columns: np.ndarray) -> np.
 
 def _left_over(
     labels: np.ndarray,
-    claimed: Collection[int],
+    owned: Collection[int],
     used: np.ndarray,
     claims: Mapping[int, Sequence[int]],
     windows: Sequence[ObjectWindow],
     min_pixels: int,
 ) -> list[np.ndarray]:
     """Returns what no window takes of the fragments that windows claim, uint8 of the labels' shape: further objects."""
-    left = cv2.subtract(np.isin(labels, list(claimed)).view(np.uint8), used)
+    left = cv2.subtract(np.isin(labels, list(owned)).view(np.uint8), used)
     if cv2.countNonZero(left) < min_pixels:
         return []
     left = cv2.morphologyEx(left, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
@@ -304,6 +313,7 @@ def _region(
     offset: np.ndarray,
     window: ObjectWindow | None,
     colours: bool,
+    apart: bool = False,
 ) -> Region | None:
     """Returns the region of a part of a silhouette in the box of the image, None without pixels."""
     pixels = cv2.countNonZero(part.pixels)
@@ -326,8 +336,9 @@ def _region(
     extents = np.array([width, height], float)
     if window is not None:
         extents = np.maximum(extents, window.extents)
-    missing = max(1.0 - share - 0.15, 0.0) + (0.12 if part.shared else 0.0)
-    var_u, var_v = JITTER**2 + (SHAPE_ERROR**2 + (0.4 * missing) ** 2) * extents**2
+    missing = max(1.0 - share - MISSING_SHARE, 0.0)
+    error = SHAPE_ERROR**2 + (MISSING_ERROR * missing) ** 2 + (SHARED_ERROR**2 if part.shared else 0.0)
+    var_u, var_v = JITTER**2 + error * extents**2
     colour = NO_COLOUR
     if colours:
         colour = cv2.mean(foreground.image[box][inner], mask=piece)[:3]
@@ -343,5 +354,6 @@ def _region(
         share=share,
         track=0 if window is None else window.track,
         shared=part.shared,
+        apart=apart,
         colour=(float(colour[0]), float(colour[1]), float(colour[2])),
     )

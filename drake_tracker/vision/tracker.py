@@ -35,8 +35,14 @@ HEIGHT_WEIGHT = 0.5
 """How much a height outside of the middle of the work volume counts against a pair of regions, relative to the gap."""
 SAME_OBJECT = 0.45
 """Two tracks whose centres are nearer than this fraction of their radii, in both images, follow one object."""
+SHRUNK = 0.75
+"""An object whose silhouette has come apart and is now smaller than this share of its size was two objects."""
+TAKEN = 0.01
+"""How much it counts against a pair of regions that one of them belongs to a track already [m]."""
 OUTSIDE = 1e6
 """Cost of an assignment that is not allowed."""
+HEIGHT_STD = 0.004
+"""Standard deviation of the height of an object that moves on a surface [m]."""
 SHORT_COAST = 0.1
 """Time without a measurement [s] after which the estimator's prediction, if there is one, replaces the filter's."""
 
@@ -143,6 +149,39 @@ class Tracker:
             information += J.T @ (J / np.array([[region.var_u], [region.var_v]]))
         return Measurement(meeting.p_WQ, np.linalg.inv(information), meeting.gap, min(left.share, right.share))
 
+    def measure_at_height(
+        self, start: np.ndarray, height: float, regions: Sequence[Region | None]
+    ) -> Measurement | None:
+        """Returns the point that agrees best with the regions of an object whose height is known.
+
+        Where the silhouettes of two objects are merged in one image, the other image and the height still determine the
+        point.
+
+        Args:
+            start: a point near it, shape (3,) [m].
+            height: z_W of the point [m].
+            regions: the region in the left and in the right image, None where there is none.
+
+        Returns None when the regions contradict each other.
+        """
+        p_WQ = np.array([start[0], start[1], height])
+        views = [(camera, region) for camera, region in zip(self._cameras, regions) if region is not None]
+        for _ in range(2):
+            information, vector = np.diag([0.0, 0.0, HEIGHT_STD**-2]), np.zeros(3)
+            vector[2] = (height - p_WQ[2]) / HEIGHT_STD**2
+            for camera, region in views:
+                J = projection_jacobian(camera, p_WQ)
+                weighted = J.T / (region.var_u, region.var_v)
+                information += weighted @ J
+                vector += weighted @ ((region.u, region.v) - camera.project(p_WQ)[0])
+            p_WQ = p_WQ + np.linalg.solve(information, vector)
+        for camera, region in views:
+            residual = (region.u, region.v) - camera.project(p_WQ)[0]
+            if not residual @ (residual / (region.var_u, region.var_v)) <= GATE:
+                return None
+        share = min(region.share for _, region in views)
+        return Measurement(p_WQ, np.linalg.inv(information), 0.0, share)
+
     def _predict(self, track: ObjectTrack, stamp: float, expected: tuple[np.ndarray, float] | None) -> ObjectTrack:
         """Returns a track at the stamp of the images; the estimator's prediction replaces that of the filter in a gap."""
         coasted = stamp - track.seen
@@ -195,27 +234,54 @@ class Tracker:
         foregrounds: Sequence[Foreground],
     ) -> ObjectTrack:
         """Returns a track after its regions, or without a measurement if it has none that agree."""
-        if min(places) >= 0:
-            regions = [found[side][place] for side, place in enumerate(places)]
-            measurement = self.measure(*regions)
-            if measurement is not None and self._contains(measurement.p_WQ) and track.distance_squared(measurement) <= 2 * GATE:
-                track = replace(track.updated(measurement), places=places)
-                track = self._learn_look(track, regions)
-                moving = track.speed > STANDING_SPEED or any(region.moving > 0.02 for region in regions)
-                return replace(track, state=TrackState.MOVING if moving else TrackState.STANDING)
+        regions = [found[side][place] if place >= 0 else None for side, place in enumerate(places)]
+        measurement = self._measured(track, regions)
+        if measurement is not None and self._contains(measurement.p_WQ) and track.distance_squared(measurement) <= 2 * GATE:
+            track = self._learn_look(replace(track.updated(measurement), places=places), regions)
+            moving = track.speed > STANDING_SPEED or any(region.moving > 0.02 for region in regions if region is not None)
+            return replace(track, state=TrackState.MOVING if moving else TrackState.STANDING)
         state = self._unseen(track, foregrounds)
         return replace(track, state=state, misses=track.misses + 1, places=(-1, -1))
 
-    def _learn_look(self, track: ObjectTrack, regions: Sequence[Region]) -> ObjectTrack:
+    def _measured(self, track: ObjectTrack, regions: Sequence[Region | None]) -> Measurement | None:
+        """Returns the measurement of a track, None without one."""
+        left, right = regions
+        if left is not None and right is not None and not (left.shared or right.shared):
+            return self.measure(left, right)
+        if (left is None and right is None) or track.number == 0 and (left is None or right is None):
+            return None
+        measurement = self.measure_at_height(track.position, track.height, regions)
+        if measurement is None or np.trace(measurement.covariance) > self.settings.largest_std**2:
+            return None
+        return measurement
+
+    def _learn_look(self, track: ObjectTrack, regions: Sequence[Region | None]) -> ObjectTrack:
         """Returns the track with the extents and colour of its regions, unless other objects cover a part of them."""
         weight = max(COLOUR_WEIGHT, 1.0 / track.hits)
-        colour = tuple(old + weight * (new - old) for old, new in zip(track.colour, regions[0].colour))
+        seen = next(region for region in regions if region is not None)
+        colour = tuple(old + weight * (new - old) for old, new in zip(track.colour, seen.colour))
+        height = track.height
+        if not any(region is None or region.shared for region in regions):
+            height += weight * (track.measurement.p_WQ[2] - height)
         shape = track.shape.turned(track.mean[3:])
-        if not any(region.shared for region in regions):
-            jacobians = np.array([projection_jacobian(camera, track.position) for camera in self._cameras])
-            extents = np.array([[region.width, region.height] for region in regions])
-            shape = shape.learned(jacobians, extents, np.array([region.pixels for region in regions]))
-        return replace(track, shape=shape, colour=colour)
+        views = [
+            (projection_jacobian(camera, track.position), region)
+            for camera, region in zip(self._cameras, regions)
+            if region is not None and not region.shared
+        ]
+        for J, region in views:
+            expected = np.abs(J @ shape.edges).sum(axis=1)
+            if region.apart and (np.array([region.width, region.height]) < SHRUNK * expected).any():
+                # What was one object has turned out to be two: its size was that of both.
+                scale = float(np.linalg.norm(J, 2))
+                shape = ObjectShape.guess(0.5 * (region.width + region.height) / scale, scale).turned(track.mean[3:])
+        if views:
+            shape = shape.learned(
+                np.array([J for J, _ in views]),
+                np.array([[region.width, region.height] for _, region in views]),
+                np.array([region.pixels for _, region in views]),
+            )
+        return replace(track, shape=shape, height=float(height), colour=colour)
 
     def _unseen(self, track: ObjectTrack, foregrounds: Sequence[Foreground]) -> TrackState:
         """Returns why a track has no measurement."""
@@ -230,32 +296,51 @@ class Tracker:
         """Returns new tracks of moving regions that no track has, paired so that their rays pass each other closest."""
         left, right = (
             [
-                region
+                (region, place in used)
                 for place, region in enumerate(regions)
-                if place not in used and region.moving > 0.0 and region.pixels >= self.settings.min_pixels
+                if region.moving > 0.0 and region.pixels >= self.settings.min_pixels
             ]
             for regions, used in zip(found, taken)
         )
-        if not left or not right:
+        if all(used for _, used in left) and all(used for _, used in right):
             return []
         cost = np.full((len(left), len(right)), OUTSIDE)
         measured: dict[tuple[int, int], Measurement] = {}
-        for i, one in enumerate(left):
-            for j, other in enumerate(right):
-                measurement = self.measure(one, other)
-                if measurement is not None and self._contains(measurement.p_WQ, inner=True):
+        for i, (one, one_taken) in enumerate(left):
+            for j, (other, other_taken) in enumerate(right):
+                if one_taken and other_taken:
+                    continue
+                measurement = self._first_measurement(one, other, one_taken or other_taken)
+                if measurement is not None and self._contains(measurement.p_WQ):
                     measured[i, j] = measurement
                     cost[i, j] = measurement.gap + HEIGHT_WEIGHT * self._height_error(measurement.p_WQ)
+                    cost[i, j] += TAKEN if one_taken or other_taken else 0.0
         tracks = []
         for i, j in zip(*linear_sum_assignment(cost)):
             if (i, j) in measured:
-                pair = (left[i], right[j])
+                pair = (left[i][0], right[j][0])
                 p_WQ = measured[i, j].p_WQ
                 scales = [float(np.linalg.norm(projection_jacobian(camera, p_WQ), 2)) for camera in self._cameras]
                 size = float(np.mean([0.5 * (each.width + each.height) / scale for each, scale in zip(pair, scales)]))
                 shape = ObjectShape.guess(size, float(np.mean(scales)))
-                tracks.append(new_track(stamp, measured[i, j], shape, left[i].colour))
+                tracks.append(new_track(stamp, measured[i, j], shape, pair[0].colour))
         return tracks
+
+    def _first_measurement(self, left: Region, right: Region, shared: bool) -> Measurement | None:
+        """Returns the measurement of two regions without a track.
+
+        Args:
+            left: in the left image.
+            right: in the right image.
+            shared: whether one of them belongs to another track as well, and shows only roughly where the new object is.
+        """
+        measurement = self.measure(left, right)
+        if measurement is None or not shared or self._height is None:
+            return measurement
+        rough = left if left.track else right
+        rough = rough._replace(var_u=0.1 * rough.width**2, var_v=0.1 * rough.height**2)
+        regions = (rough, right) if left.track else (left, rough)
+        return self.measure_at_height(measurement.p_WQ, self._height, regions)
 
     def _cleaned(self, tracks: Sequence[ObjectTrack], foregrounds: Sequence[Foreground]) -> tuple[ObjectTrack, ...]:
         """Returns the tracks without those that ended: not seen for long, or the second track of one object."""
@@ -291,7 +376,7 @@ class Tracker:
             confirmed.append(track)
         return confirmed, next_number
 
-    def _contains(self, p_WQ: np.ndarray, inner: bool = False) -> bool:
+    def _contains(self, p_WQ: np.ndarray) -> bool:
         if self._box is None:
             return True
         lower, upper = self._box
