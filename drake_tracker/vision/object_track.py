@@ -130,6 +130,14 @@ class ObjectTrack(FrozenState):
         covariance[[0, 1, 2], [0, 1, 2]] = std**2
         return replace(self, mean=read_only(mean), covariance=read_only(covariance))
 
+    def with_velocity(self, v_WQ: np.ndarray, std: float) -> "ObjectTrack":
+        """Returns the track with a velocity, shape (3,), and its standard deviation per axis [m/s]."""
+        mean, covariance = self.mean.copy(), self.covariance.copy()
+        mean[3:] = v_WQ
+        covariance[3:] = covariance[:, 3:] = 0.0
+        covariance[[3, 4, 5], [3, 4, 5]] = std**2
+        return replace(self, mean=read_only(mean), covariance=read_only(covariance))
+
     def distance_squared(self, measurement: Measurement) -> float:
         """Returns the squared Mahalanobis distance of a measurement from the prediction."""
         innovation = measurement.p_WQ - self.mean[:3]

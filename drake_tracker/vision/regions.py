@@ -4,7 +4,7 @@ A region that shows several objects is divided among the windows in which these 
 goes to the nearest one. A region in no window belongs to a new object.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import cv2
@@ -24,6 +24,8 @@ REACH = 1.35
 """Pixels farther from a window's centre than this many radii belong to another object."""
 OVERSIZE = 1.6
 """A region that is this many times as wide or high as its object shows another one too."""
+LOCATED = 0.4
+"""An object claims a share of a silhouette that shows others too if its position is known to this share of its radius."""
 HIDDEN_BEHIND = 0.3
 """An object whose centre is nearer than this many radii to that of another is hidden by it."""
 END_QUANTILE = 0.004
@@ -138,7 +140,9 @@ def find_regions(
     claims: dict[int, list[int]] = {}
     free = []
     for label in fragments:
-        for number in _claimed_by(statistics[label], offset, windows):
+        claimed = _claimed_by(statistics[label], offset, windows)
+        located = [number for number in claimed if windows[number].std <= LOCATED * windows[number].radius]
+        for number in located or claimed:
             claims.setdefault(number, []).append(label)
     own = {number: _joined(mine, statistics, offset, windows[number]) for number, mine in claims.items()}
     owned = {label for mine in own.values() for label in mine}
@@ -148,7 +152,6 @@ def find_regions(
         if label not in owned and statistics[label, cv2.CC_STAT_AREA] >= min_pixels:
             free.append((labels == label).view(np.uint8))
     regions: list[Region] = []
-    used = np.zeros(labels.shape, np.uint8)
     pending = set(claims)
     while pending:
         group = _sharing(pending.pop(), claims)
@@ -157,13 +160,10 @@ def find_regions(
         whole = np.isin(labels, [label for number in members for label in claims[number]]).view(np.uint8)
         parts = divide(whole, [windows[number] for number in members], offset)
         for number, part in zip(members, parts):
-            used = cv2.bitwise_or(used, part.pixels)
             region = _region(part, foreground, box, offset, windows[number], colours, number in apart)
             if region is not None and region.pixels >= FRAGMENT_PIXELS:
                 regions.append(region)
-    rest = _left_over(labels, owned, used, claims, windows, min_pixels)
     others = [_region(Part(part), foreground, box, offset, None, colours) for part in free]
-    others += [_region(Part(part, shared=True), foreground, box, offset, None, colours) for part in rest]
     return regions + sorted((each for each in others if each is not None), key=lambda each: -each.pixels)
 
 
@@ -284,26 +284,6 @@ def _drawn(shape: tuple[int, ...], rows: np.ndarray, columns: np.ndarray) -> np.
     image = np.zeros(shape, np.uint8)
     image[rows, columns] = 1
     return image
-
-
-def _left_over(
-    labels: np.ndarray,
-    owned: Collection[int],
-    used: np.ndarray,
-    claims: Mapping[int, Sequence[int]],
-    windows: Sequence[ObjectWindow],
-    min_pixels: int,
-) -> list[np.ndarray]:
-    """Returns what no window takes of the fragments that windows claim, uint8 of the labels' shape: further objects."""
-    left = cv2.subtract(np.isin(labels, list(owned)).view(np.uint8), used)
-    if cv2.countNonZero(left) < min_pixels:
-        return []
-    left = cv2.morphologyEx(left, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    count, pieces, statistics, _ = cv2.connectedComponentsWithStats(left, connectivity=8)
-    least = max(min_pixels, 0.3 * min(windows[number].pixels for number in claims))
-    return [
-        (pieces == label).view(np.uint8) for label in range(1, count) if statistics[label, cv2.CC_STAT_AREA] >= least
-    ]
 
 
 def _region(

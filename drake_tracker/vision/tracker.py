@@ -37,8 +37,8 @@ SAME_OBJECT = 0.45
 """Two tracks whose centres are nearer than this fraction of their radii, in both images, follow one object."""
 SHRUNK = 0.75
 """An object whose silhouette has come apart and is now smaller than this share of its size was two objects."""
-TAKEN = 0.01
-"""How much it counts against a pair of regions that one of them belongs to a track already [m]."""
+ROUGH_STD, ROUGH_SPEED_STD = 0.015, 0.1
+"""Standard deviations of the position [m] and velocity [m/s] of an object that is seen apart in one image only."""
 OUTSIDE = 1e6
 """Cost of an assignment that is not allowed."""
 HEIGHT_STD = 0.004
@@ -132,7 +132,8 @@ class Tracker:
             self._observe(track, (places[0][k], places[1][k]), found, foregrounds) for k, track in enumerate(tracks)
         ]
         taken = [{track.places[side] for track in tracks} for side in range(2)]
-        tracks += self._begin(stamp, found, taken)
+        tracks, apart = self._come_apart(tracks, found)
+        tracks += apart or self._begin(stamp, found, taken)
         tracks, next_number = self._confirm(self._cleaned(tracks, foregrounds), state.next_number)
         slots = self.settings.region_slots
         overflow = sum(max(len(regions) - slots, 0) for regions in found)
@@ -269,12 +270,6 @@ class Tracker:
             for camera, region in zip(self._cameras, regions)
             if region is not None and not region.shared
         ]
-        for J, region in views:
-            expected = np.abs(J @ shape.edges).sum(axis=1)
-            if region.apart and (np.array([region.width, region.height]) < SHRUNK * expected).any():
-                # What was one object has turned out to be two: its size was that of both.
-                scale = float(np.linalg.norm(J, 2))
-                shape = ObjectShape.guess(0.5 * (region.width + region.height) / scale, scale).turned(track.mean[3:])
         if views:
             shape = shape.learned(
                 np.array([J for J, _ in views]),
@@ -296,29 +291,26 @@ class Tracker:
         """Returns new tracks of moving regions that no track has, paired so that their rays pass each other closest."""
         left, right = (
             [
-                (region, place in used)
+                region
                 for place, region in enumerate(regions)
-                if region.moving > 0.0 and region.pixels >= self.settings.min_pixels
+                if place not in used and region.moving > 0.0 and region.pixels >= self.settings.min_pixels
             ]
             for regions, used in zip(found, taken)
         )
-        if all(used for _, used in left) and all(used for _, used in right):
+        if not left or not right:
             return []
         cost = np.full((len(left), len(right)), OUTSIDE)
         measured: dict[tuple[int, int], Measurement] = {}
-        for i, (one, one_taken) in enumerate(left):
-            for j, (other, other_taken) in enumerate(right):
-                if one_taken and other_taken:
-                    continue
-                measurement = self._first_measurement(one, other, one_taken or other_taken)
+        for i, one in enumerate(left):
+            for j, other in enumerate(right):
+                measurement = self.measure(one, other)
                 if measurement is not None and self._contains(measurement.p_WQ):
                     measured[i, j] = measurement
                     cost[i, j] = measurement.gap + HEIGHT_WEIGHT * self._height_error(measurement.p_WQ)
-                    cost[i, j] += TAKEN if one_taken or other_taken else 0.0
         tracks = []
         for i, j in zip(*linear_sum_assignment(cost)):
             if (i, j) in measured:
-                pair = (left[i][0], right[j][0])
+                pair = (left[i], right[j])
                 p_WQ = measured[i, j].p_WQ
                 scales = [float(np.linalg.norm(projection_jacobian(camera, p_WQ), 2)) for camera in self._cameras]
                 size = float(np.mean([0.5 * (each.width + each.height) / scale for each, scale in zip(pair, scales)]))
@@ -326,21 +318,45 @@ class Tracker:
                 tracks.append(new_track(stamp, measured[i, j], shape, pair[0].colour))
         return tracks
 
-    def _first_measurement(self, left: Region, right: Region, shared: bool) -> Measurement | None:
-        """Returns the measurement of two regions without a track.
+    def _come_apart(
+        self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]
+    ) -> tuple[list[ObjectTrack], list[ObjectTrack]]:
+        """Returns the tracks, and new ones of objects whose silhouettes came apart from that of a track in one image.
 
-        Args:
-            left: in the left image.
-            right: in the right image.
-            shared: whether one of them belongs to another track as well, and shows only roughly where the new object is.
+        While two objects were merged in both images, they were one track. From the image in which they are apart, and the
+        height of the track, follow the positions of both; the merged silhouette in the other image is then divided.
         """
-        measurement = self.measure(left, right)
-        if measurement is None or not shared or self._height is None:
-            return measurement
-        rough = left if left.track else right
-        rough = rough._replace(var_u=0.1 * rough.width**2, var_v=0.1 * rough.height**2)
-        regions = (rough, right) if left.track else (left, rough)
-        return self.measure_at_height(measurement.p_WQ, self._height, regions)
+        kept, new = [], []
+        for track in tracks:
+            for side, (camera, regions) in enumerate(zip(self._cameras, found)):
+                mine = next((each for each in regions if each.track == track.number and each.apart), None)
+                if not track.number or mine is None:
+                    continue
+                window = self._windows([track], side)[0]
+                small = np.array([mine.width, mine.height]) < SHRUNK * window.extents
+                others = [
+                    each
+                    for each in regions
+                    if not each.track and np.hypot(each.u - window.u, each.v - window.v) < window.radius
+                ]
+                if not small.any() or not others:
+                    continue
+                pair = [self._on_height(track, camera, each) for each in (mine, max(others, key=lambda each: each.pixels))]
+                track = replace(pair[0], number=track.number, hits=track.hits)
+                new.append(pair[1])
+                break
+            kept.append(track)
+        return kept, new
+
+    def _on_height(self, track: ObjectTrack, camera: CameraModel, region: Region) -> ObjectTrack:
+        """Returns a new track of a region in one image, at the height and with the velocity of another track."""
+        origin, (direction,) = camera.rays([[region.u, region.v]])
+        p_WQ = origin + (track.height - origin[2]) / direction[2] * direction
+        measurement = Measurement(p_WQ, np.diag([ROUGH_STD**2, ROUGH_STD**2, HEIGHT_STD**2]), 0.0, 1.0)
+        scale = float(np.linalg.norm(projection_jacobian(camera, p_WQ), 2))
+        shape = ObjectShape.guess(0.5 * (region.width + region.height) / scale, scale)
+        begun = new_track(track.stamp, measurement, shape.turned(track.mean[3:]), region.colour)
+        return begun.with_velocity(track.mean[3:] * [1.0, 1.0, 0.0], ROUGH_SPEED_STD)
 
     def _cleaned(self, tracks: Sequence[ObjectTrack], foregrounds: Sequence[Foreground]) -> tuple[ObjectTrack, ...]:
         """Returns the tracks without those that ended: not seen for long, or the second track of one object."""
