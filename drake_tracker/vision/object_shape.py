@@ -45,15 +45,17 @@ class ObjectShape(FrozenState):
     count: int = 0
 
     @classmethod
-    def guess(cls, size: float, scale: float) -> Self:
-        """Returns the shape of an object of which only the size in one image is known: a cube.
+    def guess(cls, jacobians: np.ndarray, extents: np.ndarray) -> Self:
+        """Returns the shape of an object of which one pair of silhouettes is known: the cube that fits them best.
 
         Args:
-            size: edge of the cube [m].
-            scale: of the images [px/m], for the weight of the guess.
+            jacobians: as for `learned`.
+            extents: as for `learned`.
         """
-        weight = PRIOR_WEIGHT * scale**2
-        dimensions = np.full(3, max(size, SMALLEST))
+        a = np.abs(jacobians).sum(axis=2).ravel()
+        b = np.asarray(extents, float).ravel()
+        dimensions = np.full(3, max(float(a @ b / (a @ a)), SMALLEST))
+        weight = PRIOR_WEIGHT * float(a @ a) / len(jacobians)
         return cls(read_only(dimensions), 0.0, read_only(weight * np.eye(3)), read_only(weight * dimensions))
 
     @property

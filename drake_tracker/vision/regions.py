@@ -28,6 +28,8 @@ LOCATED = 0.4
 """An object claims a share of a silhouette that shows others too if its position is known to this share of its radius."""
 HIDDEN_BEHIND = 0.3
 """An object whose centre is nearer than this many radii to that of another is hidden by it."""
+LEAST_DISTANCE = 0.5
+"""Two objects whose silhouettes are merged are at least this share of the expected distance apart."""
 END_QUANTILE = 0.004
 """Share of the pixels of a silhouette that may lie beyond its end."""
 SHAPE_ERROR = 0.055
@@ -41,6 +43,8 @@ MISSING_SHARE = 0.15
 """Pixels that a silhouette may lack as a share of those expected before the object counts as partly hidden."""
 JITTER = 0.25
 """Standard deviation of a centroid from image to image [px]."""
+UNCONFIRMED = -1
+"""Number of a track that is not yet confirmed."""
 NO_COLOUR = (0.0, 0.0, 0.0)
 
 
@@ -98,7 +102,7 @@ class Region(NamedTuple):
         var_v: variance along v [px^2].
         moving: share of its pixels that move.
         share: visible share of the object, 1 where it is not known.
-        track: number of the track in whose window it lies; 0: none.
+        track: number of the track in whose window it lies; 0: none, -1: one that is not yet confirmed.
         shared: whether it was cut out of a silhouette that shows several objects.
         apart: whether another large fragment lies in its window, which no other track expects.
         colour: its mean colour, red, green and blue [grey levels].
@@ -117,6 +121,11 @@ class Region(NamedTuple):
     shared: bool
     apart: bool
     colour: tuple[float, float, float]
+
+    @property
+    def extents(self) -> np.ndarray:
+        """Extents along u and v, shape (2,) [px]."""
+        return np.array([self.width, self.height])
 
 
 def find_regions(
@@ -266,7 +275,9 @@ def _divide_in_two(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: n
     across = np.array([-along[1], along[0]])
     t, w = points @ along, points @ across
     low, high = np.quantile(t, END_QUANTILE), np.quantile(t, 1.0 - END_QUANTILE)
-    half = first.half_extent(along), second.half_extent(along)
+    half = np.array([first.half_extent(along), second.half_extent(along)])
+    # Guessed sizes may be too large: the objects are at least part of the expected distance apart.
+    half *= min((high - low - LEAST_DISTANCE * distance) / half.sum(), 1.0)
     centres = low + half[0], high - half[1]
     border = 0.5 * (centres[0] + half[0] + centres[1] - half[1])
     parts = []

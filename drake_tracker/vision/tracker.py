@@ -25,7 +25,7 @@ from drake_tracker.vision.object_track import (
     new_track,
 )
 from drake_tracker.vision.object_shape import ObjectShape, outline_area
-from drake_tracker.vision.regions import ObjectWindow, Region, find_regions
+from drake_tracker.vision.regions import UNCONFIRMED, ObjectWindow, Region, find_regions
 from drake_tracker.vision.triangulation import triangulate
 from drake_tracker.vision.window import check_box
 
@@ -131,9 +131,8 @@ class Tracker:
         tracks = [
             self._observe(track, (places[0][k], places[1][k]), found, foregrounds) for k, track in enumerate(tracks)
         ]
-        taken = [{track.places[side] for track in tracks} for side in range(2)]
         tracks, apart = self._come_apart(tracks, found)
-        tracks += apart or self._begin(stamp, found, taken)
+        tracks += apart or self._begin(stamp, found)
         tracks, next_number = self._confirm(self._cleaned(tracks, foregrounds), state.next_number)
         slots = self.settings.region_slots
         overflow = sum(max(len(regions) - slots, 0) for regions in found)
@@ -207,7 +206,7 @@ class Tracker:
             edges = J @ track.shape.edges
             pixels = track.shape.fill * outline_area(edges)
             depth = float(np.linalg.norm(track.position - camera.X_WC[:3, 3]))
-            windows.append(ObjectWindow(track.number, float(u), float(v), std, edges, pixels, depth))
+            windows.append(ObjectWindow(track.number or UNCONFIRMED, float(u), float(v), std, edges, pixels, depth))
         return windows
 
     def _assign(self, tracks: Sequence[ObjectTrack], windows: Sequence[ObjectWindow], regions: Sequence[Region]) -> list[int]:
@@ -273,7 +272,7 @@ class Tracker:
         if views:
             shape = shape.learned(
                 np.array([J for J, _ in views]),
-                np.array([[region.width, region.height] for _, region in views]),
+                np.array([region.extents for _, region in views]),
                 np.array([region.pixels for _, region in views]),
             )
         return replace(track, shape=shape, height=float(height), colour=colour)
@@ -287,15 +286,15 @@ class Tracker:
             return TrackState.OCCLUDED
         return TrackState.NOT_OBSERVED
 
-    def _begin(self, stamp: float, found: Sequence[Sequence[Region]], taken: Sequence[set[int]]) -> list[ObjectTrack]:
+    def _begin(self, stamp: float, found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
         """Returns new tracks of moving regions that no track has, paired so that their rays pass each other closest."""
         left, right = (
             [
                 region
-                for place, region in enumerate(regions)
-                if place not in used and region.moving > 0.0 and region.pixels >= self.settings.min_pixels
+                for region in regions
+                if not region.track and region.moving > 0.0 and region.pixels >= self.settings.min_pixels
             ]
-            for regions, used in zip(found, taken)
+            for regions in found
         )
         if not left or not right:
             return []
@@ -311,10 +310,8 @@ class Tracker:
         for i, j in zip(*linear_sum_assignment(cost)):
             if (i, j) in measured:
                 pair = (left[i], right[j])
-                p_WQ = measured[i, j].p_WQ
-                scales = [float(np.linalg.norm(projection_jacobian(camera, p_WQ), 2)) for camera in self._cameras]
-                size = float(np.mean([0.5 * (each.width + each.height) / scale for each, scale in zip(pair, scales)]))
-                shape = ObjectShape.guess(size, float(np.mean(scales)))
+                jacobians = [projection_jacobian(camera, measured[i, j].p_WQ) for camera in self._cameras]
+                shape = ObjectShape.guess(np.array(jacobians), np.array([each.extents for each in pair]))
                 tracks.append(new_track(stamp, measured[i, j], shape, pair[0].colour))
         return tracks
 
@@ -333,7 +330,7 @@ class Tracker:
                 if not track.number or mine is None:
                     continue
                 window = self._windows([track], side)[0]
-                small = np.array([mine.width, mine.height]) < SHRUNK * window.extents
+                small = mine.extents < SHRUNK * window.extents
                 others = [
                     each
                     for each in regions
@@ -353,8 +350,7 @@ class Tracker:
         origin, (direction,) = camera.rays([[region.u, region.v]])
         p_WQ = origin + (track.height - origin[2]) / direction[2] * direction
         measurement = Measurement(p_WQ, np.diag([ROUGH_STD**2, ROUGH_STD**2, HEIGHT_STD**2]), 0.0, 1.0)
-        scale = float(np.linalg.norm(projection_jacobian(camera, p_WQ), 2))
-        shape = ObjectShape.guess(0.5 * (region.width + region.height) / scale, scale)
+        shape = ObjectShape.guess(projection_jacobian(camera, p_WQ)[None], np.array([region.extents]))
         begun = new_track(track.stamp, measurement, shape.turned(track.mean[3:]), region.colour)
         return begun.with_velocity(track.mean[3:] * [1.0, 1.0, 0.0], ROUGH_SPEED_STD)
 
