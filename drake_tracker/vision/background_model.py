@@ -23,6 +23,11 @@ LEARNING_PERIOD = 4
 """Images from one that is learned from to the next, once the background is known."""
 QUIET_IMAGES = 12
 """Images without motion after which a pixel counts as still."""
+MOTION_SHARE = 0.6
+"""Least threshold for motion between two images, as a share of that for the difference from the background: stray pixels
+that move do no harm."""
+MOTION_NOISE = 1.2
+"""Noise of the difference of two images as a share of that of the difference from the background."""
 NOISE_OF_MEDIAN = 0.8
 """Standard deviation of the noise of one channel, as a fraction of the median of the largest of three differences."""
 NOISE_WEIGHT = 0.3
@@ -36,7 +41,7 @@ RATIO_SCALE = 100.0
 MARGIN = 3
 """Pixels around a silhouette that are looked at with it, and not learned from."""
 _SPECK = np.ones((2, 2), np.uint8)
-_SMALL, _MEDIUM = np.ones((3, 3), np.uint8), np.ones((5, 5), np.uint8)
+_SMALL, _MEDIUM, _START = np.ones((3, 3), np.uint8), np.ones((5, 5), np.uint8), np.ones((9, 9), np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,9 +105,8 @@ class BackgroundModel:
     def start(self, image: np.ndarray) -> Background:
         """Returns the state after the first smoothed image (h, w, 3): nothing is known of the background yet."""
         blank = read_only(np.zeros(image.shape[:2], np.uint8))
-        quiet = read_only(np.full_like(blank, QUIET_IMAGES - 1))
         mean = read_only(image.astype(np.float32))
-        return Background(mean, image, blank, quiet, image, blank, blank, blank, 1.0, 1)
+        return Background(mean, image, blank, blank, image, blank, blank, blank, 1.0, 1)
 
     def update(
         self, state: Background, image: np.ndarray, hidden: np.ndarray | None = None
@@ -121,19 +125,19 @@ class BackgroundModel:
             return replace(state, mask=blank, reference=image, count=state.count + 1), False
         picture = state.picture if abs(gain - 1.0) < SAME_LIGHT else cv2.convertScaleAbs(state.picture, alpha=gain)
         difference = _largest(cv2.absdiff(image, picture))
-        threshold = max(settings.threshold, settings.noise_factor * state.noise)
-        learning = state.count < LEARNING_PERIOD or state.count % LEARNING_PERIOD == 0
+        learning = state.count <= QUIET_IMAGES or state.count % LEARNING_PERIOD == 0
         if state.count == 1:
-            noise = NOISE_OF_MEDIAN * float(np.median(difference[::LEVEL_ROWS]))
-            threshold = max(settings.threshold, settings.noise_factor * noise)
-            state = replace(state, noise=noise)
+            first = NOISE_OF_MEDIAN * float(np.median(difference[::LEVEL_ROWS]))
+            state = replace(state, noise=first)
         if learning:
-            state = self._find_motion(state, image, threshold)
+            motion_threshold = max(MOTION_SHARE * settings.threshold, MOTION_NOISE * settings.noise_factor * state.noise)
+            state = self._find_motion(state, image, motion_threshold)
+        threshold = max(settings.threshold, settings.noise_factor * state.noise)
         mask = cv2.threshold(difference, threshold, 255, cv2.THRESH_BINARY)[1]
         if cv2.countNonZero(state.known) < state.known.size:
             np.copyto(mask, state.swept, where=state.known == 0)
         mask = cv2.morphologyEx(self._within(mask, hidden), cv2.MORPH_OPEN, _SPECK)
-        mask = self._without_shadows(mask, image, picture)
+        mask = self._without_shadows(mask, state.known, image, picture)
         state = replace(state, mask=read_only(mask), count=state.count + 1)
         return (self._learn(state, image, picture, difference, gain, hidden) if learning else state), True
 
@@ -146,15 +150,22 @@ class BackgroundModel:
         return light_gain(before, now)
 
     def _find_motion(self, state: Background, image: np.ndarray, threshold: float) -> Background:
-        """Returns the state with the pixels that changed since the reference image, which the image then becomes."""
+        """Returns the state with the pixels that changed since the reference image, and the regions that they enclose."""
         change = _largest(cv2.absdiff(image, state.reference))
         moving = cv2.threshold(change, threshold, 255, cv2.THRESH_BINARY)[1]
         moving = cv2.morphologyEx(self._within(moving), cv2.MORPH_OPEN, _SPECK)
         swept = cv2.morphologyEx(moving, cv2.MORPH_CLOSE, self._join)
-        quiet = cv2.add(state.quiet, 1 if state.count < LEARNING_PERIOD else LEARNING_PERIOD)
-        quiet[cv2.dilate(swept, _SMALL) > 0] = 0
+        for outline in cv2.findContours(swept, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]:
+            cv2.fillConvexPoly(swept, cv2.convexHull(outline), 255)
+        starting = state.count <= QUIET_IMAGES
+        quiet = cv2.add(state.quiet, 1 if starting else LEARNING_PERIOD)
+        quiet[cv2.dilate(swept, _START if starting else _SMALL) > 0] = 0
         return replace(
-            state, reference=image, moving=read_only(moving), swept=read_only(swept), quiet=read_only(quiet)
+            state,
+            reference=image if state.count % LEARNING_PERIOD == 0 else state.reference,
+            moving=read_only(moving),
+            swept=read_only(swept),
+            quiet=read_only(quiet),
         )
 
     def _learn(
@@ -208,7 +219,9 @@ class BackgroundModel:
             mask = cv2.bitwise_and(mask, self._window)
         return mask if hidden is None else cv2.subtract(mask, hidden)
 
-    def _without_shadows(self, mask: np.ndarray, image: np.ndarray, picture: np.ndarray) -> np.ndarray:
+    def _without_shadows(
+        self, mask: np.ndarray, known: np.ndarray, image: np.ndarray, picture: np.ndarray
+    ) -> np.ndarray:
         """Returns the silhouettes without cast shadows: pixels that are darker than the background, of the same colour."""
         settings = self.settings
         u0, v0, width, height = cv2.boundingRect(mask)
@@ -221,6 +234,7 @@ class BackgroundModel:
         allowed = cv2.convertScaleAbs(lightest, alpha=settings.shadow_spread)
         shadow = cv2.inRange(lightest, RATIO_SCALE * settings.shadow_darkest, RATIO_SCALE * settings.shadow_lightest)
         shadow = cv2.bitwise_and(shadow, cv2.compare(cv2.subtract(lightest, darkest), allowed, cv2.CMP_LE))
+        shadow = cv2.bitwise_and(shadow, known[box])
         whole = mask[box]
         if not cv2.countNonZero(cv2.bitwise_and(shadow, whole)):
             return mask
