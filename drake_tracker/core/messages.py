@@ -27,6 +27,44 @@ coordinates; number of moving pixels."""
 TrackPoint = namedview("TrackPoint", ["stamp", "x", "y", "z", "gap", "valid"])
 """A measured point: stamp [s]; p_WQ = (x, y, z) [m] in W; gap between the two rays of sight [m]."""
 
+REGION_SLOTS = 16
+"""Regions of one image that a message holds."""
+REGION_FIELDS = ("u", "v", "pixels", "width", "height", "var_u", "var_v", "moving", "share", "track")
+"""Fields of a region: centroid [px, full frame], number of pixels, extents [px], variances of the centroid [px^2], share of
+its pixels that move, visible share of the object, number of its track (0: none, -1: not yet confirmed)."""
+Regions = namedview(
+    "Regions",
+    ["stamp", "count", "usable"] + [f"{field}{k}" for k in range(REGION_SLOTS) for field in REGION_FIELDS],
+)
+"""What one image shows: stamp [s]; number of regions, which may exceed the slots; ``usable`` = 0 when the image could not
+be compared with the background; and `REGION_SLOTS` regions of `REGION_FIELDS`, all zeros where there is none."""
+
+TRACK_SLOTS = 8
+"""Tracks that a message holds."""
+TRACK_FIELDS = (
+    ("number", "state", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz")
+    + ("vx", "vy", "vz", "gap", "seen", "size", "red", "green", "blue")
+)
+"""Fields of a track: identity (0: empty slot); `vision.object_track.TrackState`; position in W [m], measured where the
+object is seen and predicted otherwise; covariance of the position [m^2]; velocity [m/s]; gap between the rays [m]; stamp at
+which it was last seen [s]; largest dimension [m]; colour [grey levels]."""
+TrackPoints = namedview(
+    "TrackPoints",
+    ["stamp", "target", "reason", "overflow", "valid"]
+    + [f"{field}{k}" for k in range(TRACK_SLOTS) for field in TRACK_FIELDS],
+)
+"""All tracks: stamp [s]; number of the target (0: none); why there is no point of it
+(`vision.target.Reason`); number of regions and tracks that found no slot; valid; and `TRACK_SLOTS` tracks."""
+
+EXPECTED_FIELDS = ("number", "x", "y", "z", "vx", "vy", "vz", "std")
+"""Fields of an expectation: identity of the track (0: empty slot); position [m], velocity [m/s] and standard deviation of
+the position [m] in W."""
+TrackPredictions = namedview(
+    "TrackPredictions", ["time"] + [f"{field}{k}" for k in range(TRACK_SLOTS) for field in EXPECTED_FIELDS]
+)
+"""Where the estimators expect the objects that vision has lost sight of: time for which they predict [s], and
+`TRACK_SLOTS` expectations."""
+
 Filtered = namedview("Filtered", ["stamp", "x", "y", "z", "yaw", "speed", "valid"])
 """The filtered state at the newest stamp [s]: position in W [m], direction of travel (yaw) [rad], speed [m/s]."""
 
@@ -121,6 +159,17 @@ or its table; ``self_touched`` = 1 once two links of the arm touched each other.
 def message_size(view: Any) -> int:
     """Returns the number of elements in the vector of a message type."""
     return len(view.get_fields())
+
+
+def message_rows(message: np.ndarray, fields: tuple[str, ...]) -> np.ndarray:
+    """Returns the slots at the end of a `Regions`, `TrackPoints` or `TrackPredictions` vector, shape (slots, len(fields)).
+
+    Args:
+        message: the vector; a view of it is returned.
+        fields: the message's `REGION_FIELDS`, `TRACK_FIELDS` or `EXPECTED_FIELDS`.
+    """
+    slots = {REGION_FIELDS: REGION_SLOTS, TRACK_FIELDS: TRACK_SLOTS, EXPECTED_FIELDS: TRACK_SLOTS}[fields]
+    return message[len(message) - slots * len(fields) :].reshape(slots, len(fields))
 
 
 def pack_prediction(stamp: float, seq: int, knots: np.ndarray, spacing: float = KNOT_SPACING) -> np.ndarray:

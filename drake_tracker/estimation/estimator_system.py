@@ -120,32 +120,49 @@ class EstimatorSystem(LeafSystem):
 
     def _predict(self, estimate: EstimatorState, stamp: float, seq: int) -> EstimatorMemory:
         """Returns the memory with packet number ``seq``, made from ``estimate`` after the point of ``stamp`` [s]."""
-        times = estimate.stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
-        path, std = self._evaluate("predict", estimate, times, 4), self._evaluate("predict_std", estimate, times)
-        knots = np.column_stack([path, std])
-        packet = pack_prediction(estimate.stamp, seq, knots)
-        speed = np.linalg.norm(knots[1, :3] - knots[0, :3]) / KNOT_SPACING
-        filtered = np.concatenate([[estimate.stamp], knots[0, :4], [speed, 1.0]])
-        return EstimatorMemory(estimate, stamp, seq, read_only(packet), read_only(filtered))
-
-    def _evaluate(self, method: str, estimate: EstimatorState, times: np.ndarray, *columns: int) -> np.ndarray:
-        """Returns the estimator's prediction for ``times`` (n,) [s], of shape (n, *columns).
-
-        Raises DrakeTrackerError when the estimator returns another shape or a number that is not finite.
-        """
-        rows = np.asarray(getattr(self._estimator, method)(estimate, times), dtype=float)
-        shape = (len(times), *columns)
-        if rows.shape == shape and np.isfinite(rows).all():
-            return rows
-        wrong = f"the shape {rows.shape}, not {shape}" if rows.shape != shape else "a number that is not finite"
-        name = f"{type(self._estimator).__name__}.{method}"
-        raise DrakeTrackerError(f"{name} returned {wrong} after the point of {estimate.stamp:.3f} s")
+        packet, filtered = make_packet(self._estimator, estimate, seq)
+        return EstimatorMemory(estimate, stamp, seq, packet, filtered)
 
     def _calc_prediction(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_abstract_state(0).get_value().packet)
 
     def _calc_filtered(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_abstract_state(0).get_value().filtered)
+
+
+def make_packet(estimator: Estimator[Any], estimate: EstimatorState, seq: int) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the packet of a state that is ready, and its filtered state: a `Prediction` and a `Filtered`, read-only.
+
+    Args:
+        estimator: the estimator.
+        estimate: its state.
+        seq: number of the packet.
+
+    Raises DrakeTrackerError when the estimator predicts something that is not finite, or of another shape.
+    """
+    times = estimate.stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
+    path = _evaluate(estimator, "predict", estimate, times, 4)
+    knots = np.column_stack([path, _evaluate(estimator, "predict_std", estimate, times)])
+    packet = pack_prediction(estimate.stamp, seq, knots)
+    speed = np.linalg.norm(knots[1, :3] - knots[0, :3]) / KNOT_SPACING
+    filtered = np.concatenate([[estimate.stamp], knots[0, :4], [speed, 1.0]])
+    return read_only(packet), read_only(filtered)
+
+
+def _evaluate(
+    estimator: Estimator[Any], method: str, estimate: EstimatorState, times: np.ndarray, *columns: int
+) -> np.ndarray:
+    """Returns the estimator's prediction for ``times`` (n,) [s], of shape (n, *columns).
+
+    Raises DrakeTrackerError when the estimator returns another shape or a number that is not finite.
+    """
+    rows = np.asarray(getattr(estimator, method)(estimate, times), dtype=float)
+    shape = (len(times), *columns)
+    if rows.shape == shape and np.isfinite(rows).all():
+        return rows
+    wrong = f"the shape {rows.shape}, not {shape}" if rows.shape != shape else "a number that is not finite"
+    name = f"{type(estimator).__name__}.{method}"
+    raise DrakeTrackerError(f"{name} returned {wrong} after the point of {estimate.stamp:.3f} s")
 
 
 def add_estimator(

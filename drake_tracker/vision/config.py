@@ -108,7 +108,41 @@ class Silhouettes:
     body_share: float = setting(
         0.25, "share of a region that is not shadow-like from which on the rest counts as its shadow", "", (0.0, 1.0)
     )
-    min_pixels: int = setting(25, "pixels of the smallest region", "px", (1, 65536))
+
+
+@dataclass(frozen=True)
+class First:
+    """Follows the object that was seen first."""
+
+
+@dataclass(frozen=True)
+class Largest:
+    """Follows the largest object."""
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """Follows the object that is nearest to a point."""
+
+    point: tuple[float, ...] = setting([0.56, 0.0, 0.48], "the point in W", "m", (-10.0, 10.0), shape=(3,))
+    within: float = setting(10.0, "largest distance of the object", "m", (0.0, 100.0))
+
+
+@dataclass(frozen=True)
+class Inside:
+    """Follows the first object that is inside a box."""
+
+    box: tuple[tuple[float, ...], ...] = setting(
+        [[0.33, -0.30, 0.40], [0.79, 0.30, 0.60]], "lowest and highest corner in W", "m", (-10.0, 10.0), shape=(2, 3)
+    )
+
+
+@dataclass(frozen=True)
+class Coloured:
+    """Follows the object whose colour is most similar to a given one."""
+
+    colour: str = setting("#d0b040", "the colour as #rrggbb")
+    tolerance: float = setting(25.0, "largest difference of the hue", "deg", (1.0, 180.0))
 
 
 @dataclass(frozen=True)
@@ -120,11 +154,10 @@ class Single:
 class Several:
     """Tracks several objects, moving or standing, by their silhouettes."""
 
+    target: First | Largest | Nearest | Inside | Coloured = setting(First, "which of the objects to follow")
     silhouettes: Silhouettes = setting(Silhouettes, "how objects are separated from the still scene")
     min_pixels: int = setting(25, "pixels of the smallest object", "px", (1, 65536))
     confirm_after: int = setting(5, "pairs of images after which a new track is confirmed", "", (1, 1000))
     coast_time: float = setting(2.0, "time after which a track that is not seen is deleted", "s", (0.05, 60.0))
-    widest_gate: float = setting(12.0, "largest standard deviation of a predicted position", "px", (0.5, 1000.0))
     largest_std: float = setting(0.03, "largest standard deviation of a point that is used", "m", (0.001, 1.0))
-    region_slots: int = 16
-    track_slots: int = 8
+    mask_arm: bool = setting(True, "ignore the pixels where the robot's own arm is, as its joint angles tell")

@@ -12,8 +12,6 @@ import numpy as np
 
 from drake_tracker.vision.foreground import Foreground
 
-REGION_SLOTS = 16
-"""Regions of one image that are reported."""
 FRAGMENT_PIXELS = 6
 """Fragments of a silhouette with fewer pixels are noise."""
 FRAGMENT_SHARE = 0.25

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
 from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.core.messages import REGION_SLOTS, TRACK_SLOTS
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.foreground import Foreground
@@ -39,6 +40,8 @@ SHRUNK = 0.75
 """An object whose silhouette has come apart and is now smaller than this share of its size was two objects."""
 ROUGH_STD, ROUGH_SPEED_STD = 0.015, 0.1
 """Standard deviations of the position [m] and velocity [m/s] of an object that is seen apart in one image only."""
+WIDEST_GATE = 12.0
+"""Largest standard deviation of an expected centroid [px]."""
 OUTSIDE = 1e6
 """Cost of an assignment that is not allowed."""
 HEIGHT_STD = 0.004
@@ -134,8 +137,7 @@ class Tracker:
         tracks, apart = self._come_apart(tracks, found)
         tracks += apart or self._begin(stamp, found)
         tracks, next_number = self._confirm(self._cleaned(tracks, foregrounds), state.next_number)
-        slots = self.settings.region_slots
-        overflow = sum(max(len(regions) - slots, 0) for regions in found)
+        overflow = sum(max(len(regions) - REGION_SLOTS, 0) for regions in found)
         return TrackerState(stamp, tuple(tracks), next_number, (tuple(found[0]), tuple(found[1])), overflow)
 
     def measure(self, left: Region, right: Region) -> Measurement | None:
@@ -200,7 +202,7 @@ class Tracker:
         for track, (u, v) in zip(tracks, views):
             J = projection_jacobian(camera, track.position)
             S = J @ track.covariance[:3, :3] @ J.T
-            std = min(float(np.sqrt(0.5 * np.trace(S))), self.settings.widest_gate)
+            std = min(float(np.sqrt(0.5 * np.trace(S))), WIDEST_GATE)
             if not np.isfinite([u, v, std]).all():
                 u, v, std = -1e6, -1e6, 0.0
             edges = J @ track.shape.edges
@@ -367,7 +369,7 @@ class Tracker:
             if any(self._same_object(track, other) for other in kept):
                 continue
             kept.append(track)
-        return tuple(kept[: settings.track_slots])
+        return tuple(kept[:TRACK_SLOTS])
 
     def _same_object(self, track: ObjectTrack, other: ObjectTrack) -> bool:
         """Returns whether two tracks lie on one object, in both images."""

@@ -1,0 +1,159 @@
+"""A bank of estimators as a Drake System: one for each tracked object."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+
+from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.messages import (
+    EXPECTED_FIELDS,
+    TRACK_FIELDS,
+    Filtered,
+    Prediction,
+    TrackPoint,
+    TrackPoints,
+    TrackPredictions,
+    message_rows,
+    message_size,
+)
+from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.estimation.estimator import Estimator
+from drake_tracker.estimation.estimator_system import EstimatorMemory, make_packet
+from drake_tracker.estimation.point_check import refuse_point
+
+_NUMBER, _STATE, _X, _SEEN = (TRACK_FIELDS.index(name) for name in ("number", "state", "x", "seen"))
+_VELOCITY_STEP = 0.01
+"""Time step from which the velocity of a predicted path is taken [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class BankMemory(FrozenState):
+    """State of an `EstimatorBankSystem`.
+
+    Attributes:
+        members: {number of a track: memory of its estimator}; never changed after it was made.
+        target: number of the track of which the packets are, 0 without one.
+        seq: number of packets made so far.
+        packet: the newest `Prediction` vector, read-only.
+        filtered: the newest `Filtered` vector, read-only.
+        expected: the newest `TrackPredictions` vector, read-only.
+    """
+
+    members: dict[int, EstimatorMemory]
+    target: int
+    seq: int
+    packet: np.ndarray
+    filtered: np.ndarray
+    expected: np.ndarray
+
+
+class EstimatorBankSystem(LeafSystem):
+    """Runs one estimator for each track, and outputs the predictions of the target's.
+
+    .. pydrake_system::
+
+        name: EstimatorBankSystem
+        input_ports:
+        - tracks
+        output_ports:
+        - prediction
+        - filtered
+        - expected
+
+    - ``tracks``: a `TrackPoints` vector, read at each update. The estimator of a track is updated with its position where
+      the object was seen at the stamp of the message, also if it stands. It is dropped with its track.
+    - ``prediction`` and ``filtered``: as those of `EstimatorSystem`, for the target. When another track becomes the target,
+      the next packet is one of that track, and ``seq`` goes on counting.
+    - ``expected``: a `TrackPredictions` vector for vision, with the tracks that were not seen at the newest stamp and whose
+      estimators are ready.
+
+    The System is updated every ``period``, after ``offset``. All outputs depend on the state alone.
+
+    Args:
+        estimator: the estimator, which keeps no state of its own and serves all tracks.
+        period: period of the update [s].
+        offset: time of the first update [s].
+    """
+
+    def __init__(
+        self,
+        estimator: Estimator[Any],
+        *,
+        period: float = VISION_PERIOD,
+        offset: float = vision_slot(ESTIMATOR_SLOT),
+    ) -> None:
+        super().__init__()
+        self._estimator, self._period = estimator, period
+        packet, filtered, expected = (
+            read_only(np.zeros(message_size(view))) for view in (Prediction, Filtered, TrackPredictions)
+        )
+        state = self.DeclareAbstractState(AbstractValue.Make(BankMemory({}, 0, 0, packet, filtered, expected)))
+        self._tracks = self.DeclareVectorInputPort("tracks", message_size(TrackPoints))
+        ticket = {self.abstract_state_ticket(state)}
+        for name, view in (("prediction", Prediction), ("filtered", Filtered), ("expected", TrackPredictions)):
+            attribute = "packet" if name == "prediction" else name
+
+            def calc(context: Context, output: BasicVector, attribute: str = attribute) -> None:
+                output.SetFromVector(getattr(context.get_abstract_state(0).get_value(), attribute))
+
+            self.DeclareVectorOutputPort(name, message_size(view), calc, ticket)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
+
+    def _update(self, context: Context, state: State) -> None:
+        memory: BankMemory = state.get_abstract_state(0).get_value()
+        message = self._tracks.Eval(context)
+        header = TrackPoints(message)
+        if not header.valid or not np.isfinite(message).all():
+            return
+        rows = [row for row in message_rows(message, TRACK_FIELDS) if row[_NUMBER] > 0.0]
+        members, updated = {}, set()
+        for row in rows:
+            number = int(row[_NUMBER])
+            member = memory.members.get(number) or self._new_member()
+            newest = self._updated(member, row, header.stamp, context.get_time())
+            if newest is not member:
+                updated.add(number)
+            members[number] = newest
+        target = int(header.target)
+        seq, packet, filtered = memory.seq, memory.packet, memory.filtered
+        member = members.get(target)
+        if member is not None and target in updated and self._estimator.ready(member.estimate):
+            seq += 1
+            packet, filtered = make_packet(self._estimator, member.estimate, seq)
+        expected = self._expected(members, rows, header.stamp)
+        state.get_mutable_abstract_state(0).set_value(
+            BankMemory(members, target, seq, read_only(packet), read_only(filtered), read_only(expected))
+        )
+
+    def _new_member(self) -> EstimatorMemory:
+        nothing = read_only(np.zeros(0))
+        return EstimatorMemory(self._estimator.initial_state(), -math.inf, 0, nothing, nothing)
+
+    def _updated(self, member: EstimatorMemory, row: np.ndarray, stamp: float, time: float) -> EstimatorMemory:
+        """Returns the memory of a track's estimator after a message, the same object when there is no new point."""
+        p_WQ = row[_X : _X + 3].copy()
+        point = TrackPoint(np.array([stamp, *p_WQ, 0.0, 1.0]))
+        if row[_SEEN] < stamp or stamp <= member.stamp or refuse_point(point[:], time, self._period):
+            return member
+        estimate = self._estimator.update(member.estimate, stamp, p_WQ)
+        return replace(member, estimate=estimate, stamp=stamp)
+
+    def _expected(self, members: dict[int, EstimatorMemory], rows: list[np.ndarray], stamp: float) -> np.ndarray:
+        """Returns the `TrackPredictions` of the tracks that were not seen at a stamp [s], for the next one."""
+        message = np.zeros(message_size(TrackPredictions))
+        time = stamp + self._period
+        TrackPredictions(message).time = time
+        lost = [int(row[_NUMBER]) for row in rows if row[_SEEN] < stamp]
+        for slot, number in zip(message_rows(message, EXPECTED_FIELDS), lost):
+            estimate = members[number].estimate
+            if self._estimator.ready(estimate):
+                path = self._estimator.predict(estimate, np.array([time, time + _VELOCITY_STEP]))
+                (std,) = self._estimator.predict_std(estimate, np.array([time]))
+                if np.isfinite(path).all():
+                    velocity = (path[1, :3] - path[0, :3]) / _VELOCITY_STEP
+                    slot[:] = [number, *path[0, :3], *velocity, std]
+        return message

@@ -1,0 +1,134 @@
+"""The background model of one camera as a Drake System, with the lag of the pipeline."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.sensors import ImageRgba8U
+
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.messages import FrameInfo, message_size
+from drake_tracker.core.timing import VISION_PERIOD, capture_time
+from drake_tracker.vision.background_model import Background, BackgroundModel
+from drake_tracker.vision.foreground import Foreground
+from drake_tracker.vision.motion_centroid_system import MotionEnergy
+
+
+@dataclass(frozen=True, eq=False)
+class _Memory(FrozenState):
+    """The state of a `ForegroundSystem`.
+
+    Attributes:
+        background: of the model, None before the first image.
+        line: the newest results, oldest first; None stands for a cycle without a new image.
+    """
+
+    background: Background | None
+    line: tuple[Foreground | None, ...]
+
+
+class ForegroundSystem(LeafSystem):
+    """Segments the images of one camera, and passes the result on after the lag of the pipeline.
+
+    .. pydrake_system::
+
+        name: ForegroundSystem
+        input_ports:
+        - color_image
+        - hidden
+        output_ports:
+        - foreground
+        - delayed
+        - motion_energy
+
+    ``color_image`` is an `ImageRgba8U`, read every ``period`` at offset 0 in an unrestricted update. ``hidden`` is the
+    silhouette of the robot's own arm in this image, a uint8 array of the image's shape or None; it may stay unconnected.
+    ``foreground`` is the `Foreground` of the newest image, and ``delayed`` that of some cycles ago, each None while there
+    is none. ``motion_energy`` is the newest silhouette as a `MotionEnergy`, for pictures.
+
+    With ``own_stamps`` there is the input ``frame``, a `FrameInfo`: in a cycle without a fresh image there is no result.
+
+    Args:
+        model: `BackgroundModel`.
+        image_offset: full-frame coordinates (u0, v0) [px] of the top left pixel of ``color_image``.
+        delay_cycles: cycles from the update with an image to the output of its result at ``delayed``.
+        period: of a cycle [s].
+        image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`.
+        own_stamps: whether there is the input ``frame``.
+
+    Raises DrakeTrackerError when the delay is negative.
+    """
+
+    def __init__(
+        self,
+        model: BackgroundModel,
+        *,
+        image_offset: tuple[int, int] = (0, 0),
+        delay_cycles: int = 0,
+        period: float = VISION_PERIOD,
+        image_latency: int = 0,
+        own_stamps: bool = False,
+    ) -> None:
+        super().__init__()
+        if delay_cycles < 0:
+            raise DrakeTrackerError(f"delay_cycles is {delay_cycles}; it must be 0 or more")
+        self._model, self._period = model, period
+        self._length, self._latency = int(delay_cycles) + 1, image_latency
+        self._image_offset = (int(image_offset[0]), int(image_offset[1]))
+        self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
+        self._hidden = self.DeclareAbstractInputPort("hidden", AbstractValue.Make(object()))
+        self._frame = self.DeclareVectorInputPort("frame", message_size(FrameInfo)) if own_stamps else None
+        self._memory = self.DeclareAbstractState(AbstractValue.Make(_Memory(None, ())))
+        ticket = {self.abstract_state_ticket(self._memory)}
+        nothing = MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset)
+
+        def port(name: str, calc: Any, value: Any) -> None:
+            self.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(value), calc, ticket)
+
+        port("foreground", self._calc_foreground, object())
+        port("delayed", self._calc_delayed, object())
+        port("motion_energy", self._calc_motion_energy, nothing)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
+
+    def _update(self, context: Context, state: State) -> None:
+        time = capture_time(context.get_time(), self._latency, self._period)
+        if round(time / self._period) < 0:
+            return
+        memory = context.get_abstract_state(self._memory).get_value()
+        background, found = memory.background, None
+        frame = None if self._frame is None else FrameInfo(self._frame.Eval(context))
+        if frame is None or frame.fresh:
+            hidden = self._hidden.Eval(context) if self._hidden.HasValue(context) else None
+            image = self._model.smooth(cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2RGB))
+            usable = True
+            if background is None:
+                background = self._model.start(image)
+            else:
+                background, usable = self._model.update(background, image, hidden)
+            stamp = time if frame is None else float(frame.stamp)
+            found = Foreground(stamp, image, background.mask, background.moving, self._image_offset, hidden, usable)
+        line = (*memory.line, found)[-self._length :]
+        state.get_mutable_abstract_state(self._memory).set_value(_Memory(background, line))
+
+    def _line(self, context: Context) -> tuple[Foreground | None, ...]:
+        line: tuple[Foreground | None, ...] = context.get_abstract_state(self._memory).get_value().line
+        return line
+
+    def _calc_foreground(self, context: Context, output: AbstractValue) -> None:
+        line = self._line(context)
+        output.set_value(line[-1] if line else None)
+
+    def _calc_delayed(self, context: Context, output: AbstractValue) -> None:
+        line = self._line(context)
+        output.set_value(line[0] if len(line) == self._length else None)
+
+    def _calc_motion_energy(self, context: Context, output: AbstractValue) -> None:
+        line = [each for each in self._line(context) if each is not None]
+        if line:
+            output.set_value(MotionEnergy(line[-1].stamp, line[-1].mask, self._image_offset))
+        else:
+            output.set_value(MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset))

@@ -1,0 +1,211 @@
+"""The tracker as a Drake System: segmented images of two cameras in, tracks and the point of the target out."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+
+from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.messages import (
+    EXPECTED_FIELDS,
+    REGION_FIELDS,
+    REGION_SLOTS,
+    TRACK_FIELDS,
+    Centroid,
+    Regions,
+    TrackPoint,
+    TrackPoints,
+    TrackPredictions,
+    message_rows,
+    message_size,
+)
+from drake_tracker.core.timing import PROJECTOR_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.vision.foreground import Foreground
+from drake_tracker.vision.object_track import ObjectTrack
+from drake_tracker.vision.regions import Region
+from drake_tracker.vision.target import choose_target, reason_of
+from drake_tracker.vision.tracker import Tracker, TrackerState
+
+SIDES = ("left", "right")
+
+
+@dataclass(frozen=True, eq=False)
+class TrackerMemory(FrozenState):
+    """State of a `TrackerSystem`.
+
+    Attributes:
+        tracker: state of the tracker.
+        target: number of the track that is followed, 0 without one.
+    """
+
+    tracker: TrackerState
+    target: int
+
+
+class TrackerSystem(LeafSystem):
+    """Tracks the objects in the images of two cameras, and measures the target.
+
+    .. pydrake_system::
+
+        name: TrackerSystem
+        input_ports:
+        - foreground_left
+        - foreground_right
+        - expected
+        output_ports:
+        - point
+        - tracks
+        - regions_left
+        - regions_right
+        - centroid_left
+        - centroid_right
+
+    ``foreground_*``: a `Foreground` each, or None; read every ``period`` at ``offset`` in an unrestricted update.
+    ``expected``: a `TrackPredictions` vector of the host, which tells where to look for an object that is not seen; it may
+    stay unconnected.
+
+    ``point`` is a `TrackPoint` of the target in W [m], invalid when the target is not seen. ``tracks`` is a `TrackPoints`
+    vector of all confirmed tracks; its ``reason`` says why the point is invalid. ``regions_*`` is a `Regions` vector [px]
+    of the images, and ``centroid_*`` a `Centroid` of the target in them. All are zeros before the first pair of images.
+
+    Args:
+        tracker: the `Tracker`.
+        target: settings of the choice of the target, such as `First`.
+        period: of the update [s].
+        offset: of the update [s].
+        stamp_tolerance: largest difference of the two stamps [s].
+    """
+
+    def __init__(
+        self,
+        tracker: Tracker,
+        target: Any,
+        *,
+        period: float = VISION_PERIOD,
+        offset: float = vision_slot(PROJECTOR_SLOT),
+        stamp_tolerance: float = 1e-9,
+    ) -> None:
+        super().__init__()
+        self._tracker, self._target = tracker, target
+        self._stamp_tolerance = stamp_tolerance
+        self._foregrounds = [
+            self.DeclareAbstractInputPort(f"foreground_{side}", AbstractValue.Make(object())) for side in SIDES
+        ]
+        self._expected = self.DeclareVectorInputPort("expected", message_size(TrackPredictions))
+        state = self.DeclareAbstractState(AbstractValue.Make(TrackerMemory(TrackerState(), 0)))
+        ticket = {self.abstract_state_ticket(state)}
+        self.DeclareVectorOutputPort("point", message_size(TrackPoint), self._calc_point, ticket)
+        self.DeclareVectorOutputPort("tracks", message_size(TrackPoints), self._calc_tracks, ticket)
+        for number, side in enumerate(SIDES):
+
+            def calc_regions(context: Context, output: BasicVector, number: int = number) -> None:
+                output.SetFromVector(pack_regions(self._memory(context).tracker, number))
+
+            def calc_centroid(context: Context, output: BasicVector, number: int = number) -> None:
+                memory = self._memory(context)
+                output.SetFromVector(pack_centroid(memory.tracker, memory.target, number))
+
+            self.DeclareVectorOutputPort(f"regions_{side}", message_size(Regions), calc_regions, ticket)
+            self.DeclareVectorOutputPort(f"centroid_{side}", message_size(Centroid), calc_centroid, ticket)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
+
+    def _memory(self, context: Context) -> TrackerMemory:
+        memory: TrackerMemory = context.get_abstract_state(0).get_value()
+        return memory
+
+    def _update(self, context: Context, state: State) -> None:
+        left, right = (port.Eval(context) for port in self._foregrounds)
+        memory = self._memory(context)
+        if not isinstance(left, Foreground) or not isinstance(right, Foreground):
+            return
+        if abs(left.stamp - right.stamp) > self._stamp_tolerance or left.stamp <= memory.tracker.stamp:
+            return
+        expected: dict[int, tuple[np.ndarray, float]] = {}
+        if self._expected.HasValue(context):
+            expected = unpack_expected(self._expected.Eval(context), 0.5 * (left.stamp + right.stamp))
+        tracker = self._tracker.update(memory.tracker, (left, right), expected)
+        target = choose_target(self._target, tracker.confirmed(), memory.target)
+        state.get_mutable_abstract_state(0).set_value(TrackerMemory(tracker, target))
+
+    def _calc_point(self, context: Context, output: BasicVector) -> None:
+        memory = self._memory(context)
+        output.SetFromVector(pack_point(memory.tracker, memory.target))
+
+    def _calc_tracks(self, context: Context, output: BasicVector) -> None:
+        memory = self._memory(context)
+        output.SetFromVector(pack_tracks(memory.tracker, memory.target))
+
+
+def unpack_expected(message: np.ndarray, stamp: float) -> dict[int, tuple[np.ndarray, float]]:
+    """Returns {number of a track: (position (3,) [m], standard deviation [m])} at a stamp [s], of `TrackPredictions`."""
+    found = {}
+    for number, x, y, z, vx, vy, vz, std in message_rows(message, EXPECTED_FIELDS):
+        if number > 0.0:
+            step = stamp - TrackPredictions(message).time
+            found[int(number)] = (np.array([x, y, z]) + step * np.array([vx, vy, vz]), float(std))
+    return found
+
+
+def pack_point(state: TrackerState, target: int) -> np.ndarray:
+    """Returns the `TrackPoint` vector of the target."""
+    point = TrackPoint(np.zeros(message_size(TrackPoint)))
+    if np.isfinite(state.stamp):
+        point.stamp = state.stamp
+        track = _track_of(state, target)
+        if track is not None and track.measurement is not None:
+            point.x, point.y, point.z = track.measurement.p_WQ
+            point.gap, point.valid = track.measurement.gap, 1.0
+    return np.array(point[:])
+
+
+def pack_tracks(state: TrackerState, target: int) -> np.ndarray:
+    """Returns the `TrackPoints` vector of all confirmed tracks."""
+    message = np.zeros(message_size(TrackPoints))
+    if not np.isfinite(state.stamp):
+        return message
+    tracks = state.confirmed()
+    header = TrackPoints(message)
+    header.stamp, header.target, header.overflow, header.valid = state.stamp, target, state.overflow, 1.0
+    header.reason = reason_of(_track_of(state, target), bool(tracks), state.usable)
+    upper = np.triu_indices(3)
+    for row, track in zip(message_rows(message, TRACK_FIELDS), tracks):
+        measured = track.measurement
+        p_WQ, covariance = (
+            (track.position, track.covariance[:3, :3]) if measured is None else (measured.p_WQ, measured.covariance)
+        )
+        gap = 0.0 if measured is None else measured.gap
+        row[:] = [
+            *(track.number, track.state, *p_WQ, *covariance[upper], *track.mean[3:], gap, track.seen),
+            *(track.shape.dimensions.max(), *track.colour),
+        ]
+    return message
+
+
+def pack_regions(state: TrackerState, side: int) -> np.ndarray:
+    """Returns the `Regions` vector of the left (0) or the right image (1)."""
+    message = np.zeros(message_size(Regions))
+    if np.isfinite(state.stamp):
+        regions = state.regions[side]
+        header = Regions(message)
+        header.stamp, header.count, header.usable = state.stamp, len(regions), float(state.usable)
+        for row, region in zip(message_rows(message, REGION_FIELDS), regions[:REGION_SLOTS]):
+            row[:] = [getattr(region, field) for field in REGION_FIELDS]
+    return message
+
+
+def pack_centroid(state: TrackerState, target: int, side: int) -> np.ndarray:
+    """Returns the `Centroid` vector of the target in the left (0) or the right image (1)."""
+    centroid = np.zeros(message_size(Centroid))
+    if np.isfinite(state.stamp):
+        centroid[0] = state.stamp
+        track = _track_of(state, target)
+        if track is not None and track.places[side] >= 0:
+            region: Region = state.regions[side][track.places[side]]
+            centroid[1:] = region.u, region.v, region.pixels, 1.0
+    return centroid
+
+
+def _track_of(state: TrackerState, number: int) -> ObjectTrack | None:
+    return next((track for track in state.confirmed() if track.number == number), None)
