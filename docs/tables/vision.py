@@ -1,11 +1,13 @@
-"""Measured vision beside cameras (`results/measured_vision.jsonl`), and the cameras' bias."""
+"""Measured vision beside cameras (`results/measured_vision.jsonl`), the cameras' bias, and Singh's image flow
+(`results/singh_flow.json`)."""
 
 import numpy as np
 import yaml
 from common import RESULTS, interval
 from measured_vision import PLAIN, cells_table, compare
+from singh_flow import NORMAL_HULL, methods_table
 
-from tables.results import Row, block, commit_of, lines, origin, ranges, seeds_between, table, where
+from tables.results import Row, block, commit_of, data, lines, origin, ranges, seeds_between, table, where
 
 _FIT = RESULTS.parents[1] / "drake_tracker" / "tasks" / "train" / "train_vision.yaml"
 _FIT_COMMIT = "b098b85"
@@ -85,6 +87,16 @@ def camera_bias() -> str:
     notes = fit["notes"]
     text = f"Seeds 0 to {notes['seeds'] - 1}, {notes['laps']} laps per speed and seed, commit `{_FIT_COMMIT}`."
     return block(table(header, rows), f"*Rms over all headings, mean in brackets. {text}*")
+
+
+def singh_flow() -> str:
+    found = data("singh_flow")
+    made_by, images = found["made_by"], found["methods"][NORMAL_HULL]["images"]
+    text = f"Seeds {ranges(made_by['seeds'])}, commit `{made_by['commit'][:7]}`, {images} positions."
+    return block(
+        table(*methods_table(found["methods"])),
+        f"*{text} In brackets: 95 % intervals, from a bootstrap over the laps.*",
+    )
 
 
 def _over_headings(entry: Row) -> tuple[list[float], list[float]]:

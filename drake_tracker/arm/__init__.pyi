@@ -3,6 +3,7 @@ from .arm_model import ArmModel as ArmModel
 from .arm_model import make_arm_model as make_arm_model
 from .arm_model import tool_down as tool_down
 from .arm_model import tool_yaw as tool_yaw
+from .arm_shape import ArmShape as ArmShape
 from .config import Hand as Hand
 from .config import PacketGuardConfig as PacketGuardConfig
 from .config import Puma560 as Puma560

@@ -1,3 +1,4 @@
+from .arm_silhouette import ArmSilhouette as ArmSilhouette
 from .background_difference import BackgroundDifferenceDetector as BackgroundDifferenceDetector
 from .board_vision_diagram import BoardVisionDiagram as BoardVisionDiagram
 from .calibration import calibrate_intrinsics as calibrate_intrinsics

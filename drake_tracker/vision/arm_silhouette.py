@@ -1,0 +1,113 @@
+"""The silhouette of the robot's own arm in an image, so that its motion is not taken for the object's."""
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from drake_tracker.vision.camera_model import CameraModel
+
+MARGIN = 3
+"""Default growth of the silhouette to every side [px]."""
+NEAREST = 0.05
+"""Distance [m] in front of the camera's plane at which pieces of the arm are cut."""
+_SHIFT = 4
+"""Fractional bits of the outlines' corners when they are filled."""
+_POINTS_PER_SIDE = 9
+"""Points on each side of the window that say what part of the scene it shows, as a lens bends its sides."""
+
+
+class ArmSilhouette:
+    """Draws convex pieces as a camera sees them through a window of its image.
+
+    What lies behind a piece is not distinguished from what lies before it: the object is masked as well where the arm
+    is behind it. Shadows of the arm are not part of the silhouette.
+
+    Args:
+        camera: calibrated camera.
+        window: the part of the image that the mask covers, (u0, v0, width, height) [px] of the full image.
+        margin: growth of the silhouette to every side [px], for the error of the joint positions, the smoothing of the
+            images and the motion between them.
+    """
+
+    def __init__(self, camera: CameraModel, window: tuple[int, int, int, int], *, margin: int = MARGIN) -> None:
+        self._camera = camera
+        self._margin = margin
+        u0, v0, width, height = window
+        self._first = np.array([u0 - margin, v0 - margin])
+        self._shape = (height + 2 * margin, width + 2 * margin)
+        self._kernel = np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)
+        self._lower, self._upper = self._seen()
+
+    def mask(self, pieces: Sequence[np.ndarray]) -> np.ndarray:
+        """Returns the mask of the window, uint8 of shape (height, width), 255 where a piece appears.
+
+        Args:
+            pieces: corners of each convex piece, p_WQ of shape (n, 3) [m], as from `ArmShape.pieces`.
+
+        Pieces behind the camera or outside of the window are skipped. A piece that crosses the camera's plane is cut
+        `NEAREST` in front of it.
+        """
+        canvas = np.zeros(self._shape, np.uint8)
+        seen = self._in_camera(pieces)
+        if seen:
+            corners = (self._pixels(np.concatenate(seen)) - self._first).astype(np.float32)
+            for own in np.split(corners, np.cumsum([len(piece) for piece in seen[:-1]])):
+                outline = np.rint(cv2.convexHull(own) * (1 << _SHIFT)).astype(np.int32)
+                cv2.fillConvexPoly(canvas, outline, 255, lineType=cv2.LINE_8, shift=_SHIFT)
+            canvas = cv2.dilate(canvas, self._kernel)
+        height, width = self._shape
+        return np.ascontiguousarray(canvas[self._margin : height - self._margin, self._margin : width - self._margin])
+
+    def _in_camera(self, pieces: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Returns p_CQ (n, 3) of those pieces that can appear in the window; cut where they come too near."""
+        if not pieces:
+            return []
+        X_CW = self._camera.X_CW
+        starts = np.cumsum([0] + [len(piece) for piece in pieces])
+        p_CQ = np.concatenate(pieces) @ X_CW[:3, :3].T + X_CW[:3, 3]
+        nearest = np.minimum.reduceat(p_CQ[:, 2], starts[:-1])
+        farthest = np.maximum.reduceat(p_CQ[:, 2], starts[:-1])
+        xy = p_CQ[:, :2] / np.maximum(p_CQ[:, 2:], NEAREST)
+        lowest, highest = np.minimum.reduceat(xy, starts[:-1]), np.maximum.reduceat(xy, starts[:-1])
+        meets = ((lowest <= self._upper) & (highest >= self._lower)).all(axis=1)
+        cut = (nearest < NEAREST) & (farthest > NEAREST)
+        whole = (nearest >= NEAREST) & meets
+        return [
+            _cut(p_CQ[starts[k] : starts[k + 1]]) if cut[k] else p_CQ[starts[k] : starts[k + 1]]
+            for k in np.flatnonzero(whole | cut)
+        ]
+
+    def _pixels(self, p_CQ: np.ndarray) -> np.ndarray:
+        """Returns the pixels (n, 2) of points in front of the camera, p_CQ (n, 3) [m].
+
+        The lens is applied within the window only. What is outside of it has the displacement of the nearest point of
+        the window, as a model of distortion is not valid far outside the image.
+        """
+        xy = p_CQ[:, :2] / p_CQ[:, 2:]
+        within = np.clip(xy, self._lower, self._upper)
+        points = np.column_stack([within, np.ones(len(xy))])
+        uv = cv2.projectPoints(points, np.zeros(3), np.zeros(3), self._camera.K, self._camera.distortion)[0][:, 0]
+        return uv + (xy - within) @ self._camera.K[:2, :2].T
+
+    def _seen(self) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the lowest and the highest normalised image coordinates (x, y) that the window shows."""
+        height, width = self._shape
+        side = np.linspace(0.0, 1.0, _POINTS_PER_SIDE)
+        grid = np.array([(i, j) for i in side for j in side])
+        rim = grid[((grid == 0.0) | (grid == 1.0)).any(axis=1)]
+        _, directions = self._camera.rays(self._first - 0.5 + rim * (width, height))
+        directions_C = directions @ self._camera.X_CW[:3, :3].T
+        xy = directions_C[:, :2] / directions_C[:, 2:]
+        return xy.min(axis=0), xy.max(axis=0)
+
+
+def _cut(p_CQ: np.ndarray) -> np.ndarray:
+    """Returns corners of the part of a convex piece (n, 3) that is more than `NEAREST` in front of the camera's plane.
+
+    The corners on the cut are among the points at which it meets the lines between corners on its two sides.
+    """
+    before = p_CQ[:, 2] > NEAREST
+    front, behind = p_CQ[before, None], p_CQ[None, ~before]
+    fraction = (front[..., 2:] - NEAREST) / (front[..., 2:] - behind[..., 2:])
+    return np.vstack([p_CQ[before], (front + fraction * (behind - front)).reshape(-1, 3)])
