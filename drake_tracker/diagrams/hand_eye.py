@@ -12,6 +12,14 @@ BETWEEN_SUBSYSTEMS: tuple[Connection, ...] = (
 """Connections between subsystems whose two ports have different names."""
 
 
+WITH_TRACKS: tuple[Connection, ...] = (
+    ("vision", "tracks", "host", "tracks"),
+    ("host", "expected", "vision", "expected"),
+    *BETWEEN_SUBSYSTEMS[1:],
+)
+"""The same with a vision that tracks several objects: the host tells it where it expects those that are not seen."""
+
+
 class HandEyeDiagram(Diagram):
     """A hand-eye system: five subsystems, each a System, connected in the order in which data flows.
 

@@ -8,6 +8,7 @@ from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.custom import make_custom
 from drake_tracker.estimation.check import check_estimator
 from drake_tracker.estimation.estimator import Estimator
+from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.estimation.kinds import make_estimator
 from drake_tracker.faults.fault import Fault, HostFault, LinkFault, faults_at
@@ -34,17 +35,21 @@ def estimator_of(settings: Any, where: str = "estimator", **context: Any) -> Est
     return make_estimator(settings, **context)
 
 
-def make_host(estimator: Estimator, time_step: float, faults: Sequence[Fault] = ()) -> EstimatorSystem:
+def make_host(
+    estimator: Estimator, time_step: float, faults: Sequence[Fault] = (), several: bool = False
+) -> EstimatorSystem | EstimatorBankSystem:
     """Returns the host: an estimator as a System named "host", updated in the estimator's slot.
 
     Args:
         estimator: turns points into predicted paths.
         time_step: the plant's step, of which the slot is a fraction [s].
         faults: what goes wrong; of these, those of the host.
+        several: whether vision tracks several objects, each of which has an estimator of its own.
     """
     for fault in faults_at(faults, HostFault):
         estimator = fault.estimator(estimator)
-    host = EstimatorSystem(estimator, offset=vision_slot(ESTIMATOR_SLOT, time_step))
+    kind = EstimatorBankSystem if several else EstimatorSystem
+    host = kind(estimator, offset=vision_slot(ESTIMATOR_SLOT, time_step))
     host.set_name("host")
     return host
 

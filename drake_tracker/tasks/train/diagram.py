@@ -9,8 +9,9 @@ from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.packet_guard import PacketGuard
 from drake_tracker.core.timing import SERVO_PERIOD
-from drake_tracker.diagrams.hand_eye import BETWEEN_SUBSYSTEMS, Connection, HandEyeDiagram
+from drake_tracker.diagrams.hand_eye import BETWEEN_SUBSYSTEMS, WITH_TRACKS, Connection, HandEyeDiagram
 from drake_tracker.diagrams.parts import estimator_of, link_of, make_host
+from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspSystem
@@ -18,7 +19,7 @@ from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import check_track, place_track
-from drake_tracker.tasks.train.vision_parts import RenderedWindow, image_pipeline, make_vision
+from drake_tracker.tasks.train.vision_parts import RenderedWindow, image_pipeline, make_vision, tracks_several
 from drake_tracker.tasks.train.world import make_train_world
 from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.plant import table_box
@@ -35,7 +36,8 @@ def make_train_diagram(scenario: TrainScenario) -> HandEyeDiagram:
     """
     pipeline = image_pipeline(scenario)
     vision, windows = make_vision(scenario, pipeline)
-    return assemble(scenario, vision, windows, train_host(scenario), pipeline=pipeline)
+    connections = WITH_TRACKS if tracks_several(scenario) else BETWEEN_SUBSYSTEMS
+    return assemble(scenario, vision, windows, train_host(scenario), connections, pipeline)
 
 
 def assemble(
@@ -91,10 +93,10 @@ def assemble(
     return HandEyeDiagram(world, vision, host, link, arm, connections)
 
 
-def train_host(scenario: TrainScenario) -> EstimatorSystem:
+def train_host(scenario: TrainScenario) -> EstimatorSystem | EstimatorBankSystem:
     """Returns the host of a scenario, its estimator as a System. Raises DrakeTrackerError when it cannot be made."""
     estimator = estimator_of(scenario.estimator, scenario.where("estimator"))
-    return make_host(estimator, scenario.time_step, train_faults(scenario))
+    return make_host(estimator, scenario.time_step, train_faults(scenario), tracks_several(scenario))
 
 
 def train_guard(scenario: TrainScenario) -> PacketGuard:

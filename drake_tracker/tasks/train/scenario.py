@@ -17,7 +17,7 @@ from drake_tracker.link.kinds import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.tasks.plausible import image_problems, lag_of, link_problems
 from drake_tracker.tasks.train.plausible import grasp_problems
-from drake_tracker.vision.config import NormalFlow
+from drake_tracker.vision.config import NormalFlow, Several, Single
 from drake_tracker.world.config import CamerasConfig, LightingConfig, TrackConfig, TrainConfig
 
 WORK_VOLUME = ((0.33, -0.30, 0.45), (0.79, 0.30, 0.505))
@@ -29,13 +29,15 @@ class Rendered:
     """Vision on rendered images of both cameras.
 
     Attributes:
-        detector: settings of the motion detector.
+        detector: settings of the motion detector, for a single object.
+        tracker: whether vision tracks a single object or several, and which of them is followed.
         lag_cycles: time from the capture of the middle image to its centroid [cycles].
         work_volume: lowest and highest corner of the box in which motion is searched for, in W [m].
         outline: horizontal outline of the work volume: the whole box, or the ellipse in it.
     """
 
-    detector: NormalFlow = setting(NormalFlow, "the motion detector")
+    detector: NormalFlow = setting(NormalFlow, "the motion detector, for a single object")
+    tracker: Single | Several = setting(Single, "one object or several, and which of them is followed")
     lag_cycles: int = setting(
         15, "time from the capture of the middle image to its centroid", "cycles", (1, 120), shared=True
     )

@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import Diagram
 
+from drake_tracker.arm.arm_shape import ArmShape
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.faults.fault import CalibrationFault, PointFault, calibrated_with, faults_at
 from drake_tracker.faults.point_faults_system import PointFaultsSystem
 from drake_tracker.tasks.loader import scenario_file
@@ -14,10 +16,12 @@ from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
 from drake_tracker.vision.calibration_file import load_calibration
 from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.config import Several
 from drake_tracker.vision.detectors import make_detector
 from drake_tracker.vision.measured_error_file import load_error
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
 from drake_tracker.vision.vision_diagram import VisionDiagram
 from drake_tracker.vision.window import Window, project_window
 from drake_tracker.world.cameras import describe_rig, renderable_window
@@ -62,7 +66,7 @@ def make_vision(
     return rendered_vision(scenario, image_latency=0 if pipeline is None else pipeline.latency)
 
 
-def rendered_vision(scenario: TrainScenario, **settings: Any) -> tuple[VisionDiagram, dict[str, RenderedWindow]]:
+def rendered_vision(scenario: TrainScenario, **settings: Any) -> tuple[VisionDiagram | SeveralVisionDiagram, dict[str, RenderedWindow]]:
     """Returns the vision of a scenario with ``vision: !Rendered`` and the windows to render.
 
     Args:
@@ -97,17 +101,21 @@ def look_windows(scenario: TrainScenario, cameras: Mapping[str, CameraModel]) ->
     return {side: project_window(cameras[side], vision.work_volume, vision.outline) for side in SIDES}
 
 
-def image_vision(scenario: TrainScenario, rendered: Mapping[str, RenderedWindow], **settings: Any) -> VisionDiagram:
-    """Returns the `VisionDiagram` of a scenario with ``vision: !Rendered``.
+def image_vision(
+    scenario: TrainScenario, rendered: Mapping[str, RenderedWindow], **settings: Any
+) -> VisionDiagram | SeveralVisionDiagram:
+    """Returns the vision of a scenario with ``vision: !Rendered``.
 
     Args:
         scenario: the scenario.
         rendered: {side: window of the full image that the images show}.
-        **settings: further arguments of `VisionDiagram`.
+        **settings: further arguments of `VisionDiagram` or `SeveralVisionDiagram`.
 
     Raises DrakeTrackerError when the train is too slow to be seen, or when the lag is too short for the detector.
     """
     config = rendered_config(scenario)
+    if isinstance(config.tracker, Several):
+        return several_vision(scenario, config.tracker, rendered, **settings)
     cameras, flow = load_cameras(scenario), flow_parameters(scenario)
     check_visible(scenario, cameras, flow)
     windows = look_windows(scenario, cameras)
@@ -119,6 +127,42 @@ def image_vision(scenario: TrainScenario, rendered: Mapping[str, RenderedWindow]
         )
     detectors = {side: make_detector(config.detector, window=windows[side].mask(rendered[side])) for side in SIDES}
     return VisionDiagram(cameras, detectors, image_windows=rendered, lag_cycles=lag, work_volume=volume, **settings)
+
+
+def tracks_several(scenario: TrainScenario) -> bool:
+    """Returns whether the vision of a scenario tracks several objects."""
+    return isinstance(scenario.vision, Rendered) and isinstance(scenario.vision.tracker, Several)
+
+
+def several_vision(
+    scenario: TrainScenario, tracker: Several, rendered: Mapping[str, RenderedWindow], **settings: Any
+) -> SeveralVisionDiagram:
+    """Returns the vision of a scenario that tracks several objects.
+
+    Args:
+        scenario: the scenario.
+        tracker: settings of the tracker.
+        rendered: {side: window of the full image that the images show}.
+        **settings: further arguments of `SeveralVisionDiagram`.
+
+    Raises DrakeTrackerError when a file is missing or a setting is out of range.
+    """
+    cameras = load_cameras(scenario)
+    arm = None
+    if tracker.mask_arm:
+        description = arm_of(scenario)
+        arm = (ArmShape(description), len(description.q_start))
+    return SeveralVisionDiagram(
+        cameras,
+        tracker,
+        windows=look_windows(scenario, cameras),
+        image_windows=rendered,
+        arm=arm,
+        lag_cycles=scenario.vision.lag_cycles,
+        work_volume=scenario.vision.work_volume,
+        time_step=scenario.time_step,
+        **settings,
+    )
 
 
 def measured_vision(scenario: TrainScenario) -> MeasuredVisionDiagram:

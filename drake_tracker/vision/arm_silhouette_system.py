@@ -1,0 +1,57 @@
+"""The silhouette of the robot's own arm in the images of all cameras, as a Drake System."""
+
+from collections.abc import Mapping
+
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, LeafSystem, ValueProducer
+
+from drake_tracker.arm.arm_shape import ArmShape
+from drake_tracker.core.frozen_state import read_only
+from drake_tracker.core.messages import JawState, message_size
+from drake_tracker.vision.arm_silhouette import ArmSilhouette
+
+
+class ArmSilhouetteSystem(LeafSystem):
+    """Draws where the arm is in each image, as its joint angles tell.
+
+    .. pydrake_system::
+
+        name: ArmSilhouetteSystem
+        input_ports:
+        - arm_state
+        - jaws
+        output_ports:
+        - hidden_left
+        - hidden_right
+
+    ``arm_state`` is (q, v) [rad, rad/s] at the capture of the images, and ``jaws`` a `JawState`. ``hidden_*`` is a
+    uint8 array of the image's shape, 255 where the arm is, or None when it is in no pixel. There is no state and no period:
+    the outputs follow the inputs at once.
+
+    Args:
+        shape: the arm.
+        silhouettes: {side: `ArmSilhouette`}.
+        num_joints: number n of the arm's joints.
+    """
+
+    def __init__(self, shape: ArmShape, silhouettes: Mapping[str, ArmSilhouette], num_joints: int) -> None:
+        super().__init__()
+        self._shape, self._num_joints = shape, num_joints
+        self._arm_state = self.DeclareVectorInputPort("arm_state", 2 * num_joints)
+        self._jaws = self.DeclareVectorInputPort("jaws", message_size(JawState))
+        inputs = {self._arm_state.ticket(), self._jaws.ticket()}
+        producer = ValueProducer(lambda: AbstractValue.Make([]), self._calc_pieces)
+        self._pieces = self.DeclareCacheEntry("pieces", producer, inputs)
+        for side, silhouette in silhouettes.items():
+
+            def calc(context: Context, output: AbstractValue, silhouette: ArmSilhouette = silhouette) -> None:
+                mask = silhouette.mask(self._pieces.Eval(context))
+                output.set_value(read_only(mask) if mask.any() else None)
+
+            self.DeclareAbstractOutputPort(
+                f"hidden_{side}", lambda: AbstractValue.Make(object()), calc, {self._pieces.ticket()}
+            )
+
+    def _calc_pieces(self, context: Context, output: AbstractValue) -> None:
+        q = self._arm_state.Eval(context)[: self._num_joints]
+        output.set_value(self._shape.pieces(q, JawState(self._jaws.Eval(context)).width))

@@ -1,0 +1,155 @@
+"""The vision that tracks several objects, as a Diagram."""
+
+from collections.abc import Mapping
+
+from numpy.typing import ArrayLike
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+
+from drake_tracker.arm.arm_shape import ArmShape
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import JawState, message_size
+from drake_tracker.core.timing import LAG_CYCLES, PROJECTOR_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
+from drake_tracker.vision.arm_silhouette import ArmSilhouette
+from drake_tracker.vision.arm_silhouette_system import ArmSilhouetteSystem
+from drake_tracker.vision.background_model import BackgroundModel
+from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.config import Several
+from drake_tracker.vision.delay_line_system import DelayLineSystem
+from drake_tracker.vision.foreground_system import ForegroundSystem
+from drake_tracker.vision.tracker import Tracker
+from drake_tracker.vision.tracker_system import TrackerSystem
+from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE
+from drake_tracker.vision.window import Window
+
+SIDES = ("left", "right")
+
+
+class SeveralVisionDiagram(Diagram):
+    """From two images to the tracks of all objects, and the point of one of them.
+
+    .. pydrake_system::
+
+        name: SeveralVisionDiagram
+        input_ports:
+        - camera_left
+        - camera_right
+        - expected
+        - arm_state
+        - jaws
+        output_ports:
+        - point
+        - tracks
+        - regions_left
+        - regions_right
+        - centroid_left
+        - centroid_right
+        - motion_left
+        - motion_right
+
+    ``camera_*`` are `ImageRgba8U`, read every ``period`` at offset 0. ``expected`` is a `TrackPredictions` vector of the
+    host. ``arm_state`` and ``jaws``, which exist with ``arm`` only, are the joints (q, v) [rad, rad/s] and a `JawState` at
+    the same instants. The outputs are those of the `TrackerSystem`, ``lag_cycles`` after the capture of the images, and
+    ``motion_*``, the silhouettes of the newest images as `MotionEnergy`. With ``own_stamps`` there are the inputs
+    ``frame_left`` and ``frame_right`` too, a `FrameInfo` vector each.
+
+    Args:
+        cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
+        settings: `Several`.
+        windows: the same keys, `Window` in which objects are searched for; None is the whole image.
+        image_windows: the same keys, rectangle (u0, v0, width, height) [px] of the full frame that the images cover;
+            None is the full frame.
+        arm: shape and number of joints of the arm whose silhouette is masked; None masks nothing.
+        lag_cycles: cycles from the capture of an image until the tracks that it leads to appear.
+        work_volume: lower and upper corner in W, shape (2, 3) [m]; None accepts objects anywhere.
+        period: of a cycle [s].
+        time_step: the plant's step [s], of which the slot of the tracker is a fraction.
+        own_stamps: whether the images have stamps of their own.
+        max_gap: largest distance between the two rays of one object [m].
+        stamp_tolerance: largest difference of the stamps of the two images [s].
+        image_latency: cycles from the capture of an image until the inputs show it, as with a `PipelinedCamera`.
+
+    Raises DrakeTrackerError when the lag is shorter than the latency, or a setting is out of range.
+    """
+
+    def __init__(
+        self,
+        cameras: Mapping[str, CameraModel],
+        settings: Several = Several(),
+        *,
+        windows: Mapping[str, Window] | None = None,
+        image_windows: Mapping[str, tuple[int, int, int, int]] | None = None,
+        arm: tuple[ArmShape, int] | None = None,
+        lag_cycles: int = LAG_CYCLES,
+        work_volume: ArrayLike | None = None,
+        period: float = VISION_PERIOD,
+        time_step: float = TIME_STEP,
+        own_stamps: bool = False,
+        max_gap: float = MAX_GAP,
+        stamp_tolerance: float = STAMP_TOLERANCE,
+        image_latency: int = 0,
+    ) -> None:
+        super().__init__()
+        self.set_name("vision")
+        delay = int(lag_cycles) - image_latency
+        if delay < 0:
+            raise DrakeTrackerError(f"a lag of {lag_cycles} cycles is shorter than the latency of the images")
+        if image_windows is None:
+            image_windows = {side: (0, 0, cameras[side].width, cameras[side].height) for side in SIDES}
+        builder = DiagramBuilder()
+        tracker = Tracker([cameras[side] for side in SIDES], settings, work_volume=work_volume, max_gap=max_gap)
+        offset = vision_slot(PROJECTOR_SLOT, time_step)
+        tracking = builder.AddNamedSystem(
+            "tracker",
+            TrackerSystem(tracker, settings.target, period=period, offset=offset, stamp_tolerance=stamp_tolerance),
+        )
+        hidden: dict[str, OutputPort] = {}
+        if arm is not None:
+            hidden = self._add_arm(builder, cameras, image_windows, arm, period, image_latency)
+        for side in SIDES:
+            window = None if windows is None else windows[side].mask(image_windows[side])
+            system = builder.AddNamedSystem(
+                f"foreground_{side}",
+                ForegroundSystem(
+                    BackgroundModel(settings.silhouettes, window=window),
+                    image_offset=image_windows[side][:2],
+                    delay_cycles=delay,
+                    period=period,
+                    image_latency=image_latency,
+                    own_stamps=own_stamps,
+                ),
+            )
+            builder.ExportInput(system.GetInputPort("color_image"), f"camera_{side}")
+            if own_stamps:
+                builder.ExportInput(system.GetInputPort("frame"), f"frame_{side}")
+            if side in hidden:
+                builder.Connect(hidden[side], system.GetInputPort("hidden"))
+            builder.Connect(system.GetOutputPort("delayed"), tracking.GetInputPort(f"foreground_{side}"))
+            builder.ExportOutput(system.GetOutputPort("motion_energy"), f"motion_{side}")
+        builder.ExportInput(tracking.GetInputPort("expected"), "expected")
+        for index in range(tracking.num_output_ports()):
+            port = tracking.get_output_port(index)
+            builder.ExportOutput(port, port.get_name())
+        builder.BuildInto(self)
+
+    @staticmethod
+    def _add_arm(
+        builder: DiagramBuilder,
+        cameras: Mapping[str, CameraModel],
+        image_windows: Mapping[str, tuple[int, int, int, int]],
+        arm: tuple[ArmShape, int],
+        period: float,
+        latency: int,
+    ) -> dict[str, OutputPort]:
+        """Adds the silhouette of the arm, at the capture of the images; returns {side: output port}."""
+        shape, num_joints = arm
+        silhouettes = {side: ArmSilhouette(cameras[side], image_windows[side]) for side in SIDES}
+        system = builder.AddNamedSystem("arm_silhouette", ArmSilhouetteSystem(shape, silhouettes, num_joints))
+        for name, size in (("arm_state", 2 * num_joints), ("jaws", message_size(JawState))):
+            if latency == 0:
+                builder.ExportInput(system.GetInputPort(name), name)
+                continue
+            # Vision reads the line before it takes in the newest sample, hence one step less.
+            line = builder.AddNamedSystem(f"{name}_at_capture", DelayLineSystem(size, latency - 1, period=period))
+            builder.ExportInput(line.get_input_port(), name)
+            builder.Connect(line.get_output_port(), system.GetInputPort(name))
+        return {side: system.GetOutputPort(f"hidden_{side}") for side in SIDES}
