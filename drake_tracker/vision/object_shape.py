@@ -16,6 +16,8 @@ HEADING_SPEED = 0.04
 """Speed above which the direction of travel is known well enough [m/s]."""
 MEMORY = 240
 """Number of pairs of images that a shape remembers."""
+SETTLED = 60
+"""Number of pairs of images from which the dimensions are well known."""
 PRIOR_WEIGHT = 4.0
 """Weight of the first guess of the dimensions, in pairs of images."""
 SMALLEST = 0.01
@@ -57,6 +59,11 @@ class ObjectShape(FrozenState):
         dimensions = np.full(3, max(float(a @ b / (a @ a)), SMALLEST))
         weight = PRIOR_WEIGHT * float(a @ a) / len(jacobians)
         return cls(read_only(dimensions), 0.0, read_only(weight * np.eye(3)), read_only(weight * dimensions))
+
+    @property
+    def settled(self) -> bool:
+        """Whether the dimensions are well known."""
+        return self.count >= SETTLED
 
     @property
     def edges(self) -> np.ndarray:

@@ -57,6 +57,7 @@ class ObjectWindow(NamedTuple):
         edges: the edges of the object's box, projected, as columns, shape (2, 3) [px].
         pixels: expected number of pixels.
         depth: distance from the camera [m].
+        settled: whether the extents are well known.
     """
 
     track: int
@@ -66,6 +67,7 @@ class ObjectWindow(NamedTuple):
     edges: np.ndarray
     pixels: float
     depth: float
+    settled: bool = True
 
     @property
     def centre(self) -> np.ndarray:
@@ -243,7 +245,7 @@ def divide(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: np.ndarra
     """
     if len(windows) == 1:
         _, _, width, height = cv2.boundingRect(whole)
-        if (np.array([width, height]) <= OVERSIZE * windows[0].extents + 4.0).all():
+        if not windows[0].settled or (np.array([width, height]) <= OVERSIZE * windows[0].extents + 4.0).all():
             return [Part(whole)]
     if len(windows) == 2:
         return _divide_in_two(whole, windows, offset)
@@ -254,7 +256,7 @@ def divide(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: np.ndarra
     parts = []
     for number in range(len(windows)):
         kept = (nearest == number) & (distances[number] <= REACH)
-        parts.append(Part(_drawn(whole.shape, rows[kept], columns[kept]), shared=True))
+        parts.append(Part(_drawn(whole.shape, rows[kept], columns[kept]), shared=len(windows) > 1))
     return parts
 
 

@@ -208,7 +208,7 @@ class Tracker:
             edges = J @ track.shape.edges
             pixels = track.shape.fill * outline_area(edges)
             depth = float(np.linalg.norm(track.position - camera.X_WC[:3, 3]))
-            windows.append(ObjectWindow(track.number or UNCONFIRMED, float(u), float(v), std, edges, pixels, depth))
+            windows.append(ObjectWindow(track.number or UNCONFIRMED, float(u), float(v), std, edges, pixels, depth, track.shape.settled))
         return windows
 
     def _assign(self, tracks: Sequence[ObjectTrack], windows: Sequence[ObjectWindow], regions: Sequence[Region]) -> list[int]:
