@@ -43,7 +43,7 @@ def motion_troubles(scenario: TrainScenario, log: Log, until: float) -> list[Tro
     places = np.array([track.nearest(*place) for place in zip(x, y, yaw)])
     lift = np.interp(times, verdict.times, verdict["lift"])
     law = (scenario.track.speed_law, scenario.track.speed, scenario.track.variation)
-    wanted = np.array([speed_at(*law, time) for time in times])
+    wanted = np.array([speed_at(*law, time, scenario.train.start_delay) for time in times])
     speed = np.cos(yaw) * vx + np.sin(yaw) * vy
 
     beside = (np.abs(places[:, 1]) > BESIDE) | (np.abs(lift) > RAISED)
