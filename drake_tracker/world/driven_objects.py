@@ -5,7 +5,6 @@ or a train moves it away against the force of the drive, and it comes back.
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np

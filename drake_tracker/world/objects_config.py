@@ -18,7 +18,10 @@ class Train:
     scale: float = setting(1.0, "length and mass relative to the model", "", TRAIN_SCALES)
     start_delay: float = setting(0.0, "time until which the train stands", "s", (0.0, 3600.0))
     ahead: float = setting(
-        -0.6, "distance along the track ahead of the first train; negative: behind; unused with a track", "m", (-10.0, 10.0)
+        -0.6,
+        "distance along the track ahead of the first train; negative: behind; unused with a track",
+        "m",
+        (-10.0, 10.0),
     )
     speed: float | None = setting(None, "mean speed; null: the speed of its track", "m/s", (0.0, 1.0))
     track: TrackConfig | None = setting(None, "a track of its own, not csv; null: that of the first train")

@@ -40,8 +40,9 @@ def train_objects(scenario: TrainScenario, track: Track, start: float) -> tuple[
             standing.append((place, settings.scale))
             context |= _ride(settings, scenario.track, track, place)
         elif isinstance(settings, Train):
-            own, place = place_other_track(scenario, settings.track, number)
-            problem = misplaced(replace(scenario, track=settings.track), own, place)
+            other = replace(scenario, track=settings.track, train=replace(scenario.train, scale=settings.scale))
+            own, place = place_other_track(other, number)
+            problem = misplaced(other, own, place)
             if problem is not None:
                 where = scenario.where(f"objects[{number}].track.kind")
                 raise DrakeTrackerError(f"{where} = {settings.track.kind}: {problem}")

@@ -53,17 +53,16 @@ def place_track(scenario: TrainScenario, reach: Reach | None = None) -> tuple[Tr
     return missed[0] if missed else first
 
 
-def place_other_track(scenario: TrainScenario, config: TrackConfig, number: int) -> tuple[Track, float]:
+def place_other_track(scenario: TrainScenario, number: int) -> tuple[Track, float]:
     """Returns the track of another train and the arc length at which that train starts [m], as `place_track` does.
 
     The arm need not reach it. When no placement fits, the first is returned.
 
     Args:
-        scenario: the scenario.
-        config: the track.
-        number: place of the train in the list of objects. Each has its own random numbers.
+        scenario: the scenario, with the other train and its track in place of the first.
+        number: place of the other train in the list of objects. Each has its own random numbers.
     """
-    places = _placements(config, np.random.default_rng([scenario.seed, OTHER_STREAM, number]))
+    places = _placements(scenario.track, np.random.default_rng([scenario.seed, OTHER_STREAM, number]))
     first = found = next(places)
     for _ in range(MOST_DRAWS):
         if misplaced(scenario, *found) is None:
@@ -115,7 +114,7 @@ def misplaced(scenario: TrainScenario, track: Track, start: float) -> str | None
         volume = f"{scenario.vision.outline} of x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g}"
         where = f"({outside[0]:.3f}, {outside[1]:.3f}) m"
         return f"the track passes {where}, outside the {volume} (vision.work_volume)"
-    beyond = off_table(track, start)
+    beyond = off_table(track, start, scenario.train.scale)
     if beyond is not None:
         (x_low, y_low), (x_high, y_high) = TABLE_TOP
         table = f"which covers x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g} m"

@@ -47,7 +47,7 @@ def motion_troubles(scenario: TrainScenario, log: Log, until: float) -> list[Tro
     speed = np.cos(yaw) * vx + np.sin(yaw) * vy
 
     beside = (np.abs(places[:, 1]) > BESIDE) | (np.abs(lift) > RAISED)
-    braking = not track.closed and places[:, 0] > last_place(track) - END_ZONE
+    braking = not track.closed and places[:, 0] > last_place(track, scenario.train.scale) - END_ZONE
     follows = ~beside & (wanted > 0.0) & ~np.asarray(braking)
     found = [
         *_beside_its_track(scenario, log, times, beside, until),
