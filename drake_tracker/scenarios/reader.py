@@ -292,8 +292,8 @@ def describe_settings(part: Any, prefix: str = "") -> list[tuple[str, str, str, 
             shape = field.metadata["shape"]
             if isinstance(value, dict):
                 noun = _NAMES
-            elif parts := [kind for kind in kinds if dataclasses.is_dataclass(kind)]:  # a part that may be null
-                noun = f"null, or the settings of {_tags(parts)}"
+            elif dataclasses.is_dataclass(kinds[0]):  # a part that may be null
+                noun = f"null, or settings of {kinds[0].__name__}"
             else:
                 noun = _list_noun(shape) if shape else next(_NOUNS[kind] for kind in kinds if kind in _NOUNS)
             shown = value if isinstance(value, str) else _show(tree_of(value, ""))

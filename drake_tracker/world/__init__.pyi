@@ -44,11 +44,12 @@ from .jaw_sensor_system import add_jaw_sensor as add_jaw_sensor
 from .lighting import overhead_render_engine_params as overhead_render_engine_params
 from .lighting import render_engine_params as render_engine_params
 from .object_kinds import OBJECTS as OBJECTS
-from .object_states_system import ObjectStatesSystem as ObjectStatesSystem
-from .object_states_system import add_object_states as add_object_states
 from .objects_config import Ball as Ball
 from .objects_config import Hand as Hand
 from .objects_config import Train as Train
+from .objects_system import ObjectStatesSystem as ObjectStatesSystem
+from .objects_system import add_object_motion as add_object_motion
+from .objects_system import add_object_states as add_object_states
 from .other_train import OtherTrain as OtherTrain
 from .pipelined_camera_system import CameraMount as CameraMount
 from .pipelined_camera_system import PipelinedCamera as PipelinedCamera
@@ -62,6 +63,7 @@ from .rail_system import RailSystem as RailSystem
 from .rail_system import add_rail as add_rail
 from .release_system import ReleaseSystem as ReleaseSystem
 from .release_system import add_release as add_release
+from .scene_object import Ride as Ride
 from .scene_object import SceneObject as SceneObject
 from .sensor_model import SensorModel as SensorModel
 from .sensor_model import SensorNoise as SensorNoise

@@ -12,10 +12,8 @@ from pydrake.geometry import SceneGraph, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import RigidBody, SpatialInertia
-from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.world.colour import rgb
-from drake_tracker.world.disturbance_system import add_disturbance
 from drake_tracker.world.objects_config import Ball, Hand
 from drake_tracker.world.slide import add_slide
 from drake_tracker.world.visual_mesh import FlatMesh, add_visual_mesh, merge, prism, rectangle
@@ -54,7 +52,7 @@ class DrivenObject:
         """Returns the distance of the middle of its body from the table [m], and the reach of its slide [m]."""
         raise NotImplementedError
 
-    def slide(self, time: float) -> tuple[float, float]:
+    def motion(self, time: float) -> tuple[float, float]:
         """Returns position [m] and speed [m/s] along its heading at a time [s]."""
         raise NotImplementedError
 
@@ -83,12 +81,8 @@ class DrivenObject:
             travel=travel + _MARGIN,
             force=_FORCE,
         )
-        plant.GetJointByName(f"{self.name}_slide", instance).set_default_translation(self.slide(0.0)[0])
+        plant.GetJointByName(f"{self.name}_slide", instance).set_default_translation(self.motion(0.0)[0])
         return body
-
-    def add_systems(self, builder: DiagramBuilder, plant: MultibodyPlant) -> None:
-        slide = plant.GetModelInstanceByName(self.name)
-        add_disturbance(builder, plant=plant, slide=slide, name=self.name, path=self.slide)
 
 
 class RollingBall(DrivenObject):
@@ -102,7 +96,7 @@ class RollingBall(DrivenObject):
     def place(self) -> tuple[float, float]:
         return self.settings.radius + CLEARANCE, self.settings.amplitude
 
-    def slide(self, time: float) -> tuple[float, float]:
+    def motion(self, time: float) -> tuple[float, float]:
         amplitude, speed = self.settings.amplitude, self.settings.speed
         phase = max(time - self.settings.at, 0.0) * speed / amplitude
         return -amplitude * math.cos(phase), speed * math.sin(phase)
@@ -124,7 +118,7 @@ class WavingHand(DrivenObject):
     def place(self) -> tuple[float, float]:
         return self.settings.height + 0.5 * HAND_THICKNESS, PARKED + self.settings.amplitude
 
-    def slide(self, time: float) -> tuple[float, float]:
+    def motion(self, time: float) -> tuple[float, float]:
         end = math.inf if self.settings.duration is None else self.settings.at + self.settings.duration
         coming = time - self.settings.at < end - time
         share = min(max(min(time - self.settings.at, end - time) / REACHING, 0.0), 1.0)

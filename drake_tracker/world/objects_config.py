@@ -19,7 +19,7 @@ class Train:
     start_delay: float = setting(0.0, "time until which the train stands", "s", (0.0, 3600.0))
     ahead: float = setting(
         -0.6,
-        "distance along the track ahead of the first train; negative: behind; unused with a track",
+        "distance along the track ahead of the first train; negative: behind; not used with its own track",
         "m",
         (-10.0, 10.0),
     )
@@ -44,7 +44,7 @@ class Ball:
 
 @dataclass(frozen=True)
 class Hand:
-    """A hand with its forearm reaches in over the edge of the table, moves to and fro and leaves again. It is not solid."""
+    """A hand reaches in over the edge of the table, moves to and fro and leaves again. Nothing can touch it."""
 
     colour: str = setting("#d9a07e", "colour of the skin, as #rrggbb")
     place: tuple[float, ...] = setting(

@@ -68,8 +68,8 @@ class CopiedGeometry:
         number: its id, counted from that of the first geometry.
         frame: number of its frame in `SceneCopy.frames`, None for the world.
         X_FG: (4, 4) pose in its frame.
-        shape: of Drake; `HALF_SPACE` for a half space and a `MeshCopy` for a mesh with a texture in memory, which cannot
-            be pickled; None for what no camera sees.
+        shape: of Drake; `HALF_SPACE` for a half space and a `MeshCopy` for a mesh with a texture in memory, neither of
+            which can be pickled; None for what no camera sees.
         properties: (group, name, value) of each perception property of a colour image. A tuple of four numbers stands
             for an `Rgba`, which cannot be pickled.
     """

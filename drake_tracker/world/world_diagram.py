@@ -19,7 +19,7 @@ from drake_tracker.world.disturbance_system import add_disturbance
 from drake_tracker.world.grasp_judge_system import add_grasp_judge
 from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
-from drake_tracker.world.object_states_system import add_object_states
+from drake_tracker.world.objects_system import add_object_motion, add_object_states
 from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory, hide_table_frame, place_train
 from drake_tracker.world.rail_system import add_rail
 from drake_tracker.world.scene_object import SceneObject
@@ -57,7 +57,7 @@ class WorldDiagram(Diagram):
     ``arm_state``, (q, v) [rad, rad/s]; ``arm_effort``, the torques of the drives [N m]; and ``jaws``, a `JawState`.
     Only judges, logs and viewers may read ``truth_train_state``, the 13 numbers of the free body; ``truth_verdict``, a
     `Verdict`, updated at 60 Hz from time 0 and all zeros before; ``truth_query``, the scene; and
-    ``truth_object_states``, 13 numbers of a free body for each of ``objects``, a port that exists only if there are any.
+    ``truth_object_states``, 13 numbers of a free body for each of ``objects``, which exists only if there are any.
 
     Args:
         description: the arm and its gripper.
@@ -147,7 +147,7 @@ class WorldDiagram(Diagram):
         plant.SetDefaultPositions(laboratory.gripper, [0.5 * jaw_opening, 0.5 * jaw_opening])
         place_train(laboratory, track=track, s=start, table_height=table_height)
         rest_height = table_height + TRAIN_HEIGHT
-        forces = [each.add_systems(builder, plant) for each in objects]
+        forces = [add_object_motion(builder, plant=plant, moving=each) for each in objects]
         add_rail(
             builder,
             plant=plant,

@@ -13,7 +13,7 @@ from drake_tracker.world.object_kinds import OBJECTS
 from drake_tracker.world.objects_config import Ball, Train
 from drake_tracker.world.plant import TABLE_TOP
 from drake_tracker.world.rail import END_MARGIN, TRAIN_LENGTH
-from drake_tracker.world.scene_object import SceneObject
+from drake_tracker.world.scene_object import Ride, SceneObject
 from drake_tracker.world.tracks import Track
 
 BUFFERS = 0.015
@@ -34,35 +34,40 @@ def train_objects(scenario: TrainScenario, track: Track, start: float) -> tuple[
     standing = [(start, scenario.train.scale)]
     for number, settings in enumerate(scenario.objects):
         context: dict[str, Any] = {"number": number, "table_height": scenario.table_height}
-        if isinstance(settings, Train) and settings.track is None:
-            place = start + settings.ahead
-            _check_place(scenario, number, settings, track, place, standing)
-            standing.append((place, settings.scale))
-            context |= _ride(settings, scenario.track, track, place)
-        elif isinstance(settings, Train):
-            other = replace(scenario, track=settings.track, train=replace(scenario.train, scale=settings.scale))
-            own, place = place_other_track(other, number)
-            problem = misplaced(other, own, place)
-            if problem is not None:
-                where = scenario.where(f"objects[{number}].track.kind")
-                raise DrakeTrackerError(f"{where} = {settings.track.kind}: {problem}")
-            context |= _ride(settings, settings.track, own, place)
+        if isinstance(settings, Train):
+            config, own, place = scenario.track, track, start + settings.ahead
+            if settings.track is None:
+                _check_place(scenario, number, settings, track, place, standing)
+                standing.append((place, settings.scale))
+            else:
+                config = settings.track
+                own, place = _own_track(scenario, number, settings, config)
+            context["motion"] = Ride(
+                own,
+                place,
+                speed=config.speed if settings.speed is None else settings.speed,
+                speed_law=config.speed_law,
+                variation=config.variation,
+                start_delay=settings.start_delay,
+                scale=settings.scale,
+            )
         elif isinstance(settings, Ball):
             _check_ball(scenario, number, settings)
         made.append(OBJECTS.make(settings, **context))
     return tuple(made)
 
 
-def _ride(settings: Train, config: TrackConfig, track: Track, start: float) -> dict[str, Any]:
-    """Returns what a train needs to know about its track."""
-    speed = config.speed if settings.speed is None else settings.speed
-    return {
-        "track": track,
-        "start": start,
-        "speed": speed,
-        "speed_law": config.speed_law,
-        "variation": config.variation,
-    }
+def _own_track(scenario: TrainScenario, number: int, settings: Train, config: TrackConfig) -> tuple[Track, float]:
+    """Returns the track of a train that has its own, and the arc length at which the train starts [m].
+
+    Raises DrakeTrackerError when the track does not fit into the work volume or on the table.
+    """
+    other = replace(scenario, track=config, train=replace(scenario.train, scale=settings.scale))
+    track, start = place_other_track(other, number)
+    problem = misplaced(other, track, start)
+    if problem is not None:
+        raise DrakeTrackerError(f"{scenario.where(f'objects[{number}].track.kind')} = {config.kind}: {problem}")
+    return track, start
 
 
 def _check_place(

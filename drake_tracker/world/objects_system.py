@@ -1,4 +1,4 @@
-"""Drake System that reads the states of the further moving objects: ground truth for judges, logs and benchmarks."""
+"""Drake Systems of the further moving objects: what moves them, and their true states for judges, logs and benchmarks."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,11 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, RigidBody
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem, OutputPort
+
+from drake_tracker.world.disturbance_system import add_disturbance
+from drake_tracker.world.rail_system import RailSystem
+from drake_tracker.world.scene_object import Ride, SceneObject
 
 STATE_SIZE = 13
 """Numbers of the state of one object."""
@@ -69,3 +73,34 @@ def add_object_states(
     builder.Connect(plant.get_body_poses_output_port(), states.GetInputPort("body_poses"))
     builder.Connect(plant.get_body_spatial_velocities_output_port(), states.GetInputPort("body_spatial_velocities"))
     return states
+
+
+def add_object_motion(builder: DiagramBuilder, *, plant: MultibodyPlant, moving: SceneObject) -> OutputPort | None:
+    """Adds what moves an object: a `RailSystem` for a ride on rails, or else a `DisturbanceSystem` for its slide.
+
+    Args:
+        builder: of the diagram that has the plant.
+        plant: finalized.
+        moving: the object, whose body the plant has.
+
+    Returns the spatial forces on the object, for the plant's port ``applied_spatial_force``; None for a slide.
+    """
+    instance = plant.GetModelInstanceByName(moving.name)
+    ride = moving.motion
+    if not isinstance(ride, Ride):
+        add_disturbance(builder, plant=plant, slide=instance, name=moving.name, path=ride)
+        return None
+    (body,) = plant.GetBodyIndices(instance)
+    rail = RailSystem(
+        ride.track,
+        body,
+        plant.GetDefaultFloatingBaseBodyPose(plant.get_body(body)).translation()[2],
+        speed=ride.speed,
+        speed_law=ride.speed_law,
+        variation=ride.variation,
+        start_delay=ride.start_delay,
+        scale=ride.scale,
+    )
+    builder.AddNamedSystem(f"{moving.name}_rail", rail)
+    builder.Connect(plant.get_state_output_port(instance), rail.GetInputPort("train_state"))
+    return rail.GetOutputPort("spatial_forces")
