@@ -1,4 +1,4 @@
-"""Drake Systems of the further moving objects: what moves them, and their true states for judges, logs and benchmarks."""
+"""Drake Systems of the further moving objects: what moves them, and their true states for judges and logs."""
 
 from collections.abc import Sequence
 
