@@ -24,7 +24,9 @@ class Train:
         (-10.0, 10.0),
     )
     speed: float | None = setting(None, "mean speed; null: the speed of its track", "m/s", (0.0, 1.0))
-    track: TrackConfig | None = setting(None, "a track of its own, not csv; null: that of the first train")
+    track: TrackConfig | None = setting(
+        None, "a track of its own, with the settings of track; null: that of the first train"
+    )
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from drake_tracker import DrakeTrackerError, load_scenario
+from drake_tracker import DrakeTrackerError, RunOptions, load_scenario, simulate
+from drake_tracker.core.log import load_log
 from drake_tracker.core.setting import replace_settings
+from drake_tracker.scenarios.reader import describe_settings
+from drake_tracker.tasks import save_scenario
+from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.tasks.train.objects import train_objects
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.track_placement import place_track
@@ -233,6 +237,26 @@ def test_an_object_without_a_place_is_refused(item, message):
 def test_a_train_beyond_the_end_of_an_open_track_is_refused():
     with pytest.raises(DrakeTrackerError, match=r"objects\[0\].ahead \(default\) = -0.6: the train would start"):
         Laboratory("objects=[!Train {}]", spec="train:line")
+
+
+def test_objects_are_written_and_read_again(tmp_path):
+    objects = "[!Train {track: {kind: circle}, speed: 0.2}, !Train {}, !Ball {radius: 0.03}, !Hand {for: null}]"
+    scenario = load_scenario("train", overrides=[f"objects={objects}"])
+    assert scenario.objects[3].duration is None
+    path = tmp_path / "mine.yaml"
+    save_scenario(scenario, path)
+    assert load_scenario(str(path)).objects == scenario.objects
+    rows = {key: value for key, value, *_ in describe_settings(scenario)}
+    assert rows["objects[0].track.kind"] == "circle" and rows["objects[1].track"] == "empty"
+
+
+def test_the_true_states_are_logged(tmp_path):
+    scenario = load_scenario("train:two", duration=0.2, overrides=["vision=!Measured {}"])
+    simulate(scenario, out=tmp_path / "run", options=RunOptions(record=False))
+    signal = load_log(tmp_path / "run" / "log.npz")["truth_object_states"]
+    assert signal.names == tuple(f"{field}_0" for field in BODY_STATE)
+    assert signal.data.shape == (13, 13) and np.isfinite(signal.data).all()
+    assert signal["z_0"] == pytest.approx(REST, abs=1e-3)
 
 
 def test_the_packaged_scenarios_with_objects():
