@@ -1,16 +1,23 @@
 """Colours of trains, table and objects in rendered images, in this process and beside it."""
 
+import cv2
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker import DrakeTrackerError, load_scenario
+from drake_tracker.core.models_path import models_path
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.tasks.train.world import make_train_world
+from drake_tracker.world import painted_mesh
 from drake_tracker.world.cameras import CAMERA_NAMES
+from drake_tracker.world.colour import rgb
 from drake_tracker.world.config import TRAIN_BODIES
 from drake_tracker.world.image_pipeline import ImagePipeline
+from drake_tracker.world.train_model import PAINTED_CELLS
+from models import mesh_builder
+from models.train.make_meshes import PALETTE
 
 LATENCY = 2
 LOOKS = [
@@ -81,6 +88,20 @@ def test_colours_are_in_images_with_shadows(reach):
     for image in images_of(reach, [*LOOKS, "lighting.shadows=true"]):
         assert count(image, over=GREEN, under=[0, 2]) > 40
         assert count(image, over=[0, 2], under=GREEN) > 40
+
+
+def test_the_painted_cells_are_the_main_colours_of_the_models():
+    names = list(PALETTE)
+    painted = {body: [names[cell] for cell in cells] for body, cells in PAINTED_CELLS.items()}
+    assert painted == {"plain": ["yellow", "cream"], "striped": ["white"], "round": ["red"], "dark": ["coal"]}
+    assert painted_mesh.CELL == mesh_builder.CELL
+
+
+def test_a_stain_keeps_the_grain_and_changes_the_mean():
+    wood = cv2.imread(str(models_path() / "table" / "wood.png"))
+    stained = painted_mesh.stain(rgb("#406080"))(wood)
+    assert stained.reshape(-1, 3).mean(axis=0) == pytest.approx([0x80, 0x60, 0x40], rel=0.02)
+    assert np.corrcoef(wood.mean(axis=2).ravel(), stained.mean(axis=2).ravel())[0, 1] > 0.98
 
 
 @pytest.mark.parametrize("body", TRAIN_BODIES)
