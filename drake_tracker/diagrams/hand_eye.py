@@ -59,7 +59,8 @@ class HandEyeDiagram(Diagram):
 
     ``operator`` is an `OperatorCommand`; unconnected, the operator only supervises.
 
-    The block lists the ports of the train; every task has the ports of its own subsystems. With a `PipelinedCamera` the
+    The block lists the ports of the train; every task has the ports of its own subsystems. A train with further objects
+    also has ``truth_object_states``. With a `PipelinedCamera` the
     ports ``camera_*``, ``motion_*`` and ``motion_images_*`` are ``world.image_latency`` cycles late.
 
     An output of the world is connected to the input of vision or arm with the same name, and an output of the arm to

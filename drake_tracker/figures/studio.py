@@ -129,7 +129,10 @@ def train_studio(scenario: TrainScenario, folder: str | os.PathLike[str]) -> Stu
         builder,
         description=arm_of(scenario),
         body=scenario.train.body,
+        scale=scenario.train.scale,
+        colour=scenario.train.colour,
         table_height=scenario.table_height,
+        table_colour=scenario.table_colour,
         time_step=scenario.time_step,
         decorate=decorate,
     )

@@ -16,10 +16,12 @@ from drake_tracker.core.log import STREAM_FILE, Signal
 from drake_tracker.core.log_stream import LogStream
 from drake_tracker.core.messages import OperatorCommand
 from drake_tracker.core.timing import VISION_PERIOD, steps_in
-from drake_tracker.tasks.task import Task
+from drake_tracker.tasks.task import BODY_STATE, Task
 
 OPERATOR = "operator"
 """Name of the signal with the operator's commands, which only a run with the live view has."""
+OBJECT_STATES = "truth_object_states"
+"""Name of the signal with the true states of further objects, which only a world with such objects has."""
 STREAM_PERIOD = 1.0
 """Simulated time or wall time, whichever is over first, between two records of the stream [s]."""
 _TOOL = ("x", "y", "z", "yaw")
@@ -40,6 +42,8 @@ def add_loggers(
     """
     ports = {name: hand_eye.GetOutputPort(name) for name in task.signals() if hand_eye.HasOutputPort(name)}
     periods = {name: period for name, (period, _) in task.signals().items()}
+    if hand_eye.HasOutputPort(OBJECT_STATES):
+        ports[OBJECT_STATES], periods[OBJECT_STATES] = hand_eye.GetOutputPort(OBJECT_STATES), VISION_PERIOD
     if operator is not None:
         ports[OPERATOR], periods[OPERATOR] = operator, VISION_PERIOD
     loggers = {}
@@ -152,6 +156,9 @@ def _fields(loggers: Mapping[str, VectorLogSink], task: Task) -> dict[str, tuple
     joints = loggers["q_commanded"].get_input_port().size() if "q_commanded" in loggers else 6
     names = {name: tuple(fields) for name, (_, fields) in task.signals(joints).items()}
     names[OPERATOR] = OperatorCommand.get_fields()
+    if OBJECT_STATES in loggers:
+        count = loggers[OBJECT_STATES].get_input_port().size() // len(BODY_STATE)
+        names[OBJECT_STATES] = tuple(f"{field}_{number}" for number in range(count) for field in BODY_STATE)
     return {name: names[name] for name in loggers}
 
 

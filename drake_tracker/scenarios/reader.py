@@ -292,6 +292,8 @@ def describe_settings(part: Any, prefix: str = "") -> list[tuple[str, str, str, 
             shape = field.metadata["shape"]
             if isinstance(value, dict):
                 noun = _NAMES
+            elif dataclasses.is_dataclass(kinds[0]):  # a part that may be null
+                noun = "null, or a mapping of settings"
             else:
                 noun = _list_noun(shape) if shape else next(_NOUNS[kind] for kind in kinds if kind in _NOUNS)
             shown = value if isinstance(value, str) else _show(tree_of(value, ""))

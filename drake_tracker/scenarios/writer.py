@@ -28,12 +28,12 @@ def plain(part: Any) -> dict[str, Any]:
     """Returns a dataclass instance as dicts, lists and plain values, in the form that Drake's ``yaml_dump`` writes.
 
     A part in a list, and one that is not of the first kind of its role, has the name of its kind as ``_tag``. A setting
-    that is None is omitted.
+    that is None by default is omitted while it is None.
     """
     result: dict[str, Any] = {}
     for field in settings_of(part):
         value, kinds = getattr(part, field.name), kinds_of(field.type)
-        if value is None:
+        if value is None and field.default is None:
             continue
         if list_kinds(field.type):
             result[key_of(field)] = [_tagged(item) for item in value]

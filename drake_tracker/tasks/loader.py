@@ -1,8 +1,9 @@
 """Finds, reads, checks and writes scenarios.
 
 A scenario file is a YAML mapping from names to scenarios. The scenario with the name of the file is the default of the
-file. A scenario may extend another one in the same file with ``base: NAME``. ``train:interlaced`` is the scenario
-``interlaced`` in the ``train.yaml`` of the package; ``my/file.yaml:name`` is a scenario in a file of the user.
+file. A scenario may extend another one in the same file with ``base: NAME``, or one of the package with ``base: TASK``
+or ``base: TASK:NAME``; a name in the same file comes first. ``train:interlaced`` is the scenario ``interlaced`` in the
+``train.yaml`` of the package; ``my/file.yaml:name`` is a scenario in a file of the user.
 """
 
 import dataclasses
@@ -87,13 +88,7 @@ def validate(scenario: BaseScenario) -> None:
 
 def list_scenarios() -> list[tuple[str, str]]:
     """Returns (name, description) of all scenarios of the package, task by task."""
-    listed = []
-    for task in TASKS:
-        path = PACKAGE_FOLDERS[task] / f"{task}.yaml"
-        for name in _read_file(path):
-            spec = path.stem if name == path.stem else f"{path.stem}:{name}"
-            listed.append((spec, load_scenario(spec).description))
-    return listed
+    return [(spec, load_scenario(spec).description) for spec in _packaged_names()]
 
 
 def save_scenario(scenario: BaseScenario, path: Path | str) -> None:
@@ -179,7 +174,7 @@ def _resolve(
         name: name of the scenario.
         path: path of the file.
         errors: list to which problems are appended, one line each.
-        above: names of the scenarios that extend this one.
+        above: names of the scenarios of the file that extend this one, the last one directly.
     """
     if name not in entries:
         known = ", ".join(entries) + _near(name, entries)
@@ -192,14 +187,33 @@ def _resolve(
     settings = Value({key: value for key, value in own.items() if key != "base"}, entry.origin, entry.tag, True)
     if "base" not in own:
         return settings
-    base = own["base"].data
-    if not isinstance(base, str) or base not in entries or base in (name, *above):
-        others = ", ".join(other for other in entries if other not in (name, *above))
-        shown = repr(base) if isinstance(base, str) else "a list or mapping"
-        raise DrakeTrackerError(f"{own['base'].origin}: base must be one of {others or '(none)'}, not {shown}")
-    if len(above) >= MOST_BASES:
-        raise DrakeTrackerError(f"{own['base'].origin}: more than {MOST_BASES} scenarios extend each other in a row")
-    return merge(_resolve(entries, base, path, errors, (name, *above)), settings)
+    base, origin = own["base"].data, own["base"].origin
+    above = (*above, name)
+    if isinstance(base, str) and base in entries:
+        if base in above:
+            circle = ", ".join([*above[above.index(base) :], base])
+            raise DrakeTrackerError(f"{origin}: base must not lead back to {base!r}: {circle} extend each other")
+        if len(above) > MOST_BASES:
+            raise DrakeTrackerError(f"{origin}: more than {MOST_BASES} scenarios extend each other in a row")
+        return merge(_resolve(entries, base, path, errors, above), settings)
+    packaged = _packaged_names()
+    if isinstance(base, str) and base in packaged:
+        task, _, entry_name = base.partition(":")
+        base_path = _package_file(task)
+        return merge(_resolve(_read_file(base_path), entry_name or task, base_path, errors), settings)
+    others = ", ".join([*(other for other in entries if other not in above), *packaged])
+    shown = repr(base) if isinstance(base, str) else "a list or mapping"
+    near = _near(base, [*entries, *packaged]) if isinstance(base, str) else ""
+    raise DrakeTrackerError(f"{origin}: base must be one of {others}, not {shown}{near}")
+
+
+def _package_file(task: str) -> Path:
+    return PACKAGE_FOLDERS[task] / f"{task}.yaml"
+
+
+def _packaged_names() -> list[str]:
+    """Returns the names of all scenarios of the package, task by task."""
+    return [task if name == task else f"{task}:{name}" for task in TASKS for name in _read_file(_package_file(task))]
 
 
 def _near(name: str, names: Iterable[str]) -> str:

@@ -8,6 +8,8 @@ TRACK_KINDS = ("oval", "stadium", "circle", "figure_eight", "line", "csv")
 SPEED_LAWS = ("constant", "varying", "stop_and_go")
 TRAIN_WIDTH = 0.040
 """Width of every train between the jaws [m] (models train)."""
+TRAIN_SCALES = (0.5, 1.5)
+"""Shortest and longest train, relative to its model."""
 LIFTED = 0.10
 """Height [m] above its place on the rail at which the train counts as lifted."""
 LIGHT_SIDES = ("cameras", "one_side")
@@ -55,9 +57,14 @@ class TrackConfig:
 
 @dataclass(frozen=True)
 class TrainConfig:
-    """The appearance of the train."""
+    """The train: its appearance, its length, and when it starts."""
 
     body: str = setting("plain", "which of the train models runs", choices=TRAIN_BODIES)
+    colour: str = setting("", "main colour of the train, as #rrggbb; empty: that of the model")
+    scale: float = setting(
+        1.0, "length and mass relative to the model; width and height stay, for track and jaws", "", TRAIN_SCALES
+    )
+    start_delay: float = setting(0.0, "time until which the train stands", "s", (0.0, 3600.0))
 
 
 @dataclass(frozen=True)

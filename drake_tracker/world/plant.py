@@ -1,6 +1,6 @@
 """The laboratory of the train: arm, gripper, table and train in one MultibodyPlant."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from pydrake.geometry import Role, SceneGraph
@@ -12,7 +12,11 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_tracker.arm.description import Arm
 from drake_tracker.arm.plant import add_arm, couple_fingers, models_parser, set_servo_gains
 from drake_tracker.core.timing import TIME_STEP
+from drake_tracker.world.colour import rgb
+from drake_tracker.world.painted_mesh import paint_visual, stain
+from drake_tracker.world.scene_object import SceneObject
 from drake_tracker.world.tracks import Track
+from drake_tracker.world.train_model import add_train
 
 TRAIN_HEIGHT = 0.035
 """Height of the train's reference point, the centre of its body, above the table [m]."""
@@ -22,6 +26,8 @@ WHEELS = (0.045, 0.015)
 """Distances of the train's wheels from its centre, along and across, as in its models [m]."""
 TABLE_MODEL_HEIGHT = 0.45
 """Height of the table model's top above its own origin [m]."""
+TABLE_TOP_VISUAL = "table::top"
+"""Name of the visual geometry of the table's top."""
 TABLE_FRAME = "table::frame"
 """Name of the geometry under the table's top."""
 
@@ -39,6 +45,7 @@ class Laboratory:
         table: model instance.
         train: model instance.
         train_body: its one body, which is free.
+        object_bodies: one body of each further object.
     """
 
     plant: MultibodyPlant
@@ -49,6 +56,7 @@ class Laboratory:
     table: ModelInstanceIndex
     train: ModelInstanceIndex
     train_body: RigidBody
+    object_bodies: tuple[RigidBody, ...] = ()
 
 
 def add_laboratory(
@@ -56,9 +64,13 @@ def add_laboratory(
     *,
     description: Arm,
     body: str = "plain",
+    scale: float = 1.0,
+    colour: str = "",
     table_height: float = 0.45,
+    table_colour: str = "",
     time_step: float = TIME_STEP,
     grip_force: float = 25.0,
+    objects: Sequence[SceneObject] = (),
     decorate: Callable[[MultibodyPlant], None] | None = None,
 ) -> Laboratory:
     """Adds the plant of the train's laboratory and its scene graph to a diagram.
@@ -67,9 +79,13 @@ def add_laboratory(
         builder: of the diagram.
         description: the arm and its gripper.
         body: which of the train models.
+        scale: length of the train relative to its model.
+        colour: main colour of the train, "#rrggbb"; empty: that of the model.
         table_height: height of the table's top in W [m].
+        table_colour: mean colour of the table's top, "#rrggbb"; empty: that of the model.
         time_step: of the plant [s].
         grip_force: largest force on each pad [N].
+        objects: further objects that move by themselves.
         decorate: called with the plant before it is finalized, to add visuals.
     """
     plant, scene_graph = add_plant(builder, time_step=time_step)
@@ -77,9 +93,13 @@ def add_laboratory(
     couple_fingers(plant, parts.gripper, description, grip_force)
     set_servo_gains(plant, parts.arm, description.servo_inertia, description.servo_bandwidth)
     table = add_table(plant, height=table_height)
-    train = add_train(plant, body=body)
+    if table_colour:
+        top = plant.GetBodyByName("table", table)
+        paint_visual(plant, scene_graph, body=top, name=TABLE_TOP_VISUAL, paint=stain(rgb(table_colour)))
+    train = add_train(plant, body=body, scale=scale, colour=colour, scene_graph=scene_graph)
     if decorate is not None:
         decorate(plant)
+    object_bodies = tuple(each.add_body(plant, scene_graph) for each in objects)
     plant.Finalize()
     return Laboratory(
         plant=plant,
@@ -90,6 +110,7 @@ def add_laboratory(
         table=table,
         train=train,
         train_body=plant.GetBodyByName("train", train),
+        object_bodies=object_bodies,
     )
 
 
@@ -146,17 +167,6 @@ def table_box(*, height: float, x: float = 0.0) -> tuple[tuple[float, float, flo
     return (x_low + x, y_low, 0.0), (x_high + x, y_high, height)
 
 
-def add_train(plant: MultibodyPlant, *, body: str = "plain") -> ModelInstanceIndex:
-    """Adds a train, one free body.
-
-    Args:
-        plant: not yet finalized.
-        body: which of the train models, one of `TRAIN_BODIES`.
-    """
-    (train,) = models_parser(plant).AddModelsFromUrl(f"package://drake_tracker_models/train/train_{body}.sdf")
-    return train
-
-
 def place_train(laboratory: Laboratory, *, track: Track, s: float, table_height: float) -> None:
     """Puts the train at rest on the track, in every default Context of the plant.
 
@@ -166,6 +176,17 @@ def place_train(laboratory: Laboratory, *, track: Track, s: float, table_height:
         s: arc length at which the train stands [m].
         table_height: height of the table's top in W [m].
     """
-    x, y, heading = track.pose(s)
-    X_WO = RigidTransform(RotationMatrix.MakeZRotation(heading), [x, y, table_height + TRAIN_HEIGHT])
+    X_WO = train_pose(track, s, table_height)
     laboratory.plant.SetDefaultFloatingBaseBodyPose(laboratory.train_body, X_WO)
+
+
+def train_pose(track: Track, s: float, table_height: float) -> RigidTransform:
+    """Returns the pose in W of a train that stands on a track.
+
+    Args:
+        track: the track.
+        s: arc length at which the train stands [m].
+        table_height: height of the table's top in W [m].
+    """
+    x, y, heading = track.pose(s)
+    return RigidTransform(RotationMatrix.MakeZRotation(heading), [x, y, table_height + TRAIN_HEIGHT])

@@ -15,6 +15,8 @@ DRIVE_GAIN = 60.0  # [N s/m] loses 0.8 mm/s to a drag of .05 N; above .25 kg / (
 DRIVE_LIMIT = 0.6  # [N]
 BRAKING = 0.5  # [m/s^2] at the end of an open track
 END_MARGIN = 0.06  # [m] half a train: its nose stays on the rails
+TRAIN_LENGTH = 0.12  # [m] of a train of scale 1
+TURNING_SHARE = 0.9  # of the moment of inertia about z that is due to the length of a train of scale 1
 
 # The rail holds fully up to the first number and not at all from the second on.
 LIFT_RANGE = (0.002, 0.004)  # [m] of height above the rail
@@ -22,7 +24,9 @@ TILT_RANGE = (0.985, 0.966)  # cosine: 10 and 15 deg
 REACH_RANGE = (0.02, 0.03)  # [m] beside the rail: a train set down elsewhere is not drawn back onto it
 
 
-def rail_force(track: Track, state: Sequence[float], target_speed: float, height: float) -> tuple[float, float, float]:
+def rail_force(
+    track: Track, state: Sequence[float], target_speed: float, height: float, scale: float = 1.0
+) -> tuple[float, float, float]:
     """Returns the force (x, y) [N] at the train's reference point O and the torque about z [N m], in W.
 
     Springs and dampers draw O onto the track and the train's x axis along it; the drive force is proportional to the
@@ -35,6 +39,8 @@ def rail_force(track: Track, state: Sequence[float], target_speed: float, height
             velocity [rad/s], velocity of O [m/s].
         target_speed: speed along the track, negative backwards [m/s].
         height: z_W of O while the train stands on the rail [m].
+        scale: length of the train relative to that of its model. The forces grow with its mass and the torque with its
+            moment of inertia, so that every train moves alike.
     """
     qw, qx, qy, qz, x, y, z, _, _, wz, vx, vy, _ = state
     # The plant does not keep the quaternion at unit length (it grows by 1e-3 a lap), so nothing here may rely on it.
@@ -51,9 +57,9 @@ def rail_force(track: Track, state: Sequence[float], target_speed: float, height
     if grip == 0.0:
         return 0.0, 0.0, 0.0
     if not track.closed:
-        remaining = max(track.length - END_MARGIN - s, 0.0)
+        remaining = max(track.length - scale * END_MARGIN - s, 0.0)
         target_speed = min(target_speed, math.sqrt(2.0 * BRAKING * remaining))
-        behind = max(s - END_MARGIN, 0.0)  # a train that runs backwards stays on the rails too
+        behind = max(s - scale * END_MARGIN, 0.0)  # a train that runs backwards stays on the rails too
         target_speed = max(target_speed, -math.sqrt(2.0 * BRAKING * behind))
 
     speed = vx * tangent_x + vy * tangent_y
@@ -62,10 +68,11 @@ def rail_force(track: Track, state: Sequence[float], target_speed: float, height
     drive = _clip(DRIVE_GAIN * (target_speed - speed), DRIVE_LIMIT)
     yaw_error = math.atan2(heading_x * tangent_y - heading_y * tangent_x, heading_x * tangent_x + heading_y * tangent_y)
     torque = _clip(YAW_STIFFNESS * yaw_error + YAW_DAMPING * (curvature * speed - wz), YAW_LIMIT)
+    push = grip * scale
     return (
-        grip * (drive * tangent_x - side * tangent_y),
-        grip * (drive * tangent_y + side * tangent_x),
-        grip * torque,
+        push * (drive * tangent_x - side * tangent_y),
+        push * (drive * tangent_y + side * tangent_x),
+        push * (TURNING_SHARE * scale * scale + (1.0 - TURNING_SHARE)) * torque,
     )
 
 

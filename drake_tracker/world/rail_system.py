@@ -4,9 +4,13 @@ from collections.abc import Sequence
 
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
+from pydrake.multibody.plant import (
+    ExternallyAppliedSpatialForce,
+    ExternallyAppliedSpatialForceMultiplexer,
+    MultibodyPlant,
+)
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
-from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort
 
 from drake_tracker.faults.fault import Fault, SpeedFault, faults_at
 from drake_tracker.faults.train_faults_system import add_train_faults
@@ -37,6 +41,8 @@ class RailSystem(LeafSystem):
         speed: mean speed [m/s].
         speed_law: one of `SPEED_LAWS`.
         variation: amplitude of a varying speed as a fraction of ``speed``.
+        start_delay: time until which the train stands [s].
+        scale: length of the train relative to that of its model.
         faults: what goes wrong; of these, those of the drive.
 
     Raises DrakeTrackerError when the speed law or its numbers are not allowed.
@@ -51,6 +57,8 @@ class RailSystem(LeafSystem):
         speed: float,
         speed_law: str = "constant",
         variation: float = 0.15,
+        start_delay: float = 0.0,
+        scale: float = 1.0,
         faults: Sequence[Fault] = (),
     ) -> None:
         super().__init__()
@@ -59,6 +67,8 @@ class RailSystem(LeafSystem):
         self._body_index = body_index
         self._height = height
         self._law = (speed_law, speed, variation)
+        self._start_delay = start_delay
+        self._scale = scale
         self._faults = faults_at(faults, SpeedFault)
         self._train_state = self.DeclareVectorInputPort("train_state", 13)
         self.DeclareAbstractOutputPort(
@@ -68,11 +78,11 @@ class RailSystem(LeafSystem):
     def _calc_forces(self, context: Context, output: AbstractValue) -> None:
         state = self._train_state.Eval(context).tolist()
         time = context.get_time()
-        target_speed = speed_at(*self._law, time)
+        target_speed = speed_at(*self._law, time, self._start_delay)
         for fault in self._faults:
             if fault.active(time):
                 target_speed = fault.target_speed(target_speed)
-        force_x, force_y, torque_z = rail_force(self._track, state, target_speed, self._height)
+        force_x, force_y, torque_z = rail_force(self._track, state, target_speed, self._height, self._scale)
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = self._body_index
         applied.F_Bq_W = SpatialForce((0.0, 0.0, torque_z), (force_x, force_y, 0.0))
@@ -89,7 +99,10 @@ def add_rail(
     speed: float,
     speed_law: str = "constant",
     variation: float = 0.15,
+    start_delay: float = 0.0,
+    scale: float = 1.0,
     faults: Sequence[Fault] = (),
+    others: Sequence[OutputPort] = (),
     name: str = "rail",
 ) -> RailSystem:
     """Adds a `RailSystem`, with the forces of faults if there are any, and connects it to a train.
@@ -103,17 +116,35 @@ def add_rail(
         speed: as for `RailSystem`.
         speed_law: as for `RailSystem`.
         variation: as for `RailSystem`.
+        start_delay: as for `RailSystem`.
+        scale: as for `RailSystem`.
         faults: what goes wrong with the train.
+        others: spatial forces of other trains, for the one port for forces that the plant has.
         name: of the System.
     """
     (body_index,) = plant.GetBodyIndices(train)
     rail = builder.AddNamedSystem(
         name,
-        RailSystem(track, body_index, height, speed=speed, speed_law=speed_law, variation=variation, faults=faults),
+        RailSystem(
+            track,
+            body_index,
+            height,
+            speed=speed,
+            speed_law=speed_law,
+            variation=variation,
+            start_delay=start_delay,
+            scale=scale,
+            faults=faults,
+        ),
     )
     builder.Connect(plant.get_state_output_port(train), rail.GetInputPort("train_state"))
     forces = add_train_faults(
         builder, plant=plant, train=train, rail_forces=rail.GetOutputPort("spatial_forces"), faults=faults
     )
+    if others:
+        together = builder.AddNamedSystem(f"{name}_forces", ExternallyAppliedSpatialForceMultiplexer(1 + len(others)))
+        for number, port in enumerate((forces, *others)):
+            builder.Connect(port, together.get_input_port(number))
+        forces = together.get_output_port()
     builder.Connect(forces, plant.get_applied_spatial_force_input_port())
     return rail

@@ -19,17 +19,20 @@ from pydrake.geometry import (
     GeometryInstance,
     HalfSpace,
     MakeRenderEngineVtk,
+    Mesh,
     PerceptionProperties,
     RenderCameraCore,
     RenderEngineVtkParams,
     Rgba,
     SceneGraph,
+    Shape,
     Sphere,
 )
 from pydrake.math import RigidTransform
 from pydrake.systems.sensors import CameraInfo
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.world.painted_mesh import memory_mesh
 from drake_tracker.world.sensor_model import SensorModel
 
 _RENDERER = "copy"
@@ -41,6 +44,23 @@ HALF_SPACE = "half space"
 
 
 @dataclass(frozen=True)
+class MeshCopy:
+    """A mesh whose files are in memory.
+
+    Attributes:
+        name: of the OBJ file.
+        contents: of the OBJ file.
+        files: {name: contents} of its material and its texture.
+        scale3: factors along the axes of the mesh, shape (3,).
+    """
+
+    name: str
+    contents: bytes
+    files: dict[str, bytes]
+    scale3: np.ndarray
+
+
+@dataclass(frozen=True)
 class CopiedGeometry:
     """One geometry.
 
@@ -48,7 +68,8 @@ class CopiedGeometry:
         number: its id, counted from that of the first geometry.
         frame: number of its frame in `SceneCopy.frames`, None for the world.
         X_FG: (4, 4) pose in its frame.
-        shape: of Drake; `HALF_SPACE` for a half space, which cannot be pickled; None for what no camera sees.
+        shape: of Drake; `HALF_SPACE` for a half space and a `MeshCopy` for a mesh with a texture in memory, neither of
+            which can be pickled; None for what no camera sees.
         properties: (group, name, value) of each perception property of a colour image. A tuple of four numbers stands
             for an `Rgba`, which cannot be pickled.
     """
@@ -144,7 +165,7 @@ def copy_scene(scene_graph: SceneGraph, params: RenderEngineVtkParams) -> tuple[
             number,
             None if frame == world else frames.setdefault(frame, len(frames)),
             inspector.GetPoseInFrame(geometry).GetAsMatrix4(),
-            HALF_SPACE if isinstance(shape, HalfSpace) else shape,
+            _copied_shape(shape),
             tuple(
                 (group, key, _plain(value.get_value()))
                 for group in sorted(properties.GetGroupNames() - {_LABEL_GROUP})
@@ -208,10 +229,23 @@ class SceneRenderer:
         return sensor.image(rendered.data, time)
 
 
+def _copied_shape(shape: Shape) -> Any:
+    """Returns the shape of a `CopiedGeometry`."""
+    if isinstance(shape, HalfSpace):
+        return HALF_SPACE
+    if not (isinstance(shape, Mesh) and shape.source().is_in_memory() and shape.source().in_memory().supporting_files):
+        return shape
+    mesh = shape.source().in_memory()
+    files = {name: file.contents() for name, file in mesh.supporting_files.items()}
+    return MeshCopy(mesh.mesh_file.filename_hint(), mesh.mesh_file.contents(), files, shape.scale3())
+
+
 def _instance(geometry: CopiedGeometry) -> GeometryInstance:
     X_FG, shape, name = RigidTransform(geometry.X_FG), geometry.shape, f"geometry_{geometry.number}"
     if shape is None:
         return GeometryInstance(X_FG, Sphere(1.0), name)
+    if isinstance(shape, MeshCopy):
+        shape = memory_mesh(shape.name, shape.contents, shape.files, shape.scale3)
     instance = GeometryInstance(X_FG, HalfSpace() if isinstance(shape, str) else shape, name)
     properties = PerceptionProperties()
     for group, key, value in geometry.properties:

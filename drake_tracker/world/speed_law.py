@@ -24,7 +24,7 @@ def check_speed_law(law: str, speed: float, variation: float) -> None:
         )
 
 
-def speed_at(law: str, speed: float, variation: float, time: float) -> float:
+def speed_at(law: str, speed: float, variation: float, time: float, delay: float = 0.0) -> float:
     """Returns the target speed [m/s].
 
     Args:
@@ -33,7 +33,11 @@ def speed_at(law: str, speed: float, variation: float, time: float) -> float:
         speed: mean speed of ``constant`` and ``varying``, full speed of ``stop_and_go`` [m/s].
         variation: amplitude of the sinusoid, a fraction of ``speed``.
         time: [s].
+        delay: time until which the train stands, and at which the law begins [s].
     """
+    time -= delay
+    if time < 0.0:
+        return 0.0
     if law == "constant":
         return speed
     if law == "varying":
@@ -49,11 +53,12 @@ def speed_at(law: str, speed: float, variation: float, time: float) -> float:
     return speed * 0.5 * (1.0 - math.cos(math.pi * phase / RAMP_TIME))
 
 
-def distance_at(law: str, speed: float, variation: float, time: float) -> float:
+def distance_at(law: str, speed: float, variation: float, time: float, delay: float = 0.0) -> float:
     """Returns the distance [m] travelled from time 0 to ``time`` >= 0 [s], the integral of `speed_at`.
 
     The other arguments are those of `speed_at`.
     """
+    time = max(time - delay, 0.0)
     if law == "constant":
         return speed * time
     if law == "varying":

@@ -19,7 +19,7 @@ RAIL_COLOUR = (0.20, 0.20, 0.22, 1.0)
 SLEEPER_COLOUR = (0.13, 0.09, 0.06, 1.0)
 
 
-def add_track_visual(plant: MultibodyPlant, *, track: Track, table_height: float) -> None:
+def add_track_visual(plant: MultibodyPlant, *, track: Track, table_height: float, name: str = "track") -> None:
     """Adds the appearance of a track to a plant, as two meshes fixed to its world.
 
     The meshes have the illustration and the perception role, and neither proximity nor mass.
@@ -28,13 +28,14 @@ def add_track_visual(plant: MultibodyPlant, *, track: Track, table_height: float
         plant: registered with a SceneGraph, and not yet finalized.
         track: the track.
         table_height: height of the table's top in W [m].
+        name: of the track, with which the names of the meshes begin.
     """
     X_WG = RigidTransform([0.0, 0.0, table_height])
-    for name, mesh, colour in (
-        ("track_rails", rail_mesh(track), RAIL_COLOUR),
-        ("track_sleepers", sleeper_mesh(track), SLEEPER_COLOUR),
+    for part, mesh, colour in (
+        ("rails", rail_mesh(track), RAIL_COLOUR),
+        ("sleepers", sleeper_mesh(track), SLEEPER_COLOUR),
     ):
-        add_visual_mesh(plant, body=plant.world_body(), X_BG=X_WG, mesh=mesh, name=name, colour=colour)
+        add_visual_mesh(plant, body=plant.world_body(), X_BG=X_WG, mesh=mesh, name=f"{name}_{part}", colour=colour)
 
 
 def rail_mesh(track: Track) -> FlatMesh:

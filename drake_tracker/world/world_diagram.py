@@ -19,8 +19,10 @@ from drake_tracker.world.disturbance_system import add_disturbance
 from drake_tracker.world.grasp_judge_system import add_grasp_judge
 from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
+from drake_tracker.world.objects_system import add_object_motion, add_object_states
 from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory, hide_table_frame, place_train
 from drake_tracker.world.rail_system import add_rail
+from drake_tracker.world.scene_object import SceneObject
 from drake_tracker.world.slide import add_moving_body
 from drake_tracker.world.track_visual import add_track_visual
 from drake_tracker.world.tracks import Track
@@ -45,6 +47,7 @@ class WorldDiagram(Diagram):
         - truth_train_state
         - truth_verdict
         - truth_query
+        - truth_object_states
 
     Inputs: ``arm_desired_state``, the joint set-points (q, v) [rad, rad/s]; ``arm_feedforward``, torques [N m];
     ``gripper_desired_state``, (q, v) [m, m/s] of the driven finger.
@@ -53,7 +56,8 @@ class WorldDiagram(Diagram):
     or that was captured some cycles earlier (``pipeline``);
     ``arm_state``, (q, v) [rad, rad/s]; ``arm_effort``, the torques of the drives [N m]; and ``jaws``, a `JawState`.
     Only judges, logs and viewers may read ``truth_train_state``, the 13 numbers of the free body; ``truth_verdict``, a
-    `Verdict`, updated at 60 Hz from time 0 and all zeros before; and ``truth_query``, the scene.
+    `Verdict`, updated at 60 Hz from time 0 and all zeros before; ``truth_query``, the scene; and
+    ``truth_object_states``, 13 numbers of a free body for each of ``objects``, which exists only if there are any.
 
     Args:
         description: the arm and its gripper.
@@ -61,7 +65,11 @@ class WorldDiagram(Diagram):
         track: in the direction of travel.
         start: arc length at which the train starts [m].
         body: which of the train models, one of `TRAIN_BODIES`.
+        scale: length of the train relative to its model.
+        colour: main colour of the train, "#rrggbb"; empty: that of the model.
+        start_delay: time until which the train stands [s].
         table_height: height of the table's top in W [m].
+        table_colour: mean colour of the table's top, "#rrggbb"; empty: that of the model.
         speed: mean speed of the train [m/s].
         speed_law: how the speed varies, one of `SPEED_LAWS`.
         variation: amplitude of a varying speed as a fraction of ``speed``.
@@ -72,6 +80,7 @@ class WorldDiagram(Diagram):
         windows: {camera name: window} to render; None renders the full images. When it is empty there are no cameras,
             no ``camera_*`` ports and no renderer.
         pipeline: how late the images are, and which processes make them; None: they are rendered when they are read.
+        objects: further objects that move by themselves.
         faults: what goes wrong; of these, the world has those of images, scene, train, joints and gripper.
         seed: of the sensor noise.
         time_step: of the plant [s].
@@ -90,7 +99,11 @@ class WorldDiagram(Diagram):
         track: Track,
         start: float = 0.0,
         body: str = "plain",
+        scale: float = 1.0,
+        colour: str = "",
+        start_delay: float = 0.0,
         table_height: float = 0.45,
+        table_colour: str = "",
         speed: float = 0.15,
         speed_law: str = "constant",
         variation: float = 0.15,
@@ -100,6 +113,7 @@ class WorldDiagram(Diagram):
         lighting: LightingConfig = LightingConfig(),
         windows: Mapping[str, ImageWindow] | None = None,
         pipeline: ImagePipeline | None = None,
+        objects: Sequence[SceneObject] = (),
         faults: Sequence[Fault] = (),
         seed: int = 0,
         time_step: float = TIME_STEP,
@@ -118,9 +132,13 @@ class WorldDiagram(Diagram):
             builder,
             description=description,
             body=body,
+            scale=scale,
+            colour=colour,
             table_height=table_height,
+            table_colour=table_colour,
             time_step=time_step,
             grip_force=grip_force,
+            objects=objects,
             decorate=decorate,
         )
         plant = laboratory.plant
@@ -129,6 +147,7 @@ class WorldDiagram(Diagram):
         plant.SetDefaultPositions(laboratory.gripper, [0.5 * jaw_opening, 0.5 * jaw_opening])
         place_train(laboratory, track=track, s=start, table_height=table_height)
         rest_height = table_height + TRAIN_HEIGHT
+        forces = [add_object_motion(builder, plant=plant, moving=each) for each in objects]
         add_rail(
             builder,
             plant=plant,
@@ -138,7 +157,10 @@ class WorldDiagram(Diagram):
             speed=speed,
             speed_law=speed_law,
             variation=variation,
+            start_delay=start_delay,
+            scale=scale,
             faults=faults,
+            others=[port for port in forces if port is not None],
         )
         for fault in scene_faults:
             name = fault.body.name
@@ -188,6 +210,9 @@ class WorldDiagram(Diagram):
         builder.ExportOutput(plant.get_state_output_port(laboratory.train), "truth_train_state")
         builder.ExportOutput(judge.GetOutputPort("verdict"), "truth_verdict")
         builder.ExportOutput(laboratory.scene_graph.get_query_output_port(), "truth_query")
+        if objects:
+            states = add_object_states(builder, plant=plant, bodies=laboratory.object_bodies)
+            builder.ExportOutput(states.GetOutputPort("states"), "truth_object_states")
         builder.BuildInto(self)
 
     def start(self) -> None:

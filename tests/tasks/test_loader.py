@@ -250,9 +250,16 @@ def test_an_unknown_scenario_gives_one_line_with_the_nearest_name(spec, message)
         ("- 1\n", "must be a mapping from names to scenarios"),
         ("", "must be a mapping from names to scenarios"),
         ("mine: 3\n", "line 1: scenario 'mine' must be a mapping"),
-        ("mine: {base: other}\nnext: {}", "line 1: base must be one of next, not 'other'"),
-        ("mine: {base: [other]}\n", "line 1: base must be one of (none)"),
-        ("mine: {base: next}\nnext: {base: mine}\n", "line 2: base must be one of (none), not 'mine'"),
+        ("mine: {base: other}\nnext: {}", "line 1: base must be one of next, train, train:interlaced, "),
+        ("mine: {base: 'train:tow'}\n", "not 'train:tow'; did you mean train:two?"),
+        ("mine: {base: 'trian'}\n", "not 'trian'; did you mean train?"),
+        ("mine: {base: 'elsewhere.yaml:two'}\n", "line 1: base must be one of train, "),
+        ("mine: {base: [other]}\n", "line 1: base must be one of train, "),
+        ("mine: {base: mine}\n", "line 1: base must not lead back to 'mine': mine, mine extend each other"),
+        (
+            "mine: {base: next}\nnext: {base: mine}\n",
+            "line 2: base must not lead back to 'mine': mine, next, mine extend each other",
+        ),
         ("one: {}\ntwo: {}\n", "add a colon and the name of a scenario: one, two"),
         ("mine: {cameras: {width: 0}}\n", "line 1: cameras.width must be a whole number from 16 to 2048 px, not 0"),
     ],
@@ -327,3 +334,26 @@ def test_keys_are_plain_yaml():
     keys = list(setting_keys(TrainScenario))
     assert "track.speed" in keys and "link.drop" in keys and "estimator.order" in keys
     assert yaml.safe_load(yaml.safe_dump(keys)) == keys
+
+
+def test_a_scenario_may_extend_one_of_the_package(tmp_path):
+    path = write(
+        tmp_path,
+        "mine: {base: 'train:visitor', track: {speed: 0.2}}\n"
+        "plain: {base: train, seed: 3}\n"
+        "catch: {base: 'ball:seven_joint', duration: 9.0}\n"
+        "above: {base: mine, seed: 4}\n",
+    )
+    mine, visitor = load_scenario(str(path)), load_scenario("train:visitor")
+    assert mine.with_settings({"track.speed": 0.15, "name": visitor.name}) == visitor
+    assert (mine.track.speed, mine.name) == (0.2, "mine")
+    assert mine.where("objects").startswith("train.yaml line ")
+    assert load_scenario(f"{path}:plain").with_settings({"seed": 0, "name": "train"}) == load_scenario("train")
+    assert load_scenario(f"{path}:catch").arm == load_scenario("ball:seven_joint").arm
+    assert load_scenario(f"{path}:above").objects == visitor.objects
+
+
+def test_a_base_in_the_same_file_comes_before_one_of_the_package(tmp_path):
+    path = write(tmp_path, "train: {seed: 7}\nmine: {base: train}\npackaged: {base: 'train:two'}\n")
+    assert load_scenario(f"{path}:mine").seed == 7
+    assert load_scenario(f"{path}:packaged").seed == 0

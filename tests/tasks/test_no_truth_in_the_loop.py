@@ -110,6 +110,18 @@ def test_faults_give_the_controller_no_ground_truth():
             assert truths(subsystem, is_truth) == {}
 
 
+def test_further_objects_give_the_controller_no_ground_truth():
+    for stand_in, overrides in ((False, []), (True, [MEASURED])):
+        objects = "objects=[!Train {}, !Ball {}, !Hand {}]"
+        hand_eye = make_diagram(load_scenario("train", overrides=[objects, *overrides]))
+        assert hand_eye.GetOutputPort("truth_object_states").size() == 3 * 13
+        leaking, sensors = leaks(hand_eye, stand_in)
+        assert leaking == []
+        assert sensors == set(measured(hand_eye, stand_in).values())
+        for subsystem in controller_subsystems(hand_eye).values():
+            assert truths(subsystem, is_truth) == {}
+
+
 def test_a_leak_in_a_diagram_with_measured_vision_is_found(monkeypatch):
     monkeypatch.setattr(hand_eye_module, "DiagramBuilder", WorldLeaksToHost)
     leaking, _ = leaks(make_diagram(load_scenario("train", overrides=[MEASURED])), stand_in=True)

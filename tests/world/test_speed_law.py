@@ -61,3 +61,12 @@ def test_stop_and_go_goes_stops_rests_and_starts_smoothly():
 def test_what_cannot_be_is_refused(arguments, named):
     with pytest.raises(DrakeTrackerError, match=named):
         check_speed_law(*arguments)
+
+
+@pytest.mark.parametrize("law", SPEED_LAWS)
+def test_a_delay_shifts_the_law(law):
+    for time in (0.0, 1.4):
+        assert speed_at(law, 0.2, 0.3, time, 1.5) == distance_at(law, 0.2, 0.3, time, 1.5) == 0.0
+    for time in (1.5, 4.0, 9.3):
+        assert speed_at(law, 0.2, 0.3, time, 1.5) == speed_at(law, 0.2, 0.3, time - 1.5)
+        assert distance_at(law, 0.2, 0.3, time, 1.5) == distance_at(law, 0.2, 0.3, time - 1.5)

@@ -14,7 +14,7 @@ from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.world.speed_law import distance_at
 
 REACH_ALONG = 0.05
-"""Greatest distance along the faces of the jaws at which the middle of the train can still be gripped [m]."""
+"""Greatest distance along the faces of the jaws at which the middle of a train of scale 1 can still be gripped [m]."""
 _STEP = 0.001
 """Time step at which paths are compared [s]."""
 
@@ -50,11 +50,12 @@ def closing_onset_error(scenario: TrainScenario, log: Log, spans: Sequence[Phase
         return None
     track, _ = place_track(scenario)
     config = scenario.track
-    gone = np.array([distance_at(config.speed_law, config.speed, config.variation, t) for t in (launch.start, *times)])
+    law = (config.speed_law, config.speed, config.variation)
+    gone = np.array([distance_at(*law, t, scenario.train.start_delay) for t in (launch.start, *times)])
     s, _ = track.nearest(launched[0], launched[1], launched[3])
     x, y, _ = track.pose(s + gone[1:] - gone[0])
     along, across = _in_hand(hand, x, y)
-    fits = (np.abs(across) <= clearance(scenario)) & (np.abs(along) <= REACH_ALONG)
+    fits = (np.abs(across) <= clearance(scenario)) & (np.abs(along) <= scenario.train.scale * REACH_ALONG)
     if not fits[0]:
         return None
     leaves = times[-1] if fits.all() else times[np.argmin(fits)]

@@ -17,22 +17,23 @@ _TIMES = 2000
 """Number of instants at which the distance travelled is computed."""
 
 
-def off_table(track: Track, start: float) -> tuple[float, float] | None:
+def off_table(track: Track, start: float, scale: float = 1.0) -> tuple[float, float] | None:
     """Returns a place (x, y) in W at which a wheel of the train, or an end of the rails, is beyond the table [m].
 
     Args:
         track: the track in the direction of travel.
         start: arc length at which the train starts [m].
+        scale: length of the train relative to its model.
 
     Returns None when the table supports the train from its start to where it stops.
     """
-    s = np.linspace(start, max(last_place(track), start), CHECKED_PLACES)
+    s = np.linspace(start, max(last_place(track, scale), start), CHECKED_PLACES)
     if track.closed:
         s = np.linspace(0.0, track.length, CHECKED_PLACES, endpoint=False)
     x, y, heading = track.pose(s)
     cos, sin = np.cos(heading), np.sin(heading)
     places = [np.column_stack(track.pose(np.array([0.0, track.length]))[:2])]
-    for along in (-WHEELS[0], WHEELS[0]):
+    for along in (-scale * WHEELS[0], scale * WHEELS[0]):
         for across in (-WHEELS[1], WHEELS[1]):
             places.append(np.column_stack([x + along * cos - across * sin, y + along * sin + across * cos]))
     points = np.concatenate(places)
@@ -40,9 +41,9 @@ def off_table(track: Track, start: float) -> tuple[float, float] | None:
     return tuple(points[np.argmax(beyond)].tolist()) if beyond.any() else None
 
 
-def last_place(track: Track) -> float:
-    """Returns the arc length [m] at which a train stops at the end of an open track."""
-    return track.length - END_MARGIN
+def last_place(track: Track, scale: float = 1.0) -> float:
+    """Returns the arc length [m] at which a train, ``scale`` times as long as its model, stops on an open track."""
+    return track.length - scale * END_MARGIN
 
 
 def time_within_reach(scenario: TrainScenario, track: Track, start: float, reach: Reach) -> float:
@@ -59,7 +60,7 @@ def time_within_reach(scenario: TrainScenario, track: Track, start: float, reach
     config, vision = scenario.track, scenario.vision
     if config.speed == 0.0:
         return np.inf
-    s = np.linspace(start, max(last_place(track), start), CHECKED_PLACES)
+    s = np.linspace(start, max(last_place(track, scenario.train.scale), start), CHECKED_PLACES)
     x, y, _ = track.pose(s)
     good = is_within(vision.work_volume, vision.outline, np.column_stack([x, y])) & reach.reached(track, s)
     # A speed law that rests now and then still covers half of the distance of its full speed.

@@ -18,7 +18,11 @@ from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.tasks.plausible import image_problems, lag_of, link_problems
 from drake_tracker.tasks.train.plausible import grasp_problems
 from drake_tracker.vision.config import NormalFlow, Several, Single
+from drake_tracker.vision.config import NormalFlow
+from drake_tracker.world.colour import COLOUR_RULE, is_colour
 from drake_tracker.world.config import CamerasConfig, LightingConfig, TrackConfig, TrainConfig
+from drake_tracker.world.object_kinds import OBJECTS
+from drake_tracker.world.objects_config import Train
 
 WORK_VOLUME = ((0.33, -0.30, 0.45), (0.79, 0.30, 0.505))
 """Lowest and highest corner of the default work volume in W [m]."""
@@ -99,8 +103,10 @@ class TrainScenario(BaseScenario):
     Attributes:
         hand: the hand that the task needs.
         table_height: height of the table top in W [m].
+        table_colour: mean colour of the table top; empty: that of the model.
         track: the track and the speed of the train.
         train: the train.
+        objects: further objects that move by themselves.
         lighting: the lamps.
         cameras: the two cameras.
         vision: from images to points.
@@ -116,8 +122,12 @@ class TrainScenario(BaseScenario):
     hand: ClassVar[Hand] = Hand.GRIPPER
     task: str = setting("train", "name of the task")
     table_height: float = setting(0.45, "height of the table top", "m", (0.0, 1.5))
+    table_colour: str = setting("", "mean colour of the table top, as #rrggbb; empty: that of the model")
     track: TrackConfig = setting(TrackConfig, "the track and the speed of the train")
     train: TrainConfig = setting(TrainConfig, "the train")
+    objects: tuple[OBJECTS.union(), ...] = setting(  # type: ignore[valid-type]
+        [], "further objects that move by themselves"
+    )
     lighting: LightingConfig = setting(LightingConfig, "the lamps")
     cameras: CamerasConfig = setting(CamerasConfig, "the two cameras")
     vision: Rendered | Measured = setting(Rendered, "from images to points")
@@ -138,6 +148,7 @@ class TrainScenario(BaseScenario):
     def problems(self) -> list[tuple[str, str]]:
         """Returns the settings that contradict each other: a list of (key path, what is required)."""
         found = self.timing_problems(SERVO_PERIOD)
+        found += self._object_problems()
         if self.track.kind == "csv" and not self.track.csv:
             found.append(("track.csv", "must name a file when track.kind is csv"))
         if self.track.csv and self.track.kind != "csv":
@@ -156,3 +167,21 @@ class TrainScenario(BaseScenario):
             found += image_problems("cameras", self.cameras.width, self.cameras.height, cameras=2)
         late = link_problems(self, self.link, "vision.lag_cycles", lag_of(self.vision.lag_cycles))
         return found + late + ([] if late else grasp_problems(self))
+
+    def _object_problems(self) -> list[tuple[str, str]]:
+        """Returns what is wrong with colours and further objects, in the form of `problems`."""
+        found = []
+        colours = {"table_colour": (self.table_colour, True), "train.colour": (self.train.colour, True)}
+        for number, item in enumerate(self.objects):
+            key = f"objects[{number}]"
+            colours[f"{key}.colour"] = (item.colour, isinstance(item, Train))
+            own = item.track if isinstance(item, Train) else None
+            if own is not None and own.kind == "csv":
+                found.append((f"{key}.track.kind", "must not be csv: only the first train runs on a track from a file"))
+            if own is not None and -1.0 < own.start < 0.0:
+                found.append((f"{key}.track.start", "must be -1 (drawn by the seed) or a fraction from 0 to 1"))
+        for key, (colour, may_be_empty) in colours.items():
+            if not is_colour(colour) and (colour or not may_be_empty):
+                rule = f"{COLOUR_RULE}{', or empty' if may_be_empty else ''}"
+                found.append((key, f"{rule}, not {colour!r}"))
+        return found

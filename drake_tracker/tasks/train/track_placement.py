@@ -1,6 +1,7 @@
 """The track of a run: placed at random by the seed, and checked against table, work volume and reach of the arm."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from drake_tracker.world.tracks import Track, make_track
 
 STREAM = 1
 """The track's stream of random numbers: default_rng([seed, STREAM])."""
+OTHER_STREAM = 60
+"""Stream of random numbers of further tracks: default_rng([seed, OTHER_STREAM, number of the object])."""
 MOST_DRAWS = 100
 """Greatest number of random placements of a track that are tried."""
 MOST_MISSED = 20
@@ -34,22 +37,9 @@ def place_track(scenario: TrainScenario, reach: Reach | None = None) -> tuple[Tr
 
     Returns (track in the direction of travel, arc length of the start [m]).
     """
-    config = scenario.track
-    rng = np.random.default_rng([scenario.seed, STREAM])
-    offset, turn = rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0)
-    backward = rng.uniform() < 0.5 if config.direction == "random" else config.direction == "backward"
-    drawn = rng.uniform()
-
-    def placed(offset: np.ndarray, turn: float) -> tuple[Track, float]:
-        track = _placed(config, offset, turn)
-        track = track.reversed() if backward else track
-        fraction = config.start
-        if fraction < 0.0:
-            fraction = drawn if track.closed else 0.0
-        return track, fraction * track.length
-
-    first = placed(offset, turn)
-    if config.kind == "csv":
+    places = _placements(scenario.track, np.random.default_rng([scenario.seed, STREAM]))
+    first = next(places)
+    if scenario.track.kind == "csv":
         return first
     found, reach, missed = first, reach or Reach(scenario), []
     for _ in range(MOST_DRAWS):
@@ -59,8 +49,41 @@ def place_track(scenario: TrainScenario, reach: Reach | None = None) -> tuple[Tr
             missed.append(found)
             if len(missed) == MOST_MISSED:
                 break
-        found = placed(rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0))
+        found = next(places)
     return missed[0] if missed else first
+
+
+def place_other_track(scenario: TrainScenario, number: int) -> tuple[Track, float]:
+    """Returns the track of another train and the arc length at which that train starts [m], as `place_track` does.
+
+    The arm need not reach it. When no placement fits, the first is returned.
+
+    Args:
+        scenario: the scenario, with the other train and its track in place of the first.
+        number: place of the other train in the list of objects. Each has its own random numbers.
+    """
+    places = _placements(scenario.track, np.random.default_rng([scenario.seed, OTHER_STREAM, number]))
+    first = found = next(places)
+    for _ in range(MOST_DRAWS):
+        if misplaced(scenario, *found) is None:
+            return found
+        found = next(places)
+    return first
+
+
+def _placements(config: TrackConfig, rng: np.random.Generator) -> Iterator[tuple[Track, float]]:
+    """Yields placements of a track and the arc length of the start [m], drawn at random one after another."""
+    offset, turn = rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0)
+    backward = rng.uniform() < 0.5 if config.direction == "random" else config.direction == "backward"
+    drawn = rng.uniform()
+    while True:
+        track = _placed(config, offset, turn)
+        track = track.reversed() if backward else track
+        fraction = config.start
+        if fraction < 0.0:
+            fraction = drawn if track.closed else 0.0
+        yield track, fraction * track.length
+        offset, turn = rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0)
 
 
 def _placed(config: TrackConfig, offset: np.ndarray, turn: float) -> Track:
@@ -91,7 +114,7 @@ def misplaced(scenario: TrainScenario, track: Track, start: float) -> str | None
         volume = f"{scenario.vision.outline} of x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g}"
         where = f"({outside[0]:.3f}, {outside[1]:.3f}) m"
         return f"the track passes {where}, outside the {volume} (vision.work_volume)"
-    beyond = off_table(track, start)
+    beyond = off_table(track, start, scenario.train.scale)
     if beyond is not None:
         (x_low, y_low), (x_high, y_high) = TABLE_TOP
         table = f"which covers x {x_low:g} to {x_high:g}, y {y_low:g} to {y_high:g} m"

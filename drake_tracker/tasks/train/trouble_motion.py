@@ -43,11 +43,11 @@ def motion_troubles(scenario: TrainScenario, log: Log, until: float) -> list[Tro
     places = np.array([track.nearest(*place) for place in zip(x, y, yaw)])
     lift = np.interp(times, verdict.times, verdict["lift"])
     law = (scenario.track.speed_law, scenario.track.speed, scenario.track.variation)
-    wanted = np.array([speed_at(*law, time) for time in times])
+    wanted = np.array([speed_at(*law, time, scenario.train.start_delay) for time in times])
     speed = np.cos(yaw) * vx + np.sin(yaw) * vy
 
     beside = (np.abs(places[:, 1]) > BESIDE) | (np.abs(lift) > RAISED)
-    braking = not track.closed and places[:, 0] > last_place(track) - END_ZONE
+    braking = not track.closed and places[:, 0] > last_place(track, scenario.train.scale) - END_ZONE
     follows = ~beside & (wanted > 0.0) & ~np.asarray(braking)
     found = [
         *_beside_its_track(scenario, log, times, beside, until),

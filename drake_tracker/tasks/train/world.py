@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_tracker.arm.description import Arm
 from drake_tracker.faults.fault import Fault
+from drake_tracker.tasks.train.objects import train_objects
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.world.cameras import ImageWindow
 from drake_tracker.world.image_pipeline import ImagePipeline
@@ -42,7 +43,11 @@ def make_train_world(
         track=track,
         start=start,
         body=scenario.train.body,
+        scale=scenario.train.scale,
+        colour=scenario.train.colour,
+        start_delay=scenario.train.start_delay,
         table_height=scenario.table_height,
+        table_colour=scenario.table_colour,
         speed=scenario.track.speed,
         speed_law=scenario.track.speed_law,
         variation=scenario.track.variation,
@@ -52,6 +57,7 @@ def make_train_world(
         lighting=scenario.lighting,
         windows=windows,
         pipeline=pipeline,
+        objects=train_objects(scenario, track, start),
         faults=faults,
         seed=scenario.seed,
         time_step=scenario.time_step,
