@@ -89,3 +89,16 @@ class StaticThreshold(BinaryImage):
     """A plain threshold of the image: cannot find white on white, as the paper says."""
 
     level: float = setting(200.0, "brightness above which a pixel counts as the ball", "grey levels", (0.0, 255.0))
+
+
+@dataclass(frozen=True)
+class CameraMotion:
+    """What counts as motion of the camera itself, and which images cannot be aligned."""
+
+    still: float = setting(0.15, "displacement up to which the camera counts as still", "px", (0.01, 2.0))
+    largest_std: float = setting(0.25, "largest expected error of a displacement", "px", (0.01, 2.0))
+    least_overlap: float = setting(0.4, "least share of the reference's edges within an image", "", (0.1, 1.0))
+    rebuild_overlap: float = setting(0.75, "share below which the reference should be replaced", "", (0.1, 1.0))
+    steadiness: float = setting(0.3, "displacement between images of a camera that stays displaced", "px", (0.01, 5.0))
+    steady_images: int = setting(30, "images after which the camera counts as displaced for good", "", (1, 3600))
+    largest_side: int = setting(480, "longer side above which an image is used at lower resolution", "px", (64, 4096))
