@@ -4,8 +4,8 @@ Whatever compares images of a fixed camera takes motion of the camera for motion
 compares each image with a reference image of the static scene. It says whether the camera stands still, aligns the
 image with the reference when it does not, and rejects images that cannot be aligned.
 
-Transforms are homogeneous matrices (3, 3) of pixel coordinates (u, v). A homography is exact when a pinhole camera turns
-about its centre, and approximate when the camera is moved.
+Transforms are homogeneous matrices (3, 3) of pixel coordinates (u, v). A homography is exact when a pinhole camera
+turns about its centre, and approximate when the camera is moved.
 """
 
 from dataclasses import dataclass, field, replace
@@ -23,8 +23,7 @@ from drake_tracker.vision.config import CameraMotion
 from drake_tracker.vision.light_gain import light_gain
 
 SURE, POSSIBLE = 0.75, 0.6
-"""Agreement of the edges with which a fit is accepted at once, and with which the best of several fits is accepted. In
-rendered images, fits that were right reached 0.86 and more; those that had converged to a wrong place, 0.56 and less."""
+"""Agreement of the edges with which a fit is accepted at once, and with which the best of several fits is accepted."""
 STILL_STDS = 3.0
 """A displacement within this many standard deviations of its expected error does not count as motion."""
 
@@ -161,10 +160,8 @@ class CameraMotionDetector:
         """
         for array, name in ((image, "the image"), (mask, "the mask")):
             if array is not None and _grey(array, name).shape[::-1] != reference.size:
-                width, height = reference.size
-                raise DrakeTrackerError(
-                    f"camera motion: {name} has {array.shape[1]} x {array.shape[0]} px; the reference has {width} x {height}"
-                )
+                own, size = (f"{width} x {height} px" for width, height in (array.shape[::-1], reference.size))
+                raise DrakeTrackerError(f"camera motion: {name} has {own}, the reference has {size}")
         if mask is not None:
             reference = reference.without(mask)
         small = prepare_image(image, reference.factor)

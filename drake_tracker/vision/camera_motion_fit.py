@@ -1,8 +1,8 @@
 """Robust fit of the homography between an image and a reference image of the same scene.
 
-Gauss-Newton steps on the brightness of the reference's edge pixels, with the inverse compositional algorithm (Baker and
-Matthews 2004, "Lucas-Kanade 20 years on: a unifying framework"), the weights of Tukey's biweight, and gain and offset of
-the light as further parameters. Objects that move are outliers; a change of the light is not motion.
+Gauss-Newton steps on the brightness of the reference's edge pixels, with the inverse compositional algorithm (Baker
+and Matthews 2004, "Lucas-Kanade 20 years on: a unifying framework"), the weights of Tukey's biweight, and gain and
+offset of the light as further parameters. Objects that move are outliers; a change of the light is not motion.
 """
 
 from typing import NamedTuple
@@ -17,8 +17,8 @@ TUKEY = 4.685
 LEAST_NOISE = 0.7
 """Least standard deviation of the residuals: images are rounded to whole grey levels [grey levels]."""
 PRIOR = np.array([0.05, 0.05, 1.0, 0.05, 0.05, 1.0, 0.05, 0.05, 0.5, 0.5])
-"""Prior standard deviations of the parameters: homography in coordinates from -1 to 1, gain, and offset as a fraction of
-the mean brightness. They keep a fit regular where the texture determines fewer parameters."""
+"""Prior standard deviations of the parameters: homography in coordinates from -1 to 1, gain, and offset as a fraction
+of the mean brightness. They keep a fit regular where the texture determines fewer parameters."""
 STEPS = 15
 """Largest number of steps of a fit."""
 CONVERGED = 0.01

@@ -16,7 +16,7 @@ PER_BLOCK, PER_BLOCK_CHECKED = 48, 12
 MARGIN = 3
 """Pixels at the border of the image that are not used [px]."""
 REACH = 1.5
-"""Distance from an edge pixel to the two places, one on each side, whose difference is the contrast of the edge [px]."""
+"""Distance from an edge pixel to the places on either side whose difference is the contrast of the edge [px]."""
 LEAST_GRADIENT = 1.0
 """Least gradient of an edge pixel [grey levels/px]."""
 
