@@ -16,15 +16,15 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
-from drake_tracker.vision.camera_motion_fit import Fit, check_still, fit, shift_estimate
+from drake_tracker.vision.camera_motion_fit import NEAR, WIDE, Fit, check_still, fit, nearest_shift
 from drake_tracker.vision.camera_motion_reference import CameraReference, prepare_image, prepare_reference
 from drake_tracker.vision.check_settings import check_settings
 from drake_tracker.vision.config import CameraMotion
 from drake_tracker.vision.light_gain import light_gain
 
-SURE, POSSIBLE = 0.75, 0.6
+SURE, POSSIBLE = 0.8, 0.6
 """Agreement of the edges with which a fit is accepted at once, and with which the best of several fits is accepted."""
-STILL_STDS = 3.0
+STILL_STDS = 4.0
 """A displacement within this many standard deviations of its expected error does not count as motion."""
 
 
@@ -166,12 +166,12 @@ class CameraMotionDetector:
             reference = reference.without(mask)
         small = prepare_image(image, reference.factor)
         found = self._fit(small, state, reference)
-        reason = self._reason(found, small, reference)
+        reason = self._reason(found, small, reference, state)
         if reason is not Reason.NONE:
             state = replace(state, unusable=state.unusable + 1)
             rebuild = state.unusable > self.settings.steady_images
             return _observation(Verdict.UNUSABLE, image, found, reference, reason=reason, rebuild=rebuild), state
-        if self._is_still(found):
+        if self._is_still(found) or not reference.textured:
             return _observation(Verdict.STILL, image, found, reference), CameraMotionState(origin=state.origin)
         stays = state.steady > 0 and reference.distance(found.warp, state.anchor) < self.settings.steadiness
         steady, warp = state.steady + 1 if stays else 1, read_only(found.warp)
@@ -194,29 +194,34 @@ class CameraMotionDetector:
         """Returns the best fit of an image prepared for it; what costs more is tried only when it is needed."""
         if state.steady == state.unusable == 0:
             check = check_still(image, reference)
-            if np.isinf(check.std) or (check.agreement >= SURE and self._is_still(check)):
+            sure = check.agreement >= SURE and check.std <= self.settings.largest_std
+            if not reference.textured or (sure and self._is_still(check)):
                 return check
-        best = fit(image, reference, state.warp)
+        best = fit(image, reference, nearest_shift(image, reference, state.warp, NEAR))
         if best.agreement < SURE:
-            for first in (IDENTITY, shift_estimate(image, reference)):
-                best = max(best, fit(image, reference, first), key=lambda item: item.agreement)
+            shift = nearest_shift(image, reference, IDENTITY, WIDE)
+            again = fit(image, reference, nearest_shift(image, reference, shift, NEAR))
+            best = max(best, again, key=lambda found: found.agreement)
         return best
 
     def _is_still(self, found: Fit) -> bool:
-        return bool(np.isinf(found.std)) or found.displacement < max(self.settings.still, STILL_STDS * found.std)
+        noise = STILL_STDS * found.std
+        return bool(np.isfinite(noise)) and found.displacement < max(self.settings.still, noise)
 
-    def _reason(self, found: Fit, image: np.ndarray, reference: CameraReference) -> Reason:
+    def _reason(self, found: Fit, image: np.ndarray, reference: CameraReference, state: CameraMotionState) -> Reason:
         """Returns why an image is unusable."""
-        if np.isinf(found.std):
-            same_light = light_gain(reference.level, max(1.0, cv2.mean(image)[0])) is not None
-            return Reason.NONE if same_light else Reason.LIGHT
+        if not reference.textured:
+            if light_gain(reference.level, cv2.mean(image)[0]) is None:
+                return Reason.LIGHT
+            return Reason.PRECISION if state.steady else Reason.NONE
         if found.overlap < self.settings.least_overlap:
             return Reason.OVERLAP
         if light_gain(1.0, found.gain) is None:
             return Reason.LIGHT
         if found.agreement < POSSIBLE:
             return Reason.MISMATCH
-        return Reason.PRECISION if found.std > self.settings.largest_std else Reason.NONE
+        precise = found.std <= self.settings.largest_std or self._is_still(found)
+        return Reason.NONE if precise else Reason.PRECISION
 
 
 def _observation(

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from drake_tracker.vision.camera_motion_reference import CameraReference, EdgePixels, sample
+from drake_tracker.vision.camera_motion_reference import LEAST_POINTS, CameraReference, EdgePixels
 
 TUKEY = 4.685
 """Residual from which a pixel has no weight, in standard deviations."""
@@ -19,12 +19,32 @@ LEAST_NOISE = 0.7
 PRIOR = np.array([0.05, 0.05, 1.0, 0.05, 0.05, 1.0, 0.05, 0.05, 0.5, 0.5])
 """Prior standard deviations of the parameters: homography in coordinates from -1 to 1, gain, and offset as a fraction
 of the mean brightness. They keep a fit regular where the texture determines fewer parameters."""
-STEPS = 15
+PRIOR_INFORMATION = np.diag(PRIOR**-2.0)
+NO_SHAPE = np.zeros(8)
+INLIER = 0.64
+"""Share of the largest residual with a weight up to which a pixel is an inlier: three standard deviations."""
+STEPS = 20
 """Largest number of steps of a fit."""
-CONVERGED = 0.01
-"""Step [px] at which a fit has converged."""
-LEAST_POINTS = 60
-"""Least number of edge pixels for a fit."""
+CONVERGED, SETTLED = 0.01, 0.05
+"""Step [px] at which a fit ends, and the largest last step of a fit that counts."""
+
+
+class Search(NamedTuple):
+    """Translations that `nearest_shift` tries.
+
+    Attributes:
+        radius: the largest in u and in v [px].
+        step: difference between neighbours [px].
+        points: number of edges.
+    """
+
+    radius: int
+    step: int
+    points: int
+
+
+NEAR, WIDE = Search(4, 1, 800), Search(48, 2, 150)
+"""The search around the previous displacement, and the one after the camera was lost."""
 
 
 class Fit(NamedTuple):
@@ -33,7 +53,8 @@ class Fit(NamedTuple):
     Attributes:
         warp: (3, 3) matrix from pixels of the reference to pixels of the image.
         displacement: root mean square displacement of the edge pixels [px].
-        std: expected error of the displacement [px]; infinite when there are too few edge pixels.
+        std: expected error of the displacement [px]; infinite when there are too few edge pixels, or when the steps did
+            not converge.
         residual: standard deviation of the brightness around the fit, without outliers [grey levels].
         inliers: share of the edge pixels whose brightness the fit explains.
         agreement: median over the edges of their contrast in the image over that in the reference. It is 1 when the
@@ -59,6 +80,9 @@ class _Step(NamedTuple):
     inliers: float
 
 
+NO_STEP = _Step(np.zeros(10), np.eye(10), 0.0, 0.0)
+
+
 def check_still(image: np.ndarray, reference: CameraReference) -> Fit:
     """Returns the fit of one step from no displacement, on few pixels; exact only for displacements below 0.5 px.
 
@@ -67,22 +91,21 @@ def check_still(image: np.ndarray, reference: CameraReference) -> Fit:
         reference: of the same size.
     """
     edges = reference.checked
-    if len(edges.points) < LEAST_POINTS:
+    if not reference.textured:
         return _no_fit()
-    values = sample(image, edges.points)
+    values, dark, bright = image.ravel().take(edges.flat).astype(np.float32).T
     residuals = values - edges.levels
-    offset = np.median(residuals)
+    offset = _median(residuals)
     light = np.array([0.0, offset / reference.level])
-    step = _step(edges, residuals - offset, np.append(np.zeros(8), light))
+    step = _step(edges, residuals - offset, light)
     light += step.change[8:]
-    contrasts = sample(image, edges.bright) - sample(image, edges.dark)
     return Fit(
         np.eye(3),
         _size(step.change[:8], reference),
         _std(step.covariance, reference),
         step.residual,
         step.inliers,
-        _agreement(contrasts, edges.contrasts, light),
+        _agreement(bright - dark, edges.contrasts, light),
         1.0,
         1.0 + float(light.sum()),
     )
@@ -97,70 +120,104 @@ def fit(image: np.ndarray, reference: CameraReference, warp: np.ndarray) -> Fit:
         warp: (3, 3) first estimate of the matrix from pixels of the reference to those of the image.
     """
     edges, to_unit = reference.edges, reference.to_unit
-    if len(edges.points) < LEAST_POINTS:
+    if not reference.textured:
         return _no_fit()
     from_unit = np.linalg.inv(to_unit)
     unit = to_unit @ warp @ from_unit
     unit /= unit[2, 2]
-    light, step, seen = np.zeros(2), None, np.zeros(0)
+    light, step, moved, overlap, part = np.zeros(2), NO_STEP, np.inf, 1.0, edges
     for number in range(STEPS):
         places = _moved(edges.points, from_unit @ unit @ to_unit)
         seen = _seen(places, image.shape)
+        overlap = float(seen.mean())
         if seen.sum() < LEAST_POINTS:
-            return _no_fit()
+            return _no_fit(overlap)
         part = edges if seen.all() else edges.where(seen)
         values = _interpolated(image, places[seen])
         residuals = values - part.columns[:, 8:] @ light.astype(np.float32) - part.levels
         if number == 0:
-            offset = float(np.median(residuals))
+            offset = _median(residuals)
             light[1] += offset / reference.level
             residuals = residuals - offset
-        parameters = np.append((unit - np.eye(3)).ravel()[:8], light)
-        step = _step(part, residuals, parameters)
-        change = np.append(step.change[:8], 0.0).reshape(3, 3)
-        unit = unit @ np.linalg.inv(np.eye(3) + change)
+        step = _step(part, residuals, light, (unit - np.eye(3)).ravel()[:8])
+        unit = unit @ np.linalg.inv(np.eye(3) + np.append(step.change[:8], 0.0).reshape(3, 3))
         unit /= unit[2, 2]
         light = light + step.change[8:]
-        if _size(step.change[:8], reference) < CONVERGED:
+        moved = _size(step.change[:8], reference)
+        if moved < CONVERGED:
             break
     warp = from_unit @ unit @ to_unit
     ends = [_interpolated(image, _moved(side, warp)) for side in (part.bright, part.dark)]
     return Fit(
         warp,
         float(np.sqrt(np.mean(np.sum((_moved(edges.points, warp) - edges.points) ** 2, axis=1)))),
-        _std(step.covariance, reference),
+        _std(step.covariance, reference) if moved < SETTLED else np.inf,
         step.residual,
         step.inliers,
         _agreement(ends[0] - ends[1], part.contrasts, light),
-        float(_seen(places, image.shape).mean()),
+        overlap,
         1.0 + float(light.sum()),
     )
 
 
-def shift_estimate(image: np.ndarray, reference: CameraReference) -> np.ndarray:
-    """Returns a first estimate of a large displacement, a translation (3, 3), by phase correlation.
+def nearest_shift(image: np.ndarray, reference: CameraReference, warp: np.ndarray, search: Search) -> np.ndarray:
+    """Returns a warp (3, 3) and the translation, of those searched, at which most edges have their contrast.
+
+    Every translation is tried, which finds the right one among periodic edges, and when the image of an object that
+    moves covers much of the reference.
 
     Args:
         image: prepared by `prepare_image`.
         reference: of the same size.
+        warp: (3, 3) first estimate of the matrix from pixels of the reference to those of the image.
+        search: which translations.
     """
-    pair = [np.float32(item) - np.float32(np.mean(item)) for item in (reference.small, image)]
-    (du, dv), _ = cv2.phaseCorrelate(*pair, cv2.createHanningWindow(image.shape[::-1], cv2.CV_32F))
-    return np.array([[1.0, 0.0, du], [0.0, 1.0, dv], [0.0, 0.0, 1.0]])
+    edges, radius = reference.checked, search.radius
+    edges = edges.where(np.arange(len(edges.points)) % max(1, len(edges.points) // search.points) == 0)
+    padded = cv2.copyMakeBorder(image, *(4 * (radius,)), cv2.BORDER_REPLICATE).astype(np.int16)
+    width = padded.shape[1]
+    offsets = np.arange(0, 2 * radius + 1, search.step)
+    shifts = (width * offsets[:, np.newaxis] + offsets).reshape(-1, 1)
+    flat = padded.ravel()
+    highest = np.array(image.shape[::-1]) - 1
+    bright, dark = (
+        flat[np.clip(np.rint(_moved(side, warp)).astype(np.intp), 0, highest) @ [1, width] + shifts]
+        for side in (edges.bright, edges.dark)
+    )
+    contrasts = edges.contrasts.astype(np.int16)
+    misses = np.minimum(np.abs(bright - dark - contrasts), contrasts).sum(axis=1, dtype=np.int64)
+    dv, du = np.divmod(int(misses.argmin()), len(offsets))
+    shift = np.eye(3)
+    shift[:2, 2] = offsets[du] - radius, offsets[dv] - radius
+    return shift @ warp
 
 
-def _step(edges: EdgePixels, residuals: np.ndarray, parameters: np.ndarray) -> _Step:
-    noise = max(LEAST_NOISE, 1.4826 * float(np.median(np.abs(residuals))))
-    ratio = np.minimum(np.abs(residuals) * (1.0 / (TUKEY * noise)), 1.0)
+def _step(edges: EdgePixels, residuals: np.ndarray, light: np.ndarray, shape: np.ndarray = NO_SHAPE) -> _Step:
+    """Returns a Gauss-Newton step.
+
+    Args:
+        edges: edge pixels.
+        residuals: (n,) brightness of the image minus that of the reference in the present light [grey levels].
+        light: (2,) present gain and offset.
+        shape: (8,) present parameters of the homography.
+    """
+    noise = max(LEAST_NOISE, 1.4826 * _median(np.abs(residuals)))
+    ratio = np.minimum(np.abs(residuals) * np.float32(1.0 / (TUKEY * noise)), np.float32(1.0))
     weights = (1.0 - ratio * ratio) ** 2
-    weighted = edges.columns * weights[:, np.newaxis]
-    information = (edges.columns.T @ weighted).astype(float) / noise**2 + np.diag(PRIOR**-2.0)
-    # The parameters after the step are about (parameters - change) for the homography, (parameters + change) for the
-    # light; the prior draws them to zero.
-    pull = np.append(parameters[:8], -parameters[8:]) / PRIOR**2
-    covariance = np.linalg.inv(information)
-    change = covariance @ ((residuals @ weighted).astype(float) / noise**2 + pull)
-    return _Step(change, covariance, noise, float(np.mean(ratio < 0.64)))
+    weighted = edges.columns * (weights * np.float32(noise**-2))[:, np.newaxis]
+    covariance = np.linalg.inv((edges.columns.T @ weighted).astype(float) + PRIOR_INFORMATION)
+    # After the step, the parameters of the homography are about (shape - change), and those of the light
+    # (light + change). The prior draws both to zero.
+    slope = (residuals @ weighted).astype(float)
+    slope[:8] += PRIOR[:8] ** -2.0 * shape
+    slope[8:] -= PRIOR[8:] ** -2.0 * light
+    return _Step(covariance @ slope, covariance, noise, float(np.count_nonzero(ratio < INLIER)) / len(ratio))
+
+
+def _median(values: np.ndarray) -> float:
+    """Returns the upper median: half the time of `numpy.median`."""
+    middle = len(values) // 2
+    return float(np.partition(values, middle)[middle])
 
 
 def _size(change: np.ndarray, reference: CameraReference) -> float:
@@ -172,7 +229,7 @@ def _std(covariance: np.ndarray, reference: CameraReference) -> float:
 
 
 def _agreement(contrasts: np.ndarray, reference: np.ndarray, light: np.ndarray) -> float:
-    return float(np.median(contrasts / reference)) / max(0.1, 1.0 + float(light[0]))
+    return _median(contrasts / reference) / max(0.1, 1.0 + float(light[0]))
 
 
 def _moved(points: np.ndarray, warp: np.ndarray) -> np.ndarray:
@@ -190,5 +247,5 @@ def _interpolated(image: np.ndarray, places: np.ndarray) -> np.ndarray:
     )
 
 
-def _no_fit() -> Fit:
-    return Fit(np.eye(3), 0.0, np.inf, 0.0, 0.0, 0.0, 1.0, 1.0)
+def _no_fit(overlap: float = 1.0) -> Fit:
+    return Fit(np.eye(3), 0.0, np.inf, 0.0, 0.0, 0.0, overlap, 1.0)

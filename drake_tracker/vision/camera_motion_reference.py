@@ -11,12 +11,14 @@ from drake_tracker.core.frozen_state import FrozenState, read_only
 BLOCKS = 12
 """Number of squares along the longer side of the image. Edge pixels are selected in each square, so that all parts of
 the image take part."""
-PER_BLOCK, PER_BLOCK_CHECKED = 48, 12
+PER_BLOCK, PER_BLOCK_CHECKED = 36, 12
 """Largest number of edge pixels in a square that a fit uses, and that the check for a still camera uses."""
 MARGIN = 3
 """Pixels at the border of the image that are not used [px]."""
 REACH = 1.5
 """Distance from an edge pixel to the places on either side whose difference is the contrast of the edge [px]."""
+LEAST_POINTS = 60
+"""Least number of edge pixels for a fit."""
 LEAST_GRADIENT = 1.0
 """Least gradient of an edge pixel [grey levels/px]."""
 
@@ -32,6 +34,7 @@ class EdgePixels(NamedTuple):
         dark: (n, 2) places on the dark side of the edges, float32 [px].
         bright: (n, 2) places on their bright side, float32 [px].
         contrasts: (n,) differences of the brightness of the two, positive [grey levels].
+        flat: (n, 3) indices of the three places in the flattened image.
     """
 
     points: np.ndarray
@@ -40,6 +43,7 @@ class EdgePixels(NamedTuple):
     dark: np.ndarray
     bright: np.ndarray
     contrasts: np.ndarray
+    flat: np.ndarray
 
     def first(self, count: int) -> "EdgePixels":
         """Returns the first ``count`` of them."""
@@ -73,6 +77,11 @@ class CameraReference(FrozenState):
     metric: np.ndarray
     level: float
     small: np.ndarray
+
+    @property
+    def textured(self) -> bool:
+        """Whether there are enough edge pixels for a fit."""
+        return len(self.checked.points) >= LEAST_POINTS
 
     def without(self, mask: np.ndarray) -> "CameraReference":
         """Returns the reference without the edge pixels at which a mask, uint8 (h, w) of the full image, is not 0."""
@@ -122,28 +131,23 @@ def prepare_reference(image: np.ndarray, largest_side: int) -> CameraReference:
     points = np.column_stack([u, v]).astype(np.float32)
     steps = np.rint(REACH * np.column_stack([gu, gv]) / np.maximum(np.hypot(gu, gv), 1e-6)[:, np.newaxis])
     dark, bright = points - steps.astype(np.float32), points + steps.astype(np.float32)
-    contrasts = sample(smooth, bright) - sample(smooth, dark)
+    flat = np.column_stack([places.astype(np.intp) @ [1, w] for places in (points, dark, bright)])
+    levels, dark_levels, bright_levels = smooth.ravel()[flat].T
+    contrasts = bright_levels - dark_levels
     keep = contrasts >= LEAST_GRADIENT
     s = 0.5 * max(h, w)
     to_unit = np.array([[1.0 / s, 0.0, -0.5 * (w - 1) / s], [0.0, 1.0 / s, -0.5 * (h - 1) / s], [0.0, 0.0, 1.0]])
     x, y = (points[:, 0] - 0.5 * (w - 1)) / s, (points[:, 1] - 0.5 * (h - 1)) / s
     along_u, along_v = _displacements(x, y)
-    levels = smooth[v, u]
     level = float(levels.mean()) if len(levels) else float(smooth.mean())
     J = s * (gu[:, np.newaxis] * along_u + gv[:, np.newaxis] * along_v)
     columns = np.column_stack([J, levels, np.full(len(levels), level)]).astype(np.float32)
-    arrays = [array[keep] for array in (points, levels, columns, dark, bright, contrasts)]
+    arrays = [array[keep] for array in (points, levels, columns, dark, bright, contrasts, flat)]
     edges = EdgePixels(*map(read_only, arrays))
     metric = (along_u[keep].T @ along_u[keep] + along_v[keep].T @ along_v[keep]) * s**2 / max(1, keep.sum())
     blocks = -(-len(select) // PER_BLOCK)
     checked = edges.first(int(keep[: blocks * PER_BLOCK_CHECKED].sum()))
     return CameraReference((width, height), factor, edges, checked, read_only(to_unit), read_only(metric), level, small)
-
-
-def sample(image: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Returns the brightness (n,) of an image at whole pixels (n, 2)."""
-    u, v = points.astype(np.intp).T
-    return image[v, u].astype(np.float32)
 
 
 def _select(gradient: np.ndarray) -> np.ndarray:

@@ -96,7 +96,7 @@ class CameraMotion:
     """What counts as motion of the camera itself, and which images cannot be aligned."""
 
     still: float = setting(0.15, "displacement up to which the camera counts as still", "px", (0.01, 2.0))
-    largest_std: float = setting(0.25, "largest expected error of a displacement", "px", (0.01, 2.0))
+    largest_std: float = setting(0.2, "largest expected error of a displacement", "px", (0.01, 2.0))
     least_overlap: float = setting(0.4, "least share of the reference's edges within an image", "", (0.1, 1.0))
     rebuild_overlap: float = setting(0.75, "share below which the reference should be replaced", "", (0.1, 1.0))
     steadiness: float = setting(0.3, "displacement between images of a camera that stays displaced", "px", (0.01, 5.0))
