@@ -25,6 +25,8 @@ INLIER = 0.64
 """Share of the largest residual with a weight up to which a pixel is an inlier: three standard deviations."""
 STEPS = 20
 """Largest number of steps of a fit."""
+LEAST_GAIN, LEAST_AGREEMENT = 0.1, 0.2
+"""Bounds that keep quotients finite in images that have lost their contrast."""
 CONVERGED, SETTLED = 0.01, 0.05
 """Step [px] at which a fit ends, and the largest last step of a fit that counts."""
 
@@ -43,7 +45,7 @@ class Search(NamedTuple):
     points: int
 
 
-NEAR, WIDE = Search(4, 1, 800), Search(48, 2, 150)
+NEAR, WIDE = Search(6, 1, 500), Search(48, 2, 150)
 """The search around the previous displacement, and the one after the camera was lost."""
 
 
@@ -59,6 +61,9 @@ class Fit(NamedTuple):
         inliers: share of the edge pixels whose brightness the fit explains.
         agreement: median over the edges of their contrast in the image over that in the reference. It is 1 when the
             edges are at their places and sharp, and 0 when the images have nothing in common.
+        scatter: standard deviation of the contrasts around the agreement, as a share of the median contrast. Noise of
+            the images adds to it; it exceeds 1 for images that have nothing in common, however well they seem to agree.
+            The check leaves it at 0.
         overlap: share of the edge pixels that lie within the image.
         gain: brightness of the image over that of the reference.
     """
@@ -69,6 +74,7 @@ class Fit(NamedTuple):
     residual: float
     inliers: float
     agreement: float
+    scatter: float
     overlap: float
     gain: float
 
@@ -106,6 +112,7 @@ def check_still(image: np.ndarray, reference: CameraReference) -> Fit:
         step.residual,
         step.inliers,
         _agreement(bright - dark, edges.contrasts, light),
+        0.0,
         1.0,
         1.0 + float(light.sum()),
     )
@@ -147,14 +154,18 @@ def fit(image: np.ndarray, reference: CameraReference, warp: np.ndarray) -> Fit:
         if moved < CONVERGED:
             break
     warp = from_unit @ unit @ to_unit
-    ends = [_interpolated(image, _moved(side, warp)) for side in (part.bright, part.dark)]
+    bright, dark = (_interpolated(image, _moved(side, warp)) for side in (part.bright, part.dark))
+    agreement = _agreement(bright - dark, part.contrasts, light)
+    expected = max(LEAST_AGREEMENT, agreement) * max(LEAST_GAIN, 1.0 + float(light[0])) * part.contrasts
+    scatter = 1.4826 * _median(np.abs(bright - dark - expected)) / _median(expected)
     return Fit(
         warp,
         float(np.sqrt(np.mean(np.sum((_moved(edges.points, warp) - edges.points) ** 2, axis=1)))),
         _std(step.covariance, reference) if moved < SETTLED else np.inf,
         step.residual,
         step.inliers,
-        _agreement(ends[0] - ends[1], part.contrasts, light),
+        agreement,
+        scatter,
         overlap,
         1.0 + float(light.sum()),
     )
@@ -229,7 +240,7 @@ def _std(covariance: np.ndarray, reference: CameraReference) -> float:
 
 
 def _agreement(contrasts: np.ndarray, reference: np.ndarray, light: np.ndarray) -> float:
-    return _median(contrasts / reference) / max(0.1, 1.0 + float(light[0]))
+    return _median(contrasts / reference) / max(LEAST_GAIN, 1.0 + float(light[0]))
 
 
 def _moved(points: np.ndarray, warp: np.ndarray) -> np.ndarray:
@@ -248,4 +259,4 @@ def _interpolated(image: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def _no_fit(overlap: float = 1.0) -> Fit:
-    return Fit(np.eye(3), 0.0, np.inf, 0.0, 0.0, 0.0, overlap, 1.0)
+    return Fit(np.eye(3), 0.0, np.inf, 0.0, 0.0, 0.0, np.inf, overlap, 1.0)

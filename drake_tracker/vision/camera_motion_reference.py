@@ -99,9 +99,9 @@ class CameraReference(FrozenState):
         return full / full[2, 2]
 
     def distance(self, warp0: np.ndarray, warp1: np.ndarray) -> float:
-        """Returns the root mean square distance of the edge pixels after two warps (3, 3) [px of the full image]."""
+        """Returns the root mean square distance of the edge pixels after two warps (3, 3) [px]."""
         first, second = (cv2.perspectiveTransform(self.checked.points[np.newaxis], warp) for warp in (warp0, warp1))
-        return self.factor * float(np.sqrt(np.mean(np.sum((first - second) ** 2, axis=2))))
+        return float(np.sqrt(np.mean(np.sum((first - second) ** 2, axis=2))))
 
 
 def prepare_image(image: np.ndarray, factor: int) -> np.ndarray:
