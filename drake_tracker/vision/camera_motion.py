@@ -201,9 +201,8 @@ class CameraMotionDetector:
 
     def _fit(self, image: np.ndarray, state: CameraMotionState, reference: CameraReference) -> Fit:
         """Returns the best fit of an image prepared for it; what costs more is tried only when it is needed."""
-        if state.steady == state.unusable == 0:
-            check = check_still(image, reference)
-            still = self.settings.still
+        if not reference.textured or state.steady == state.unusable == 0:
+            check, still = check_still(image, reference), self.settings.still
             sure = check.agreement >= SURE and check.std < still and check.displacement < still
             if sure or not reference.textured:
                 return check

@@ -20,7 +20,9 @@ PRIOR = np.array([0.05, 0.05, 1.0, 0.05, 0.05, 1.0, 0.05, 0.05, 0.5, 0.5])
 """Prior standard deviations of the parameters: homography in coordinates from -1 to 1, gain, and offset as a fraction
 of the mean brightness. They keep a fit regular where the texture determines fewer parameters."""
 PRIOR_INFORMATION = np.diag(PRIOR**-2.0)
+"""Inverse covariance of the parameters before an image is seen."""
 NO_SHAPE = np.zeros(8)
+"""The eight parameters of the identity."""
 INLIER = 0.64
 """Share of the largest residual with a weight up to which a pixel is an inlier: three standard deviations."""
 STEPS = 20
@@ -87,6 +89,7 @@ class _Step(NamedTuple):
 
 
 NO_STEP = _Step(np.zeros(10), np.eye(10), 0.0, 0.0)
+"""What a fit starts from."""
 
 
 def check_still(image: np.ndarray, reference: CameraReference) -> Fit:

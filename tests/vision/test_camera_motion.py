@@ -210,6 +210,13 @@ class TestNoTexture:
         assert camera.see(np.full((HEIGHT, WIDTH), 150, np.uint8)).reason is Reason.LIGHT
 
 
+def test_a_displaced_camera_whose_view_is_masked_is_not_called_still():
+    rng, camera, everything = np.random.default_rng(21), Camera(), np.full((HEIGHT, WIDTH), 255, np.uint8)
+    shots = [shoot(rng, (3.0, 0.0))[0] for _ in range(4)]
+    verdicts = [camera.see(image, mask).verdict for image, mask in zip(shots, [None, everything, everything, None])]
+    assert verdicts == [Verdict.COMPENSATED, Verdict.UNUSABLE, Verdict.UNUSABLE, Verdict.COMPENSATED]
+
+
 def test_large_images_are_compared_at_lower_resolution_and_aligned_at_their_own():
     rng, factor = np.random.default_rng(17), 4
     large = cv2.resize(TABLE, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
