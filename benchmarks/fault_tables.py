@@ -64,6 +64,18 @@ FAULTS = {
         ("calibration", "image_disturbed", "camera"),
         BOTH,
     ),
+    "shake": Injected(
+        "both cameras shake by 1 px",
+        "!CameraShake {std: 1.0, at: 6}",
+        ("image_disturbed", "camera", "calibration"),
+        BOTH,
+    ),
+    "pan": Injected(
+        "right camera turned by 0.5 px per image for 0.5 s",
+        "!CameraPan {camera: right, rate: 0.5, at: 6, for: 0.5}",
+        ("calibration", "image_disturbed", "camera"),
+        BOTH,
+    ),
     "calibration": Injected(
         "right camera's calibration wrong by 1.5 deg and 20 mm",
         "!CalibrationWrong {camera: right, angle_deg: 1.5, distance: -0.02}",

@@ -41,9 +41,16 @@ be compared with the background; and `REGION_SLOTS` regions of `REGION_FIELDS`, 
 
 TRACK_SLOTS = 8
 """Tracks that a message holds."""
-TRACK_FIELDS = (
-    ("number", "state", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz")
-    + ("vx", "vy", "vz", "gap", "seen", "size", "red", "green", "blue")
+TRACK_FIELDS = ("number", "state", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz") + (
+    "vx",
+    "vy",
+    "vz",
+    "gap",
+    "seen",
+    "size",
+    "red",
+    "green",
+    "blue",
 )
 """Fields of a track: identity (0: empty slot); `vision.object_track.TrackState`; position in W [m], measured where the
 object is seen and predicted otherwise; covariance of the position [m^2]; velocity [m/s]; gap between the rays [m]; stamp at

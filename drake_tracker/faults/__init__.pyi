@@ -7,10 +7,14 @@ from .arm_faults_system import add_gripper_faults as add_gripper_faults
 from .arm_faults_system import add_joint_faults as add_joint_faults
 from .camera_faults import CalibrationWrongFault as CalibrationWrongFault
 from .camera_faults import CameraKnockedFault as CameraKnockedFault
+from .camera_faults import CameraPanFault as CameraPanFault
+from .camera_faults import CameraShakeFault as CameraShakeFault
 from .cast_shadow import CastShadowFault as CastShadowFault
 from .config import CalibrationWrong as CalibrationWrong
 from .config import CameraDark as CameraDark
 from .config import CameraKnocked as CameraKnocked
+from .config import CameraPan as CameraPan
+from .config import CameraShake as CameraShake
 from .config import CastShadow as CastShadow
 from .config import FaultConfig as FaultConfig
 from .config import Flicker as Flicker

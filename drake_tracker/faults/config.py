@@ -68,6 +68,26 @@ class CameraKnocked(ImageFaultConfig):
 
 
 @dataclass(frozen=True)
+class CameraShake(ImageFaultConfig):
+    """A camera trembles about its direction, as on a loose mount, while its calibration stays."""
+
+    std: float = setting(1.0, "standard deviation of the displacement in u and in v", "px", (0.0, 20.0))
+    correlation_time: float = setting(
+        0.0, "time in which a displacement turns into another, independent one; 0: new in every image", "s", (0.0, 10.0)
+    )
+
+
+@dataclass(frozen=True)
+class CameraPan(ImageFaultConfig):
+    """A camera turns at a constant rate, and stays where it looks when the fault ends. Its calibration stays."""
+
+    rate: float = setting(0.5, "displacement from image to image", "px", (0.0, 20.0))
+    direction_deg: float = setting(
+        0.0, "direction in the image in which it turns: 0 right, 90 down", "deg", (-360.0, 360.0)
+    )
+
+
+@dataclass(frozen=True)
 class CastShadow(FaultConfig):
     """A soft band of shadow moves over the table again and again."""
 

@@ -17,6 +17,8 @@ FAULTS: "Kinds[Fault]" = Kinds(
         config.Flicker: "drake_tracker.faults.image_faults:FlickerFault",
         config.ImageNoise: "drake_tracker.faults.image_faults:ImageNoiseFault",
         config.CameraKnocked: "drake_tracker.faults.camera_faults:CameraKnockedFault",
+        config.CameraShake: "drake_tracker.faults.camera_faults:CameraShakeFault",
+        config.CameraPan: "drake_tracker.faults.camera_faults:CameraPanFault",
         config.CalibrationWrong: "drake_tracker.faults.camera_faults:CalibrationWrongFault",
         config.CastShadow: "drake_tracker.faults.cast_shadow:CastShadowFault",
         config.PassingOccluder: "drake_tracker.faults.scene_faults:PassingOccluderFault",

@@ -6,8 +6,13 @@ from .calibration import locate_camera as locate_camera
 from .calibration_file import load_calibration as load_calibration
 from .calibration_file import save_calibration as save_calibration
 from .camera_model import CameraModel as CameraModel
+from .camera_motion import CameraMotionDetector as CameraMotionDetector
+from .camera_motion import CameraMotionState as CameraMotionState
+from .camera_motion import CameraObservation as CameraObservation
+from .camera_motion import Verdict as Verdict
 from .chessboard import Chessboard as Chessboard
 from .config import BackgroundDifference as BackgroundDifference
+from .config import CameraMotion as CameraMotion
 from .config import FrameDifference as FrameDifference
 from .config import NormalFlow as NormalFlow
 from .config import StaticThreshold as StaticThreshold

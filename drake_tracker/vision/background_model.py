@@ -108,9 +108,7 @@ class BackgroundModel:
         mean = read_only(image.astype(np.float32))
         return Background(mean, image, blank, blank, image, blank, blank, blank, 1.0, 1)
 
-    def update(
-        self, state: Background, image: np.ndarray, hidden: np.ndarray | None = None
-    ) -> tuple[Background, bool]:
+    def update(self, state: Background, image: np.ndarray, hidden: np.ndarray | None = None) -> tuple[Background, bool]:
         """Returns the state after an image, and whether the image could be compared with the background.
 
         Args:
@@ -130,7 +128,9 @@ class BackgroundModel:
             first = NOISE_OF_MEDIAN * float(np.median(difference[::LEVEL_ROWS]))
             state = replace(state, noise=first)
         if learning:
-            motion_threshold = max(MOTION_SHARE * settings.threshold, MOTION_NOISE * settings.noise_factor * state.noise)
+            motion_threshold = max(
+                MOTION_SHARE * settings.threshold, MOTION_NOISE * settings.noise_factor * state.noise
+            )
             state = self._find_motion(state, image, motion_threshold)
         threshold = max(settings.threshold, settings.noise_factor * state.noise)
         mask = cv2.threshold(difference, threshold, 255, cv2.THRESH_BINARY)[1]

@@ -100,9 +100,13 @@ class Silhouettes:
         5.0, "raises the threshold to this many standard deviations of the noise", "", (0.0, 50.0)
     )
     stride: int = setting(3, "cycles between the images whose difference shows motion", "cycles", (1, 8))
-    join_distance: int = setting(25, "gap between moving edges that is bridged until the background is known", "px", (1, 255))
+    join_distance: int = setting(
+        25, "gap between moving edges that is bridged until the background is known", "px", (1, 255)
+    )
     learning_rate: float = setting(0.02, "share of each image in the background", "", (0.0, 1.0))
-    shadow_darkest: float = setting(0.25, "least brightness of a shadow, as a share of the background's", "", (0.0, 1.0))
+    shadow_darkest: float = setting(
+        0.25, "least brightness of a shadow, as a share of the background's", "", (0.0, 1.0)
+    )
     shadow_lightest: float = setting(0.97, "largest brightness of a shadow, as such a share", "", (0.0, 1.0))
     shadow_spread: float = setting(0.22, "largest change of colour in a shadow, 0: no test for shadows", "", (0.0, 2.0))
     body_share: float = setting(
@@ -161,3 +165,15 @@ class Several:
     coast_time: float = setting(2.0, "time after which a track that is not seen is deleted", "s", (0.05, 60.0))
     largest_std: float = setting(0.03, "largest standard deviation of a point that is used", "m", (0.001, 1.0))
     mask_arm: bool = setting(True, "ignore the pixels where the robot's own arm is, as its joint angles tell")
+
+
+class CameraMotion:
+    """What counts as motion of the camera itself, and which images cannot be aligned."""
+
+    still: float = setting(0.15, "displacement up to which the camera counts as still", "px", (0.01, 2.0))
+    largest_std: float = setting(0.2, "largest expected error of a displacement", "px", (0.01, 2.0))
+    least_overlap: float = setting(0.4, "least share of the reference's edges within an image", "", (0.1, 1.0))
+    rebuild_overlap: float = setting(0.75, "share below which the reference should be replaced", "", (0.1, 1.0))
+    steadiness: float = setting(0.3, "displacement between images of a camera that stays displaced", "px", (0.01, 5.0))
+    steady_images: int = setting(30, "images after which the camera counts as displaced for good", "", (1, 3600))
+    largest_side: int = setting(480, "longer side above which an image is used at lower resolution", "px", (64, 4096))

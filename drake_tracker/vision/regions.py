@@ -286,7 +286,9 @@ def _divide_in_two(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: n
             parts.append(empty)
             continue
         middle = float(np.mean(w[outer]))
-        parts.append(Part(_drawn(whole.shape, rows[mine], columns[mine]), centre * along + middle * across, shared=True))
+        parts.append(
+            Part(_drawn(whole.shape, rows[mine], columns[mine]), centre * along + middle * across, shared=True)
+        )
     return parts
 
 

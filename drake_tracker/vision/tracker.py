@@ -124,11 +124,12 @@ class Tracker:
         stamp = 0.5 * (foregrounds[0].stamp + foregrounds[1].stamp)
         tracks = [self._predict(track, stamp, expected.get(track.number)) for track in state.tracks]
         if not all(each.usable for each in foregrounds):
-            return replace(state, stamp=stamp, tracks=self._cleaned(tracks, foregrounds), regions=((), ()), usable=False)
+            return replace(
+                state, stamp=stamp, tracks=self._cleaned(tracks, foregrounds), regions=((), ()), usable=False
+            )
         windows = [self._windows(tracks, side) for side in range(2)]
         found = [
-            find_regions(foreground, views, self.settings.min_pixels)
-            for foreground, views in zip(foregrounds, windows)
+            find_regions(foreground, views, self.settings.min_pixels) for foreground, views in zip(foregrounds, windows)
         ]
         places = [self._assign(tracks, views, regions) for views, regions in zip(windows, found)]
         tracks = [
@@ -208,10 +209,16 @@ class Tracker:
             edges = J @ track.shape.edges
             pixels = track.shape.fill * outline_area(edges)
             depth = float(np.linalg.norm(track.position - camera.X_WC[:3, 3]))
-            windows.append(ObjectWindow(track.number or UNCONFIRMED, float(u), float(v), std, edges, pixels, depth, track.shape.settled))
+            windows.append(
+                ObjectWindow(
+                    track.number or UNCONFIRMED, float(u), float(v), std, edges, pixels, depth, track.shape.settled
+                )
+            )
         return windows
 
-    def _assign(self, tracks: Sequence[ObjectTrack], windows: Sequence[ObjectWindow], regions: Sequence[Region]) -> list[int]:
+    def _assign(
+        self, tracks: Sequence[ObjectTrack], windows: Sequence[ObjectWindow], regions: Sequence[Region]
+    ) -> list[int]:
         """Returns the region of each track in one image, -1 without one: the assignment of the least total distance."""
         places = [-1] * len(windows)
         if not windows or not regions:
@@ -238,9 +245,15 @@ class Tracker:
         """Returns a track after its regions, or without a measurement if it has none that agree."""
         regions = [found[side][place] if place >= 0 else None for side, place in enumerate(places)]
         measurement = self._measured(track, regions)
-        if measurement is not None and self._contains(measurement.p_WQ) and track.distance_squared(measurement) <= 2 * GATE:
+        if (
+            measurement is not None
+            and self._contains(measurement.p_WQ)
+            and track.distance_squared(measurement) <= 2 * GATE
+        ):
             track = self._learn_look(replace(track.updated(measurement), places=places), regions)
-            moving = track.speed > STANDING_SPEED or any(region.moving > 0.02 for region in regions if region is not None)
+            moving = track.speed > STANDING_SPEED or any(
+                region.moving > 0.02 for region in regions if region is not None
+            )
             return replace(track, state=TrackState.MOVING if moving else TrackState.STANDING)
         state = self._unseen(track, foregrounds)
         return replace(track, state=state, misses=track.misses + 1, places=(-1, -1))
@@ -340,7 +353,9 @@ class Tracker:
                 ]
                 if not small.any() or not others:
                     continue
-                pair = [self._on_height(track, camera, each) for each in (mine, max(others, key=lambda each: each.pixels))]
+                pair = [
+                    self._on_height(track, camera, each) for each in (mine, max(others, key=lambda each: each.pixels))
+                ]
                 track = replace(pair[0], number=track.number, hits=track.hits)
                 new.append(pair[1])
                 break
@@ -376,7 +391,9 @@ class Tracker:
         for camera in self._cameras:
             one, two = camera.project([track.position, other.position])
             J = projection_jacobian(camera, other.position)
-            radius = 0.5 * min(float(np.linalg.norm(np.abs(J @ each.shape.edges).sum(axis=1))) for each in (track, other))
+            radius = 0.5 * min(
+                float(np.linalg.norm(np.abs(J @ each.shape.edges).sum(axis=1))) for each in (track, other)
+            )
             if not np.hypot(*(one - two)) < SAME_OBJECT * radius:
                 return False
         return True

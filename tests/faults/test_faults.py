@@ -92,6 +92,30 @@ class TestImages:
         rows, columns = np.nonzero(fault.image(image, view(), 5.0, None)[..., 0] > 128)
         assert [columns.mean(), rows.mean()] == pytest.approx(after - WINDOW[:2], abs=0.7)
 
+    def test_a_shaking_camera_has_its_standard_deviation_and_its_correlation(self):
+        def displacements(correlation_time, camera="left"):
+            fault = make(config.CameraShake(std=1.5, correlation_time=correlation_time))
+            before = CAMERAS[camera].project(TRAIN)[0]
+            return np.array([fault.centroid(sight(camera, time=k / 60)) - before for k in range(600)])
+
+        white, slow = displacements(0.0), displacements(0.1)
+        for shifts in (white, slow):
+            assert shifts.std(axis=0) == pytest.approx([1.5, 1.5], rel=0.15)
+        correlation = [np.mean(shifts[1:] * shifts[:-1]) / np.mean(shifts**2) for shifts in (white, slow)]
+        assert abs(correlation[0]) < 0.1 and correlation[1] > 0.8
+        assert np.array_equal(white, displacements(0.0))
+        assert np.abs(white - displacements(0.0, "right")).mean() > 0.5
+
+    def test_a_panned_camera_turns_at_its_rate_and_stays_where_it_looks(self):
+        fault = make(config.CameraPan(at=2.0, duration=1.0, rate=0.5, direction_deg=90.0))
+        assert [fault.active(time) for time in (1.99, 2.0, 2.5, 9.0)] == [False, True, True, True]
+        before = CAMERAS["left"].project(TRAIN)[0]
+        shifts = [fault.centroid(sight(time=time)) - before for time in (2.0, 2.5, 3.0, 9.0)]
+        assert shifts[0] == pytest.approx([0.0, 0.0], abs=1e-9)
+        assert [shift[1] for shift in shifts[1:]] == pytest.approx([-15.0, -30.0, -30.0], rel=0.03)
+        still = fault.image(picture(), view(), 9.0, None)
+        assert (still == picture()).all()
+
     def test_a_shadow_crosses_the_table(self):
         fault = make(config.CastShadow(at=2.0, darkness=0.5, width=0.1, speed=0.25))
         along = np.array([-0.25, 0.0, 0.25])

@@ -124,6 +124,8 @@ def test_the_ball_has_the_faults_of_images_link_and_host():
             "Flicker",
             "ImageNoise",
             "CameraKnocked",
+            "CameraShake",
+            "CameraPan",
             "LinkLoss",
             "LinkBursts",
             "LinkJitter",

@@ -18,7 +18,6 @@ from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.tasks.plausible import image_problems, lag_of, link_problems
 from drake_tracker.tasks.train.plausible import grasp_problems
 from drake_tracker.vision.config import NormalFlow, Several, Single
-from drake_tracker.vision.config import NormalFlow
 from drake_tracker.world.colour import COLOUR_RULE, is_colour
 from drake_tracker.world.config import CamerasConfig, LightingConfig, TrackConfig, TrainConfig
 from drake_tracker.world.object_kinds import OBJECTS

@@ -66,7 +66,9 @@ def make_vision(
     return rendered_vision(scenario, image_latency=0 if pipeline is None else pipeline.latency)
 
 
-def rendered_vision(scenario: TrainScenario, **settings: Any) -> tuple[VisionDiagram | SeveralVisionDiagram, dict[str, RenderedWindow]]:
+def rendered_vision(
+    scenario: TrainScenario, **settings: Any
+) -> tuple[VisionDiagram | SeveralVisionDiagram, dict[str, RenderedWindow]]:
     """Returns the vision of a scenario with ``vision: !Rendered`` and the windows to render.
 
     Args:
