@@ -29,16 +29,7 @@ class Foreground(FrozenState):
     hidden: np.ndarray | None = None
     usable: bool = True
 
-    def is_hidden(self, u: float, v: float) -> bool:
-        """Returns whether the arm covers the pixel at (u, v) of the full frame."""
-        return self.hidden is not None and self._value(self.hidden, u, v) > 0
-
     def shows(self, u: float, v: float) -> bool:
         """Returns whether the image contains the pixel at (u, v) of the full frame."""
         height, width = self.mask.shape
         return 0 <= round(u) - self.image_offset[0] < width and 0 <= round(v) - self.image_offset[1] < height
-
-    def _value(self, picture: np.ndarray, u: float, v: float) -> int:
-        if not self.shows(u, v):
-            return 0
-        return int(picture[round(v) - self.image_offset[1], round(u) - self.image_offset[0]])

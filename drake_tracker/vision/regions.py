@@ -22,6 +22,10 @@ REACH = 1.35
 """Pixels farther from a window's centre than this many radii belong to another object."""
 OVERSIZE = 1.6
 """A region that is this many times as wide or high as its object shows another one too."""
+COVERED = 0.08
+"""Share of an object's window that the arm may cover before the centroid counts as wrong."""
+BESIDE = np.ones((7, 7), np.uint8)
+"""Pixels next to which the arm counts as touching a region."""
 LOCATED = 0.4
 """An object claims a share of a silhouette that shows others too if its position is known to this share of its radius."""
 HIDDEN_BEHIND = 0.3
@@ -105,6 +109,7 @@ class Region(NamedTuple):
         track: number of the track in whose window it lies; 0: none, -1: one that is not yet confirmed.
         shared: whether it was cut out of a silhouette that shows several objects.
         apart: whether another large fragment lies in its window, which no other track expects.
+        covered: whether the robot's own arm covers a part of it.
         colour: its mean colour, red, green and blue [grey levels].
     """
 
@@ -120,6 +125,7 @@ class Region(NamedTuple):
     track: int
     shared: bool
     apart: bool
+    covered: bool
     colour: tuple[float, float, float]
 
     @property
@@ -215,6 +221,31 @@ def _joined(mine: Sequence[int], statistics: np.ndarray, offset: np.ndarray, win
     centres = statistics[large, :2] + 0.5 * (statistics[large, 2:4] - 1) + offset
     nearest = large[int(np.hypot(*(centres - (window.u, window.v)).T).argmin())]
     return [label for label in mine if label == nearest or label not in large]
+
+
+def covered_share(hidden: np.ndarray, offset: np.ndarray, window: ObjectWindow) -> float:
+    """Returns the share of a window that the arm covers.
+
+    Args:
+        hidden: uint8 (h, w), 255 where the arm is.
+        offset: full-frame coordinates of its top left pixel, shape (2,) [px].
+        window: the window.
+    """
+    low, high = (np.rint(window.centre + sign * 0.5 * window.extents - offset).astype(int) for sign in (-1, 1))
+    (left, top), (right, bottom) = np.maximum(low, 0), np.maximum(high + 1, 0)
+    view = hidden[top:bottom, left:right]
+    return cv2.countNonZero(view) / view.size if view.size else 0.0
+
+
+def _is_covered(
+    foreground: Foreground, pixels: np.ndarray, box: tuple[slice, slice], window: ObjectWindow | None
+) -> bool:
+    """Returns whether the arm covers a part of an object: of its window, or of the surroundings of a new one's pixels."""
+    if foreground.hidden is None:
+        return False
+    if window is not None:
+        return covered_share(foreground.hidden, np.array(foreground.image_offset), window) > COVERED
+    return cv2.countNonZero(cv2.bitwise_and(cv2.dilate(pixels, BESIDE), foreground.hidden[box])) > 0
 
 
 class Part(NamedTuple):
@@ -348,5 +379,6 @@ def _region(
         track=0 if window is None else window.track,
         shared=part.shared,
         apart=apart,
+        covered=_is_covered(foreground, part.pixels, box, window),
         colour=(float(colour[0]), float(colour[1]), float(colour[2])),
     )

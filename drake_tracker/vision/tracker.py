@@ -26,7 +26,7 @@ from drake_tracker.vision.object_track import (
     new_track,
 )
 from drake_tracker.vision.object_shape import ObjectShape, outline_area
-from drake_tracker.vision.regions import UNCONFIRMED, ObjectWindow, Region, find_regions
+from drake_tracker.vision.regions import COVERED, UNCONFIRMED, ObjectWindow, Region, covered_share, find_regions
 from drake_tracker.vision.triangulation import triangulate
 from drake_tracker.vision.window import check_box
 
@@ -133,7 +133,8 @@ class Tracker:
         ]
         places = [self._assign(tracks, views, regions) for views, regions in zip(windows, found)]
         tracks = [
-            self._observe(track, (places[0][k], places[1][k]), found, foregrounds) for k, track in enumerate(tracks)
+            self._observe(track, (places[0][k], places[1][k]), found, foregrounds, (windows[0][k], windows[1][k]))
+            for k, track in enumerate(tracks)
         ]
         tracks, apart = self._come_apart(tracks, found)
         tracks += apart or self._begin(stamp, found)
@@ -241,6 +242,7 @@ class Tracker:
         places: tuple[int, int],
         found: Sequence[Sequence[Region]],
         foregrounds: Sequence[Foreground],
+        windows: Sequence[ObjectWindow],
     ) -> ObjectTrack:
         """Returns a track after its regions, or without a measurement if it has none that agree."""
         regions = [found[side][place] if place >= 0 else None for side, place in enumerate(places)]
@@ -255,12 +257,14 @@ class Tracker:
                 region.moving > 0.02 for region in regions if region is not None
             )
             return replace(track, state=TrackState.MOVING if moving else TrackState.STANDING)
-        state = self._unseen(track, foregrounds)
+        state = unseen_state(foregrounds, windows)
         return replace(track, state=state, misses=track.misses + 1, places=(-1, -1))
 
     def _measured(self, track: ObjectTrack, regions: Sequence[Region | None]) -> Measurement | None:
         """Returns the measurement of a track, None without one."""
         left, right = regions
+        if any(region is not None and region.covered for region in regions):
+            return None
         if left is not None and right is not None and not (left.shared or right.shared):
             return self.measure(left, right)
         if (left is None and right is None) or track.number == 0 and (left is None or right is None):
@@ -292,22 +296,13 @@ class Tracker:
             )
         return replace(track, shape=shape, height=float(height), colour=colour)
 
-    def _unseen(self, track: ObjectTrack, foregrounds: Sequence[Foreground]) -> TrackState:
-        """Returns why a track has no measurement."""
-        views = [camera.project(track.position)[0] for camera in self._cameras]
-        if not all(foreground.shows(u, v) for foreground, (u, v) in zip(foregrounds, np.nan_to_num(views, nan=-1e6))):
-            return TrackState.OUT_OF_VIEW
-        if any(foreground.is_hidden(u, v) for foreground, (u, v) in zip(foregrounds, views)):
-            return TrackState.OCCLUDED
-        return TrackState.NOT_OBSERVED
-
     def _begin(self, stamp: float, found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
         """Returns new tracks of moving regions that no track has, paired so that their rays pass each other closest."""
         left, right = (
             [
                 region
                 for region in regions
-                if not region.track and region.moving > 0.0 and region.pixels >= self.settings.min_pixels
+                if not region.track and not region.covered and region.moving > 0.0 and region.pixels >= self.settings.min_pixels
             ]
             for regions in found
         )
@@ -341,7 +336,7 @@ class Tracker:
         kept, new = [], []
         for track in tracks:
             for side, (camera, regions) in enumerate(zip(self._cameras, found)):
-                mine = next((each for each in regions if each.track == track.number and each.apart), None)
+                mine = next((each for each in regions if each.track == track.number and each.apart and not each.covered), None)
                 if not track.number or mine is None:
                     continue
                 window = self._windows([track], side)[0]
@@ -415,6 +410,22 @@ class Tracker:
 
     def _height_error(self, p_WQ: np.ndarray) -> float:
         return 0.0 if self._height is None else abs(float(p_WQ[2]) - self._height)
+
+
+def unseen_state(foregrounds: Sequence[Foreground], windows: Sequence[ObjectWindow]) -> TrackState:
+    """Returns why an object has no measurement.
+
+    Args:
+        foregrounds: of the left and the right image.
+        windows: the windows of the object in them.
+    """
+    if not all(foreground.shows(window.u, window.v) for foreground, window in zip(foregrounds, windows)):
+        return TrackState.OUT_OF_VIEW
+    for foreground, window in zip(foregrounds, windows):
+        if foreground.hidden is not None:
+            if covered_share(foreground.hidden, np.array(foreground.image_offset), window) > COVERED:
+                return TrackState.OCCLUDED
+    return TrackState.NOT_OBSERVED
 
 
 def projection_jacobian(camera: CameraModel, p_WQ: np.ndarray) -> np.ndarray:
