@@ -30,13 +30,15 @@ TrackPoint = namedview("TrackPoint", ["stamp", "x", "y", "z", "gap", "valid"])
 REGION_SLOTS = 16
 """Regions of one image that a message holds."""
 REGION_FIELDS = ("u", "v", "pixels", "width", "height", "var_u", "var_v", "moving", "share", "track")
-"""Fields of a region: centroid [px, full frame], number of pixels, extents [px], variances of the centroid [px^2], share of
+"""Fields of a region: centroid [px, full frame], number of pixels, extents [px], variances of the centroid [px^2],
+share of
 its pixels that move, visible share of the object, number of its track (0: none, -1: not yet confirmed)."""
 Regions = namedview(
     "Regions",
     ["stamp", "count", "usable"] + [f"{field}{k}" for k in range(REGION_SLOTS) for field in REGION_FIELDS],
 )
-"""What one image shows: stamp [s]; number of regions, which may exceed the slots; ``usable`` = 0 when the image could not
+"""What one image shows: stamp [s]; number of regions, which may exceed the slots; ``usable`` = 0 when the image could
+not
 be compared with the background; and `REGION_SLOTS` regions of `REGION_FIELDS`, all zeros where there is none."""
 
 TRACK_SLOTS = 8
@@ -53,8 +55,8 @@ TRACK_FIELDS = ("number", "state", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", 
     "blue",
 )
 """Fields of a track: identity (0: empty slot); `vision.object_track.TrackState`; position in W [m], measured where the
-object is seen and predicted otherwise; covariance of the position [m^2]; velocity [m/s]; gap between the rays [m]; stamp at
-which it was last seen [s]; largest dimension [m]; colour [grey levels]."""
+object is seen and predicted otherwise; covariance of the position [m^2]; velocity [m/s]; gap between the rays [m];
+stamp at which it was last seen [s]; largest dimension [m]; colour [grey levels]."""
 TrackPoints = namedview(
     "TrackPoints",
     ["stamp", "target", "reason", "overflow", "valid"]
@@ -64,7 +66,8 @@ TrackPoints = namedview(
 (`vision.target.Reason`); number of regions and tracks that found no slot; valid; and `TRACK_SLOTS` tracks."""
 
 EXPECTED_FIELDS = ("number", "x", "y", "z", "vx", "vy", "vz", "std")
-"""Fields of an expectation: identity of the track (0: empty slot); position [m], velocity [m/s] and standard deviation of
+"""Fields of an expectation: identity of the track (0: empty slot); position [m], velocity [m/s] and standard deviation
+of
 the position [m] in W."""
 TrackPredictions = namedview(
     "TrackPredictions", ["time"] + [f"{field}{k}" for k in range(TRACK_SLOTS) for field in EXPECTED_FIELDS]
@@ -169,7 +172,8 @@ def message_size(view: Any) -> int:
 
 
 def message_rows(message: np.ndarray, fields: tuple[str, ...]) -> np.ndarray:
-    """Returns the slots at the end of a `Regions`, `TrackPoints` or `TrackPredictions` vector, shape (slots, len(fields)).
+    """Returns the slots at the end of a `Regions`, `TrackPoints` or `TrackPredictions` vector, shape (slots,
+    len(fields)).
 
     Args:
         message: the vector; a view of it is returned.

@@ -64,11 +64,14 @@ class EstimatorBankSystem(LeafSystem):
         - filtered
         - expected
 
-    - ``tracks``: a `TrackPoints` vector, read at each update. The estimator of a track is updated with its position where
+    - ``tracks``: a `TrackPoints` vector, read at each update. The estimator of a track is updated with its position
+    where
       the object was seen at the stamp of the message, also if it stands. It is dropped with its track.
-    - ``prediction`` and ``filtered``: as those of `EstimatorSystem`, for the target. When another track becomes the target,
+    - ``prediction`` and ``filtered``: as those of `EstimatorSystem`, for the target. When another track becomes the
+    target,
       the next packet is one of that track, and ``seq`` goes on counting.
-    - ``expected``: a `TrackPredictions` vector for vision, with the tracks that were not seen at the newest stamp and whose
+    - ``expected``: a `TrackPredictions` vector for vision, with the tracks that were not seen at the newest stamp and
+    whose
       estimators are ready.
 
     The System is updated every ``period``, after ``offset``. All outputs depend on the state alone.
@@ -120,10 +123,9 @@ class EstimatorBankSystem(LeafSystem):
             members[number] = newest
         target = int(header.target)
         seq, packet, filtered = memory.seq, memory.packet, memory.filtered
-        member = members.get(target)
-        if member is not None and target in updated and self._estimator.ready(member.estimate):
+        if target in updated and self._estimator.ready(members[target].estimate):
             seq += 1
-            packet, filtered = make_packet(self._estimator, member.estimate, seq)
+            packet, filtered = make_packet(self._estimator, members[target].estimate, seq)
         expected = self._expected(members, rows, header.stamp)
         state.get_mutable_abstract_state(0).set_value(
             BankMemory(members, target, seq, read_only(packet), read_only(filtered), read_only(expected))

@@ -25,8 +25,8 @@ class ArmSilhouetteSystem(LeafSystem):
         - hidden_right
 
     ``arm_state`` is (q, v) [rad, rad/s] at the capture of the images, and ``jaws`` a `JawState`. ``hidden_*`` is a
-    uint8 array of the image's shape, 255 where the arm is, or None when it is in no pixel. There is no state and no period:
-    the outputs follow the inputs at once.
+    uint8 array of the image's shape, 255 where the arm is, or None when it is in no pixel. There is no state and no
+    period: the outputs follow the inputs at once.
 
     Args:
         shape: the arm.

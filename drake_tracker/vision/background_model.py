@@ -1,8 +1,8 @@
 """Segments what does not belong to the still scene: a background model that is learned from the images of one camera.
 
-Motion is visible at the edges of an object only, and two objects that are close to each other leave edges that nobody can
-tell apart. The difference from a picture of the empty scene shows whole objects. That picture is learned: a pixel enters it
-once nothing moves there. Until then, the region enclosed by moving edges stands for the object.
+Motion is visible at the edges of an object only, and two objects that are close to each other leave edges that nobody
+can tell apart. The difference from a picture of the empty scene shows whole objects. That picture is learned: a pixel
+enters it once nothing moves there. Until then, the region enclosed by moving edges stands for the object.
 """
 
 from dataclasses import dataclass, replace
@@ -17,14 +17,16 @@ from drake_tracker.vision.config import Silhouettes
 from drake_tracker.vision.light_gain import light_gain
 
 GHOST_EDGE_RATIO = 1.3
-"""A region that stands still is a ghost, a place that an object has left, when the edges along its outline are this many
+"""A region that stands still is a ghost, a place that an object has left, when the edges along its outline are this
+many
 times as strong in the background as in the image."""
 LEARNING_PERIOD = 4
 """Images from one that is learned from to the next, once the background is known."""
 QUIET_IMAGES = 12
 """Images without motion after which a pixel counts as still."""
 MOTION_SHARE = 0.6
-"""Least threshold for motion between two images, as a share of that for the difference from the background: stray pixels
+"""Least threshold for motion between two images, as a share of that for the difference from the background: stray
+pixels
 that move do no harm."""
 MOTION_NOISE = 1.2
 """Noise of the difference of two images as a share of that of the difference from the background."""
@@ -76,7 +78,8 @@ class Background(FrozenState):
 class BackgroundModel:
     """Learns the background of a camera's images, and segments what stands out from it.
 
-    A pixel is foreground when one of its channels differs from the background by more than a threshold, which follows the
+    A pixel is foreground when one of its channels differs from the background by more than a threshold, which follows
+    the
     noise of the images. Pixels that are darker than the background but of the same colour are shadow, provided that the
     region has other pixels as well: a dark object has none. All state is with the caller.
 
@@ -142,7 +145,8 @@ class BackgroundModel:
         return (self._learn(state, image, picture, difference, gain, hidden) if learning else state), True
 
     def _gain(self, state: Background, image: np.ndarray) -> float | None:
-        """Returns the factor by which the still scene is brighter than in the background, None when it is not the same."""
+        """Returns the factor by which the still scene is brighter than in the background, None when it is not the
+        same."""
         still = cv2.subtract(state.known[::LEVEL_ROWS], state.mask[::LEVEL_ROWS])
         if not cv2.countNonZero(still):
             return 1.0
@@ -150,7 +154,8 @@ class BackgroundModel:
         return light_gain(before, now)
 
     def _find_motion(self, state: Background, image: np.ndarray, threshold: float) -> Background:
-        """Returns the state with the pixels that changed since the reference image, and the regions that they enclose."""
+        """Returns the state with the pixels that changed since the reference image, and the regions that they
+        enclose."""
         change = _largest(cv2.absdiff(image, state.reference))
         moving = cv2.threshold(change, threshold, 255, cv2.THRESH_BINARY)[1]
         moving = cv2.morphologyEx(self._within(moving), cv2.MORPH_OPEN, _SPECK)
@@ -222,7 +227,8 @@ class BackgroundModel:
     def _without_shadows(
         self, mask: np.ndarray, known: np.ndarray, image: np.ndarray, picture: np.ndarray
     ) -> np.ndarray:
-        """Returns the silhouettes without cast shadows: pixels that are darker than the background, of the same colour."""
+        """Returns the silhouettes without cast shadows: pixels that are darker than the background, of the same
+        colour."""
         settings = self.settings
         u0, v0, width, height = cv2.boundingRect(mask)
         if width == 0:
@@ -252,8 +258,8 @@ class BackgroundModel:
     def _ghosts(self, state: Background, image: np.ndarray, picture: np.ndarray) -> np.ndarray | None:
         """Returns the places that objects have left since they became part of the background, uint8, None without any.
 
-        A region in which nothing moves either shows an object that stands, which has edges along its outline in the image,
-        or a place that an object has left, which has them in the background only.
+        A region in which nothing moves either shows an object that stands, which has edges along its outline in the
+        image, or a place that an object has left, which has them in the background only.
         """
         if not cv2.countNonZero(state.mask):
             return None

@@ -27,15 +27,21 @@ COVERED = 0.08
 BESIDE = np.ones((7, 7), np.uint8)
 """Pixels next to which the arm counts as touching a region."""
 LOCATED = 0.4
-"""An object claims a share of a silhouette that shows others too if its position is known to this share of its radius."""
+"""An object claims a share of a silhouette that shows others too if its position is known to this share of its
+radius."""
 HIDDEN_BEHIND = 0.3
 """An object whose centre is nearer than this many radii to that of another is hidden by it."""
+SMALL = 0.35
+"""An object with a smaller share of another one's pixels does not change the outline of that one much."""
+OVERLAP = 0.15
+"""Objects that overlap by less than this share of their extents are apart: each has the pixels on its side."""
 LEAST_DISTANCE = 0.5
 """Two objects whose silhouettes are merged are at least this share of the expected distance apart."""
 END_QUANTILE = 0.004
 """Share of the pixels of a silhouette that may lie beyond its end."""
 SHAPE_ERROR = 0.055
-"""Standard deviation of a silhouette's centroid as a fraction of its extent: which part of an object is visible depends on
+"""Standard deviation of a silhouette's centroid as a fraction of its extent: which part of an object is visible
+depends on
 its heading."""
 SHARED_ERROR = 0.12
 """The same for an object whose silhouette is merged with that of another one."""
@@ -240,7 +246,8 @@ def covered_share(hidden: np.ndarray, offset: np.ndarray, window: ObjectWindow) 
 def _is_covered(
     foreground: Foreground, pixels: np.ndarray, box: tuple[slice, slice], window: ObjectWindow | None
 ) -> bool:
-    """Returns whether the arm covers a part of an object: of its window, or of the surroundings of a new one's pixels."""
+    """Returns whether the arm covers a part of an object: of its window, or of the surroundings of a new one's
+    pixels."""
     if foreground.hidden is None:
         return False
     if window is not None:
@@ -307,14 +314,26 @@ def _divide_in_two(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: n
     t, w = points @ along, points @ across
     low, high = np.quantile(t, END_QUANTILE), np.quantile(t, 1.0 - END_QUANTILE)
     half = np.array([first.half_extent(along), second.half_extent(along)])
+    if distance >= (1.0 - OVERLAP) * half.sum():
+        border = float(first.centre @ along) + distance * half[0] / half.sum()
+        return [Part(_drawn(whole.shape, rows[mine], columns[mine]), shared=True) for mine in (t < border, t >= border)]
     # Guessed sizes may be too large: the objects are at least part of the expected distance apart.
     half *= min((high - low - LEAST_DISTANCE * distance) / half.sum(), 1.0)
     centres = low + half[0], high - half[1]
     border = 0.5 * (centres[0] + half[0] + centres[1] - half[1])
+    small = min(first.pixels, second.pixels) < SMALL * max(first.pixels, second.pixels)
     parts = []
-    for centre, mine, outer in ((centres[0], t < border, t <= centres[0]), (centres[1], t >= border, t >= centres[1])):
+    for window, centre, mine, outer in (
+        (first, centres[0], t < border, t <= centres[0]),
+        (second, centres[1], t >= border, t >= centres[1]),
+    ):
         if not outer.any():
             parts.append(empty)
+            continue
+        if small and window.pixels == max(first.pixels, second.pixels):
+            # The other one hides little of it, and is hardly visible inside its outline.
+            inside = np.abs(t - centre) <= window.half_extent(along)
+            parts.append(Part(_drawn(whole.shape, rows[inside], columns[inside]), shared=True))
             continue
         middle = float(np.mean(w[outer]))
         parts.append(

@@ -46,8 +46,9 @@ class SeveralVisionDiagram(Diagram):
         - motion_left
         - motion_right
 
-    ``camera_*`` are `ImageRgba8U`, read every ``period`` at offset 0. ``expected`` is a `TrackPredictions` vector of the
-    host. ``arm_state`` and ``jaws``, which exist with ``arm`` only, are the joints (q, v) [rad, rad/s] and a `JawState` at
+    ``camera_*`` are `ImageRgba8U`, read every ``period`` at offset 0. ``expected`` is a `TrackPredictions` vector of
+    the host. ``arm_state`` and ``jaws``, which exist with ``arm`` only, are the joints (q, v) [rad, rad/s] and a
+    `JawState` at
     the same instants. The outputs are those of the `TrackerSystem`, ``lag_cycles`` after the capture of the images, and
     ``motion_*``, the silhouettes of the newest images as `MotionEnergy`. With ``own_stamps`` there are the inputs
     ``frame_left`` and ``frame_right`` too, a `FrameInfo` vector each.

@@ -1,6 +1,7 @@
 """Tracks several objects: associates the regions of two images with tracks, and keeps the tracks.
 
-Per pair of images: each track predicts windows in both images; regions are found with them (`regions.find_regions`); the
+Per pair of images: each track predicts windows in both images; regions are found with them (`regions.find_regions`);
+the
 regions of each image are assigned to the tracks, the nearest globally; two regions of a track that agree epipolarly are
 triangulated. Pairs of moving regions that no track explains begin new tracks.
 """
@@ -17,6 +18,7 @@ from drake_tracker.core.messages import REGION_SLOTS, TRACK_SLOTS
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.foreground import Foreground
+from drake_tracker.vision.object_shape import ObjectShape, outline_area
 from drake_tracker.vision.object_track import (
     COLOUR_WEIGHT,
     STANDING_SPEED,
@@ -25,7 +27,6 @@ from drake_tracker.vision.object_track import (
     TrackState,
     new_track,
 )
-from drake_tracker.vision.object_shape import ObjectShape, outline_area
 from drake_tracker.vision.regions import COVERED, UNCONFIRMED, ObjectWindow, Region, covered_share, find_regions
 from drake_tracker.vision.triangulation import triangulate
 from drake_tracker.vision.window import check_box
@@ -98,7 +99,7 @@ class Tracker:
         max_gap: float = 0.03,
     ) -> None:
         self.settings = settings
-        self._cameras = tuple(cameras)
+        self._cameras = (cameras[0], cameras[1])
         self._max_gap = max_gap
         self._box: tuple[np.ndarray, np.ndarray] | None = None
         self._height: float | None = None
@@ -118,7 +119,8 @@ class Tracker:
         Args:
             state: the state before.
             foregrounds: of the left and the right image.
-            expected: {number of a track: (position p_WQ (3,) [m], standard deviation [m])} for the stamp of the images, as
+            expected: {number of a track: (position p_WQ (3,) [m], standard deviation [m])} for the stamp of the
+            images, as
                 the estimators predict it.
         """
         stamp = 0.5 * (foregrounds[0].stamp + foregrounds[1].stamp)
@@ -187,7 +189,8 @@ class Tracker:
         return Measurement(p_WQ, np.linalg.inv(information), 0.0, share)
 
     def _predict(self, track: ObjectTrack, stamp: float, expected: tuple[np.ndarray, float] | None) -> ObjectTrack:
-        """Returns a track at the stamp of the images; the estimator's prediction replaces that of the filter in a gap."""
+        """Returns a track at the stamp of the images; the estimator's prediction replaces that of the filter in a
+        gap."""
         coasted = stamp - track.seen
         track = track.predicted(stamp)
         if expected is not None and coasted > SHORT_COAST and track.state != TrackState.STANDING:
@@ -252,7 +255,7 @@ class Tracker:
             and self._contains(measurement.p_WQ)
             and track.distance_squared(measurement) <= 2 * GATE
         ):
-            track = self._learn_look(replace(track.updated(measurement), places=places), regions)
+            track = self._learn_look(replace(track.updated(measurement), places=places), regions, measurement.p_WQ)
             moving = track.speed > STANDING_SPEED or any(
                 region.moving > 0.02 for region in regions if region is not None
             )
@@ -267,21 +270,21 @@ class Tracker:
             return None
         if left is not None and right is not None and not (left.shared or right.shared):
             return self.measure(left, right)
-        if (left is None and right is None) or track.number == 0 and (left is None or right is None):
+        if (left is None and right is None) or (track.number == 0 and (left is None or right is None)):
             return None
         measurement = self.measure_at_height(track.position, track.height, regions)
         if measurement is None or np.trace(measurement.covariance) > self.settings.largest_std**2:
             return None
         return measurement
 
-    def _learn_look(self, track: ObjectTrack, regions: Sequence[Region | None]) -> ObjectTrack:
+    def _learn_look(self, track: ObjectTrack, regions: Sequence[Region | None], p_WQ: np.ndarray) -> ObjectTrack:
         """Returns the track with the extents and colour of its regions, unless other objects cover a part of them."""
         weight = max(COLOUR_WEIGHT, 1.0 / track.hits)
         seen = next(region for region in regions if region is not None)
-        colour = tuple(old + weight * (new - old) for old, new in zip(track.colour, seen.colour))
+        red, green, blue = (old + weight * (new - old) for old, new in zip(track.colour, seen.colour))
         height = track.height
         if not any(region is None or region.shared for region in regions):
-            height += weight * (track.measurement.p_WQ[2] - height)
+            height += weight * (p_WQ[2] - height)
         shape = track.shape.turned(track.mean[3:])
         views = [
             (projection_jacobian(camera, track.position), region)
@@ -294,7 +297,7 @@ class Tracker:
                 np.array([region.extents for _, region in views]),
                 np.array([region.pixels for _, region in views]),
             )
-        return replace(track, shape=shape, height=float(height), colour=colour)
+        return replace(track, shape=shape, height=float(height), colour=(red, green, blue))
 
     def _begin(self, stamp: float, found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
         """Returns new tracks of moving regions that no track has, paired so that their rays pass each other closest."""
@@ -302,7 +305,10 @@ class Tracker:
             [
                 region
                 for region in regions
-                if not region.track and not region.covered and region.moving > 0.0 and region.pixels >= self.settings.min_pixels
+                if not region.track
+                and not region.covered
+                and region.moving > 0.0
+                and region.pixels >= self.settings.min_pixels
             ]
             for regions in found
         )
@@ -330,13 +336,15 @@ class Tracker:
     ) -> tuple[list[ObjectTrack], list[ObjectTrack]]:
         """Returns the tracks, and new ones of objects whose silhouettes came apart from that of a track in one image.
 
-        While two objects were merged in both images, they were one track. From the image in which they are apart, and the
-        height of the track, follow the positions of both; the merged silhouette in the other image is then divided.
+        While two objects were merged in both images, they were one track. From the image in which they are apart, and
+        the height of the track, follow the positions of both; the merged silhouette in the other image is then divided.
         """
         kept, new = [], []
         for track in tracks:
             for side, (camera, regions) in enumerate(zip(self._cameras, found)):
-                mine = next((each for each in regions if each.track == track.number and each.apart and not each.covered), None)
+                mine = next(
+                    (each for each in regions if each.track == track.number and each.apart and not each.covered), None
+                )
                 if not track.number or mine is None:
                     continue
                 window = self._windows([track], side)[0]
@@ -422,9 +430,9 @@ def unseen_state(foregrounds: Sequence[Foreground], windows: Sequence[ObjectWind
     if not all(foreground.shows(window.u, window.v) for foreground, window in zip(foregrounds, windows)):
         return TrackState.OUT_OF_VIEW
     for foreground, window in zip(foregrounds, windows):
-        if foreground.hidden is not None:
-            if covered_share(foreground.hidden, np.array(foreground.image_offset), window) > COVERED:
-                return TrackState.OCCLUDED
+        offset = np.array(foreground.image_offset)
+        if foreground.hidden is not None and covered_share(foreground.hidden, offset, window) > COVERED:
+            return TrackState.OCCLUDED
     return TrackState.NOT_OBSERVED
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
-from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import (
     EXPECTED_FIELDS,
     REGION_FIELDS,
@@ -63,11 +63,13 @@ class TrackerSystem(LeafSystem):
         - centroid_right
 
     ``foreground_*``: a `Foreground` each, or None; read every ``period`` at ``offset`` in an unrestricted update.
-    ``expected``: a `TrackPredictions` vector of the host, which tells where to look for an object that is not seen; it may
-    stay unconnected.
+    ``expected``: a `TrackPredictions` vector of the host, which tells where to look for an object that is not seen; it
+    may stay unconnected.
 
-    ``point`` is a `TrackPoint` of the target in W [m], invalid when the target is not seen. ``tracks`` is a `TrackPoints`
-    vector of all confirmed tracks; its ``reason`` says why the point is invalid. ``regions_*`` is a `Regions` vector [px]
+    ``point`` is a `TrackPoint` of the target in W [m], invalid when the target is not seen. ``tracks`` is a
+    `TrackPoints`
+    vector of all confirmed tracks; its ``reason`` says why the point is invalid. ``regions_*`` is a `Regions` vector
+    [px]
     of the images, and ``centroid_*`` a `Centroid` of the target in them. All are zeros before the first pair of images.
 
     Args:
@@ -139,7 +141,8 @@ class TrackerSystem(LeafSystem):
 
 
 def unpack_expected(message: np.ndarray, stamp: float) -> dict[int, tuple[np.ndarray, float]]:
-    """Returns {number of a track: (position (3,) [m], standard deviation [m])} at a stamp [s], of `TrackPredictions`."""
+    """Returns {number of a track: (position (3,) [m], standard deviation [m])} at a stamp [s], of
+    `TrackPredictions`."""
     found = {}
     for number, x, y, z, vx, vy, vz, std in message_rows(message, EXPECTED_FIELDS):
         if number > 0.0:
