@@ -22,6 +22,11 @@ many
 times as strong in the background as in the image."""
 LEARNING_PERIOD = 4
 """Images from one that is learned from to the next, once the background is known."""
+NARROW_AFTER = 60
+"""Images after which gaps between moving edges are bridged up to `NARROW_JOIN` only: the objects have left the places where
+they were at first, and what is still unknown lies between them."""
+NARROW_JOIN = 9
+"""See there [px]."""
 QUIET_IMAGES = 12
 """Images without motion after which a pixel counts as still."""
 MOTION_SHARE = 0.6
@@ -98,8 +103,7 @@ class BackgroundModel:
             self._window = np.where(np.asarray(window) > 0, np.uint8(255), np.uint8(0))
             if not self._window.any():
                 raise DrakeTrackerError("silhouettes: the window of interest is empty")
-        side = int(settings.join_distance) | 1
-        self._join = np.ones((side, side), np.uint8)
+        self._joins = [np.ones((int(distance) | 1,) * 2, np.uint8) for distance in (settings.join_distance, NARROW_JOIN)]
 
     def smooth(self, image: np.ndarray) -> np.ndarray:
         """Returns an image (h, w, 3), uint8, with less noise."""
@@ -139,7 +143,7 @@ class BackgroundModel:
         mask = cv2.threshold(difference, threshold, 255, cv2.THRESH_BINARY)[1]
         if cv2.countNonZero(state.known) < state.known.size:
             np.copyto(mask, state.swept, where=state.known == 0)
-        mask = cv2.morphologyEx(self._within(mask, hidden), cv2.MORPH_OPEN, _SPECK)
+        mask = _opened(self._within(mask, hidden))
         mask = self._without_shadows(mask, state.known, image, picture)
         state = replace(state, mask=read_only(mask), count=state.count + 1)
         return (self._learn(state, image, picture, difference, gain, hidden) if learning else state), True
@@ -158,8 +162,8 @@ class BackgroundModel:
         enclose."""
         change = _largest(cv2.absdiff(image, state.reference))
         moving = cv2.threshold(change, threshold, 255, cv2.THRESH_BINARY)[1]
-        moving = cv2.morphologyEx(self._within(moving), cv2.MORPH_OPEN, _SPECK)
-        swept = cv2.morphologyEx(moving, cv2.MORPH_CLOSE, self._join)
+        moving = _opened(self._within(moving))
+        swept = cv2.morphologyEx(moving, cv2.MORPH_CLOSE, self._joins[state.count > NARROW_AFTER])
         for outline in cv2.findContours(swept, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]:
             cv2.fillConvexPoly(swept, cv2.convexHull(outline), 255)
         starting = state.count <= QUIET_IMAGES
@@ -244,7 +248,7 @@ class BackgroundModel:
         whole = mask[box]
         if not cv2.countNonZero(cv2.bitwise_and(shadow, whole)):
             return mask
-        body = cv2.morphologyEx(cv2.subtract(whole, shadow), cv2.MORPH_OPEN, _SPECK)
+        body = _opened(cv2.subtract(whole, shadow))
         body = cv2.bitwise_and(cv2.morphologyEx(body, cv2.MORPH_CLOSE, _MEDIUM), whole)
         count, labels = cv2.connectedComponents(whole, connectivity=8)
         kept, of = (np.bincount(labels[each > 0], minlength=count) for each in (body, whole))
@@ -277,6 +281,14 @@ class BackgroundModel:
                 found = np.zeros_like(state.mask) if found is None else found
                 found[box][cv2.dilate(region, _MEDIUM) > 0] = 255
         return found
+
+
+def _opened(mask: np.ndarray) -> np.ndarray:
+    """Returns a mask without lines and specks of a single pixel.
+
+    The anchors are opposite: OpenCV's own opening by a mask of even size shifts the image by a pixel.
+    """
+    return cv2.dilate(cv2.erode(mask, _SPECK, anchor=(0, 0)), _SPECK, anchor=(1, 1))
 
 
 def _largest(difference: np.ndarray) -> np.ndarray:
