@@ -39,11 +39,11 @@ LEAST_DISTANCE = 0.5
 """Two objects whose silhouettes are merged are at least this share of the expected distance apart."""
 END_QUANTILE = 0.004
 """Share of the pixels of a silhouette that may lie beyond its end."""
-SHAPE_ERROR = 0.055
+SHAPE_ERROR = 0.03
 """Standard deviation of a silhouette's centroid as a fraction of its extent: which part of an object is visible
 depends on
 its heading."""
-SHARED_ERROR = 0.12
+SHARED_ERROR = 0.07
 """The same for an object whose silhouette is merged with that of another one."""
 MISSING_ERROR = 0.4
 """The same where nothing of the object is visible; where a part of it is, a fraction of this."""
