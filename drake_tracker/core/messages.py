@@ -35,11 +35,13 @@ share of
 its pixels that move, visible share of the object, number of its track (0: none, -1: not yet confirmed)."""
 Regions = namedview(
     "Regions",
-    ["stamp", "count", "usable"] + [f"{field}{k}" for k in range(REGION_SLOTS) for field in REGION_FIELDS],
+    ["stamp", "count", "usable", "camera", "displacement"]
+    + [f"{field}{k}" for k in range(REGION_SLOTS) for field in REGION_FIELDS],
 )
 """What one image shows: stamp [s]; number of regions, which may exceed the slots; ``usable`` = 0 when the image could
-not
-be compared with the background; and `REGION_SLOTS` regions of `REGION_FIELDS`, all zeros where there is none."""
+not be compared with the background; number of the `vision.camera_motion.Verdict`, in its order, and displacement of the
+image by motion of the camera itself [px]; and `REGION_SLOTS` regions of `REGION_FIELDS`, all zeros where there is
+none."""
 
 TRACK_SLOTS = 8
 """Tracks that a message holds."""

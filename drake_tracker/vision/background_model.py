@@ -23,8 +23,8 @@ times as strong in the background as in the image."""
 LEARNING_PERIOD = 4
 """Images from one that is learned from to the next, once the background is known."""
 NARROW_AFTER = 60
-"""Images after which gaps between moving edges are bridged up to `NARROW_JOIN` only: the objects have left the places where
-they were at first, and what is still unknown lies between them."""
+"""Images after which gaps between moving edges are bridged up to `NARROW_JOIN` only: the objects have left the places
+where they were at first, and what is still unknown lies between them."""
 NARROW_JOIN = 9
 """See there [px]."""
 QUIET_IMAGES = 12
@@ -61,6 +61,7 @@ class Background(FrozenState):
         known: uint8 (h, w), 255 where the scene is known.
         quiet: uint8 (h, w), images since something moved, up to 255.
         reference: the image with which the next one is compared to find motion, uint8 (h, w, 3).
+        light: brightness of that image as a share of the background's.
         moving: uint8 (h, w), 255 where edges moved when that was last looked for.
         swept: uint8 (h, w), the same with the gaps between edges filled.
         mask: uint8 (h, w), the newest silhouettes.
@@ -73,6 +74,7 @@ class Background(FrozenState):
     known: np.ndarray
     quiet: np.ndarray
     reference: np.ndarray
+    light: float
     moving: np.ndarray
     swept: np.ndarray
     mask: np.ndarray
@@ -103,7 +105,9 @@ class BackgroundModel:
             self._window = np.where(np.asarray(window) > 0, np.uint8(255), np.uint8(0))
             if not self._window.any():
                 raise DrakeTrackerError("silhouettes: the window of interest is empty")
-        self._joins = [np.ones((int(distance) | 1,) * 2, np.uint8) for distance in (settings.join_distance, NARROW_JOIN)]
+        self._joins = [
+            np.ones((int(distance) | 1,) * 2, np.uint8) for distance in (settings.join_distance, NARROW_JOIN)
+        ]
 
     def smooth(self, image: np.ndarray) -> np.ndarray:
         """Returns an image (h, w, 3), uint8, with less noise."""
@@ -113,23 +117,32 @@ class BackgroundModel:
         """Returns the state after the first smoothed image (h, w, 3): nothing is known of the background yet."""
         blank = read_only(np.zeros(image.shape[:2], np.uint8))
         mean = read_only(image.astype(np.float32))
-        return Background(mean, image, blank, blank, image, blank, blank, blank, 1.0, 1)
+        return Background(mean, image, blank, blank, image, 1.0, blank, blank, blank, 1.0, 1)
 
-    def update(self, state: Background, image: np.ndarray, hidden: np.ndarray | None = None) -> tuple[Background, bool]:
+    def update(
+        self,
+        state: Background,
+        image: np.ndarray,
+        hidden: np.ndarray | None = None,
+        tolerance: np.ndarray | None = None,
+    ) -> tuple[Background, bool]:
         """Returns the state after an image, and whether the image could be compared with the background.
 
         Args:
             state: the state before the image.
             image: smoothed image, uint8 (h, w, 3).
             hidden: uint8 (h, w), 255 where the robot's own arm is expected, or None.
+            tolerance: uint8 (h, w), further difference that does not count [grey levels], or None.
         """
         settings = self.settings
         gain = self._gain(state, image)
         if gain is None:
             blank = read_only(np.zeros_like(state.mask))
-            return replace(state, mask=blank, reference=image, count=state.count + 1), False
+            return replace(state, mask=blank, count=state.count + 1), False
         picture = state.picture if abs(gain - 1.0) < SAME_LIGHT else cv2.convertScaleAbs(state.picture, alpha=gain)
         difference = _largest(cv2.absdiff(image, picture))
+        if tolerance is not None:
+            difference = cv2.subtract(difference, tolerance)
         learning = state.count <= QUIET_IMAGES or state.count % LEARNING_PERIOD == 0
         if state.count == 1:
             first = NOISE_OF_MEDIAN * float(np.median(difference[::LEVEL_ROWS]))
@@ -138,7 +151,7 @@ class BackgroundModel:
             motion_threshold = max(
                 MOTION_SHARE * settings.threshold, MOTION_NOISE * settings.noise_factor * state.noise
             )
-            state = self._find_motion(state, image, motion_threshold)
+            state = self._find_motion(state, image, gain, motion_threshold)
         threshold = max(settings.threshold, settings.noise_factor * state.noise)
         mask = cv2.threshold(difference, threshold, 255, cv2.THRESH_BINARY)[1]
         if cv2.countNonZero(state.known) < state.known.size:
@@ -157,10 +170,13 @@ class BackgroundModel:
         before, now = (sum(cv2.mean(each[::LEVEL_ROWS], mask=still)[:3]) for each in (state.picture, image))
         return light_gain(before, now)
 
-    def _find_motion(self, state: Background, image: np.ndarray, threshold: float) -> Background:
+    def _find_motion(self, state: Background, image: np.ndarray, light: float, threshold: float) -> Background:
         """Returns the state with the pixels that changed since the reference image, and the regions that they
         enclose."""
-        change = _largest(cv2.absdiff(image, state.reference))
+        reference, gain = state.reference, light / state.light
+        if abs(gain - 1.0) >= SAME_LIGHT:
+            reference = cv2.convertScaleAbs(reference, alpha=gain)
+        change = _largest(cv2.absdiff(image, reference))
         moving = cv2.threshold(change, threshold, 255, cv2.THRESH_BINARY)[1]
         moving = _opened(self._within(moving))
         swept = cv2.morphologyEx(moving, cv2.MORPH_CLOSE, self._joins[state.count > NARROW_AFTER])
@@ -169,9 +185,11 @@ class BackgroundModel:
         starting = state.count <= QUIET_IMAGES
         quiet = cv2.add(state.quiet, 1 if starting else LEARNING_PERIOD)
         quiet[cv2.dilate(swept, _START if starting else _SMALL) > 0] = 0
+        newest = state.count % LEARNING_PERIOD == 0
         return replace(
             state,
-            reference=image if state.count % LEARNING_PERIOD == 0 else state.reference,
+            reference=image if newest else state.reference,
+            light=light if newest else state.light,
             moving=read_only(moving),
             swept=read_only(swept),
             quiet=read_only(quiet),

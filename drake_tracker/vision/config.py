@@ -99,7 +99,6 @@ class Silhouettes:
     noise_factor: float = setting(
         5.0, "raises the threshold to this many standard deviations of the noise", "", (0.0, 50.0)
     )
-    stride: int = setting(3, "cycles between the images whose difference shows motion", "cycles", (1, 8))
     join_distance: int = setting(
         25, "gap between moving edges that is bridged until the background is known", "px", (1, 255)
     )
@@ -112,6 +111,19 @@ class Silhouettes:
     body_share: float = setting(
         0.25, "share of a region that is not shadow-like from which on the rest counts as its shadow", "", (0.0, 1.0)
     )
+
+
+@dataclass(frozen=True)
+class CameraMotion:
+    """What counts as motion of the camera itself, and which images cannot be aligned."""
+
+    still: float = setting(0.15, "displacement up to which the camera counts as still", "px", (0.01, 2.0))
+    largest_std: float = setting(0.2, "largest expected error of a displacement", "px", (0.01, 2.0))
+    least_overlap: float = setting(0.4, "least share of the reference's edges within an image", "", (0.1, 1.0))
+    rebuild_overlap: float = setting(0.75, "share below which the reference should be replaced", "", (0.1, 1.0))
+    steadiness: float = setting(0.3, "displacement between images of a camera that stays displaced", "px", (0.01, 5.0))
+    steady_images: int = setting(30, "images after which the camera counts as displaced for good", "", (1, 3600))
+    largest_side: int = setting(480, "longer side above which an image is used at lower resolution", "px", (64, 4096))
 
 
 @dataclass(frozen=True)
@@ -160,20 +172,9 @@ class Several:
 
     target: First | Largest | Nearest | Inside | Coloured = setting(First, "which of the objects to follow")
     silhouettes: Silhouettes = setting(Silhouettes, "how objects are separated from the still scene")
+    camera_motion: CameraMotion = setting(CameraMotion, "how motion of a camera itself is found")
     min_pixels: int = setting(25, "pixels of the smallest object", "px", (1, 65536))
     confirm_after: int = setting(5, "pairs of images after which a new track is confirmed", "", (1, 1000))
     coast_time: float = setting(2.0, "time after which a track that is not seen is deleted", "s", (0.05, 60.0))
     largest_std: float = setting(0.03, "largest standard deviation of a point that is used", "m", (0.001, 1.0))
     mask_arm: bool = setting(True, "ignore the pixels where the robot's own arm is, as its joint angles tell")
-
-
-class CameraMotion:
-    """What counts as motion of the camera itself, and which images cannot be aligned."""
-
-    still: float = setting(0.15, "displacement up to which the camera counts as still", "px", (0.01, 2.0))
-    largest_std: float = setting(0.2, "largest expected error of a displacement", "px", (0.01, 2.0))
-    least_overlap: float = setting(0.4, "least share of the reference's edges within an image", "", (0.1, 1.0))
-    rebuild_overlap: float = setting(0.75, "share below which the reference should be replaced", "", (0.1, 1.0))
-    steadiness: float = setting(0.3, "displacement between images of a camera that stays displaced", "px", (0.01, 5.0))
-    steady_images: int = setting(30, "images after which the camera counts as displaced for good", "", (1, 3600))
-    largest_side: int = setting(480, "longer side above which an image is used at lower resolution", "px", (64, 4096))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.vision.camera_motion import Verdict
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +20,8 @@ class Foreground(FrozenState):
         image_offset: full-frame coordinates (u0, v0) of the top left pixel [px].
         hidden: uint8 (h, w), 255 where the robot's own arm covers the scene, or None.
         usable: whether the image could be compared with the background.
+        camera: whether the camera itself moved; its motion is compensated in what the other attributes hold.
+        displacement: of the camera's images by that motion [px].
     """
 
     stamp: float
@@ -28,6 +31,8 @@ class Foreground(FrozenState):
     image_offset: tuple[int, int]
     hidden: np.ndarray | None = None
     usable: bool = True
+    camera: Verdict = Verdict.STILL
+    displacement: float = 0.0
 
     def shows(self, u: float, v: float) -> bool:
         """Returns whether the image contains the pixel at (u, v) of the full frame."""

@@ -1,6 +1,6 @@
 """The background model of one camera as a Drake System, with the lag of the pipeline."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -14,8 +14,14 @@ from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import FrameInfo, message_size
 from drake_tracker.core.timing import VISION_PERIOD, capture_time
 from drake_tracker.vision.background_model import Background, BackgroundModel
+from drake_tracker.vision.camera_motion import Verdict
+from drake_tracker.vision.config import CameraMotion
 from drake_tracker.vision.foreground import Foreground
+from drake_tracker.vision.image_alignment import AlignedImage, Alignment, ImageAlignment
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
+
+MOST_UNUSABLE = 60
+"""Images in a row that cannot be used, after which the background is learned anew."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,10 +30,14 @@ class _Memory(FrozenState):
 
     Attributes:
         background: of the model, None before the first image.
+        alignment: with the background, of the images of a camera that moves.
+        unusable: number of images in a row that could not be used.
         line: the newest results, oldest first; None stands for a cycle without a new image.
     """
 
     background: Background | None
+    alignment: Alignment
+    unusable: int
     line: tuple[Foreground | None, ...]
 
 
@@ -61,6 +71,7 @@ class ForegroundSystem(LeafSystem):
         period: of a cycle [s].
         image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`.
         own_stamps: whether there is the input ``frame``.
+        camera_motion: settings of the detection of motion of the camera itself.
 
     Raises DrakeTrackerError when the delay is negative.
     """
@@ -74,17 +85,19 @@ class ForegroundSystem(LeafSystem):
         period: float = VISION_PERIOD,
         image_latency: int = 0,
         own_stamps: bool = False,
+        camera_motion: CameraMotion = CameraMotion(),
     ) -> None:
         super().__init__()
         if delay_cycles < 0:
             raise DrakeTrackerError(f"delay_cycles is {delay_cycles}; it must be 0 or more")
         self._model, self._period = model, period
+        self._alignment = ImageAlignment(camera_motion)
         self._length, self._latency = int(delay_cycles) + 1, image_latency
         self._image_offset = (int(image_offset[0]), int(image_offset[1]))
         self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
         self._hidden = self.DeclareAbstractInputPort("hidden", AbstractValue.Make(object()))
         self._frame = self.DeclareVectorInputPort("frame", message_size(FrameInfo)) if own_stamps else None
-        self._memory = self.DeclareAbstractState(AbstractValue.Make(_Memory(None, ())))
+        self._memory = self.DeclareAbstractState(AbstractValue.Make(_Memory(None, self._alignment.start(), 0, ())))
         ticket = {self.abstract_state_ticket(self._memory)}
         nothing = MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset)
 
@@ -101,20 +114,54 @@ class ForegroundSystem(LeafSystem):
         if round(time / self._period) < 0:
             return
         memory = context.get_abstract_state(self._memory).get_value()
-        background, found = memory.background, None
+        found = None
         frame = None if self._frame is None else FrameInfo(self._frame.Eval(context))
         if frame is None or frame.fresh:
             hidden = self._hidden.Eval(context) if self._hidden.HasValue(context) else None
             image = self._model.smooth(cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2RGB))
-            usable = True
-            if background is None:
-                background = self._model.start(image)
-            else:
-                background, usable = self._model.update(background, image, hidden)
             stamp = time if frame is None else float(frame.stamp)
-            found = Foreground(stamp, image, background.mask, background.moving, self._image_offset, hidden, usable)
+            memory, found = self._segmented(memory, image, hidden, stamp)
         line = (*memory.line, found)[-self._length :]
-        state.get_mutable_abstract_state(self._memory).set_value(_Memory(background, line))
+        state.get_mutable_abstract_state(self._memory).set_value(replace(memory, line=line))
+
+    def _segmented(
+        self, memory: _Memory, image: np.ndarray, hidden: np.ndarray | None, stamp: float
+    ) -> tuple[_Memory, Foreground]:
+        """Returns the memory after an image, and what the image shows.
+
+        Args:
+            memory: the memory before.
+            image: smoothed, uint8 (h, w, 3).
+            hidden: silhouette of the arm, or None.
+            stamp: capture time [s].
+        """
+        background, alignment = memory.background, memory.alignment
+        seen = AlignedImage(image, None, None, Verdict.STILL, 0.0)
+        usable = True
+        if background is None or memory.unusable > MOST_UNUSABLE:
+            # Nothing is known of this scene, or what is known no longer helps.
+            background, alignment = self._model.start(image), self._alignment.start()
+        else:
+            alignment, seen = self._alignment.update(alignment, background, image, hidden)
+            if seen.missing is not None:
+                hidden = read_only(seen.missing if hidden is None else cv2.bitwise_or(hidden, seen.missing))
+            usable = seen.verdict is not Verdict.UNUSABLE
+            if usable:
+                background, usable = self._model.update(background, seen.image, hidden, seen.tolerance)
+        found = Foreground(
+            stamp,
+            seen.image,
+            background.mask,
+            background.moving,
+            self._image_offset,
+            hidden,
+            usable,
+            seen.verdict,
+            seen.displacement,
+        )
+        return replace(
+            memory, background=background, alignment=alignment, unusable=0 if usable else memory.unusable + 1
+        ), found
 
     def _line(self, context: Context) -> tuple[Foreground | None, ...]:
         line: tuple[Foreground | None, ...] = context.get_abstract_state(self._memory).get_value().line

@@ -117,6 +117,7 @@ class SeveralVisionDiagram(Diagram):
                     period=period,
                     image_latency=image_latency,
                     own_stamps=own_stamps,
+                    camera_motion=settings.camera_motion,
                 ),
             )
             builder.ExportInput(system.GetInputPort("color_image"), f"camera_{side}")

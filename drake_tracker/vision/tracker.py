@@ -16,6 +16,7 @@ from scipy.optimize import linear_sum_assignment
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import REGION_SLOTS, TRACK_SLOTS
 from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_shape import ObjectShape, outline_area
@@ -62,6 +63,7 @@ class TrackerState(FrozenState):
         regions: regions of the left and of the right image.
         overflow: regions and tracks that found no slot.
         usable: whether both images could be used.
+        cameras: of the left and the right camera, whether it moved itself, and displacement of its image [px].
     """
 
     stamp: float = -np.inf
@@ -70,6 +72,7 @@ class TrackerState(FrozenState):
     regions: tuple[tuple[Region, ...], tuple[Region, ...]] = ((), ())
     overflow: int = 0
     usable: bool = True
+    cameras: tuple[tuple[Verdict, float], ...] = ((Verdict.STILL, 0.0), (Verdict.STILL, 0.0))
 
     def confirmed(self) -> tuple[ObjectTrack, ...]:
         """Returns the tracks that have a number."""
@@ -125,9 +128,15 @@ class Tracker:
         """
         stamp = 0.5 * (foregrounds[0].stamp + foregrounds[1].stamp)
         tracks = [self._predict(track, stamp, expected.get(track.number)) for track in state.tracks]
+        cameras = tuple((each.camera, each.displacement) for each in foregrounds)
         if not all(each.usable for each in foregrounds):
             return replace(
-                state, stamp=stamp, tracks=self._cleaned(tracks, foregrounds), regions=((), ()), usable=False
+                state,
+                stamp=stamp,
+                tracks=self._cleaned(tracks, foregrounds),
+                regions=((), ()),
+                usable=False,
+                cameras=cameras,
             )
         windows = [self._windows(tracks, side) for side in range(2)]
         found = [
@@ -142,7 +151,9 @@ class Tracker:
         tracks += apart or self._begin(stamp, found)
         tracks, next_number = self._confirm(self._cleaned(tracks, foregrounds), state.next_number)
         overflow = sum(max(len(regions) - REGION_SLOTS, 0) for regions in found)
-        return TrackerState(stamp, tuple(tracks), next_number, (tuple(found[0]), tuple(found[1])), overflow)
+        return TrackerState(
+            stamp, tuple(tracks), next_number, (tuple(found[0]), tuple(found[1])), overflow, True, cameras
+        )
 
     def measure(self, left: Region, right: Region) -> Measurement | None:
         """Returns the triangulated point of two regions, or None when their rays do not meet within ``max_gap``."""

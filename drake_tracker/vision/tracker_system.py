@@ -22,6 +22,7 @@ from drake_tracker.core.messages import (
     message_size,
 )
 from drake_tracker.core.timing import PROJECTOR_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_track import ObjectTrack
 from drake_tracker.vision.regions import Region
@@ -193,6 +194,8 @@ def pack_regions(state: TrackerState, side: int) -> np.ndarray:
         regions = state.regions[side]
         header = Regions(message)
         header.stamp, header.count, header.usable = state.stamp, len(regions), float(state.usable)
+        verdict, header.displacement = state.cameras[side]
+        header.camera = list(Verdict).index(verdict)
         for row, region in zip(message_rows(message, REGION_FIELDS), regions[:REGION_SLOTS]):
             row[:] = [getattr(region, field) for field in REGION_FIELDS]
     return message
