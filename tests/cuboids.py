@@ -1,5 +1,7 @@
 """Cuboids on an oval, and their silhouettes in two cameras like those of the train's default scenario."""
 
+from functools import cache
+
 import cv2
 import numpy as np
 
@@ -19,15 +21,21 @@ TRAIN = (0.11, 0.04, 0.05)
 CENTRE, SEMI_AXES = np.array([0.56, 0.0]), np.array([0.16, 0.22])
 
 
+@cache
+def _lap(scale):
+    """(angles, distances from the start [m]) along a lap of the oval."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 721)
+    points = np.column_stack([np.cos(angles), np.sin(angles)]) * scale * SEMI_AXES
+    return angles, np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+
+
 def oval(time, speed=0.15, start=0.0, scale=1.0, centre=CENTRE):
     """Returns (p_WQ [m], velocity [m/s]) on an oval; a negative speed runs backwards.
 
     ``start`` is the place at time 0 as a share of a lap.
     """
     semi_axes = scale * SEMI_AXES
-    angles = np.linspace(0.0, 2.0 * np.pi, 721)
-    points = np.column_stack([np.cos(angles), np.sin(angles)]) * semi_axes
-    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    angles, lengths = _lap(scale)
     angle = np.interp((start * lengths[-1] + speed * time) % lengths[-1], lengths, angles)
     along = np.array([-np.sin(angle), np.cos(angle)]) * semi_axes
     position = centre + np.array([np.cos(angle), np.sin(angle)]) * semi_axes
@@ -51,13 +59,11 @@ class Cuboid:
         """The outline in an image, (n, 2) [px]."""
         return cv2.convexHull(camera.project(self.corners(p_WQ, heading)).astype(np.float32))[:, 0].astype(float)
 
-    def drawn(self, camera, p_WQ, heading, window):
-        """uint8, 255 on the silhouette, in a window (u0, v0, width, height) of the image."""
-        u0, v0, width, height = window
-        mask = np.zeros((height, width), np.uint8)
-        outline = np.rint((self.outline(camera, p_WQ, heading) - (u0, v0)) * 16).astype(np.int32)
+    def draw(self, camera, p_WQ, heading, image, mask):
+        """Draws the cuboid into the image, and its silhouette into the mask."""
+        outline = np.rint(self.outline(camera, p_WQ, heading) * 16).astype(np.int32)
+        cv2.fillConvexPoly(image, outline, self.colour, shift=4)
         cv2.fillConvexPoly(mask, outline, 255, shift=4)
-        return mask
 
 
 class Stage:
@@ -67,8 +73,6 @@ class Stage:
         objects: list of (`Cuboid`, function of the time that returns (p_WQ, velocity), or None while it is absent).
         cover: function of (time, side) that returns what the arm hides, uint8, or None.
     """
-
-    windows = ((0, 0, 256, 256), (0, 0, 256, 256))
 
     def __init__(self, objects, cover=None):
         self.objects, self._cover = objects, cover
@@ -87,23 +91,20 @@ class Stage:
             if state is not None and np.hypot(*state[1][:2]) > 0.0:
                 self._headings[number] = np.arctan2(state[1][1], state[1][0])
         found = []
-        for side, (camera, window) in enumerate(zip(CAMERAS, self.windows)):
-            image = np.full((window[3], window[2], 3), 110, np.uint8)
+        for side, camera in enumerate(CAMERAS):
+            image = np.full((camera.height, camera.width, 3), 110, np.uint8)
             mask = np.zeros(image.shape[:2], np.uint8)
             shown = [number for number, state in enumerate(states) if state is not None]
             eye = camera.X_WC[:3, 3]
             for number in sorted(shown, key=lambda each: -np.linalg.norm(states[each][0] - eye)):
-                cuboid = self.objects[number][0]
-                drawn = cuboid.drawn(camera, states[number][0], self._headings[number], window)
-                image[drawn > 0] = cuboid.colour
-                mask |= drawn
+                self.objects[number][0].draw(camera, states[number][0], self._headings[number], image, mask)
             hidden = None if self._cover is None else self._cover(time, side)
             if hidden is not None:
                 mask = cv2.subtract(mask, hidden)
             moving = np.zeros_like(mask)
             if self._before[side] is not None:
-                difference = cv2.absdiff(image, self._before[side]).max(axis=2)
-                moving = np.where(difference > 20, 255, 0).astype(np.uint8)
+                difference = cv2.max(*cv2.split(cv2.absdiff(image, self._before[side]))[:2])
+                moving = cv2.threshold(difference, 20, 255, cv2.THRESH_BINARY)[1]
             self._before[side] = image
-            found.append(Foreground(time, image, mask, moving, window[:2], hidden, usable))
+            found.append(Foreground(time, image, mask, moving, (0, 0), hidden, usable))
         return found
