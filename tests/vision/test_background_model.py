@@ -11,7 +11,7 @@ RATE = 60
 """Images per second."""
 LENGTH, BREADTH = 28, 16
 """Of the object [px]."""
-GOLD, BLUE, DARK, WHITE = (208, 176, 64), (50, 70, 150), (28, 26, 30), (245, 245, 240)
+GOLD, BLUE, DARK, WHITE = (208, 176, 64), (50, 70, 150), (12, 11, 14), (245, 245, 240)
 
 
 def textured(seed=0, base=(126, 112, 96), contrast=14.0, grey=False):
@@ -114,28 +114,23 @@ SCENES = {
 
 @pytest.mark.parametrize("name", SCENES)
 def test_the_scene_is_learned_although_an_object_moves_from_the_first_image_on(name):
+    """Then the silhouette is the object, and the empty scene shows nothing."""
     scene, viewer = Scene(**SCENES[name]), Viewer()
     run_to_and_fro(scene, viewer, 5.0)
     assert (viewer.state.known > 0).all()
     learned_scene = viewer.model.smooth(np.clip(scene.background, 0, 255).astype(np.uint8)).astype(float)
     error = np.abs(viewer.state.mean - learned_scene).max(axis=2)
     assert np.percentile(error, 99) < 4.0 + 1.5 * scene.noise
-    assert not (viewer.see(scene.image())).any(), "the empty scene shows nothing"
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_the_silhouette_is_the_object(name):
-    scene, viewer = Scene(**SCENES[name]), Viewer()
-    run_to_and_fro(scene, viewer, 5.0)
-    for number in range(5 * RATE, 7 * RATE):
+    for number in range(5 * RATE, 6 * RATE):
         u = path(number / RATE)
         mask = viewer.see(scene.image(u))
         assert viewer.usable
         if number % 10 == 0:
             # Within a pixel, diagonally. The edge of a dark object is shadow-like.
-            assert deviation(mask, scene.truth(u)) <= (2.3 if name == "dark" else 1.5)
+            assert deviation(mask, scene.truth(u)) <= (2.5 if name == "dark" else 1.5)
             rows, columns = np.nonzero(mask)
-            assert (columns.mean(), rows.mean()) == pytest.approx((u, 50.0), abs=0.7)
+            assert (columns.mean(), rows.mean()) == pytest.approx((u, 50.0), abs=1.0 if name == "dark" else 0.6)
+    assert not viewer.see(scene.image()).any()
 
 
 def test_a_moving_object_is_found_before_the_scene_is_known():
