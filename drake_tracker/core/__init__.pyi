@@ -17,12 +17,16 @@ from .messages import GraspDiagnosis as GraspDiagnosis
 from .messages import JawState as JawState
 from .messages import OperatorCommand as OperatorCommand
 from .messages import Prediction as Prediction
+from .messages import Regions as Regions
 from .messages import ServoTarget as ServoTarget
 from .messages import ToolStatus as ToolStatus
 from .messages import TouchReport as TouchReport
 from .messages import TrackPoint as TrackPoint
+from .messages import TrackPoints as TrackPoints
+from .messages import TrackPredictions as TrackPredictions
 from .messages import Verdict as Verdict
 from .messages import evaluate_prediction as evaluate_prediction
+from .messages import message_rows as message_rows
 from .messages import message_size as message_size
 from .messages import pack_prediction as pack_prediction
 from .messages import predicted_points as predicted_points

@@ -13,6 +13,7 @@ from .config import Slope as Slope
 from .coordinated_turn import CoordinatedTurnEstimator as CoordinatedTurnEstimator
 from .estimator import Estimator as Estimator
 from .estimator import EstimatorState as EstimatorState
+from .estimator_bank_system import EstimatorBankSystem as EstimatorBankSystem
 from .estimator_system import EstimatorSystem as EstimatorSystem
 from .estimator_system import add_estimator as add_estimator
 from .kinds import ESTIMATORS as ESTIMATORS

@@ -4,7 +4,8 @@ Each camera's images (`ImageRgba8U`, from a simulated `RgbdSensor` or from foota
 (`add_motion_centroid`, with one of the motion detectors). A localiser turns the centroids into a `TrackPoint` in the
 world: `add_triangulator` for two calibrated cameras, `add_plane_projector` for one camera and a known plane.
 `CameraModel` is the calibration of a camera; `VisionDiagram` and `BoardVisionDiagram` are the two papers' complete
-pipelines, and `MeasuredVisionDiagram` stands in for one of them without images.
+pipelines, and `MeasuredVisionDiagram` stands in for one of them without images. `SeveralVisionDiagram` tracks several
+objects by their silhouettes and outputs the point of one of them, the target.
 """
 
 import lazy_loader

@@ -3,12 +3,21 @@ import pytest
 
 from drake_tracker.core import messages
 from drake_tracker.core.messages import (
+    EXPECTED_FIELDS,
     KNOT_COUNT,
     KNOT_FIELDS,
     KNOT_SPACING,
     PREDICTION_HEADER,
+    REGION_FIELDS,
+    REGION_SLOTS,
+    TRACK_FIELDS,
+    TRACK_SLOTS,
     Prediction,
+    Regions,
+    TrackPoints,
+    TrackPredictions,
     evaluate_prediction,
+    message_rows,
     message_size,
     pack_prediction,
     prediction_knots,
@@ -30,6 +39,7 @@ def line(t):
 def test_the_module_holds_exactly_these_messages():
     assert {view.__name__ for view in VIEWS} == {
         *("FrameInfo", "Centroid", "TrackPoint", "Filtered", "Prediction", "ServoTarget", "ArmCommand", "ToolStatus"),
+        *("Regions", "TrackPoints", "TrackPredictions"),
         *("PacketReport", "LimiterReport"),
         *("JawState", "GraspDiagnosis", "OperatorCommand", "CatchDiagnosis", "TouchReport", "Verdict", "CatchVerdict"),
     }
@@ -90,3 +100,34 @@ def test_the_spacing_of_the_packet_is_used():
     knots = np.array([line(0.02 * k) for k in range(KNOT_COUNT)])
     packet = pack_prediction(STAMP, 1, knots, spacing=0.02)
     assert evaluate_prediction(packet, STAMP + 0.33) == pytest.approx(line(0.33), abs=1e-12)
+
+
+SLOTTED = [
+    (Regions, REGION_FIELDS, REGION_SLOTS),
+    (TrackPoints, TRACK_FIELDS, TRACK_SLOTS),
+    (TrackPredictions, EXPECTED_FIELDS, TRACK_SLOTS),
+]
+
+
+@pytest.mark.parametrize(("view", "fields", "slots"), SLOTTED, ids=lambda value: getattr(value, "__name__", ""))
+def test_the_slots_of_a_message_are_its_numbered_fields(view, fields, slots):
+    message = np.arange(message_size(view), dtype=float)
+    rows = message_rows(message, fields)
+    assert rows.shape == (slots, len(fields))
+    named = view(message)
+    for slot in range(slots):
+        assert [getattr(named, f"{field}{slot}") for field in fields] == rows[slot].tolist()
+
+
+@pytest.mark.parametrize(("view", "fields", "slots"), SLOTTED, ids=lambda value: getattr(value, "__name__", ""))
+def test_what_is_written_to_the_slots_is_in_the_message(view, fields, slots):
+    message = np.zeros(message_size(view))
+    message_rows(message, fields)[slots - 1, 0] = 7.0
+    assert getattr(view(message), f"{fields[0]}{slots - 1}") == 7.0
+    assert np.count_nonzero(message) == 1
+
+
+@pytest.mark.parametrize(("view", "fields", "slots"), SLOTTED, ids=lambda value: getattr(value, "__name__", ""))
+def test_the_header_of_a_slotted_message_has_no_numbered_field(view, fields, slots):
+    header = view.get_fields()[: message_size(view) - slots * len(fields)]
+    assert header and not any(name[-1].isdigit() for name in header)

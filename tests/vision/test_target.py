@@ -1,0 +1,121 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.vision.config import Coloured, First, Inside, Largest, Nearest
+from drake_tracker.vision.object_shape import ObjectShape
+from drake_tracker.vision.object_track import Measurement, TrackState, new_track
+from drake_tracker.vision.target import (
+    REASONS,
+    Reason,
+    choose_target,
+    hue,
+    hue_distance,
+    parse_colour,
+    reason_of,
+)
+
+GOLD, RED, GREY, BLUE = (208.0, 176.0, 64.0), (180.0, 40.0, 30.0), (120.0, 122.0, 119.0), (40.0, 60.0, 200.0)
+
+
+def track(number, position=(0.56, 0.0, 0.48), colour=GREY, size=(0.1, 0.04, 0.05), seen=True):
+    measurement = Measurement(np.array(position), 1e-6 * np.eye(3), 0.001, 1.0)
+    shape = ObjectShape(np.array(size), 0.0, np.eye(3), np.zeros(3))
+    begun = replace(new_track(1.0, measurement, shape, colour), number=number)
+    return begun if seen else replace(begun.predicted(1.5), state=TrackState.NOT_OBSERVED)
+
+
+KINDS = [First(), Largest(), Nearest(), Inside(), Coloured()]
+
+
+def name_of(value):
+    return type(value).__name__
+
+
+@pytest.mark.parametrize("settings", KINDS, ids=name_of)
+def test_without_tracks_there_is_no_target(settings):
+    assert choose_target(settings, [], 0) == choose_target(settings, [], 3) == 0
+
+
+@pytest.mark.parametrize("settings", KINDS, ids=name_of)
+def test_a_target_is_kept_while_its_track_lives(settings):
+    better = track(1, colour=GOLD, size=(0.3, 0.3, 0.3))
+    worse = track(2, (0.2, 0.5, 0.48), BLUE, seen=False)
+    assert choose_target(settings, [better, worse], 2) == 2
+    assert choose_target(settings, [better, worse], 7) == 1, "its track has ended"
+
+
+@pytest.mark.parametrize("settings", KINDS, ids=name_of)
+def test_an_object_that_is_not_seen_is_not_chosen(settings):
+    assert choose_target(settings, [track(1, colour=GOLD, seen=False)], 0) == 0
+    assert choose_target(settings, [track(1, colour=GOLD, seen=False), track(4, colour=GOLD)], 0) == 4
+
+
+def test_the_first():
+    assert choose_target(First(), [track(3), track(5)], 0) == 3
+
+
+def test_the_largest_by_volume():
+    flat, cube = track(1, size=(0.2, 0.1, 0.01)), track(2, size=(0.08, 0.08, 0.08))
+    assert choose_target(Largest(), [flat, cube], 0) == 2
+
+
+def test_the_nearest_to_a_point_within_a_distance():
+    tracks = [track(1, (0.5, 0.2, 0.48)), track(2, (0.5, -0.1, 0.48))]
+    assert choose_target(Nearest(point=(0.5, 0.0, 0.48)), tracks, 0) == 2
+    assert choose_target(Nearest(point=(0.5, 0.0, 0.48), within=0.05), tracks, 0) == 0
+    assert choose_target(Nearest(point=(0.5, 0.15, 0.48), within=0.06), tracks, 0) == 1
+
+
+def test_the_first_inside_a_box():
+    tracks = [track(1, (0.5, 0.2, 0.48)), track(2, (0.5, -0.1, 0.48)), track(3, (0.6, -0.1, 0.48))]
+    box = ((0.4, -0.2, 0.4), (0.7, 0.0, 0.6))
+    assert choose_target(Inside(box), tracks, 0) == 2
+    assert choose_target(Inside(box), tracks[:1], 0) == 0
+
+
+def test_the_one_of_a_colour():
+    tracks = [track(1, colour=GREY), track(2, colour=RED), track(3, colour=GOLD)]
+    assert choose_target(Coloured("#d0b040"), tracks, 0) == 3
+    assert choose_target(Coloured("#ff0000"), tracks, 0) == 2
+    assert choose_target(Coloured("#00ff00"), tracks, 0) == 0, "none is near enough"
+    assert choose_target(Coloured("#808080"), tracks, 0) == 1, "grey is a colour too"
+
+
+@pytest.mark.parametrize("text", ["gold", "d0b040", "#d0b04", "#d0b0400", "#d0b04g", "", "#d0b040\n"])
+def test_a_colour_that_is_none_is_refused_by_name(text):
+    with pytest.raises(DrakeTrackerError, match="colour is .*#rrggbb"):
+        parse_colour(text)
+
+
+def test_colours():
+    assert parse_colour("#0a80FF") == (10, 128, 255)
+    assert hue(GREY) is None and hue((0.0, 0.0, 0.0)) is None
+    assert hue((255.0, 0.0, 0.0)) == 0.0 and hue((0.0, 0.0, 10.0)) == pytest.approx(240.0)
+    dark = tuple(0.3 * value for value in GOLD)
+    assert hue(dark) == pytest.approx(hue(GOLD)), "shade does not change a hue"
+    assert hue_distance(350.0, 10.0) == hue_distance(10.0, 350.0) == pytest.approx(20.0)
+    assert hue_distance(None, None) == 0.0 and hue_distance(None, 90.0) == 180.0
+
+
+@pytest.mark.parametrize(
+    ("state", "reason"),
+    [
+        (TrackState.OCCLUDED, Reason.OCCLUDED),
+        (TrackState.OUT_OF_VIEW, Reason.OUT_OF_VIEW),
+        (TrackState.NOT_OBSERVED, Reason.NOT_OBSERVED),
+    ],
+)
+def test_why_there_is_no_point_of_a_target(state, reason):
+    lost = replace(track(1, seen=False), state=state)
+    assert reason_of(lost, True, True) == reason
+    assert reason_of(lost, True, False) == Reason.UNUSABLE_IMAGE
+
+
+def test_why_there_is_no_target():
+    assert reason_of(None, False, True) == Reason.NO_OBJECT
+    assert reason_of(None, True, True) == Reason.NO_MATCH
+    assert reason_of(track(1), True, True) == Reason.NONE
+    assert set(REASONS) == set(Reason) and len(set(REASONS.values())) == len(Reason)

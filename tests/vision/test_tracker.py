@@ -1,0 +1,401 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cuboids import CAMERAS, CENTRE, HEIGHT, PERIOD, WORK_VOLUME, Cuboid, Stage, oval
+
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import TRACK_SLOTS
+from drake_tracker.vision.config import Several
+from drake_tracker.vision.object_track import TrackState
+from drake_tracker.vision.tracker import Tracker, TrackerState, projection_jacobian
+
+GOLD, BLUE, RED = (200, 170, 60), (50, 80, 190), (190, 50, 40)
+NEAR = 0.02
+"""A track lies on an object when it is nearer than this [m]."""
+
+
+def on_oval(speed=0.15, start=0.0, scale=1.0, centre=CENTRE):
+    return lambda time: oval(time, speed, start, scale, centre)
+
+
+def standing(x, y):
+    return lambda time: (np.array([x, y, HEIGHT]), np.zeros(3))
+
+
+def on_line(start, velocity):
+    """A straight path in the plane of the track, from ``start`` (x, y) [m] at time 0, ``velocity`` (2,) [m/s]."""
+    return lambda time: (np.array([*(np.array(start) + time * np.array(velocity)), HEIGHT]), np.array([*velocity, 0.0]))
+
+
+def during(path, first, last):
+    """The path from ``first`` [s] until ``last`` [s]; the object is absent otherwise."""
+    return lambda time: path(time) if first <= time < last else None
+
+
+class Run:
+    """A tracker that watches a stage, a pair of images each cycle.
+
+    Attributes:
+        history: [(time, truth, state)].
+    """
+
+    def __init__(self, stage, settings=Several(), tracker=None):
+        self.stage = stage
+        self.tracker = tracker or Tracker(CAMERAS, settings, work_volume=WORK_VOLUME)
+        self.state, self.history, self.cycle = TrackerState(), [], 0
+
+    def watch(self, seconds, usable=None, expected=None):
+        """Returns itself after some time; ``usable`` and ``expected`` are functions of the time."""
+        for _ in range(round(seconds / PERIOD)):
+            time = self.cycle * PERIOD
+            foregrounds = self.stage.foregrounds(time, usable is None or usable(time))
+            arguments = () if expected is None else (expected(time),)
+            self.state = self.tracker.update(self.state, foregrounds, *arguments)
+            self.history.append((time, self.stage.truth(time), self.state))
+            self.cycle += 1
+        return self
+
+    @property
+    def tracks(self):
+        return {track.number: track for track in self.state.confirmed()}
+
+    def numbers(self, since=0.0):
+        """All numbers of tracks that appeared from a time on."""
+        return {track.number for time, _, state in self.history if time >= since for track in state.confirmed()}
+
+    def errors(self, number, thing, since=0.0):
+        """Distances [m] of the measurements of a track from an object, and the share of images with one."""
+        found, count = [], 0
+        for time, truth, state in self.history:
+            if time < since:
+                continue
+            count += 1
+            for track in state.confirmed():
+                if track.number == number and track.measurement is not None and truth[thing] is not None:
+                    found.append(np.linalg.norm(track.measurement.p_WQ - truth[thing]))
+        return np.array(found), len(found) / count
+
+    def identities(self, since=0.0, until=np.inf):
+        """{number of an object: numbers of the tracks that were nearest to it and on it}."""
+        found = {}
+        for time, truth, state in self.history:
+            if not since <= time <= until:
+                continue
+            for thing, p_WQ in enumerate(truth):
+                tracks = state.confirmed()
+                if p_WQ is None or not tracks:
+                    continue
+                nearest = min(tracks, key=lambda track: np.linalg.norm(track.position - p_WQ))
+                if np.linalg.norm(nearest.position - p_WQ) < 2 * NEAR:
+                    found.setdefault(thing, set()).add(nearest.number)
+        return found
+
+
+def test_an_empty_scene_has_no_tracks():
+    run = Run(Stage([])).watch(0.2)
+    assert run.state.tracks == () and run.state.usable and run.state.overflow == 0
+    assert run.state.stamp == pytest.approx(11 * PERIOD)
+
+
+def test_one_object_on_an_oval():
+    run = Run(Stage([(Cuboid(), on_oval())])).watch(4.0)
+    assert run.numbers() == {1}
+    errors, share = run.errors(1, 0, since=1.0)
+    assert share == 1.0
+    assert np.median(errors) < 0.005 and errors.max() < 0.012
+    track = run.tracks[1]
+    _, velocity = oval(run.state.stamp)
+    np.testing.assert_allclose(track.mean[3:], velocity, atol=0.05)
+    np.testing.assert_allclose(track.shape.dimensions, (0.11, 0.04, 0.05), atol=0.015)
+    assert track.colour == pytest.approx(GOLD, abs=15)
+    assert track.state == TrackState.MOVING and track.seen == run.state.stamp
+
+
+def test_the_covariance_covers_the_error():
+    run = Run(Stage([(Cuboid(), on_oval())])).watch(3.0)
+    distances = []
+    for time, truth, state in run.history:
+        for track in state.confirmed():
+            if time > 1.0 and track.measurement is not None:
+                error = track.measurement.p_WQ - truth[0]
+                distances.append(error @ np.linalg.solve(track.measurement.covariance, error))
+    assert np.mean(np.array(distances) < 7.8) > 0.9  # 95 % of a chi-square of three dimensions
+
+
+def test_a_track_is_confirmed_after_the_given_number_of_pairs():
+    for after in (1, 5, 20):
+        run = Run(Stage([(Cuboid(), on_oval())]), Several(confirm_after=after)).watch(1.0)
+        first = next(k for k, (_, _, state) in enumerate(run.history) if state.confirmed())
+        # In the first image nothing is known to move.
+        assert first == after
+        assert run.tracks[1].number == 1
+
+
+@pytest.mark.parametrize("distance", [0.3, 0.2])
+def test_two_objects_one_behind_the_other(distance):
+    lap = 1.2
+    follower = on_oval(start=distance / lap)
+    run = Run(Stage([(Cuboid(), on_oval()), (Cuboid(colour=BLUE), follower)])).watch(6.0)
+    assert run.numbers() == {1, 2}
+    names = run.identities(since=1.0)
+    assert all(len(each) == 1 for each in names.values()) and names[0] != names[1]
+    for thing in (0, 1):
+        errors, share = run.errors(*names[thing], thing, since=1.0)
+        assert share > 0.9 and np.median(errors) < 0.006 and np.percentile(errors, 99) < NEAR
+
+
+def crossing(gap=0.08, speed=0.15):
+    """Two cuboids on parallel straight tracks, in opposite directions; they pass each other after 1.5 s."""
+    return [
+        (Cuboid(), on_line((CENTRE[0] - gap / 2, -1.5 * speed), (0.0, speed))),
+        (Cuboid(colour=BLUE), on_line((CENTRE[0] + gap / 2, 1.5 * speed), (0.0, -speed))),
+    ]
+
+
+@pytest.mark.parametrize("gap", [0.10, 0.14])
+def test_identities_are_kept_when_objects_pass_each_other(gap):
+    run = Run(Stage(crossing(gap))).watch(3.0)
+    before, after = run.identities(since=0.4, until=0.8), run.identities(since=2.6)
+    assert set(before) == {0, 1} and before == after
+    assert all(len(each) == 1 for each in before.values())
+    assert run.numbers() == {1, 2}
+
+
+def test_identities_are_kept_on_two_ovals_in_opposite_directions():
+    objects = [(Cuboid(), on_oval(start=0.1)), (Cuboid(colour=BLUE), on_oval(-0.2, start=0.6, scale=0.55))]
+    run = Run(Stage(objects)).watch(7.0)
+    names = run.identities(since=1.0)
+    assert run.numbers() == {1, 2}
+    assert names[0] != names[1] and all(len(each) == 1 for each in names.values())
+
+
+def test_an_object_that_stops_is_measured_on():
+    def path(time):
+        state = oval(min(time, 1.5))
+        return state if time < 1.5 else (state[0], np.zeros(3))
+
+    run = Run(Stage([(Cuboid(), path)])).watch(5.0)
+    assert run.numbers() == {1}
+    assert run.tracks[1].state == TrackState.STANDING
+    errors, share = run.errors(1, 0, since=1.0)
+    assert share == 1.0 and errors.max() < 0.012
+    assert run.tracks[1].speed < 0.01
+
+
+def test_an_object_that_never_moved_is_no_track():
+    run = Run(Stage([(Cuboid(), standing(0.56, 0.1))])).watch(1.0)
+    assert run.state.tracks == ()
+    assert len(run.state.regions[0]) == 1, "it is seen nevertheless"
+
+
+def test_an_object_that_stands_and_starts():
+    def path(time):
+        return standing(0.56, -0.1)(0.0) if time < 1.0 else on_line((0.56, -0.25), (0.0, 0.15))(time)
+
+    run = Run(Stage([(Cuboid(), path)])).watch(2.0)
+    assert run.numbers() == {1} and run.tracks[1].state == TrackState.MOVING
+
+
+def all_hidden(first, last):
+    """The arm hides both images for some time."""
+    hidden = np.full((256, 256), 255, np.uint8)
+    return lambda time, side: hidden if first <= time < last else None
+
+
+def test_a_track_coasts_through_an_occlusion():
+    run = Run(Stage([(Cuboid(), on_line((0.56, -0.2), (0.0, 0.15)))], all_hidden(1.2, 1.8))).watch(2.5)
+    assert run.numbers() == {1}
+    states = {round(time, 2): state.confirmed()[0].state for time, _, state in run.history if time > 0.5}
+    assert states[1.0] == TrackState.MOVING and states[1.5] == TrackState.OCCLUDED
+    assert run.tracks[1].measurement is not None
+    errors, _ = run.errors(1, 0, since=1.9)
+    assert len(errors) > 30 and errors.max() < NEAR
+
+
+def test_what_the_estimator_expects_leads_through_a_bend():
+    """Without it, the track leaves the bend along a straight line."""
+    stage = [(Cuboid(), on_oval(start=0.16))], all_hidden(2.0, 3.5)
+    alone = Run(Stage(*stage)).watch(3.45)
+    led = Run(Stage(*stage)).watch(
+        3.45, expected=lambda time: {1: (oval(time, start=0.16)[0], 0.004)} if time > 2.0 else {}
+    )
+    misses = [
+        np.linalg.norm(run.tracks[1].position - run.history[-1][1][0]) if 1 in run.tracks else np.inf
+        for run in (alone, led)
+    ]
+    assert misses[1] < 0.005 < 0.04 < misses[0]
+    led.watch(0.5, expected=lambda time: {1: (oval(time, start=0.16)[0], 0.004)} if time < 3.5 else {})
+    assert led.numbers() == {1} and led.tracks[1].measurement is not None
+
+
+def test_an_expectation_does_not_move_an_object_that_is_seen():
+    wrong = {1: (np.array([0.7, 0.2, HEIGHT]), 0.001)}
+    plain, led = (Run(Stage([(Cuboid(), on_oval())])) for _ in range(2))
+    plain.watch(1.5)
+    led.watch(1.5, expected=lambda time: wrong)
+    np.testing.assert_array_equal(plain.tracks[1].mean, led.tracks[1].mean)
+
+
+def test_a_track_that_is_not_seen_is_deleted_and_its_number_is_not_used_again():
+    settings = Several(coast_time=0.5)
+    path = on_oval()
+    run = Run(Stage([(Cuboid(), lambda time: path(time) if time < 1.0 or time >= 2.0 else None)]), settings)
+    run.watch(1.4)
+    assert run.tracks[1].state == TrackState.NOT_OBSERVED
+    run.watch(0.5)
+    assert run.tracks == {} and run.state.next_number == 2
+    run.watch(1.0)
+    assert set(run.tracks) == {2} and run.state.next_number == 3
+
+
+def test_what_is_covered_is_kept_longer_than_what_has_vanished():
+    def seconds(stage):
+        run = Run(stage, Several(coast_time=0.4)).watch(4.0)
+        last = max(time for time, _, state in run.history if state.confirmed())
+        return last - 1.0
+
+    line = on_line((0.56, -0.2), (0.0, 0.05))
+    vanished = seconds(Stage([(Cuboid(), during(line, 0.0, 1.0))]))
+    covered = seconds(Stage([(Cuboid(), line)], all_hidden(1.0, 9.0)))
+    assert vanished == pytest.approx(0.4, abs=0.05) and covered > 2.0 * vanished
+
+
+def test_a_flash_in_a_single_image_is_no_track():
+    flash = during(standing(0.56, 0.1), 0.5 - 0.001, 0.5 + PERIOD / 2)
+    run = Run(Stage([(Cuboid(), flash)])).watch(1.0)
+    assert run.numbers() == set() and run.state.next_number == 1 and run.state.tracks == ()
+
+
+def test_flashes_beside_an_object_do_not_disturb_it():
+    rng = np.random.default_rng(3)
+    places = rng.uniform((0.4, -0.25), (0.75, 0.25), (180, 2))
+
+    def flash(time):
+        number = round(time / PERIOD)
+        place = places[min(number, 179)]
+        far = np.hypot(*(oval(time)[0][:2] - place)) > 0.2
+        return standing(*place)(time) if number % 4 == 0 and far else None
+
+    run = Run(Stage([(Cuboid(), on_oval()), (Cuboid((0.04, 0.04, 0.04), RED), flash)])).watch(3.0)
+    assert run.numbers() == {1}
+    errors, share = run.errors(1, 0, since=1.0)
+    assert share > 0.95 and errors.max() < NEAR
+
+
+class CrossedStage(Stage):
+    """One object that only the left camera sees, and one that only the right camera sees."""
+
+    def foregrounds(self, time, usable=True):
+        left = Stage([self.objects[0]]).foregrounds(time)[0]
+        right = Stage([self.objects[1]]).foregrounds(time)[1]
+        return [replace(left, moving=left.mask), replace(right, moving=right.mask)]
+
+
+def test_regions_whose_rays_do_not_meet_are_no_object():
+    objects = [(Cuboid(), standing(0.45, -0.1)), (Cuboid(), standing(0.70, 0.15))]
+    run = Run(CrossedStage(objects)).watch(0.5)
+    assert len(run.state.regions[0]) == len(run.state.regions[1]) == 1
+    assert run.state.tracks == ()
+
+
+def test_the_right_pairs_are_chosen_where_wrong_ones_also_meet():
+    """Three objects begin at once, with six ways to pair their regions."""
+    cube = (0.04, 0.04, 0.04)
+    objects = [
+        (Cuboid(cube), on_line((0.50, -0.15), (0.1, 0.1))),
+        (Cuboid(cube, BLUE), on_line((0.62, 0.02), (0.1, 0.1))),
+        (Cuboid(cube, RED), on_line((0.56, 0.20), (0.1, -0.1))),
+    ]
+    run = Run(Stage(objects)).watch(0.6)
+    assert len(run.tracks) == 3
+    for truth in run.history[-1][1]:
+        nearest = min(np.linalg.norm(track.position - truth) for track in run.tracks.values())
+        assert nearest < NEAR
+
+
+def test_what_is_outside_of_the_work_volume_is_no_object():
+    high = lambda time: (on_oval()(time)[0] + [0.0, 0.0, 0.2], on_oval()(time)[1])  # noqa: E731
+    run = Run(Stage([(Cuboid(), high)])).watch(0.5)
+    assert run.state.regions[0] and run.state.tracks == ()
+    anywhere = Run(Stage([(Cuboid(), high)]), tracker=Tracker(CAMERAS)).watch(0.5)
+    assert len(anywhere.tracks) == 1
+
+
+def test_images_that_cannot_be_used():
+    run = Run(Stage([(Cuboid(), on_oval())])).watch(1.5, usable=lambda time: not 1.0 <= time < 1.3)
+    dark = [(time, state) for time, _, state in run.history if 1.0 <= time < 1.3]
+    for time, state in dark:
+        assert not state.usable and state.regions == ((), ())
+        assert state.stamp == pytest.approx(time)
+        (track,) = state.confirmed()
+        assert track.measurement is None and track.places == (-1, -1)
+        assert track.seen < 1.0
+    assert run.numbers() == {1} and run.tracks[1].measurement is not None and run.state.usable
+
+
+def test_images_that_cannot_be_used_for_long_end_the_tracks():
+    run = Run(Stage([(Cuboid(), on_oval())]), Several(coast_time=0.5)).watch(2.0, usable=lambda time: time < 1.0)
+    assert run.tracks == {}
+
+
+def test_the_places_are_the_regions_of_the_tracks():
+    run = Run(Stage([(Cuboid(), on_oval()), (Cuboid(colour=BLUE), on_oval(start=0.4))])).watch(1.5)
+    for thing, truth in enumerate(run.history[-1][1]):
+        (number,) = run.identities(since=1.0)[thing]
+        track = run.tracks[number]
+        for camera, regions, place in zip(CAMERAS, run.state.regions, track.places):
+            region = regions[place]
+            assert region.track == number
+            assert np.hypot(*(camera.project(truth)[0] - (region.u, region.v))) < 3.0
+
+
+def test_no_more_tracks_than_a_message_holds():
+    places = [(0.40 + 0.085 * (k % 4), -0.22 + 0.2 * (k // 4)) for k in range(12)]
+    objects = [(Cuboid((0.03, 0.03, 0.03)), on_line(place, (0.0, 0.1))) for place in places]
+    run = Run(Stage(objects)).watch(0.6)
+    assert len(run.state.tracks) == TRACK_SLOTS
+    assert run.numbers() == set(range(1, TRACK_SLOTS + 1))
+
+
+def test_numbers_are_never_used_twice():
+    """Objects come and go; a number that has gone does not return."""
+    objects = [
+        (Cuboid(), during(on_line((0.45 + 0.05 * k, -0.2), (0.02, 0.15)), 0.6 * k, 0.6 * k + 0.5)) for k in range(5)
+    ]
+    run = Run(Stage(objects), Several(coast_time=0.05)).watch(3.2)
+    alive, ended = set(), set()
+    for _, _, state in run.history:
+        now = {track.number for track in state.confirmed()}
+        assert not now & ended
+        ended |= alive - now
+        alive = now
+    assert len(ended | alive) >= 5
+
+
+def test_an_update_can_be_repeated_and_changes_nothing():
+    run = Run(Stage([(Cuboid(), on_oval())])).watch(1.0)
+    state = run.state
+    mean = state.tracks[0].mean.copy()
+    foregrounds = run.stage.foregrounds(1.0)
+    first, again = (run.tracker.update(state, foregrounds) for _ in range(2))
+    np.testing.assert_array_equal(first.tracks[0].mean, again.tracks[0].mean)
+    np.testing.assert_array_equal(state.tracks[0].mean, mean)
+    for array in (first.tracks[0].mean, first.tracks[0].covariance, first.tracks[0].shape.matrix):
+        assert not array.flags.writeable
+
+
+def test_a_work_volume_that_is_no_box_is_refused():
+    with pytest.raises(DrakeTrackerError, match="work volume"):
+        Tracker(CAMERAS, work_volume=[[0.0, 0.0, 0.0], [1.0, -1.0, 1.0]])
+
+
+def test_the_jacobian_is_that_of_the_projection():
+    p_WQ = np.array([0.6, 0.1, HEIGHT])
+    for camera in CAMERAS:
+        J = projection_jacobian(camera, p_WQ)
+        step = 1e-5
+        numeric = np.column_stack(
+            [(camera.project(p_WQ + step * e)[0] - camera.project(p_WQ - step * e)[0]) / (2 * step) for e in np.eye(3)]
+        )
+        np.testing.assert_allclose(J, numeric, rtol=1e-3, atol=0.2)
