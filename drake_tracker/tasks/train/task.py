@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import System
 
-from drake_tracker.core.messages import GraspDiagnosis, JawState, Verdict
+from drake_tracker.core.messages import GraspDiagnosis, JawState, Regions, TrackPoints, Verdict
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.diagrams.parts import link_of
@@ -68,7 +68,12 @@ class TrainTask(Task[TrainScenario]):
     truth_signal = "truth_train_state"
     servo_period = SERVO_PERIOD
     time_step = TIME_STEP
-    extra_signals = {"jaws": (VISION_PERIOD, JawState.get_fields())}  # noqa: RUF012
+    extra_signals = {  # noqa: RUF012
+        "tracks": (VISION_PERIOD, TrackPoints.get_fields()),
+        "regions_left": (VISION_PERIOD, Regions.get_fields()),
+        "regions_right": (VISION_PERIOD, Regions.get_fields()),
+        "jaws": (VISION_PERIOD, JawState.get_fields()),
+    }
     pictures = {"tracking.png": "The track from above, errors over time, and phases."}  # noqa: RUF012
     titles = ("The train was not lifted", "The train was lifted")
     outcomes = ("not lifted", "lifted")
