@@ -37,14 +37,16 @@ RenderedWindow = tuple[int, int, int, int]
 def image_pipeline(scenario: TrainScenario) -> ImagePipeline | None:
     """Returns how the images of a scenario are made beside the simulation, or None if they are not.
 
-    The lag of the vision hides the latency of the images: all of it but one cycle may be used up by them.
+    The lag of the vision hides the latency of the images: all of it but one cycle may be used up by them. A vision of
+    several objects describes its newest image, a motion detector the middle one of three.
 
     Raises DrakeTrackerError when the environment variable for the number of processes is wrong.
     """
     if isinstance(scenario.vision, Measured):
         return None
     processes = process_count(scenario.cameras.render_processes)
-    latency = min(scenario.vision.lag_cycles - flow_parameters(scenario).stride - 1, MOST_LATENCY)
+    newest = 0 if tracks_several(scenario) else flow_parameters(scenario).stride
+    latency = min(scenario.vision.lag_cycles - newest - 1, MOST_LATENCY)
     return ImagePipeline(latency, processes) if processes > 0 and latency > 0 else None
 
 
@@ -134,6 +136,13 @@ def image_vision(
 def tracks_several(scenario: TrainScenario) -> bool:
     """Returns whether the vision of a scenario tracks several objects."""
     return isinstance(scenario.vision, Rendered) and isinstance(scenario.vision.tracker, Several)
+
+
+def arm_signals(scenario: TrainScenario) -> tuple[str, ...]:
+    """Returns the outputs of the arm that the vision of a scenario reads, in order to mask the arm in the images."""
+    vision = scenario.vision
+    masked = isinstance(vision, Rendered) and isinstance(vision.tracker, Several) and vision.tracker.mask_arm
+    return ("arm_state", "jaws") if masked else ()
 
 
 def several_vision(
