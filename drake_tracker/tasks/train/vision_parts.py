@@ -13,12 +13,14 @@ from drake_tracker.faults.fault import CalibrationFault, PointFault, calibrated_
 from drake_tracker.faults.point_faults_system import PointFaultsSystem
 from drake_tracker.tasks.loader import scenario_file
 from drake_tracker.tasks.train.faults import train_faults
+from drake_tracker.tasks.train.looks import object_looks
 from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
 from drake_tracker.vision.calibration_file import load_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.detectors import make_detector
 from drake_tracker.vision.measured_error_file import load_error
+from drake_tracker.vision.measured_several_diagram import MeasuredSeveralDiagram
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
@@ -134,8 +136,8 @@ def image_vision(
 
 
 def tracks_several(scenario: TrainScenario) -> bool:
-    """Returns whether the vision of a scenario tracks several objects."""
-    return isinstance(scenario.vision, Rendered) and isinstance(scenario.vision.tracker, Several)
+    """Returns whether the vision of a scenario, rendered or measured, tracks several objects."""
+    return isinstance(scenario.vision.tracker, Several)
 
 
 def arm_signals(scenario: TrainScenario) -> tuple[str, ...]:
@@ -176,7 +178,7 @@ def several_vision(
     )
 
 
-def measured_vision(scenario: TrainScenario) -> MeasuredVisionDiagram:
+def measured_vision(scenario: TrainScenario) -> MeasuredVisionDiagram | MeasuredSeveralDiagram:
     """Returns the vision of a scenario with ``vision: !Measured``, which replaces the cameras.
 
     Raises DrakeTrackerError when its file cannot be used, or when it would never see the train.
@@ -188,6 +190,12 @@ def measured_vision(scenario: TrainScenario) -> MeasuredVisionDiagram:
         raise DrakeTrackerError(
             f"{scenario.where('track.speed')} = {scenario.track.speed:g} m/s: the measured vision sees nothing below "
             f"{error.seen_from:.3f} m/s"
+        )
+    if isinstance(config.tracker, Several):
+        looks = object_looks(scenario)
+        faults = [system for system in (point_faults(scenario) for _ in looks) if system is not None]
+        return MeasuredSeveralDiagram(
+            error, config.tracker, looks, config.lag_cycles, config.work_volume, scenario.seed, faults=faults
         )
     return MeasuredVisionDiagram(
         error, config.lag_cycles, config.work_volume, scenario.seed, faults=point_faults(scenario)
