@@ -17,8 +17,10 @@ AFTER_THE_HOST = 6 / 16 * TIME_STEP
 COMPARED = ("point", "delivered", "target", "command", "q_commanded", "arm_state", "truth_train_state")
 
 
-def test_with_the_same_points_everything_is_bit_for_bit_as_in_one_process():
-    scenario = load_scenario("train", seed=3, overrides=["vision=!Measured {}", "track.speed=0.2"])
+@pytest.mark.parametrize("tracker, objects", [("!Single {}", "[]"), ("!Several {}", "[!Train {}]")])
+def test_with_the_same_points_everything_is_bit_for_bit_as_in_one_process(tracker, objects):
+    overrides = [f"vision=!Measured {{tracker: {tracker}}}", "track.speed=0.2", f"objects={objects}"]
+    scenario = load_scenario("train", seed=3, overrides=overrides)
     lcm = DrakeLcm("memq://")
     host = HostProcess(scenario, lcm, lcm, tell=str)
     apart, together = Simulator(make_arm_side(scenario, lcm)), Simulator(make_diagram(scenario))
