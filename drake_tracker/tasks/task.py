@@ -310,6 +310,14 @@ class Task(Protocol[Scenario]):
         """Names of the files that a run leaves, in the order in which they are listed."""
         return (*RUN_FILES[:-1], *self.pictures, RUN_FILES[-1])
 
+    def files_of(self, scenario: Scenario) -> tuple[str, ...]:
+        """Returns the names of the files that a run of a scenario leaves, as ``files``.
+
+        Args:
+            scenario: the scenario of the run.
+        """
+        return self.files if self.uses_cameras(scenario) else tuple(name for name in self.files if name not in CAMERA_FILES)
+
     def signals(self, num_joints: int = 6) -> dict[str, tuple[float, Sequence[str]]]:
         """Returns the output ports of the diagram that are logged: {name: (sampling period [s], fields)}.
 

@@ -127,6 +127,10 @@ class TrainTask(Task[TrainScenario]):
     def uses_cameras(self, scenario: TrainScenario) -> bool:
         return not isinstance(scenario.vision, Measured)
 
+    def files_of(self, scenario: TrainScenario) -> tuple[str, ...]:
+        files = super().files_of(scenario)
+        return tuple(name for name in files if name != "motion.png") if tracks_several(scenario) else files
+
     def build(self, scenario: TrainScenario, initialisation: None = None) -> HandEyeDiagram:
         return make_train_diagram(scenario)
 
