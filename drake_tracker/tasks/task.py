@@ -316,7 +316,9 @@ class Task(Protocol[Scenario]):
         Args:
             scenario: the scenario of the run.
         """
-        return self.files if self.uses_cameras(scenario) else tuple(name for name in self.files if name not in CAMERA_FILES)
+        if self.uses_cameras(scenario):
+            return self.files
+        return tuple(name for name in self.files if name not in CAMERA_FILES)
 
     def signals(self, num_joints: int = 6) -> dict[str, tuple[float, Sequence[str]]]:
         """Returns the output ports of the diagram that are logged: {name: (sampling period [s], fields)}.
