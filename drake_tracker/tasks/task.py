@@ -325,6 +325,7 @@ class Task(Protocol[Scenario]):
 
         A sample at time t is the value of the port before the updates at that instant. Signals named ``truth_*`` are
         ground truth from the simulator, which the loop does not read. With measured vision there are no centroids.
+        A diagram need not have all of them.
 
         Args:
             num_joints: number of joints of the arm.
