@@ -21,7 +21,7 @@ from drake_tracker.tasks.train.episode import errors, train_pose
 from drake_tracker.tasks.train.scenario import Rendered, TrainScenario
 from drake_tracker.tasks.train.task import TASK
 from drake_tracker.tasks.train.track_placement import place_track
-from drake_tracker.tasks.train.vision_parts import flow_parameters, load_cameras, slowest_seen
+from drake_tracker.tasks.train.vision_parts import flow_parameters, load_cameras, slowest_seen, tracks_several
 from drake_tracker.vision.measured_error import MeasuredError
 from drake_tracker.vision.measured_error_file import save_error
 from drake_tracker.vision.measured_error_fit import Sighting, SpeedFit, combine, fit_speed
@@ -105,6 +105,10 @@ def check_request(
     require_task(scenario, "train", "only the error of the train's cameras can be measured")
     if not isinstance(scenario.vision, Rendered):
         raise DrakeTrackerError(f"{scenario.where('vision')} must be !Rendered: the error of cameras is measured")
+    if tracks_several(scenario):
+        raise DrakeTrackerError(
+            f"{scenario.where('vision.tracker')} must be !Single: the error of the motion detector is measured"
+        )
     if not 1 <= seeds <= MOST_SEEDS:
         raise DrakeTrackerError(f"--seeds {seeds}: must be from 1 to {MOST_SEEDS}")
     if not laps >= 1:

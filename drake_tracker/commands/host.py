@@ -35,12 +35,13 @@ def execute(options: Namespace) -> int:
     from drake_tracker.tasks import load_scenario
 
     scenario = load_scenario(options.scenario, overrides=options.overrides, allow_code=options.allow_code)
-    announce_code(scenario, ["estimator"])
 
     from drake_tracker.core.progress import Progress
     from drake_tracker.network.bus import open_bus
     from drake_tracker.run.host_process import HostProcess
+    from drake_tracker.tasks.train.vision_parts import arm_signals
 
+    announce_code(scenario, ["estimator", "arm"] if arm_signals(scenario) else ["estimator"])
     quiet_drake()
     stopped: list[int] = []
     progress = Progress(scenario.duration)

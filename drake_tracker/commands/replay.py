@@ -44,7 +44,7 @@ def register(commands: Commands) -> None:
         "--from",
         choices=["images", "centroids", "points"],
         dest="start",
-        help="where to begin (default: centroids, or points for a run with measured vision)",
+        help="where to begin (default: centroids, or points with measured vision or several objects)",
     )
     command.add_argument("--out", type=Path, metavar="DIR", help="directory, new or empty (default: runs/replay-TIME)")
 

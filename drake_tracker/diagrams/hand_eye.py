@@ -18,6 +18,8 @@ WITH_TRACKS: tuple[Connection, ...] = (
     *BETWEEN_SUBSYSTEMS[1:],
 )
 """The same with a vision that tracks several objects: the host tells it where it expects those that are not seen."""
+WITH_MEASURED_TRACKS: tuple[Connection, ...] = (WITH_TRACKS[0], *BETWEEN_SUBSYSTEMS[1:])
+"""The same with a measured vision of several objects, which searches for nothing."""
 
 
 class HandEyeDiagram(Diagram):
@@ -60,8 +62,9 @@ class HandEyeDiagram(Diagram):
     ``operator`` is an `OperatorCommand`; unconnected, the operator only supervises.
 
     The block lists the ports of the train; every task has the ports of its own subsystems. A train with further objects
-    also has ``truth_object_states``. With a `PipelinedCamera` the
-    ports ``camera_*``, ``motion_*`` and ``motion_images_*`` are ``world.image_latency`` cycles late.
+    also has ``truth_object_states``. A vision of several objects has ``tracks``, ``regions_left`` and ``regions_right``
+    as well, and its host ``expected``. With a `PipelinedCamera` the ports ``camera_*``, ``motion_*`` and
+    ``motion_images_*`` are ``world.image_latency`` cycles late.
 
     An output of the world is connected to the input of vision or arm with the same name, and an output of the arm to
     the input of the world with the same name. All outputs of subsystems, except those that drive the world, are outputs
@@ -126,6 +129,11 @@ def has_images(hand_eye: Diagram) -> bool:
     It does not if vision is measured, or if the images are processed in another process.
     """
     return hand_eye.HasOutputPort("motion_left") or hand_eye.HasOutputPort("motion")
+
+
+def has_tracks(hand_eye: Diagram) -> bool:
+    """Returns whether the vision of a `HandEyeDiagram` tracks several objects."""
+    return hand_eye.HasOutputPort("tracks")
 
 
 def inputs(system: System) -> list[InputPort]:

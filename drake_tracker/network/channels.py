@@ -6,7 +6,16 @@ A channel carries the values of a port of `HandEyeDiagram`, under the port's nam
 
 from dataclasses import dataclass
 
-from drake_tracker.core.messages import ArmCommand, Centroid, Filtered, JawState, Prediction, TrackPoint
+from drake_tracker.core.messages import (
+    ArmCommand,
+    Centroid,
+    Filtered,
+    JawState,
+    Prediction,
+    Regions,
+    TrackPoint,
+    TrackPoints,
+)
 from drake_tracker.core.timing import ESTIMATOR_SLOT, LINK_SLOT, SERVO_PERIOD, VISION_PERIOD, vision_slot
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
@@ -17,12 +26,16 @@ CAMERAS = ("camera_left", "camera_right")
 
 POINT = ("point",)
 """Ports that the host receives when points are sent to it."""
+TRACKS = ("tracks",)
+"""Ports that the host receives when the tracks of several objects are sent to it."""
 FROM_VISION = ("point", "centroid_left", "centroid_right")
 """Ports that the host computes from images and sends for the log."""
+FROM_TRACKER = (*TRACKS, "regions_left", "regions_right")
+"""Further ports of this kind with a vision of several objects."""
 FROM_HOST = ("prediction", "filtered")
 """Ports that the host always sends."""
 FROM_ARM = ("arm_state", "jaws", "q_commanded", "command")
-"""Ports that the arm sends to any listener."""
+"""Ports that the arm sends to any listener. A host that tracks several objects reads the first two."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +77,9 @@ def vectors(time_step: float, num_joints: int = 6) -> dict[str, Vector]:
         "point": (TrackPoint.get_fields(), *after_vision),
         "centroid_left": (Centroid.get_fields(), *after_vision),
         "centroid_right": (Centroid.get_fields(), *after_vision),
+        "tracks": (TrackPoints.get_fields(), *after_vision),
+        "regions_left": (Regions.get_fields(), *after_vision),
+        "regions_right": (Regions.get_fields(), *after_vision),
         "prediction": (Prediction.get_fields(), *after_host),
         "filtered": (Filtered.get_fields(), *after_host),
         "arm_state": (q + v, *at_once),

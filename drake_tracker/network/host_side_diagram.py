@@ -8,7 +8,16 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from pydrake.systems.lcm import LcmSubscriberSystem
 from pydrake.systems.sensors import LcmImageArrayToImages
 
-from drake_tracker.network.channels import FROM_HOST, FROM_VISION, POINT, Vector, channel_of
+from drake_tracker.network.channels import (
+    FROM_ARM,
+    FROM_HOST,
+    FROM_TRACKER,
+    FROM_VISION,
+    POINT,
+    TRACKS,
+    Vector,
+    channel_of,
+)
 from drake_tracker.network.signal_system import add_receiver, add_sender
 
 
@@ -28,18 +37,20 @@ class HostSideDiagram(Diagram):
       vision there are no inputs.
     - ``prediction``: the host's newest packet, a `Prediction`. All zeros: there is none yet.
 
-    The diagram receives images or, without vision, points. It sends `channels.FROM_HOST` and, with vision,
-    `channels.FROM_VISION`.
+    The diagram receives images or, without vision, points or tracks. It sends `channels.FROM_HOST` and, with vision,
+    `channels.FROM_VISION`. A vision of several objects also sends `channels.FROM_TRACKER`. If it masks the arm, the
+    diagram receives the state of the arm and of its jaws as well.
 
     Args:
-        vision: a `VisionDiagram` that takes stamps from its inputs, or None.
-        host: an `EstimatorSystem`.
+        vision: a `VisionDiagram` or a `SeveralVisionDiagram` that takes stamps from its inputs, or None.
+        host: an `EstimatorSystem`, or an `EstimatorBankSystem`.
         incoming: connection on which messages arrive.
         outgoing: connection on which messages are sent.
         vectors: {port: fields, period and offset of its channel}.
 
     Attributes:
         heard: names of the ports whose channels are received.
+        fields: {port: names of the fields} of those that carry vectors.
     """
 
     def __init__(
@@ -52,24 +63,36 @@ class HostSideDiagram(Diagram):
     ) -> None:
         super().__init__()
         self.set_name("host_side")
-        self.heard: tuple[str, ...]
+        measured = TRACKS if host.HasInputPort("tracks") else POINT
+        read: dict[str, System]
         builder = DiagramBuilder()
         builder.AddSystem(host)
         if vision is None:
-            self.heard = POINT
-            point = add_receiver(builder, lcm=incoming, port="point", vector=vectors["point"])
-            builder.Connect(point, host.GetInputPort("point"))
+            images: tuple[str, ...] = ()
+            read = dict.fromkeys(measured, host)
             sent = dict.fromkeys(FROM_HOST, host)
         else:
             builder.AddSystem(vision)
-            sides = [name.removeprefix("camera_") for name in _input_names(vision) if name.startswith("camera_")]
-            self.heard = tuple(f"camera_{side}" for side in sides)
+            names = _input_names(vision)
+            sides = [name.removeprefix("camera_") for name in names if name.startswith("camera_")]
+            images = tuple(f"camera_{side}" for side in sides)
             for side in sides:
                 image = _add_image_receiver(builder, lcm=incoming, port=f"camera_{side}")
                 builder.Connect(image, vision.GetInputPort(f"camera_{side}"))
                 builder.ExportInput(vision.GetInputPort(f"frame_{side}"), f"frame_{side}")
-            builder.Connect(vision.GetOutputPort("point"), host.GetInputPort("point"))
+            read = {name: vision for name in names if name in FROM_ARM}
+            for port in measured:
+                builder.Connect(vision.GetOutputPort(port), host.GetInputPort(port))
+            if "expected" in names:
+                builder.Connect(host.GetOutputPort("expected"), vision.GetInputPort("expected"))
             sent = dict.fromkeys(FROM_HOST, host) | dict.fromkeys(FROM_VISION, vision)
+            if measured == TRACKS:
+                sent |= dict.fromkeys(FROM_TRACKER, vision)
+        self.heard = (*images, *read)
+        self.fields = {port: vectors[port].fields for port in read}
+        for port, system in read.items():
+            receiver = add_receiver(builder, lcm=incoming, port=port, vector=vectors[port])
+            builder.Connect(receiver, system.GetInputPort(port))
         for port, system in sent.items():
             sender = add_sender(builder, lcm=outgoing, port=port, vector=vectors[port])
             builder.Connect(system.GetOutputPort(port), sender)

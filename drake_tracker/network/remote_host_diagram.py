@@ -67,7 +67,8 @@ class RemoteHostDiagram(Diagram):
     - ``filtered``: the newest `Filtered` received. All zeros: none yet, or the newest message cannot be used.
 
     These are the ports with measured vision: the inputs are the ports that are sent, the outputs those that are
-    received. With cameras there is no input, and `channels.FROM_VISION` are outputs too.
+    received. With cameras there is no input, and `channels.FROM_VISION` are outputs too. With several objects
+    ``tracks`` takes the place of ``point``, and with cameras `channels.FROM_TRACKER` are further outputs.
 
     Args:
         lcm: connection to the bus, with an LcmInterfaceSystem elsewhere.

@@ -18,7 +18,7 @@ def check_changes(recorded: BaseScenario, scenario: BaseScenario, start: str) ->
         scenario: the same scenario with the changes of the replay.
         start: where the replay begins: "images", "centroids" or "points".
     """
-    changeable = task_of(recorded).changeable[start]
+    changeable = task_of(recorded).changeable_settings(recorded, scenario, start)
     changed = changed_settings(recorded, scenario)
     refused = [key for key in changed if not any(f"{key}.".startswith(f"{part}.") for part in changeable)]
     if refused:

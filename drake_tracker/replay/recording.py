@@ -48,8 +48,8 @@ class Recording:
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """Names of the logged signals with which the replay begins, none when it begins with images."""
-        return {"images": (), "centroids": self.task.centroids, "points": ("point",)}[self.start]
+        """Names of the logged signals with which the replay begins, in addition to images if it begins with them."""
+        return self.task.replay_sources(self.scenario, self.start)
 
     @property
     def end(self) -> float:
@@ -65,7 +65,8 @@ def open_recording(
     Args:
         folder: directory of the run.
         overrides: changed settings, as for `load_scenario`.
-        start: where the replay begins, one of `STARTS`. None: centroids, or points for a run without centroids.
+        start: where the replay begins, one of `STARTS`. None: centroids, or points for a run without centroids or with
+            several objects.
         allow_code: whether code that the scenario of the run names may run, as for `load_scenario`.
 
     Raises DrakeTrackerError, with one line per error, when the directory does not contain a complete run, when its
@@ -81,7 +82,7 @@ def open_recording(
     log = _load(folder)
     versions, warnings = _versions(folder)
     warnings += _partial(folder, log)
-    start = start or ("centroids" if all(name in log for name in task_of(recorded).centroids) else "points")
+    start = start or task_of(recorded).replay_start(recorded, log)
     scenario = load_scenario(str(scenario_file), overrides=overrides, allow_code=allow_code)
     recording = Recording(folder, recorded, scenario, log, start, warnings)
     _check_log(recording, versions)
@@ -131,7 +132,7 @@ def _check_log(recording: Recording, versions: Mapping[str, Any]) -> None:
         raise DrakeTrackerError(f"{folder}: the log has no centroids, since vision is measured; use --from points")
     needed = {*recording.sources, "point", "filtered", "prediction", "delivered", "target", "command"}
     needed |= {task.truth_signal, "truth_verdict"}
-    known = task.signals()
+    known = task.signals(len(recording.log["q_commanded"].names) if "q_commanded" in recording.log else 6)
     for name in sorted(needed):
         signal = recording.log.get(name)
         if signal is None or signal.names != tuple(known[name][1]) or signal.data.shape[1:] != (len(signal.names),):

@@ -6,7 +6,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from drake_tracker.diagrams.hand_eye import inputs, outputs
 
-UNLOGGED = ("motion", "accepted", "held_packet")
+UNLOGGED = ("motion", "accepted", "held_packet", "expected")
 """First parts of the names of outputs that are not logged."""
 
 
@@ -27,14 +27,15 @@ class ReplayDiagram(Diagram):
         - target
 
     The outputs are the ports of `HandEyeDiagram` with the same names, as far as they are computed again: with vision
-    the centroids and points, otherwise from ``filtered`` on. Messages and periods are those of the run. The servo reads
+    the centroids and points, otherwise from ``filtered`` on. A vision of several objects also has ``tracks`` and
+    ``regions_*``, and reads what its host expects. Messages and periods are those of the run. The servo reads
     the recorded ``command``, so that the hand moves and stops using vision as in the run.
 
     Args:
         sources: {name of the replaced port: (System, name of its output port)}. They include ``command``, and either
-            ``point`` or the inputs of ``vision``.
-        vision: System with these inputs and the output ``point``, or None.
-        host: an `EstimatorSystem`.
+            ``point`` or ``tracks``, which the host reads, or the inputs of ``vision``.
+        vision: System with these inputs and the output that the host reads, or None.
+        host: an `EstimatorSystem`, or an `EstimatorBankSystem`.
         link: a `LinkSystem`.
         guard: a `PacketGuardSystem`.
         servo: a `ServoSystem`.
@@ -58,15 +59,15 @@ class ReplayDiagram(Diagram):
             builder.AddSystem(system)
             ports[name] = system.GetOutputPort(port)
         packets = {link: "prediction", guard: "delivered", servo: "accepted"}
-        for system in (vision, host, link, guard, servo):
-            if system is None:
-                continue
+        systems = [system for system in (vision, host, link, guard, servo) if system is not None]
+        for system in systems:
             builder.AddSystem(system)
+            ports |= {port.get_name(): port for port in outputs(system)}
+        for system in systems:
             for port in inputs(system):
                 name = port.get_name()
                 builder.Connect(ports[packets[system] if name == "packet" else name], port)
             for port in outputs(system):
-                ports[port.get_name()] = port
                 if not port.get_name().startswith(UNLOGGED):
                     builder.ExportOutput(port, port.get_name())
         builder.BuildInto(self)

@@ -10,7 +10,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram, outputs
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_tracks, outputs
 from drake_tracker.run.lossless_video import LosslessVideo
 
 IMAGES_FOLDER = "images"
@@ -41,22 +41,24 @@ class CameraImageSystem(LeafSystem):
     - ``color_image``: an ImageRgba8U.
 
     The image is written every 1/60 s with offset 0. The vision reads the camera at the same instants, so that no image
-    is rendered twice. It is stored in grey, since the first step of the vision is the conversion to grey. If images
+    is rendered twice. It is stored in grey where the first step of the vision is the conversion to grey. If images
     appear ``latency`` cycles after their capture, `write_rest` writes the last ones after the end.
 
     Args:
         path: MKV file to write.
         size: (width, height) of the images [px].
         latency: cycles from the capture of an image until the input shows it.
+        colour: whether the images are stored in colour.
 
     Attributes:
         video: the file.
     """
 
-    def __init__(self, path: Path, size: tuple[int, int], latency: int = 0) -> None:
+    def __init__(self, path: Path, size: tuple[int, int], latency: int = 0, colour: bool = False) -> None:
         super().__init__()
         self._latency, self._written = latency, 0
-        self.video = LosslessVideo(path, round(1.0 / VISION_PERIOD), size)
+        self._colour = colour
+        self.video = LosslessVideo(path, round(1.0 / VISION_PERIOD), size, colour)
         self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
         self.DeclarePeriodicPublishEvent(VISION_PERIOD, 0.0, self._write)
 
@@ -76,7 +78,8 @@ class CameraImageSystem(LeafSystem):
 
     def _write(self, context: Context) -> None:
         if round(context.get_time() / VISION_PERIOD) >= self._latency:
-            self.video.write(cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY))
+            image = self._image.Eval(context).data
+            self.video.write(image if self._colour else cv2.cvtColor(image, cv2.COLOR_RGBA2GRAY))
             self._written += 1
 
 
@@ -100,7 +103,7 @@ class CameraImageRecorder:
 
 
 def add_camera_images(builder: DiagramBuilder, *, hand_eye: HandEyeDiagram, folder: Path) -> CameraImageRecorder:
-    """Adds a `CameraImageSystem` for each camera of a `HandEyeDiagram`.
+    """Adds a `CameraImageSystem` for each camera of a `HandEyeDiagram`, in colour if its vision tracks several objects.
 
     Args:
         builder: builder that contains ``hand_eye``.
@@ -114,7 +117,8 @@ def add_camera_images(builder: DiagramBuilder, *, hand_eye: HandEyeDiagram, fold
     for port in outputs(hand_eye):
         if port.get_name().startswith("camera"):
             image = port.Allocate().get_value()
-            system = CameraImageSystem(image_file(folder, port.get_name()), (image.width(), image.height()), latency)
+            file, size = image_file(folder, port.get_name()), (image.width(), image.height())
+            system = CameraImageSystem(file, size, latency, has_tracks(hand_eye))
             builder.AddNamedSystem(f"{port.get_name()}_images", system)
             builder.Connect(port, system.get_input_port())
             systems.append(system)

@@ -4,13 +4,14 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
 from pydrake.lcm import DrakeLcm
 from pydrake.systems.analysis import Simulator
 
-from drake_tracker.core.messages import Prediction, TrackPoint
+from drake_tracker.core.messages import Prediction
 from drake_tracker.core.timing import SERVO_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.estimation.point_check import refuse_point
-from drake_tracker.network.channels import channel_of
+from drake_tracker.network.channels import POINT, channel_of
 from drake_tracker.network.cycles import Cycle, CycleCollector
 from drake_tracker.network.mailbox import Mailbox
 from drake_tracker.network.received_message import NotUnderstood, largest_message, read_image, read_vector
@@ -101,8 +102,10 @@ class HostProcess:
             if port in self._image_sizes:
                 sent, data = read_image(data, self._image_sizes[port])
             else:
-                sent, values = read_vector(data, TrackPoint.get_fields())
-                trouble = refuse_point(values, sent, VISION_PERIOD)
+                sent, values = read_vector(data, self._side.fields[port])
+                trouble = refuse_point(values, sent, VISION_PERIOD) if port in POINT else None
+                if port not in POINT and not np.isfinite(values).all():
+                    raise NotUnderstood("it has a number that is not finite")
                 if trouble:
                     self.counts["points_refused"] += 1
                     self._report(f"{channel_of(port)}: ignoring a point: {trouble}")
@@ -156,15 +159,18 @@ class HostProcess:
     def _say_frames(self, messages: Mapping[str, Any], number: int) -> None:
         """Sets which cameras have an image in a cycle, and its capture time.
 
+        Without the state of the arm, where vision needs it, the images of a cycle are not used.
+
         Args:
             messages: {port: (time sent [s], data)} of the cycle.
             number: number of the cycle.
         """
         context = self._simulator.get_mutable_context()
+        complete = self._side.fields.keys() <= messages.keys()
         for port in self._image_sizes:
             sent = messages[port][0] if port in messages else number * VISION_PERIOD
             frame = self._side.GetInputPort(port.replace(_CAMERA, "frame_"))
-            frame.FixValue(context, [sent, float(port in messages)])
+            frame.FixValue(context, [sent, float(port in messages and complete)])
 
     def _notice(self, heard: bool) -> None:
         now = self._clock()

@@ -1,4 +1,4 @@
-"""Writes grey images without loss to a Matroska file, which is readable up to the instant at which writing stopped."""
+"""Writes images without loss to a Matroska file, which is readable up to the instant at which writing stopped."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -11,7 +11,7 @@ from drake_tracker.core.atomic_file import unwritable
 
 
 class LosslessVideo:
-    """A file of uncompressed grey images. If writing is interrupted, only the last second is lost.
+    """A file of uncompressed grey or colour images. If writing is interrupted, only the last second is lost.
 
     Compression is not worthwhile, because of sensor noise: with FFV1 the files had 0.6 times the size, and reading them
     took as long as all of the vision.
@@ -20,22 +20,27 @@ class LosslessVideo:
         path: file to write, ``*.mkv``.
         rate: number of images per second.
         size: (width, height) of the images [px].
+        colour: whether the images are in colour.
 
     Raises DrakeTrackerError when writing fails, for example on a full disk; after that, nothing more is written.
     """
 
-    def __init__(self, path: Path, rate: int, size: tuple[int, int]) -> None:
+    def __init__(self, path: Path, rate: int, size: tuple[int, int], colour: bool = False) -> None:
         often = {"flush_packets": "1", "cluster_time_limit": "1000"}  # [ms]
         self._path = Path(path)
         self._container: Any = av.open(str(path), "w", format="matroska", options=often)
         self._stream = self._container.add_stream("rawvideo", rate=rate)
         self._stream.width, self._stream.height = size
-        self._stream.pix_fmt = "gray"
+        self._format = "rgba" if colour else "gray"  # of the formats with colour, raw Matroska has this one only
+        self._stream.pix_fmt = self._format
         self._count = 0
 
     def write(self, image: np.ndarray) -> None:
-        """Appends a grey image, uint8 of shape (height, width). Raises DrakeTrackerError when it cannot be written."""
-        frame = av.VideoFrame.from_ndarray(image, format="gray")
+        """Appends an image: uint8 of shape (height, width), or (height, width, 4) with red, green, blue and alpha.
+
+        Raises DrakeTrackerError when it cannot be written.
+        """
+        frame = av.VideoFrame.from_ndarray(image, format=self._format)
         frame.pts = self._count
         self._count += 1
         self._mux(frame)

@@ -5,7 +5,7 @@ A task is a subpackage with a scenario (its settings) and a class that inherits 
 this interface.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
@@ -29,6 +29,7 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP, VISION_PERIOD, servo_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.link.link_system import LinkSystem
 from drake_tracker.scenarios.base import BaseScenario
@@ -78,16 +79,17 @@ class ReplayParts:
     """The parts that a replay runs again, except the servo.
 
     Attributes:
-        vision: System with the replayed signals as inputs and the output ``point``; None when points are replayed.
+        vision: System with the replayed signals as inputs and the output ``point`` or ``tracks``; None when these are
+            replayed.
         images: {camera: (width, height) [px]} of the recorded images that ``vision`` reads.
-        host: the estimator as a System.
+        host: the estimator, or the bank of estimators, as a System.
         link: the link as a System.
         guard: decides which packets the arm follows.
     """
 
     vision: System | None
     images: Mapping[str, tuple[int, int]]
-    host: EstimatorSystem
+    host: EstimatorSystem | EstimatorBankSystem
     link: LinkSystem
     guard: PacketGuard
 
@@ -260,6 +262,36 @@ class Task(Protocol[Scenario]):
 
     # Replaying
 
+    def replay_sources(self, scenario: Scenario, start: str) -> tuple[str, ...]:
+        """Returns the names of the logged signals with which a replay begins.
+
+        Args:
+            scenario: the recorded scenario with the changes of the replay.
+            start: where the replay begins: "images", "centroids" or "points".
+
+        Raises DrakeTrackerError when the scenario has no signals of this kind.
+        """
+        return {"images": (), "centroids": self.centroids, "points": ("point",)}[start]
+
+    def replay_start(self, scenario: Scenario, logged: Collection[str]) -> str:
+        """Returns where a replay begins unless the user decides: at the centroids, or else at the points.
+
+        Args:
+            scenario: the recorded scenario.
+            logged: names of the signals of the run.
+        """
+        return "centroids" if all(name in logged for name in self.centroids) else "points"
+
+    def changeable_settings(self, recorded: Scenario, scenario: Scenario, start: str) -> tuple[str, ...]:
+        """Returns the settings that have an effect in a replay.
+
+        Args:
+            recorded: the recorded scenario.
+            scenario: the same scenario with the changes of the replay.
+            start: where the replay begins: "images", "centroids" or "points".
+        """
+        return self.changeable[start]
+
     def rebuild(self, scenario: Scenario, recorded: Scenario, start: str, folder: Path) -> ReplayParts:
         """Returns the parts that a replay runs again.
 
@@ -278,11 +310,22 @@ class Task(Protocol[Scenario]):
         """Names of the files that a run leaves, in the order in which they are listed."""
         return (*RUN_FILES[:-1], *self.pictures, RUN_FILES[-1])
 
+    def files_of(self, scenario: Scenario) -> tuple[str, ...]:
+        """Returns the names of the files that a run of a scenario leaves, as ``files``.
+
+        Args:
+            scenario: the scenario of the run.
+        """
+        if self.uses_cameras(scenario):
+            return self.files
+        return tuple(name for name in self.files if name not in CAMERA_FILES)
+
     def signals(self, num_joints: int = 6) -> dict[str, tuple[float, Sequence[str]]]:
         """Returns the output ports of the diagram that are logged: {name: (sampling period [s], fields)}.
 
         A sample at time t is the value of the port before the updates at that instant. Signals named ``truth_*`` are
         ground truth from the simulator, which the loop does not read. With measured vision there are no centroids.
+        A diagram need not have all of them.
 
         Args:
             num_joints: number of joints of the arm.

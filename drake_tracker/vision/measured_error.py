@@ -25,6 +25,8 @@ from drake_tracker.core.frozen_state import FrozenState, read_only
 
 STREAM, PATTERN_STREAM = 50, 51
 """Streams of random numbers: default_rng([seed, STREAM, block]), default_rng([seed, PATTERN_STREAM, column, row])."""
+OBJECT_STREAM = 52
+"""Stream of the seeds of further objects."""
 AXES = ("along", "across", "vertical")
 """Directions of the errors, relative to the heading."""
 SHARPEST = 12.0
@@ -33,6 +35,8 @@ LONGEST_GAP = 60
 """Largest length of a drop-out [cycles]."""
 CRAWL = 0.02
 """Speed [m/s] below which the curvature of a path cannot be distinguished from a rotation of the body."""
+SMALLEST_STD = 1e-5
+"""Smallest standard deviation of a point [m], so that its covariance is regular."""
 _BLOCK = 256
 _TILE = 32
 _ORIGIN = 2**20
@@ -94,6 +98,18 @@ class MeasuredError(FrozenState):
         jitter = (self._between(self.jitter, speed) * white.T).sum(axis=1)
         return jitter + self._between(self.pattern, speed) * pattern_at(seed, xy, self.pixel)
 
+    def covariance(self, heading: float, speed: float) -> np.ndarray:
+        """Returns the covariance of pattern and jitter along W's axes, shape (3, 3) [m^2].
+
+        Args:
+            heading: direction of travel in W [rad].
+            speed: [m/s].
+        """
+        variances = self._between(self.pattern, speed) ** 2 + (self._between(self.jitter, speed) ** 2).sum(axis=1)
+        cos, sin = math.cos(heading), math.sin(heading)
+        R = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        return R @ np.diag(np.maximum(variances, SMALLEST_STD**2)) @ R.T
+
     def drops(self, seed: int, cycle: int, speed: float) -> bool:
         """Returns whether a cycle belongs to a drop-out."""
         if not self.missing[:, 0].any():
@@ -116,6 +132,18 @@ class MeasuredError(FrozenState):
         weight = (speed - self.speeds[k]) / (self.speeds[k + 1] - self.speeds[k])
         weight = min(max(weight, 0.0), 1.0)
         return (1.0 - weight) * table[k] + weight * table[k + 1]
+
+
+def object_seed(seed: int, number: int) -> int:
+    """Returns the seed of the errors of an object: that of the run for the first train, number 0.
+
+    Args:
+        seed: of the run.
+        number: of the object.
+    """
+    if number == 0:
+        return seed
+    return int(np.random.SeedSequence([seed, OBJECT_STREAM, number]).generate_state(1, np.uint64)[0])
 
 
 def curvature(speed: Any, yaw_rate: Any) -> Any:

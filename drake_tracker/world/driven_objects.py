@@ -26,6 +26,8 @@ REACHING = 1.0
 """Time in which the hand reaches in, and in which it leaves [s]."""
 HAND_THICKNESS = 0.028
 """Thickness of the hand and of its forearm, which ends behind the table [m]."""
+HAND_LENGTH, HAND_WIDTH = 0.50, 0.13
+"""Length of the hand with its forearm, and width across thumb and palm [m]."""
 _MASS, _BANDWIDTH, _FORCE, _FRICTION = 0.1, 30.0, 3.0, 0.4
 _MARGIN = 0.05
 

@@ -2,6 +2,7 @@
 
 import xml.etree.ElementTree as ElementTree
 
+import cv2
 import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
@@ -10,11 +11,25 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from drake_tracker.arm.plant import models_parser
 from drake_tracker.core.models_path import models_path
 from drake_tracker.world.colour import rgb
-from drake_tracker.world.painted_mesh import paint_visual, palette_paint
+from drake_tracker.world.painted_mesh import CELL, paint_visual, palette_paint
 
 _URL = "package://drake_tracker_models/train/train_{}.sdf"
 PAINTED_CELLS = {"plain": (0, 1), "striped": (2,), "round": (3,), "dark": (10,)}
 """{body: numbers of the colours in palette.png that ``train.colour`` replaces}: yellow and cream, white, red, coal."""
+
+
+BODY_HEIGHT = 0.05
+"""Height of a train's body [m]."""
+
+
+def train_colour(body: str) -> np.ndarray:
+    """Returns red, green and blue of the main colour of a train model, from 0 to 1, shape (3,).
+
+    Args:
+        body: which of the train models, one of `TRAIN_BODIES`.
+    """
+    palette = cv2.imread(str(models_path() / "train" / "palette.png"))
+    return palette[0, CELL * PAINTED_CELLS[body][0], ::-1] / 255.0
 
 
 def add_train(

@@ -103,6 +103,7 @@ def test_a_recording_has_no_camera_video(tmp_path):
         ("-o x.yaml --speeds fast", "--speeds fast: must be numbers separated by commas"),
         ("-o x.yaml --speeds 0.1,0.1", "must be different numbers"),
         ("-o x.yaml --set vision=!Measured", "must be !Rendered"),
+        ("-o x.yaml --set vision.tracker=!Several", "vision.tracker=!Several: vision.tracker must be !Single"),
     ],
 )
 def test_bad_requests_give_a_message_of_one_line(arguments, said, tmp_path, monkeypatch, capsys):

@@ -7,7 +7,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.messages import Prediction
+from drake_tracker.core.messages import Prediction, TrackPoints
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
 from drake_tracker.run.host_process import HostProcess
 from drake_tracker.tasks.train.two_processes import make_arm_side
@@ -17,8 +17,10 @@ AFTER_THE_HOST = 6 / 16 * TIME_STEP
 COMPARED = ("point", "delivered", "target", "command", "q_commanded", "arm_state", "truth_train_state")
 
 
-def test_with_the_same_points_everything_is_bit_for_bit_as_in_one_process():
-    scenario = load_scenario("train", seed=3, overrides=["vision=!Measured {}", "track.speed=0.2"])
+@pytest.mark.parametrize("tracker, objects", [("!Single {}", "[]"), ("!Several {}", "[!Train {}]")])
+def test_with_the_same_points_everything_is_bit_for_bit_as_in_one_process(tracker, objects):
+    overrides = [f"vision=!Measured {{tracker: {tracker}}}", "track.speed=0.2", f"objects={objects}"]
+    scenario = load_scenario("train", seed=3, overrides=overrides)
     lcm = DrakeLcm("memq://")
     host = HostProcess(scenario, lcm, lcm, tell=str)
     apart, together = Simulator(make_arm_side(scenario, lcm)), Simulator(make_diagram(scenario))
@@ -51,6 +53,56 @@ def test_images_over_the_bus_give_the_same_points():
         assert values[1][-1] == 1.0
         np.testing.assert_allclose(*values, rtol=0.0, atol=2e-6, err_msg=port)
     assert host.counts["cycles"] == 12 and host.counts["cycles_incomplete"] == 0
+
+
+SEVERAL = ["vision.tracker=!Several {confirm_after: 3}", "objects=[!Train {}]", "vision.lag_cycles=2"]
+
+
+def test_images_over_the_bus_give_the_same_tracks():
+    """The host masks the arm in the images, as the arm's state tells, and expects what it does not see."""
+    scenario = load_scenario("train", seed=3, overrides=SEVERAL)
+    lcm = DrakeLcm("memq://")
+    host = HostProcess(scenario, lcm, lcm, tell=str)
+    assert set(host._side.heard) == {"camera_left", "camera_right", "arm_state", "jaws"}
+    apart, together = Simulator(make_arm_side(scenario, lcm)), Simulator(make_diagram(scenario))
+    cycles = 24
+    for cycle in range(cycles):
+        for simulator in (apart, together):
+            simulator.AdvanceTo(cycle * VISION_PERIOD + AFTER_THE_HOST)
+        host.step(timeout=0.0)
+    apart.AdvanceTo(cycles * VISION_PERIOD)
+    for port in ("tracks", "regions_left", "regions_right", "point", "centroid_left"):
+        values = [each.get_system().GetOutputPort(port).Eval(each.get_context()) for each in (apart, together)]
+        np.testing.assert_allclose(*values, rtol=0.0, atol=1e-4, err_msg=port)
+    assert TrackPoints(values_of(together, "tracks")).target > 0.0
+    assert host.counts["cycles"] == cycles and host.counts["cycles_incomplete"] == 0
+
+
+def values_of(simulator, port):
+    return np.array(simulator.get_system().GetOutputPort(port).Eval(simulator.get_context()))
+
+
+def test_images_without_the_state_of_the_arm_are_not_used():
+    scenario = load_scenario("train", seed=3, overrides=SEVERAL)
+    lcm = DrakeLcm("memq://")
+    host = HostProcess(scenario, lcm, lcm, tell=str)
+    used = []
+    say = host._say_frames
+
+    def noted(messages, number):
+        say(messages, number)
+        used.append(host._side.GetInputPort("frame_left").Eval(host._simulator.get_context())[1])
+
+    host._say_frames = noted
+    arm = Simulator(make_arm_side(scenario, lcm))
+    for cycle in range(6):
+        arm.AdvanceTo(cycle * VISION_PERIOD + AFTER_THE_HOST)
+        for port, data in host.mailbox.collect(0.0):
+            if cycle != 3 or port != "arm_state":
+                for found in host._take(port, data):
+                    host._work(found)
+    assert used[0] == 0.0 and used[1:] == [1.0, 1.0, 1.0, 0.0, 1.0, 1.0]
+    assert host.counts["cycles_incomplete"] == 1
 
 
 @pytest.mark.parametrize("side", ["arm", "host"])

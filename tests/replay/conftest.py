@@ -27,6 +27,13 @@ def rendered_run(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def several_run(tmp_path_factory):
+    """A run whose vision tracks two trains, and whose images other processes render."""
+    overrides = ["objects=[!Train {}]", "vision.tracker=!Several {confirm_after: 3}", "cameras.render_processes=1"]
+    return make_run(tmp_path_factory.mktemp("several") / "run", "train", 2.5, overrides, images=True)
+
+
+@pytest.fixture(scope="session")
 def ball_run(tmp_path_factory):
     """A run in which the ball rolls at once: the poses of the board are given, without the initialisation."""
     overrides = ["catch.ready_after=0", "catch.home_duration=0.2", "vision.update_cycles=2"]

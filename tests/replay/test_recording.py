@@ -107,6 +107,25 @@ def test_cameras_and_detector_have_no_effect_in_a_replay_from_centroids(rendered
         assert line.endswith("estimator, link, guard, servo, vision.work_volume, cameras.calibration")
 
 
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["--from", "centroids"], "cannot be replayed from centroids, which are those of the target only; use --from"),
+        (["--set", "vision.tracker.target=!Largest {}"], "vision.tracker.target has no effect in a replay from points"),
+        (["--from", "images", "--set", "vision.detector.centroid=mean"], "vision.detector.centroid has no effect"),
+    ],
+)
+def test_what_cannot_be_replayed_with_several_objects(several_run, capsys, tmp_path, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    assert message in error_of(capsys, tmp_path, *arguments, run=several_run)
+
+
+def test_grey_images_cannot_show_several_objects(rendered_run, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    arguments = ("--from", "images", "--set", "vision.tracker=!Several {}")
+    assert "vision.tracker has no effect" in error_of(capsys, tmp_path, *arguments, run=rendered_run)
+
+
 def test_images_that_are_missing_or_incomplete(rendered_run, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.copytree(rendered_run, tmp_path / "run")

@@ -15,6 +15,7 @@ from drake_tracker.replay.recording import STARTS, open_recording
 from drake_tracker.replay.replay import replay_run
 
 FROM_POINTS = {"filtered", "prediction", "delivered", "packet_report", "target"}
+OF_SEVERAL = {"tracks", "regions_left", "regions_right"}
 CENTROIDS = {"train": {"centroid_left", "centroid_right"}, "ball": {"centroid"}}
 
 
@@ -34,6 +35,31 @@ def test_signals_are_bit_identical_without_changes(request, name, task, start):
     # The replay did run: there are packets, the last one near the end.
     delivered = recording.log["delivered"]
     assert delivered["valid"][-1] and delivered["seq"][-1] > 5 and recording.end - delivered["stamp"][-1] < 0.5
+
+
+@pytest.mark.parametrize("start", ["images", "points"])
+def test_a_run_with_several_objects_is_bit_identical(several_run, start):
+    recording = open_recording(several_run, start=start)
+    result = replay_run(recording)
+    expected = FROM_POINTS | (CENTROIDS["train"] | OF_SEVERAL | {"point"} if start == "images" else set())
+    assert set(result["signals"]) == expected and result["identical"], result["signals"]
+    assert result["replayed"] == result["recorded"] and None not in result["recorded"].values()
+    tracks = recording.log["tracks"]
+    assert tracks["number0"][-1] > 0.0 and tracks["number1"][-1] > 0.0
+    assert open_recording(several_run).start == "points"
+
+
+@pytest.mark.parametrize(
+    "start, change",
+    [
+        ("points", "estimator=!AlphaBetaGamma {}"),
+        ("images", "vision.tracker.silhouettes.threshold=25"),
+        ("images", "vision.tracker=!Single {}"),
+    ],
+)
+def test_a_change_of_a_run_with_several_objects(several_run, start, change):
+    result = replay_run(open_recording(several_run, [change], start))
+    assert not result["identical"] and result["signals"]["prediction"]["greatest_difference"] > 0.0
 
 
 def test_the_default_start_is_centroids_or_otherwise_points(measured_run, rendered_run):

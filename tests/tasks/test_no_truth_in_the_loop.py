@@ -15,11 +15,14 @@ from drake_tracker.diagrams import hand_eye as hand_eye_module
 from drake_tracker.live.operator import OperatorPanel
 from drake_tracker.live.operator_system import OperatorSystem
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
+from drake_tracker.vision.measured_several_diagram import MeasuredSeveralDiagram
+from drake_tracker.vision.measured_vision_system import MeasuredErrorSystem, MeasuredVisionDiagram
 from drake_tracker.world import world_diagram as world_module
 from drake_tracker.world.config import TrackConfig as TrackSettings
 
 MEASURED = "vision=!Measured {}"
+MEASURED_SEVERAL = "vision=!Measured {tracker: !Several {}}"
+OBJECTS = "objects=[!Train {}, !Ball {}, !Hand {}]"
 BEHIND_THE_SENSORS = {
     *("camera_left_noise", "camera_right_noise", "camera_left_faults", "camera_right_faults", "jaw_sensor"),
 }
@@ -30,7 +33,7 @@ def measured(hand_eye, stand_in):
     """Returns the output ports of leaf Systems that the controller may read, {port: name of the sensor}.
 
     With ``vision: !Measured`` (``stand_in``), and only then, one System that reads ground truth replaces the cameras,
-    and its output counts as a sensor.
+    and its output counts as a sensor; with several objects, one for each of them.
     """
     world = hand_eye.world
     laboratory = world.laboratory
@@ -41,9 +44,14 @@ def measured(hand_eye, stand_in):
     ports["joints of the gripper"] = plant.get_state_output_port(laboratory.gripper)
     ports["drive of the gripper"] = plant.get_net_actuation_output_port(laboratory.gripper)
     if stand_in:
-        assert type(hand_eye.vision) is MeasuredVisionDiagram and not world.cameras
-        ports["stand-in for cameras"] = hand_eye.vision.GetSubsystemByName("measured_error").GetOutputPort("point")
+        assert type(hand_eye.vision) in (MeasuredVisionDiagram, MeasuredSeveralDiagram) and not world.cameras
+        for system in stand_ins(hand_eye.vision):
+            ports[f"stand-in for cameras: {system.get_name()}"] = system.GetOutputPort("point")
     return {(port.get_system(), int(port.get_index())): name for name, port in ports.items()}
+
+
+def stand_ins(vision):
+    return [system for system in vision.GetSystems() if type(system) is MeasuredErrorSystem]
 
 
 def leaks(hand_eye, stand_in=False):
@@ -52,8 +60,10 @@ def leaks(hand_eye, stand_in=False):
     wires = Wires(hand_eye)
     wires.leave_open(hand_eye.arm, "operator")
     subsystems = controller_subsystems(hand_eye)
-    if stand_in:  # the vision without the System that replaces the cameras
-        subsystems["vision"] = hand_eye.vision.GetSubsystemByName("lag")
+    if stand_in:  # the vision without the Systems that replace the cameras
+        del subsystems["vision"]
+        others = [system for system in hand_eye.vision.GetSystems() if system not in stand_ins(hand_eye.vision)]
+        subsystems |= {system.get_name(): system for system in others}
     upstream = wires.upstream(subsystems.values(), allowed)
     leaking = [
         path
@@ -120,6 +130,43 @@ def test_further_objects_give_the_controller_no_ground_truth():
         assert sensors == set(measured(hand_eye, stand_in).values())
         for subsystem in controller_subsystems(hand_eye).values():
             assert truths(subsystem, is_truth) == {}
+
+
+@pytest.fixture(scope="module")
+def several():
+    """A diagram with measured vision of several objects."""
+    return make_diagram(load_scenario("train", overrides=[MEASURED_SEVERAL, OBJECTS]))
+
+
+def test_with_several_objects_only_the_measured_errors_read_ground_truth(several):
+    leaking, sensors = leaks(several, stand_in=True)
+    assert leaking == []
+    assert sensors == set(measured(several, True).values())
+    systems, wires = stand_ins(several.vision), Wires(several)
+    assert len(systems) == 4
+    for number, system in enumerate(systems):
+        assert system.num_input_ports() == 1
+        source, port = wires.source(system, 0)
+        found = f"{source.get_name()}.{source.get_output_port(port).get_name()}"
+        assert found == ("object_states.states" if number else "plant.train_state")
+    others = {system.get_name() for system in several.vision.GetSystems() if system not in systems}
+    assert others == {"tracker", "lag_point", "lag_tracks"}
+    for subsystem in controller_subsystems(several).values():
+        assert truths(subsystem, is_truth) == {}
+
+
+def test_with_several_objects_measured_vision_is_a_leak_if_the_scenario_does_not_ask_for_it(several):
+    leaking, _ = leaks(several)
+    assert any("measured_error_" in path and "object_states.states" in path for path in leaking), leaking
+
+
+def test_cameras_that_see_several_objects_give_the_controller_no_ground_truth():
+    hand_eye = make_diagram(load_scenario("train", overrides=["vision.tracker=!Several {}", OBJECTS]))
+    leaking, sensors = leaks(hand_eye)
+    assert leaking == []
+    assert sensors == set(measured(hand_eye, False).values())
+    for subsystem in controller_subsystems(hand_eye).values():
+        assert truths(subsystem, is_truth) == {}
 
 
 def test_a_leak_in_a_diagram_with_measured_vision_is_found(monkeypatch):

@@ -6,7 +6,7 @@ were, as they would have been with perfectly calibrated cameras, and on the true
 between two of its predictions is the contribution of the stage between them.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -35,7 +35,8 @@ def seen_by(
 ) -> np.ndarray:
     """Returns the points that exactly known cameras triangulate from the centroids of these stamps, (n, 3) [m, W].
 
-    Where the log has no centroids, or their rays do not meet, a point stays as it was.
+    Where the log has no centroids, or their rays do not meet, a point stays as it was. So does that of an object whose
+    silhouette is merged with another one: the tracker of several objects finds it without rays, and its gap is 0.
 
     Args:
         cameras: exact models of the left and the right camera.
@@ -46,8 +47,11 @@ def seen_by(
     seen = np.array(points)
     if "centroid_left" not in log:
         return seen
-    left, right = (_pixels(log[f"centroid_{side}"], stamps) for side in ("left", "right"))
-    for row in np.nonzero(~np.isnan(left + right).any(axis=1))[0]:
+    left, right = (_at(log[f"centroid_{side}"], ("u", "v"), stamps) for side in ("left", "right"))
+    known = ~np.isnan(left + right).any(axis=1)
+    if "tracks" in log:
+        known &= _at(log["point"], ("gap",), stamps)[:, 0] > 0.0
+    for row in np.nonzero(known)[0]:
         meeting = triangulate(*cameras, left[row], right[row])
         if meeting is not None:
             seen[row] = meeting.p_WQ
@@ -83,13 +87,13 @@ def refilter(stamps: np.ndarray, points: np.ndarray, wanted: Iterable[float]) ->
     return packets
 
 
-def _pixels(centroid: Signal, stamps: np.ndarray) -> np.ndarray:
-    """Returns the pixels of the valid centroids of these stamps, shape (n, 2), NaN where there is none."""
-    valid = centroid["valid"] > 0
-    known, uv = centroid["stamp"][valid], centroid.view("u", "v")[valid]
+def _at(signal: Signal, names: Sequence[str], stamps: np.ndarray) -> np.ndarray:
+    """Returns some fields of the valid samples of these stamps, shape (n, len(names)), NaN where there is none."""
+    valid = signal["valid"] > 0
+    known, values = signal["stamp"][valid], signal.view(*names)[valid]
     if len(known) == 0:
-        return np.full((len(stamps), 2), np.nan)
+        return np.full((len(stamps), len(names)), np.nan)
     nearest = np.clip(np.searchsorted(known, stamps - _SAME_STAMP), 0, len(known) - 1)
-    found = np.array(uv[nearest])
+    found = np.array(values[nearest])
     found[np.abs(known[nearest] - stamps) > _SAME_STAMP] = np.nan
     return found

@@ -9,7 +9,13 @@ from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.packet_guard import PacketGuard
 from drake_tracker.core.timing import SERVO_PERIOD
-from drake_tracker.diagrams.hand_eye import BETWEEN_SUBSYSTEMS, WITH_TRACKS, Connection, HandEyeDiagram
+from drake_tracker.diagrams.hand_eye import (
+    BETWEEN_SUBSYSTEMS,
+    WITH_MEASURED_TRACKS,
+    WITH_TRACKS,
+    Connection,
+    HandEyeDiagram,
+)
 from drake_tracker.diagrams.parts import estimator_of, link_of, make_host
 from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
@@ -17,7 +23,7 @@ from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspSystem
 from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.reach import Reach
-from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.scenario import Measured, TrainScenario
 from drake_tracker.tasks.train.track_placement import check_track, place_track
 from drake_tracker.tasks.train.vision_parts import RenderedWindow, image_pipeline, make_vision, tracks_several
 from drake_tracker.tasks.train.world import make_train_world
@@ -36,7 +42,9 @@ def make_train_diagram(scenario: TrainScenario) -> HandEyeDiagram:
     """
     pipeline = image_pipeline(scenario)
     vision, windows = make_vision(scenario, pipeline)
-    connections = WITH_TRACKS if tracks_several(scenario) else BETWEEN_SUBSYSTEMS
+    connections = BETWEEN_SUBSYSTEMS
+    if tracks_several(scenario):
+        connections = WITH_MEASURED_TRACKS if isinstance(scenario.vision, Measured) else WITH_TRACKS
     return assemble(scenario, vision, windows, train_host(scenario), connections, pipeline)
 
 

@@ -40,7 +40,7 @@ class Rendered:
     """
 
     detector: NormalFlow = setting(NormalFlow, "the motion detector, for a single object")
-    tracker: Single | Several = setting(Single, "one object or several, and which of them is followed")
+    tracker: Single | Several = setting(Single, "one object or several, and which of them is followed", shared=True)
     lag_cycles: int = setting(
         15, "time from the capture of the middle image to its centroid", "cycles", (1, 120), shared=True
     )
@@ -62,16 +62,20 @@ class Rendered:
 
 @dataclass(frozen=True)
 class Measured:
-    """Measured vision: the train's true position plus an error measured with cameras. No image is rendered.
+    """Measured vision: the true position plus an error measured with cameras. No image is rendered.
 
     Attributes:
         file: file of the measured error.
+        tracker: whether vision sees the first train only or all objects, and which of them is followed.
         lag_cycles: time from the capture of the middle image to the point [cycles].
         work_volume: lowest and highest corner of the box in which the train is seen, in W [m].
         outline: horizontal outline of the work volume: the whole box, or the ellipse in it.
     """
 
     file: str = setting("train_vision.yaml", "file of the measured error, from drake-tracker measure")
+    tracker: Single | Several = setting(
+        Single, "the first train only or all objects, and which of them is followed", shared=True
+    )
     lag_cycles: int = setting(
         15,
         "time from the capture of the middle image to the point; a camera needs at least 2",

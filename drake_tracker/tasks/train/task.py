@@ -1,6 +1,6 @@
 """The task of Allen et al. 1991: track a model train with two cameras, and grasp it while it moves."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import System
 
-from drake_tracker.core.messages import GraspDiagnosis, JawState, Verdict
-from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import GraspDiagnosis, JawState, Regions, TrackPoints, Verdict
+from drake_tracker.core.timing import PROJECTOR_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, vision_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.diagrams.parts import link_of
 from drake_tracker.grasp.gate import Gate
@@ -25,7 +26,14 @@ from drake_tracker.tasks.train.filming import TRAIN_SNAPSHOT, TRAIN_VIEW, train_
 from drake_tracker.tasks.train.scenario import Measured, TrainScenario
 from drake_tracker.tasks.train.strips import TRAIN_STRIPS
 from drake_tracker.tasks.train.summary import summarise
-from drake_tracker.tasks.train.vision_parts import SIDES, image_vision, load_cameras, rendered_windows
+from drake_tracker.tasks.train.vision_parts import (
+    SIDES,
+    arm_signals,
+    image_vision,
+    load_cameras,
+    rendered_windows,
+    tracks_several,
+)
 from drake_tracker.vision.triangulator_system import TriangulatorSystem
 
 _FREE = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT)
@@ -68,7 +76,12 @@ class TrainTask(Task[TrainScenario]):
     truth_signal = "truth_train_state"
     servo_period = SERVO_PERIOD
     time_step = TIME_STEP
-    extra_signals = {"jaws": (VISION_PERIOD, JawState.get_fields())}  # noqa: RUF012
+    extra_signals = {  # noqa: RUF012
+        "tracks": (VISION_PERIOD, TrackPoints.get_fields()),
+        "regions_left": (VISION_PERIOD, Regions.get_fields()),
+        "regions_right": (VISION_PERIOD, Regions.get_fields()),
+        "jaws": (VISION_PERIOD, JawState.get_fields()),
+    }
     pictures = {"tracking.png": "The track from above, errors over time, and phases."}  # noqa: RUF012
     titles = ("The train was not lifted", "The train was lifted")
     outcomes = ("not lifted", "lifted")
@@ -114,6 +127,10 @@ class TrainTask(Task[TrainScenario]):
     def uses_cameras(self, scenario: TrainScenario) -> bool:
         return not isinstance(scenario.vision, Measured)
 
+    def files_of(self, scenario: TrainScenario) -> tuple[str, ...]:
+        files = super().files_of(scenario)
+        return tuple(name for name in files if name != "motion.png") if tracks_several(scenario) else files
+
     def build(self, scenario: TrainScenario, initialisation: None = None) -> HandEyeDiagram:
         return make_train_diagram(scenario)
 
@@ -158,6 +175,32 @@ class TrainTask(Task[TrainScenario]):
         attempts = summary.get("attempts")
         which = "at the first attempt" if attempts == 1 else f"at attempt {attempts}"
         return f"The train was lifted {which}, {summary['time_to_grasp_s']:.1f} s after the start."
+
+    def signal_offset(self, name: str, time_step: float) -> float:
+        if name == "tracks":
+            return vision_slot(PROJECTOR_SLOT, time_step)
+        return super().signal_offset(name, time_step)
+
+    def replay_sources(self, scenario: TrainScenario, start: str) -> tuple[str, ...]:
+        if not tracks_several(scenario):
+            return super().replay_sources(scenario, start)
+        if start == "centroids":
+            raise DrakeTrackerError(
+                "a vision that tracks several objects cannot be replayed from centroids, which are those of the target "
+                "only; use --from points for the recorded tracks, or --from images"
+            )
+        return ("tracks",) if start == "points" else arm_signals(scenario)
+
+    def replay_start(self, scenario: TrainScenario, logged: Collection[str]) -> str:
+        return "points" if tracks_several(scenario) else super().replay_start(scenario, logged)
+
+    def changeable_settings(self, recorded: TrainScenario, scenario: TrainScenario, start: str) -> tuple[str, ...]:
+        settings = super().changeable_settings(recorded, scenario, start)
+        if start != "images" or not tracks_several(recorded):
+            return settings
+        if tracks_several(scenario):
+            settings = tuple(name for name in settings if name != "vision.detector")
+        return (*settings, "vision.tracker")
 
     def rebuild(self, scenario: TrainScenario, recorded: TrainScenario, start: str, folder: Path) -> ReplayParts:
         vision: System | None = None

@@ -4,16 +4,23 @@ from pydrake.lcm import DrakeLcm
 
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.diagrams.hand_eye import BETWEEN_SUBSYSTEMS
+from drake_tracker.diagrams.hand_eye import BETWEEN_SUBSYSTEMS, WITH_MEASURED_TRACKS
 from drake_tracker.network.arm_side_diagram import ArmSideDiagram
-from drake_tracker.network.channels import CAMERAS, FROM_HOST, FROM_VISION, POINT, vectors
+from drake_tracker.network.channels import CAMERAS, FROM_HOST, FROM_TRACKER, FROM_VISION, POINT, TRACKS, vectors
 from drake_tracker.network.host_side_diagram import HostSideDiagram
 from drake_tracker.network.remote_host_diagram import ImageSenderDiagram, RemoteHostDiagram
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.registry import require_task
 from drake_tracker.tasks.train.diagram import assemble, train_host
 from drake_tracker.tasks.train.scenario import Measured, TrainScenario
-from drake_tracker.tasks.train.vision_parts import RenderedWindow, measured_vision, rendered_vision
+from drake_tracker.tasks.train.vision_parts import (
+    RenderedWindow,
+    arm_signals,
+    measured_vision,
+    rendered_vision,
+    tracks_several,
+)
+from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
 
@@ -30,11 +37,14 @@ def make_arm_side(scenario: TrainScenario, lcm: DrakeLcm) -> ArmSideDiagram:
     """
     check_task(scenario)
     known = vectors(scenario.time_step, len(arm_of(scenario).q_start))
+    several = tracks_several(scenario)
     if isinstance(scenario.vision, Measured):
-        host = RemoteHostDiagram(lcm, POINT, FROM_HOST, known)
-        return ArmSideDiagram(assemble(scenario, measured_vision(scenario), {}, host), lcm, known)
+        host = RemoteHostDiagram(lcm, TRACKS if several else POINT, FROM_HOST, known)
+        arrows = WITH_MEASURED_TRACKS if several else BETWEEN_SUBSYSTEMS
+        return ArmSideDiagram(assemble(scenario, measured_vision(scenario), {}, host, arrows), lcm, known)
     _, windows = rendered_vision(scenario)
-    host = RemoteHostDiagram(lcm, (), FROM_HOST + FROM_VISION, known)
+    heard = FROM_HOST + FROM_VISION + (FROM_TRACKER if several else ())
+    host = RemoteHostDiagram(lcm, (), heard, known)
     arrows = tuple(arrow for arrow in BETWEEN_SUBSYSTEMS if arrow[0] != "vision")
     return ArmSideDiagram(assemble(scenario, ImageSenderDiagram(lcm, CAMERAS), windows, host, arrows), lcm, known)
 
@@ -54,12 +64,14 @@ def make_host_side(
     Raises DrakeTrackerError when the scenario cannot be built, or when its task is not the train.
     """
     check_task(scenario)
-    vision: VisionDiagram | None = None
+    vision: VisionDiagram | SeveralVisionDiagram | None = None
     windows: dict[str, RenderedWindow] = {}
     if not isinstance(scenario.vision, Measured):
         # The cameras are synchronous, but their stamps are rounded to microseconds: half a cycle of tolerance.
         vision, windows = rendered_vision(scenario, own_stamps=True, stamp_tolerance=0.5 * VISION_PERIOD)
-    side = HostSideDiagram(vision, train_host(scenario), incoming, outgoing, vectors(scenario.time_step))
+    # The host need not know the arm unless its vision masks it.
+    known = vectors(scenario.time_step, *([len(arm_of(scenario).q_start)] if arm_signals(scenario) else []))
+    side = HostSideDiagram(vision, train_host(scenario), incoming, outgoing, known)
     return side, {port: window[2:] for port, window in windows.items()}
 
 

@@ -13,12 +13,14 @@ from drake_tracker.faults.fault import CalibrationFault, PointFault, calibrated_
 from drake_tracker.faults.point_faults_system import PointFaultsSystem
 from drake_tracker.tasks.loader import scenario_file
 from drake_tracker.tasks.train.faults import train_faults
+from drake_tracker.tasks.train.looks import object_looks
 from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
 from drake_tracker.vision.calibration_file import load_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.detectors import make_detector
 from drake_tracker.vision.measured_error_file import load_error
+from drake_tracker.vision.measured_several_diagram import MeasuredSeveralDiagram
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
@@ -37,14 +39,16 @@ RenderedWindow = tuple[int, int, int, int]
 def image_pipeline(scenario: TrainScenario) -> ImagePipeline | None:
     """Returns how the images of a scenario are made beside the simulation, or None if they are not.
 
-    The lag of the vision hides the latency of the images: all of it but one cycle may be used up by them.
+    The lag of the vision hides the latency of the images: all of it but one cycle may be used up by them. A vision of
+    several objects describes its newest image, a motion detector the middle one of three.
 
     Raises DrakeTrackerError when the environment variable for the number of processes is wrong.
     """
     if isinstance(scenario.vision, Measured):
         return None
     processes = process_count(scenario.cameras.render_processes)
-    latency = min(scenario.vision.lag_cycles - flow_parameters(scenario).stride - 1, MOST_LATENCY)
+    newest = 0 if tracks_several(scenario) else flow_parameters(scenario).stride
+    latency = min(scenario.vision.lag_cycles - newest - 1, MOST_LATENCY)
     return ImagePipeline(latency, processes) if processes > 0 and latency > 0 else None
 
 
@@ -132,8 +136,15 @@ def image_vision(
 
 
 def tracks_several(scenario: TrainScenario) -> bool:
-    """Returns whether the vision of a scenario tracks several objects."""
-    return isinstance(scenario.vision, Rendered) and isinstance(scenario.vision.tracker, Several)
+    """Returns whether the vision of a scenario, rendered or measured, tracks several objects."""
+    return isinstance(scenario.vision.tracker, Several)
+
+
+def arm_signals(scenario: TrainScenario) -> tuple[str, ...]:
+    """Returns the outputs of the arm that the vision of a scenario reads, in order to mask the arm in the images."""
+    vision = scenario.vision
+    masked = isinstance(vision, Rendered) and isinstance(vision.tracker, Several) and vision.tracker.mask_arm
+    return ("arm_state", "jaws") if masked else ()
 
 
 def several_vision(
@@ -167,7 +178,7 @@ def several_vision(
     )
 
 
-def measured_vision(scenario: TrainScenario) -> MeasuredVisionDiagram:
+def measured_vision(scenario: TrainScenario) -> MeasuredVisionDiagram | MeasuredSeveralDiagram:
     """Returns the vision of a scenario with ``vision: !Measured``, which replaces the cameras.
 
     Raises DrakeTrackerError when its file cannot be used, or when it would never see the train.
@@ -179,6 +190,12 @@ def measured_vision(scenario: TrainScenario) -> MeasuredVisionDiagram:
         raise DrakeTrackerError(
             f"{scenario.where('track.speed')} = {scenario.track.speed:g} m/s: the measured vision sees nothing below "
             f"{error.seen_from:.3f} m/s"
+        )
+    if isinstance(config.tracker, Several):
+        looks = object_looks(scenario)
+        faults = [system for system in (point_faults(scenario) for _ in looks) if system is not None]
+        return MeasuredSeveralDiagram(
+            error, config.tracker, looks, config.lag_cycles, config.work_volume, scenario.seed, faults=faults
         )
     return MeasuredVisionDiagram(
         error, config.lag_cycles, config.work_volume, scenario.seed, faults=point_faults(scenario)
