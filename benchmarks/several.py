@@ -210,14 +210,16 @@ def measure(part, chosen, seeds, quick, workers, commit):
     _, cells, first = PARTS[part]
     if quick:
         first = QUICK_SEED
-    cells = {cell: count if seeds is None else seeds for cell, count in cells.items() if chosen in (None, str(cell))}
+    cells = {
+        cell: count if seeds is None else seeds for cell, count in cells.items() if not chosen or str(cell) in chosen
+    }
     path = FOLDER / f"{'quick_' if quick else ''}{part}.jsonl"
     path.parent.mkdir(parents=True, exist_ok=True)
     wanted = [(cell, seed) for cell, count in cells.items() for seed in range(first, first + count)]
 
     def lines():
         rows = read_lines(path) if path.exists() else []
-        known = {(row["cell"], row["seed"]): row for row in rows if row["commit"] == commit}
+        known = {(row["cell"], row["seed"]): row for row in rows if row.get("commit") == commit}
         return [known[key] for key in wanted if key in known]
 
     done = {(row["cell"], row["seed"]) for row in lines()}
@@ -355,19 +357,24 @@ def merge(path, result):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--part", choices=[*PARTS, "cost"], help="default: all but the cost")
-    parser.add_argument("--cells", help="one cell of the part")
+    parser.add_argument("--cells", help="cells of the part, separated by commas")
     parser.add_argument("--seeds", type=int, help="runs per cell")
     parser.add_argument("--workers", type=int, default=2, choices=(1, 2), help="processes (default 2)")
     parser.add_argument("--quick", action="store_true", help="short runs on other seeds, printed only")
     parser.add_argument("--json", type=Path, default=RESULTS, metavar="FILE", help="results (default %(default)s)")
     options = parser.parse_args()
+    chosen = options.cells.split(",") if options.cells else []
+    known = PARTS[options.part][1] if options.part in PARTS else {}
+    unknown = [cell for cell in chosen if cell not in map(str, known)]
+    if unknown:
+        parser.error(f"unknown cell {unknown[0]}; there are {', '.join(map(str, known))}")
     commit = git_commit()
     for part in [options.part] if options.part else PARTS:
         if part == "cost":
             seeds = [QUICK_SEED if options.quick else COST_SEED]
             cells = [{**cost_of_vision(seeds[0], options.quick)}, {**cost_of_loop(seeds[0], options.quick)}]
         else:
-            rows, seeds = measure(part, options.cells, options.seeds, options.quick, options.workers, commit)
+            rows, seeds = measure(part, chosen, options.seeds, options.quick, options.workers, commit)
             cells = of_cells(rows, SUMMARIES[part])
         result = {"part": part, "made_by": {**provenance(seeds), "commit": commit}, "cells": cells}
         print_table(*several_tables.TABLES[part](cells))
