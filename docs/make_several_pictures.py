@@ -2,8 +2,8 @@
 
     python docs/make_several_pictures.py
 
-Two trains and a ball are watched by both cameras, with the arm held above them. Everything drawn is what the vision has
-in its Context. The colours are those of the tracks' numbers.
+Two trains and a ball are watched by both cameras, with the arm held above them; the merged silhouette is of the trains
+alone. Everything drawn is what the vision has in its Context. The colours are those of the tracks' numbers.
 """
 
 import sys
@@ -38,16 +38,21 @@ WARM_UP, LONGEST = 10.0, 30.0
 """Times [s] from which pictures are taken, and at which the search for one ends."""
 LEARNING = (0.3, 1.5, 5.0)
 """Times [s] at which the background is shown."""
-SCALE = 4
+SCALE = 3
 """Enlargement of the images."""
 COLOURS = ("#1f77b4", "#d95f02", "#1b9e77", "#7570b3", "#e7298a", "#666666")
 ABOVE_SECONDS = 14.0
 
 
-def scenario(ahead):
-    """Returns two trains and a ball."""
-    objects = f"objects=[!Train {{body: striped, ahead: -{ahead}}}, !Ball {{at: 3.0}}]"
-    settings = ["vision.tracker=!Several {}", "cameras.render_processes=0", "vision.lag_cycles=3", objects]
+def scenario(ahead, ball=True):
+    """Returns two trains, with or without a ball."""
+    others = f"!Train {{body: striped, ahead: -{ahead}}}{', !Ball {at: 3.0}' if ball else ''}"
+    settings = [
+        "vision.tracker=!Several {}",
+        "cameras.render_processes=0",
+        "vision.lag_cycles=3",
+        f"objects=[{others}]",
+    ]
     return load_scenario("train", seed=SEED, overrides=settings)
 
 
@@ -208,7 +213,7 @@ def draw_above(path):
 def main():
     apart = Scene(scenario(APART))
     pictures = {"several_background": draw_learning(apart), "several_regions": draw_regions(apart)}
-    pictures["several_divided"] = draw_divided(Scene(scenario(CLOSE)))
+    pictures["several_divided"] = draw_divided(Scene(scenario(CLOSE, ball=False)))
     for name, picture in pictures.items():
         cv2.imwrite(str(IMAGES / f"{name}.png"), picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])
     draw_above(IMAGES / "several_above.png")
