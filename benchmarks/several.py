@@ -16,8 +16,8 @@
 - shake: a shaking and a panning camera: error of the centroid, unusable images, wrong centroids.
 - cost: time of the vision in a cycle, and of the whole loop, beside that of `!Single`.
 
-Each trial becomes a line of ``runs/several/PART.jsonl`` as soon as it ends, and is not repeated on the same commit. The
-results of a part replace those of the same part in ``results/several.json``. Seeds 2500 to 3199 are used nowhere else.
+Each trial becomes a line of ``runs/several/PART.jsonl`` as soon as it ends, and is not repeated on the same commit. All
+trials of this commit are the results of a part, which replace those of the same part in ``results/several.json``. Seeds 2500 to 3199 are used nowhere else.
 """
 
 import argparse
@@ -206,12 +206,12 @@ def describe(row):
 
 
 def measure(part, chosen, seeds, quick, workers, commit):
-    """Runs the trials of a part that are missing; returns (all its lines, seeds)."""
-    _, cells, first = PARTS[part]
+    """Runs the trials of a part that are missing; returns all its lines of this commit, in the order of the cells."""
+    _, counts, first = PARTS[part]
     if quick:
         first = QUICK_SEED
     cells = {
-        cell: count if seeds is None else seeds for cell, count in cells.items() if not chosen or str(cell) in chosen
+        cell: count if seeds is None else seeds for cell, count in counts.items() if not chosen or str(cell) in chosen
     }
     path = FOLDER / f"{'quick_' if quick else ''}{part}.jsonl"
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -220,14 +220,15 @@ def measure(part, chosen, seeds, quick, workers, commit):
     def lines():
         rows = read_lines(path) if path.exists() else []
         known = {(row["cell"], row["seed"]): row for row in rows if row.get("commit") == commit}
-        return [known[key] for key in wanted if key in known]
+        places = {cell: place for place, cell in enumerate(counts)}
+        return [known[key] for key in sorted(known, key=lambda key: (places[key[0]], key[1]))]
 
     done = {(row["cell"], row["seed"]) for row in lines()}
     if part == "cameras":
         calibrate_cameras(cells)
     jobs = [(part, cell, seed, quick, commit) for cell, seed in wanted if (cell, seed) not in done]
     append_results(run_one, jobs, path, workers, describe)
-    return lines(), sorted({seed for _, seed in wanted})
+    return lines()
 
 
 def calibrate_cameras(cells):
@@ -374,7 +375,8 @@ def main():
             seeds = [QUICK_SEED if options.quick else COST_SEED]
             cells = [{**cost_of_vision(seeds[0], options.quick)}, {**cost_of_loop(seeds[0], options.quick)}]
         else:
-            rows, seeds = measure(part, chosen, options.seeds, options.quick, options.workers, commit)
+            rows = measure(part, chosen, options.seeds, options.quick, options.workers, commit)
+            seeds = sorted({row["seed"] for row in rows})
             cells = of_cells(rows, SUMMARIES[part])
         result = {"part": part, "made_by": {**provenance(seeds), "commit": commit}, "cells": cells}
         print_table(*several_tables.TABLES[part](cells))
