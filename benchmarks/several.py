@@ -17,7 +17,8 @@
 - cost: time of the vision in a cycle, and of the whole loop, beside that of `!Single`.
 
 Each trial becomes a line of ``runs/several/PART.jsonl`` as soon as it ends, and is not repeated on the same commit. All
-trials of this commit are the results of a part, which replace those of the same part in ``results/several.json``. Seeds 2500 to 3199 are used nowhere else.
+trials of this commit are the results of a part, which replace those of the same part in ``results/several.json``.
+Seeds 2500 to 3199 are used nowhere else.
 """
 
 import argparse
