@@ -23,6 +23,8 @@ Seeds 2500 to 3199 are used nowhere else.
 
 import argparse
 import json
+import math
+import statistics
 import sys
 from collections import Counter
 from pathlib import Path
@@ -281,12 +283,14 @@ def passing_summary(rows):
 
 def coverage_summary(rows):
     """Returns the results of a cell of `COVERAGE`."""
+    errors = [[error[axis] for row in rows for error in row["errors_mm"]] for axis in range(3)]
     return {
         "runs": len(rows),
         "bodies": sorted({row["body"] for row in rows}),
         "points": sum(len(row["shares"]) for row in rows),
         "strays": sum(row["strays"] for row in rows),
-        "rms_mm": [common.rms([error[axis] for row in rows for error in row["errors_mm"]]) for axis in range(3)],
+        "rms_mm": [common.rms(values) for values in errors],
+        "mean_mm": [statistics.fmean(values) if values else math.nan for values in errors],
         "coverage": measures.coverage_numbers([np.reshape(row["shares"], (-1, 3)) for row in rows]),
     }
 

@@ -54,14 +54,20 @@ def passing_table(cells):
 
 def coverage_table(cells):
     """Returns (header, rows) of the share of the errors within one standard deviation."""
-    header = ["cell", "runs", "points", "x", "y", "z", "all axes", "95 %", "rms x, y, z", "points on no object"]
+    header = ["cell", "runs", "points", "x", "y", "z", "all axes", "95 %", "rms x, y, z", "mean x, y, z"]
+    header.append("points on no object")
     rows = []
     for cell in cells:
         found = cell["coverage"]
         shares = [f"{100 * found[axis][0]:.0f} %" if found else "" for axis in (*"xyz", "all")]
         limits = "{:.0f}-{:.0f} %".format(*(100 * value for value in found["all"][1:])) if found else ""
-        rms = " / ".join(f"{value:.1f}" for value in cell["rms_mm"])
-        rows.append([cell["cell"], cell["runs"], cell["points"], *shares, limits, f"{rms} mm", cell["strays"]])
+        rms, mean = (
+            " / ".join(f"{value:{kind}.1f}" for value in cell[f"{name}_mm"])
+            for name, kind in (("rms", ""), ("mean", "+"))
+        )
+        rows.append(
+            [cell["cell"], cell["runs"], cell["points"], *shares, limits, f"{rms} mm", f"{mean} mm", cell["strays"]]
+        )
     return header, rows
 
 

@@ -146,3 +146,27 @@ def test_a_run_that_lifts_nothing_has_a_row():
     header, (row,) = several_tables.lift_table([cell])
     assert len(row) == len(header)
     assert row[-1] == "1 times: the gate never opened"
+
+
+NUMBERS = {"images": 10, "both": 8, "one": 9, "places": 4, "good_places": 3, "valid": 18, "neither": 1}
+IDENTITIES = {"swaps": 0, "begun_again": 1, "lost": 1}
+CENTROIDS = {"unusable": 0.0, "invalid": 0.5, "median_px": 2.0, "wrong": 0.1}
+LAPS = {"first_lap": NUMBERS, "later": NUMBERS}
+LINES = {
+    "separation": {"several": {**LAPS, **IDENTITIES, "time_until_both_s": None}, "single": LAPS},
+    "passing": {**IDENTITIES, "images": 10, "both": 9},
+    "coverage": {"body": "plain", "strays": 2, "shares": [[0.5, 2.0, 0.9]], "errors_mm": [[1.0, -2.0, 3.0]]},
+    "shake": {"several": CENTROIDS, "single": {**CENTROIDS, "median_px": None}},
+}
+
+
+@pytest.mark.parametrize("part", LINES)
+def test_every_part_has_a_table_of_its_lines(part):
+    cell = next(iter(several.PARTS[part][1]))
+    lines = [{"cell": cell, "seed": seed, **LINES[part]} for seed in (1, 2)]
+    cells = several.of_cells(lines, several.SUMMARIES[part])
+    header, (row,) = several_tables.TABLES[part](cells)
+    assert len(row) == len(header)
+    assert json.loads(json.dumps(cells))[0]["runs"] == 2
+    expected = {"separation": "80 %", "passing": "90 %", "coverage": "67 %", "shake": "2.0 px"}
+    assert expected[part] in row
