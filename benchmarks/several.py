@@ -41,6 +41,7 @@ from several_worlds import follow, lap_time, train_lengths, watch
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import run_line
 from drake_tracker.campaign.wilson import wilson
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.results import git_commit
 from drake_tracker.world.cameras import true_camera_models
@@ -70,8 +71,8 @@ COVERAGE = {  # cell: scenario, overrides, with the loop
     "arm": ("train", [SEVERAL], True),
     "arm and train 0.25 m behind": ("train", [SEVERAL, "objects=[!Train {body: striped, ahead: -0.25}]"], True),
 }
-LIFT = {  # cell: scenario, overrides, number of seeds
-    "two": ("train:two", [], 40),
+LIFT = {  # cell: scenario, overrides, number of seeds; of two trains the yellow one counts, whichever is seen first
+    "two": ("train:two", ["vision.tracker.target=!Coloured {}"], 40),
     "visitor": ("train:visitor", [], 40),
     "alone": ("train", [SEVERAL], 68),
     "shadows": ("train", [SEVERAL, "lighting.shadows=true"], 20),
@@ -83,7 +84,10 @@ LIFT = {  # cell: scenario, overrides, number of seeds
 }
 CAMERAS = {  # cell: overrides
     **{f"elevation {angle}": [f"cameras.elevation_deg={angle}"] for angle in (15, 30, 45, 60)},
-    **{f"azimuth {angle}": [f"cameras.azimuth_deg=[{angle}, -{angle}]"] for angle in (30, 45, 60, 75)},
+    **{
+        f"azimuth {angle}": ["cameras.elevation_deg=30", f"cameras.azimuth_deg=[{angle}, -{angle}]"]
+        for angle in (30, 45, 60, 75)
+    },
 }
 SHAKE_FROM = 9.0
 """Time [s] at which a camera begins to move; the train has completed its first lap."""
@@ -228,20 +232,25 @@ def measure(part, chosen, seeds, quick, workers, commit):
 
     done = {(row["cell"], row["seed"]) for row in lines()}
     if part == "cameras":
-        calibrate_cameras(cells)
+        calibrated = calibrate_cameras(cells)
+        wanted = [(cell, seed) for cell, seed in wanted if cell in calibrated]
     jobs = [(part, cell, seed, quick, commit) for cell, seed in wanted if (cell, seed) not in done]
     append_results(run_one, jobs, path, workers, describe)
     return lines()
 
 
 def calibrate_cameras(cells):
-    """Calibrates the cameras of the cells that have no calibration yet."""
+    """Calibrates the cameras of the cells that have no calibration yet; returns the cells with a calibration."""
     from drake_tracker.calibration.rendered_boards import calibrate
 
     for cell in cells:
         if not calibration_file(cell).exists():
             print(f"calibrating {cell}", file=sys.stderr, flush=True)
-            calibrate(load_scenario("train", overrides=CAMERAS[cell]), calibration_file(cell))
+            try:
+                calibrate(load_scenario("train", overrides=CAMERAS[cell]), calibration_file(cell))
+            except DrakeTrackerError as error:
+                print(f"{cell} cannot be calibrated: {error}", file=sys.stderr, flush=True)
+    return [cell for cell in cells if calibration_file(cell).exists()]
 
 
 def summed(rows):

@@ -36,7 +36,7 @@ def cost_of_vision(seed, quick):
     for k, pair in enumerate(images):
         for vision, simulator, context, times in turns.values():
             for side, image in pair.items():
-                vision.GetInputPort(side).FixValue(context, Value(image))
+                vision.GetInputPort(side).FixValue(context, image)
             start = time.perf_counter()
             simulator.AdvanceTo((k + 0.9) * VISION_PERIOD)
             if k >= WARM_UP:
@@ -68,7 +68,7 @@ def cost_of_loop(seed, quick):
 
 
 def _images(scenario, seconds):
-    """Returns pairs of images {input of the vision: image}, and the state of the arm."""
+    """Returns pairs of images {input of the vision: `Value` of an image}, and the state of the arm."""
     diagram = WatchingDiagram(scenario, {})
     simulator = Simulator(diagram)
     world = diagram.GetSubsystemByName("world")
@@ -77,5 +77,5 @@ def _images(scenario, seconds):
     for k in range(round(seconds / VISION_PERIOD)):
         simulator.AdvanceTo(k * VISION_PERIOD)
         names = ("camera_left", "camera_right")
-        pairs.append({name: world.GetOutputPort(name).Eval(context).Clone() for name in names})
+        pairs.append({name: Value(world.GetOutputPort(name).Eval(context)) for name in names})
     return pairs, world.GetOutputPort("arm_state").Eval(context).copy()
