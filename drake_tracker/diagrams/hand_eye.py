@@ -20,6 +20,10 @@ WITH_TRACKS: tuple[Connection, ...] = (
 """The same with a vision that tracks several objects: the host tells it where it expects those that are not seen."""
 
 
+SELECTED = "selected"
+"""Name of the input of a vision that tracks several objects: the number of the track that the operator selected."""
+
+
 class HandEyeDiagram(Diagram):
     """A hand-eye system: five subsystems, each a System, connected in the order in which data flows.
 
@@ -57,7 +61,9 @@ class HandEyeDiagram(Diagram):
         - truth_verdict
         - truth_query
 
-    ``operator`` is an `OperatorCommand`; unconnected, the operator only supervises.
+    ``operator`` is an `OperatorCommand`; unconnected, the operator only supervises. With a vision that tracks several
+    objects there is the input ``selected``, the number of the track that the operator selected, and there are the
+    outputs ``tracks``, ``regions_left``, ``regions_right`` and ``expected``.
 
     The block lists the ports of the train; every task has the ports of its own subsystems. A train with further objects
     also has ``truth_object_states``. With a `PipelinedCamera` the
@@ -110,7 +116,7 @@ class HandEyeDiagram(Diagram):
             for port in inputs(to):
                 if origin.HasOutputPort(port.get_name()):
                     builder.Connect(origin.GetOutputPort(port.get_name()), port)
-                elif to is arm and port.get_name() != "packet":
+                elif (to is arm and port.get_name() != "packet") or port.get_name() == SELECTED:
                     builder.ExportInput(port, port.get_name())
         driving = {port.get_name() for port in inputs(world)}
         for subsystem in subsystems.values():
@@ -126,6 +132,11 @@ def has_images(hand_eye: Diagram) -> bool:
     It does not if vision is measured, or if the images are processed in another process.
     """
     return hand_eye.HasOutputPort("motion_left") or hand_eye.HasOutputPort("motion")
+
+
+def tracks_several(hand_eye: Diagram) -> bool:
+    """Returns whether the vision of a `HandEyeDiagram` tracks several objects, and hence outputs their tracks."""
+    return hand_eye.HasOutputPort("tracks")
 
 
 def inputs(system: System) -> list[InputPort]:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_images
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_images, tracks_several
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.recorder import Recorder
 from drake_tracker.scenarios.base import BaseScenario
@@ -46,7 +46,7 @@ def add_recorders(
         path = folder and folder / "cameras.mp4"
         film, onlooker = task.film(scenario, hand_eye), live.frames if live is not None else None
         recorders.append(add_camera_video(builder, hand_eye=hand_eye, film=film, path=path, onlooker=onlooker))
-    if has_images(hand_eye) and folder:
+    if has_images(hand_eye) and folder and not tracks_several(hand_eye):
         from drake_tracker.run.motion_snapshot import add_motion_snapshot
 
         path = folder / "motion.png"
