@@ -317,12 +317,13 @@ class Task(Protocol[Scenario]):
         """
         return servo_slot(GRASP_SLOT, time_step, self.servo_period) if name == "command" else 0.0
 
-    def activity(self, phase: IntEnum, diagnosis: Any) -> str:
+    def activity(self, phase: IntEnum, diagnosis: Any, reason: str = "") -> str:
         """Returns what the arm does, for the progress line: the phase and, after a colon, what it waits for.
 
         Args:
             phase: one of ``phases``.
             diagnosis: value of the ``diagnosis`` port, of the type ``self.diagnosis``.
+            reason: why vision outputs no point of the target, "" when it does or does not say.
         """
         return phase.name.lower()
 

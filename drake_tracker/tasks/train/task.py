@@ -122,8 +122,8 @@ class TrainTask(Task[TrainScenario]):
             return "the train was lifted"
         return "the train was thrown off its track" if verdict.derailed else None
 
-    def activity(self, phase: IntEnum, diagnosis: Any) -> str:
-        return activity(Phase(phase), Gate(int(diagnosis.gate)))
+    def activity(self, phase: IntEnum, diagnosis: Any, reason: str = "") -> str:
+        return activity(Phase(phase), Gate(int(diagnosis.gate)), reason)
 
     def summarise(
         self, scenario: TrainScenario, hand_eye: HandEyeDiagram, log: Log, simulated: float, interrupted: bool
