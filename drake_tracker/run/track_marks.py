@@ -135,7 +135,7 @@ def dashed_ring(image: np.ndarray, point: ArrayLike, radius: float, colour: str)
     centre, axes = fixed(point), fixed((radius, radius))
     for width, shade in ((4, VOID), (2, colour)):
         for start in np.arange(_DASHES) * 360.0 / _DASHES:
-            cv2.ellipse(image, centre, axes, 0.0, start, start + 200.0 / _DASHES, bgr(shade), width, cv2.LINE_AA, 4)
+            cv2.ellipse(image, centre, axes, 0.0, start, start + 150.0 / _DASHES, bgr(shade), width, cv2.LINE_AA, 4)
 
 
 def tag(image: np.ndarray, x: int, y: int, words: str, colour: str, filled: bool) -> None:

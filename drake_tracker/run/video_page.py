@@ -55,6 +55,8 @@ _SIDEBAR = 1080
 _STATUS_TOP, _STATUS_HEIGHT = 140, 290
 _WIDEST_PITCH, _NOTES_HEIGHT = 27, 48
 """Distance from one phase to the next, and height of the two notes below the phases [px]."""
+_LEGEND_TOP, _WIDEST_LEGEND_PITCH = 440, 24
+"""Highest row of the legend's first line, and distance from one line to the next [px]."""
 _BORDER = 4
 """Width of the border of the image shown around the windows of two cameras [px]."""
 NO_PIXELS = np.zeros((0, 2))
@@ -238,11 +240,13 @@ class VideoPage:
         ]
         if self.several:
             legend += [(legend_target, "target"), (legend_seen, "another object"), (legend_lost, "object not seen now")]
-        y = self.size[1] - _MARGIN - 4 - 24 * (len(legend) - 1)
+        bottom = self.size[1] - _MARGIN - 4
+        pitch = min(_WIDEST_LEGEND_PITCH, (bottom - _LEGEND_TOP) // (len(legend) - 1))
+        y = bottom - pitch * (len(legend) - 1)
         for draw, words in legend:
             draw(page, _SIDEBAR + 10, y - 5)
             draw_text(page, words, _SIDEBAR + 28, y, 13, MEDIUM)
-            y += 24
+            y += pitch
 
     def _draw_now(self, panel: np.ndarray, sight: CameraSight, side: str) -> None:
         self._place(panel, sight.image, sight.offset, cv2.INTER_LINEAR)
