@@ -16,7 +16,7 @@ from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.registry import TASKS, task_named, task_of
 from drake_tracker.tasks.results import load_summary, package_versions
-from drake_tracker.tasks.task import CAMERA_FILES, Task
+from drake_tracker.tasks.task import CAMERA_FILES, MOTION_PICTURE, Task
 
 SIGNS = ("summary.json", LOG_FILE, STREAM_FILE, "scenario.yaml")
 """A directory with none of these files is not a run directory."""
@@ -133,5 +133,7 @@ def _note(run: RunFiles) -> None:
     missing = [name for name in run.task.files if not (run.folder / name).exists() and name != "summary.json"]
     if run.scenario is not None and not run.task.uses_cameras(run.scenario):
         missing = [name for name in missing if name not in CAMERA_FILES]
+    if run.scenario is not None and run.task.tracks_several(run.scenario):
+        missing = [name for name in missing if name != MOTION_PICTURE]
     if missing:
         run.notes.append(f"Not in the directory: {', '.join(missing)}.")

@@ -45,7 +45,9 @@ SummaryRow = tuple[str, str, tuple[float, str, int]]
 """(key of the summary, label, (factor, unit, decimals))."""
 RUN_FILES = ("summary.json", "log.npz", "scenario.yaml", "recording.html", "cameras.mp4", "motion.png")
 """Files that a run of every task leaves."""
-CAMERA_FILES = ("cameras.mp4", "motion.png")
+MOTION_PICTURE = RUN_FILES[-1]
+"""Name of the picture of the motion detector, which a vision that tracks several objects does not have."""
+CAMERA_FILES = ("cameras.mp4", MOTION_PICTURE)
 """Files that only a run with rendered images leaves."""
 BODY_STATE = ("qw", "qx", "qy", "qz", "x", "y", "z", "wx", "wy", "wz", "vx", "vy", "vz")
 """Fields of a free body's state in W: quaternion, position [m], angular [rad/s] and translational [m/s] velocity."""
@@ -140,6 +142,10 @@ class Task(Protocol[Scenario]):
     def uses_cameras(self, scenario: Scenario) -> bool:
         """Returns whether a run of the scenario renders images."""
         ...
+
+    def tracks_several(self, scenario: Scenario) -> bool:
+        """Returns whether vision tracks several objects; then there is no picture of the motion detector."""
+        return False
 
     def initialise(self, scenario: Scenario, ask_for_windows: AskForWindows | None = None) -> Any:
         """Returns what must be known before the diagram can be built, None when there is nothing. May simulate.

@@ -58,7 +58,7 @@ def track_rows(message: np.ndarray) -> list[TrackRow]:
         if np.isfinite(row).all() and row[_NUMBER] >= 1.0 and row[_STATE] in STATE_WORDS:
             number, state = int(row[_NUMBER]), TrackState(int(row[_STATE]))
             rows.append(
-                TrackRow(number, state, number == target, row[_X : _X + 3], row[_VX : _VX + 3], float(row[_SIZE]))
+                TrackRow(number, state, bool(number == target), row[_X : _X + 3], row[_VX : _VX + 3], float(row[_SIZE]))
             )
     return rows
 

@@ -94,6 +94,29 @@ def test_the_system_says_what_the_panel_said_and_begins_where_the_tool_is():
     assert after(4) == [2, 0.48, 0.1, 0.7, 3.0, 0]
 
 
+@pytest.mark.parametrize("number", [0, 3, -1, 1.0, True, "1", None, [1]])
+def test_only_a_track_that_there_is_can_be_selected(number):
+    panel = OperatorPanel()
+    panel.select(2, [1, 2])
+    with pytest.raises(ValueError, match="no such track"):
+        panel.select(number, [1, 2])
+    panel.set_mode("stop")
+    assert panel.read() == (OperatorMode.STOP, (0, 0, 0, 0), 2), "a selection stays"
+
+
+def test_the_system_passes_the_selection_on_and_logs_it():
+    panel = OperatorPanel()
+    system = OperatorSystem(panel)
+    simulator = Simulator(system)
+    system.GetInputPort("status").FixValue(simulator.get_mutable_context(), np.zeros(8))
+    for number in (0, 4):
+        if number:
+            panel.select(number, [number])
+        simulator.AdvanceTo(simulator.get_context().get_time() + 1.5 * VISION_PERIOD)
+        operator, selected = (system.GetOutputPort(n).Eval(simulator.get_context()) for n in ("operator", "selected"))
+        assert operator.tolist() == [0, 0, 0, 0, 0, number] and selected.tolist() == [number]
+
+
 def test_the_hand_with_the_cup_listens_to_the_operator_too():
     scenario = make_scenario(seed=4)
     hand_eye = make_ball_diagram(scenario, true_poses(scenario))

@@ -70,7 +70,7 @@ def test_each_object_is_drawn_at_its_place_in_its_colour():
     shown = panels(video, video.draw({"left": seen, "right": sight()}, STATE))
     places = video.places({"left": seen, "right": sight()})
     for number in (1, 2):
-        for (side, late), (x, y) in zip(((s, l) for s, l, _ in video.panels), places[number]):
+        for (side, late), (x, y) in zip(((side, late) for side, late, _ in video.panels), places[number]):
             columns, rows = pixels_of(shown[side, late], track_light(number))
             assert np.hypot(columns - x, rows - y).min() < 2.0, (number, side, late)
     width = np.ptp(pixels_of(shown["left", True], track_light(2))[0])

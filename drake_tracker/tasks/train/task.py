@@ -25,7 +25,7 @@ from drake_tracker.tasks.train.filming import TRAIN_SNAPSHOT, TRAIN_VIEW, train_
 from drake_tracker.tasks.train.scenario import Measured, TrainScenario
 from drake_tracker.tasks.train.strips import TRAIN_STRIPS
 from drake_tracker.tasks.train.summary import summarise
-from drake_tracker.tasks.train.vision_parts import SIDES, image_vision, load_cameras, rendered_windows
+from drake_tracker.tasks.train.vision_parts import SIDES, image_vision, load_cameras, rendered_windows, tracks_several
 from drake_tracker.vision.triangulator_system import TriangulatorSystem
 
 _FREE = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT)
@@ -113,6 +113,9 @@ class TrainTask(Task[TrainScenario]):
 
     def uses_cameras(self, scenario: TrainScenario) -> bool:
         return not isinstance(scenario.vision, Measured)
+
+    def tracks_several(self, scenario: TrainScenario) -> bool:
+        return tracks_several(scenario)
 
     def build(self, scenario: TrainScenario, initialisation: None = None) -> HandEyeDiagram:
         return make_train_diagram(scenario)
