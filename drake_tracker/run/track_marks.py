@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_tracker.core.messages import REGION_FIELDS, TrackPoints, message_rows
-from drake_tracker.run.video_marks import MEDIUM, VOID, dot, fixed, polyline
+from drake_tracker.run.video_marks import BRIGHT, MEDIUM, VOID, dot, fixed, polyline
 from drake_tracker.tasks.style import bgr, draw_text, track_light
 from drake_tracker.tasks.tracks import TrackRow, track_rows
 from drake_tracker.vision.camera_model import CameraModel
@@ -15,7 +15,7 @@ from drake_tracker.vision.object_track import TrackState
 
 RING, DOT = 10.0, 3.0
 """Radii of the marks of an object that is not seen, and of one that is seen [px]."""
-_TAG, _TAG_WIDTH, _TAG_HEIGHT = (9, -8), 7, 13
+_TAG, _TAG_WIDTH, _TAG_HEIGHT = (9, -8), 10, 17
 """Offset of a number from its object, width of a digit and height of the tag [px]."""
 _DASHES = 8
 
@@ -149,10 +149,10 @@ def tag(image: np.ndarray, x: int, y: int, words: str, colour: str, filled: bool
         colour: colour of the track, "#rrggbb".
         filled: whether it is the target.
     """
-    right = x + _TAG_WIDTH * len(words) + 7
+    right = x + _TAG_WIDTH * len(words) + 8
     cv2.rectangle(image, (x, y - _TAG_HEIGHT + 1), (right, y + 2), bgr(colour if filled else VOID), -1)
     cv2.rectangle(image, (x, y - _TAG_HEIGHT + 1), (right, y + 2), bgr(colour), 1)
-    draw_text(image, words, x + 4, y - 1, 12, VOID if filled else colour, bold=True)
+    draw_text(image, words, x + 4, y - 1, 15, VOID if filled else colour, bold=True)
 
 
 def legend_seen(page: np.ndarray, x: int, y: int) -> None:
@@ -163,8 +163,7 @@ def legend_seen(page: np.ndarray, x: int, y: int) -> None:
         x: column of its centre [px].
         y: row of its centre [px].
     """
-    dot(page, (x - 6, y), DOT, track_light(1))
-    tag(page, x - 1, y + 5, "1", track_light(1), False)
+    tag(page, x - 9, y + 6, "n", BRIGHT, False)
 
 
 def legend_lost(page: np.ndarray, x: int, y: int) -> None:
@@ -175,15 +174,15 @@ def legend_lost(page: np.ndarray, x: int, y: int) -> None:
         x: column of its centre [px].
         y: row of its centre [px].
     """
-    dashed_ring(page, (x, y), 6.0, track_light(1))
+    dashed_ring(page, (x, y), 6.0, BRIGHT)
 
 
 def legend_target(page: np.ndarray, x: int, y: int) -> None:
-    """Draws the number of the target.
+    """Draws the mark of the target.
 
     Args:
         page: BGR image, changed in place.
         x: column of its centre [px].
         y: row of its centre [px].
     """
-    tag(page, x - 7, y + 5, "1", track_light(1), True)
+    tag(page, x - 9, y + 6, "n", BRIGHT, True)

@@ -38,8 +38,9 @@ PHASE_COLOURS = {
     "MANUAL": "#5e3c99",
 }
 """{name of a phase: its colour}. Phases of different tasks with the same name have the same colour."""
-TRACK_COLOURS = ("#009e73", "#b0457f", "#6a51c7", "#b85c00", "#4f7a00", "#0072b2", "#8a4b2f", "#5f6670")
-"""Colours of tracked objects on white, in the order of their numbers; they are used again after the last one."""
+TRACK_COLOURS = ("#4f7a00", "#b0457f", "#6a51c7", "#8a4b2f", "#7d7a00", "#1b6f7a", "#a8324a", "#5f6670")
+"""Colours of tracked objects on white, in the order of their numbers; they are used again after the last one. None is a
+colour of the curves."""
 TRACK_LIGHTS = ("#37e0a6", "#ff86c0", "#b9a2ff", "#ff7d52", "#c5e65a", "#66b8ff", "#e0a58c", "#ccd2da")
 """The same on dark ground."""
 _OTHER_PHASES = ("#9aa1ab", "#56b4e9", "#e69f00", "#d55e00", "#009e73", "#007a5a", "#cc79a7", "#0072b2")

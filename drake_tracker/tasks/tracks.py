@@ -153,7 +153,7 @@ def tell_reasons(shares: Mapping[Reason, float]) -> str:
     if not shares:
         return ""
     reason, share = next(iter(shares.items()))
-    return f"the most frequent reason for a missing point: {REASONS[reason]} ({share:.0%} of the cycles)"
+    return f"the most frequent reason: {REASONS[reason]} ({share:.0%})"
 
 
 def _fresh(log: Mapping[str, Signal]) -> np.ndarray:

@@ -65,7 +65,7 @@ def test_each_object_is_drawn_at_its_place_in_its_colour():
     video = page()
     seen = sight(
         tracks=marks(track(1, 0.1, 0.12, vx=0.2), track(2, 0.2, 0.15), target=2),
-        regions=region_marks(regions(0.75, (100, 120, 30, 20, 1), (200, 150, 20, 10, 2), (40, 100, 10, 8, 0))),
+        regions=region_marks(regions(0.75, (100, 120, 30, 20, 1), (200, 150, 40, 10, 2), (40, 100, 10, 8, 0))),
     )
     shown = panels(video, video.draw({"left": seen, "right": sight()}, STATE))
     places = video.places({"left": seen, "right": sight()})
@@ -74,7 +74,7 @@ def test_each_object_is_drawn_at_its_place_in_its_colour():
             columns, rows = pixels_of(shown[side, late], track_light(number))
             assert np.hypot(columns - x, rows - y).min() < 2.0, (number, side, late)
     width = np.ptp(pixels_of(shown["left", True], track_light(2))[0])
-    assert width == pytest.approx(20 * video._scale, abs=4), "the rectangle has the extents of the region"
+    assert width == pytest.approx(40 * video._scale, abs=4), "the rectangle has the extents of the region"
     assert not len(pixels_of(shown["right", True], track_light(2))[0]), "the other camera shows nothing"
 
 

@@ -58,7 +58,7 @@ def test_the_tracks_of_a_log():
 def test_the_reasons_of_a_log():
     assert reason_shares(LOG) == {Reason.OCCLUDED: pytest.approx(0.2)}
     assert reason_shares(LOG, lambda stamps: stamps < 0.5) == {}
-    assert tell_reasons(reason_shares(LOG)).endswith("covers the target (20% of the cycles)")
+    assert tell_reasons(reason_shares(LOG)).endswith("covers the target (20%)")
     assert tell_reasons({}) == ""
 
 

@@ -65,12 +65,12 @@ def tell_unseen(shares: Mapping[Reason, float]) -> str:
     """Returns a space and the sentence on the cycles without a point of the target, "" when they are few.
 
     Args:
-        shares: {reason: share of the cycles}, of a run in which vision tracked several objects.
+        shares: {reason: share of the cycles in which the arm used vision}, where vision tracked several objects.
     """
     missing = sum(shares.values())
     if missing < _WORTH_TELLING:
         return ""
-    return f" Vision gave no point of the target in {missing:.0%} of the cycles; {tell_reasons(shares)}."
+    return f" While the arm used vision, there was no point in {missing:.0%} of the cycles; {tell_reasons(shares)}."
 
 
 def _cause(attempt: Mapping[str, Any]) -> str:

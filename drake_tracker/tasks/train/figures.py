@@ -154,21 +154,23 @@ def _draw_tracks(ax: Axes, log: Log, start: float, end: float) -> None:
         shown = (track.times >= start) & (track.times <= end)
         if not shown.any():
             continue
-        colour, times, xyz = track_colour(track.number), track.times[shown], track.xyz[shown]
-        seen = track.seen[shown]
-        if track.target_share < 0.5:
-            for used, style in ((seen, "-"), (~seen, ":")):
+        target, times, xyz, seen = track.target_share >= 0.5, track.times[shown], track.xyz[shown], track.seen[shown]
+        colour = TRUTH if target else track_colour(track.number)
+        if not target:
+            # Wide and pale, since objects on the same track follow the same path.
+            for used, style, width, alpha in ((seen, "-", 6.0, 0.35), (~seen, ":", 2.0, 1.0)):
                 line = broken(times[used], xyz[used, 1], xyz[used, 0])
-                ax.plot(*line, color=colour, ls=style, lw=1.6, zorder=3)
+                ax.plot(*line, color=colour, ls=style, lw=width, alpha=alpha, zorder=1)
             ax.plot(xyz[-1, 1], xyz[-1, 0], "o", ms=6, mfc=colour if seen[-1] else "white", mec=colour, zorder=7)
         ax.annotate(
-            f"object {track.number}" + (" (target)" if track.target_share >= 0.5 else ""),
+            f"object {track.number}" + (" (target)" if target else ""),
             (xyz[-1, 1], xyz[-1, 0]),
             xytext=(8, 8),
             textcoords="offset points",
             color=colour,
             weight="bold",
             fontsize=9.5,
+            bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 1.0},
             zorder=8,
         )
 
