@@ -20,6 +20,16 @@ FLAGS = [
 ]
 NEVER_GRASPS = ["--set", "vision=!Measured {}", "--set", "grasp.settle_time=60", "--duration", "600"]
 """Options of a run that ends when it is interrupted."""
+SELECTING = [
+    *(
+        "--set",
+        "vision.tracker=!Several {target: !Selected {}}",
+        "--set",
+        "objects=[!Train {body: striped, ahead: -0.6}]",
+    ),
+    *("--set", "grasp.settle_time=60", "--duration", "600"),
+]
+"""Options of a run with two trains that never grasps, and follows the one that is selected."""
 PATIENCE = 120.0
 """Wall time [s] after which waiting for something fails the test."""
 

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_tracker.arm.config import ServoConfig
+from drake_tracker.arm.tool_motion import JUMP_DISTANCE
 from drake_tracker.core.frozen_state import FrozenState, read_only
-from drake_tracker.core.messages import Prediction, evaluate_prediction, message_size, prediction_end
+from drake_tracker.core.messages import Prediction, evaluate_prediction, message_size, packet_target, prediction_end
 from drake_tracker.estimation.alpha_beta_gamma import (
     AlphaBetaGammaGains,
     abg_predict,
@@ -20,7 +21,9 @@ from drake_tracker.estimation.alpha_beta_gamma import (
 )
 
 RESTART_DISTANCE = 0.10
-"""A prediction farther than this [m] from the filter is of another object or of a new track: the filter restarts."""
+"""A prediction farther than this [m] from the filter is of another object or of a new track: the filter restarts. When
+the packet says that it is about another object, `JUMP_DISTANCE` takes its place: the filter must not drift from one
+object to the other, and the hand approaches anew what jumps that far."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,9 @@ class Servo:
         held, arrived, newest = state.packet, state.arrived, state.newest
         if _is_newer(packet, newest):
             arrived, newest = time, float(Prediction(packet).stamp)
+        other = False
         if not blind and _is_newer(packet, Prediction(held).stamp):
+            other = packet_target(Prediction(packet).seq) != packet_target(Prediction(held).seq)
             held = read_only(packet.copy())
         if not Prediction(held).valid:
             return ServoState(due, state.x, state.v, state.a, held, arrived, newest, True, False)
@@ -95,7 +100,7 @@ class Servo:
         end = prediction_end(held)
         if due <= end:
             measurement = evaluate_prediction(held, due)[:4]
-            x, v, a = self._correct(state, measurement, due, held)
+            x, v, a = self._correct(state, measurement, due, held, other)
         else:  # nothing to correct with: constant velocity, since an old acceleration would diverge
             x, v, a = abg_predict(state.x, state.v, np.zeros(4), due - state.due)
         valid = bool(due <= end + self.coast)
@@ -110,12 +115,21 @@ class Servo:
         )
 
     def _correct(
-        self, state: ServoState, measurement: np.ndarray, due: float, held: np.ndarray
+        self, state: ServoState, measurement: np.ndarray, due: float, held: np.ndarray, other: bool
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Returns x, v and a of the filter at ``due`` [s], corrected by the predicted pose, shape (4,)."""
+        """Returns x, v and a of the filter at ``due`` [s], corrected by the predicted pose, shape (4,).
+
+        Args:
+            state: the state before.
+            measurement: the predicted pose.
+            due: time for which the filter shall hold [s].
+            held: the `Prediction` vector.
+            other: whether it is the first packet about another object.
+        """
         measurement = measurement.copy()
         measurement[3] += 2 * np.pi * np.round((state.x[3] - measurement[3]) / (2 * np.pi))
-        if not state.valid or np.linalg.norm(measurement[:3] - state.x[:3]) > RESTART_DISTANCE:
+        jump = np.linalg.norm(measurement[:3] - state.x[:3])
+        if not state.valid or jump > (JUMP_DISTANCE if other else RESTART_DISTANCE):
             dt = Prediction(held).spacing
             knots = [evaluate_prediction(held, due + k * dt)[:4] for k in (-1, 0, 1)]
             return measurement, (knots[2] - knots[0]) / (2 * dt), (knots[2] - 2 * knots[1] + knots[0]) / dt**2

@@ -89,6 +89,8 @@ Prediction = namedview(
 spacing of the knots [s], valid, and `KNOT_COUNT` knots of `KNOT_FIELDS`. The first knot is the filtered state at
 ``stamp`` itself."""
 
+TARGET_STRIDE = 10**9
+"""A host that tracks several objects adds this times the number of the track to the sequence numbers of its packets."""
 PREDICTION_HEADER = 5
 """Number of fields of a `Prediction` before its first knot."""
 _FIRST_TIME, _SPACING = (Prediction.get_fields().index(name) for name in ("first_time", "spacing"))
@@ -133,8 +135,9 @@ GraspDiagnosis = namedview("GraspDiagnosis", ["phase", "attempts", "gate", "reme
 """For the log: phase; number of attempts begun; why the machine waits (`grasp.gate.Gate`); largest lateral error [m]
 remembered for this place; number of predictions judged so far."""
 
-OperatorCommand = namedview("OperatorCommand", ["mode", "x", "y", "z", "yaw"])
-"""The operator's command: ``mode`` 0 supervise, 1 stop, 2 take over and move to the tool pose p_WT [m], yaw [rad]."""
+OperatorCommand = namedview("OperatorCommand", ["mode", "x", "y", "z", "yaw", "selected"])
+"""The operator's command: ``mode`` 0 supervise, 1 stop, 2 take over and move to the tool pose p_WT [m], yaw [rad];
+number of the track that the operator selected as the target (0: none)."""
 
 CatchDiagnosis = namedview("CatchDiagnosis", ["phase", "known", "time_left", "x", "y", "std", "motions"])
 """For the log: phase; whether a crossing of the bottom edge was ever predicted; time until it [s]; where the ball will
@@ -195,6 +198,15 @@ def pack_prediction(stamp: float, seq: int, knots: np.ndarray, spacing: float = 
         spacing: time between two knots [s].
     """
     return np.concatenate([[stamp, seq, stamp, spacing, 1.0], np.ravel(knots)])
+
+
+def packet_target(seq: float) -> int:
+    """Returns the number of the track that a packet is about, 0 from a host that tracks only one object.
+
+    Args:
+        seq: sequence number of the packet.
+    """
+    return int(seq // TARGET_STRIDE)
 
 
 def prediction_knots(packet: np.ndarray) -> np.ndarray:

@@ -22,6 +22,10 @@ WITH_MEASURED_TRACKS: tuple[Connection, ...] = (WITH_TRACKS[0], *BETWEEN_SUBSYST
 """The same with a measured vision of several objects, which searches for nothing."""
 
 
+SELECTED = "selected"
+"""Name of the input of a vision that tracks several objects: the number of the track that the operator selected."""
+
+
 class HandEyeDiagram(Diagram):
     """A hand-eye system: five subsystems, each a System, connected in the order in which data flows.
 
@@ -59,7 +63,9 @@ class HandEyeDiagram(Diagram):
         - truth_verdict
         - truth_query
 
-    ``operator`` is an `OperatorCommand`; unconnected, the operator only supervises.
+    ``operator`` is an `OperatorCommand`; unconnected, the operator only supervises. With a vision that tracks several
+    objects there is the input ``selected``, the number of the track that the operator selected, and there are the
+    outputs ``tracks``, ``regions_left``, ``regions_right`` and ``expected``.
 
     The block lists the ports of the train; every task has the ports of its own subsystems. A train with further objects
     also has ``truth_object_states``. A vision of several objects has ``tracks``, ``regions_left`` and ``regions_right``
@@ -113,7 +119,7 @@ class HandEyeDiagram(Diagram):
             for port in inputs(to):
                 if origin.HasOutputPort(port.get_name()):
                     builder.Connect(origin.GetOutputPort(port.get_name()), port)
-                elif to is arm and port.get_name() != "packet":
+                elif (to is arm and port.get_name() != "packet") or port.get_name() == SELECTED:
                     builder.ExportInput(port, port.get_name())
         driving = {port.get_name() for port in inputs(world)}
         for subsystem in subsystems.values():

@@ -11,6 +11,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import (
     EXPECTED_FIELDS,
+    TARGET_STRIDE,
     TRACK_FIELDS,
     Filtered,
     Prediction,
@@ -68,8 +69,8 @@ class EstimatorBankSystem(LeafSystem):
     where
       the object was seen at the stamp of the message, also if it stands. It is dropped with its track.
     - ``prediction`` and ``filtered``: as those of `EstimatorSystem`, for the target. When another track becomes the
-    target,
-      the next packet is one of that track, and ``seq`` goes on counting.
+      target, the next packet is one of that track. The number of packets so far goes on counting; ``seq`` is this
+      number plus `TARGET_STRIDE` times the number of the track, so that the arm knows which object a packet is about.
     - ``expected``: a `TrackPredictions` vector for vision, with the tracks that were not seen at the newest stamp and
     whose
       estimators are ready.
@@ -125,7 +126,7 @@ class EstimatorBankSystem(LeafSystem):
         seq, packet, filtered = memory.seq, memory.packet, memory.filtered
         if target in updated and self._estimator.ready(members[target].estimate):
             seq += 1
-            packet, filtered = make_packet(self._estimator, members[target].estimate, seq)
+            packet, filtered = make_packet(self._estimator, members[target].estimate, target * TARGET_STRIDE + seq)
         expected = self._expected(members, rows, header.stamp)
         state.get_mutable_abstract_state(0).set_value(
             BankMemory(members, target, seq, read_only(packet), read_only(filtered), read_only(expected))

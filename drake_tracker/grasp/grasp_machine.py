@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.differential_ik import make_parameters
+from drake_tracker.core.messages import packet_target
 from drake_tracker.core.timing import PATH_DURATION
 from drake_tracker.grasp.config import GRIP_CONFIRMED, WIDTH_TOLERANCE, GraspConfig
 from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, horizon, judge_prediction, stands
@@ -38,6 +39,8 @@ class GraspState(OperatedState):
         seen_since: time since when the target has been valid and fresh [s], infinity while it is not.
         newest: stamp of the newest packet on which a target rested [s].
         heard: time at which it was first seen [s].
+        object: number of the track that the newest packet is about, 0 with a host that tracks only one object.
+        followed: the same when the phase began.
         gripped_since: time since when the jaws have measured a grip [s], infinity while they do not.
         attempts: number of grasps begun.
         gate: why the machine waits.
@@ -51,6 +54,8 @@ class GraspState(OperatedState):
     seen_since: float = np.inf
     newest: float = -np.inf
     heard: float = -np.inf
+    object: int = 0
+    followed: int = 0
     gripped_since: float = np.inf
     attempts: int = 0
     gate: Gate = Gate.NOT_TRACKING
@@ -117,7 +122,8 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
             gripped_since=min(state.gripped_since, seen.time) if self._feels_grip(seen) else np.inf,
         )
         if seen.target.valid and seen.target.stamp > state.newest:
-            state = replace(state, newest=float(seen.target.stamp), heard=seen.time)
+            number = packet_target(seen.target.seq)
+            state = replace(state, newest=float(seen.target.stamp), heard=seen.time, object=number)
         memory_closed = blind or not seen.target.valid
         if not memory_closed:
             memory = remember(state.memory, seen.packet, horizon(self.config, seen.target))
@@ -171,6 +177,10 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
     def object_lost(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether the target cannot be followed."""
         return not seen.target.valid
+
+    def object_changed(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether the packets are about another object, which must be approached as the first one was."""
+        return state.object != state.followed
 
     def must_hold(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether no packets arrive and the hand should then stand still."""
@@ -263,7 +273,7 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
 
     def enter(self, state: GraspState, phase: Phase, seen: GraspObservation) -> GraspState:
         """Returns the state at the beginning of a phase."""
-        state = super().enter(state, phase, seen)
+        state = replace(super().enter(state, phase, seen), followed=state.object)
         if phase in BY_HAND:
             return replace(self.stop(state, seen), branch=seen.status.branch)
         return replace(state, attempts=state.attempts + (phase == Phase.INTERCEPT))

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
-from drake_tracker.core.messages import Prediction, evaluate_prediction, prediction_knots
+from drake_tracker.core.messages import Prediction, evaluate_prediction, packet_target, prediction_knots
 
 MAX_RECORDS = 3000
 """Records kept: 90 s at one packet every 30 ms."""
@@ -35,14 +35,16 @@ class PredictionMemory(FrozenState):
     Attributes:
         waiting: `Prediction` vectors, oldest first.
         records: rows (STAMP ... THERE_YAW), oldest first, shape (n, 10).
+        target: number of the track that all of them are about, 0 with a host that tracks only one object.
     """
 
     waiting: tuple[np.ndarray, ...] = ()
     records: np.ndarray = field(default_factory=lambda: NO_RECORDS)
+    target: int = 0
 
 
 def remember(memory: PredictionMemory, packet: np.ndarray, horizon: float) -> PredictionMemory:
-    """Returns the memory after a new packet.
+    """Returns the memory after a new packet. What was remembered of another object is dropped.
 
     Args:
         memory: the memory before.
@@ -53,6 +55,9 @@ def remember(memory: PredictionMemory, packet: np.ndarray, horizon: float) -> Pr
     stamp = _stamp(packet)
     if not Prediction(packet).valid or (memory.waiting and stamp <= _stamp(memory.waiting[-1])):
         return memory
+    target = packet_target(Prediction(packet).seq)
+    if target != memory.target:
+        memory = PredictionMemory(target=target)
     judged = []
     waiting = list(memory.waiting)
     if waiting and stamp - _stamp(waiting[-1]) > MAX_GAP:
@@ -65,7 +70,7 @@ def remember(memory: PredictionMemory, packet: np.ndarray, horizon: float) -> Pr
     records = memory.records
     if judged:
         records = read_only(np.vstack([records, judged])[-MAX_RECORDS:])
-    return PredictionMemory(tuple(waiting), records)
+    return PredictionMemory(tuple(waiting), records, target)
 
 
 def recall(memory: PredictionMemory, packet: np.ndarray, radius: float) -> np.ndarray:

@@ -54,6 +54,7 @@ TRANSITIONS = operated(
         Phase.ACQUIRE: (("object_seen", Phase.TRACK),),
         Phase.TRACK: (
             ("object_lost", Phase.ACQUIRE),
+            ("object_changed", Phase.TRACK),
             ("must_hold", Phase.HOVER),
             ("link_silent", Phase.HOVER),
             ("may_intercept", Phase.INTERCEPT),

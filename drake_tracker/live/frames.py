@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 
 from drake_tracker.live.pace import FRAME_INTERVAL
+from drake_tracker.tasks.style import track_light
+from drake_tracker.tasks.tracks import STATE_WORDS
 
 _UNWATCHED_INTERVAL = 1.0
 """Wall time [s] between two frames while no page is open."""
@@ -35,8 +37,8 @@ class Frames:
             watched: returns whether a page is open.
             changed: called when there is a new frame.
             opened: called with keywords ``panels``, a list of {"side", "late", "place"} where ``place`` is (x, y,
-                width, height) [px] in the image that `jpeg` returns; ``lag``, the age [s] of the late panels; and
-                ``goal``, the name of the marked goal or None.
+                width, height) [px] in the image that `jpeg` returns; ``lag``, the age [s] of the late panels;
+                ``goal``, the name of the marked goal or None; and ``several``, whether vision tracks several objects.
             clock: returns the wall time [s].
         """
         self._watched, self._changed, self._opened, self._clock = watched, changed, opened, clock
@@ -58,7 +60,39 @@ class Frames:
             {"side": side, "late": late, "place": [int(x - x0), int(y - y0), width, height]}
             for side, late, (x, y, width, height) in page.panels
         ]
-        self._opened(panels=panels, lag=page.lag, goal=page.goal)
+        self._opened(panels=panels, lag=page.lag, goal=page.goal, several=page.several)
+
+    @property
+    def several(self) -> bool:
+        """Whether vision tracks several objects."""
+        return self._page is not None and self._page.several
+
+    def tracks(self) -> tuple[list[dict[str, Any]], str]:
+        """Returns (the tracks in the newest frame, for JSON; why there is no point of the target, or "").
+
+        A track is {"number", "target", "state", "seen", "speed", "size", "colour", "at"}: its state is in words, speed
+        and size are in m/s and m, and ``at`` is its position [px] in each panel, None where it has none.
+        """
+        if self._shown is None:
+            return [], ""
+        sights, state = self._shown
+        places = self._page.places(sights)
+        rows = [mark.row for mark in next(iter(sights.values())).tracks]
+        return [
+            {
+                "number": row.number,
+                "target": row.target,
+                "state": STATE_WORDS[row.state],
+                "seen": row.seen,
+                "speed": round(float(np.linalg.norm(row.v_WQ)), 3),
+                "size": round(row.size, 4),
+                "colour": track_light(row.number),
+                "at": [
+                    [round(x, 1), round(y, 1)] if np.isfinite([x, y]).all() else None for x, y in places[row.number]
+                ],
+            }
+            for row in rows
+        ], state.reason
 
     @property
     def wanted(self) -> bool:

@@ -1,6 +1,7 @@
 """The operator's panel: what a person at the page wants of the arm, kept until the run reads it."""
 
 import threading
+from collections.abc import Collection
 from typing import Any, NamedTuple
 
 from drake_tracker.grasp.operator_mode import OperatorMode
@@ -19,10 +20,12 @@ class Wish(NamedTuple):
     Attributes:
         mode: what the operator wants now.
         steps: whole steps along each of `JOG_AXES` since the last reading.
+        selected: number of the track that the operator selected as the target, 0 for none.
     """
 
     mode: OperatorMode
     steps: tuple[int, int, int, int]
+    selected: int = 0
 
 
 class OperatorPanel:
@@ -33,6 +36,7 @@ class OperatorPanel:
         self._changed = threading.Lock()
         self._mode = OperatorMode.SUPERVISE
         self._steps = [0, 0, 0, 0]
+        self._selected = 0
 
     @property
     def mode(self) -> OperatorMode:
@@ -64,8 +68,20 @@ class OperatorPanel:
             if self._mode == OperatorMode.TAKE_OVER and sum(map(abs, self._steps)) < MOST_STEPS:
                 self._steps[JOG_AXES.index(axis)] += int(sign)
 
+    def select(self, number: Any, tracks: Collection[int]) -> None:
+        """Selects a track as the target.
+
+        Args:
+            number: number of the track.
+            tracks: numbers of the tracks that there are. Raises ValueError when the track is none of them.
+        """
+        if isinstance(number, bool) or not isinstance(number, int) or number not in tracks:
+            raise ValueError("there is no such track")
+        with self._changed:
+            self._selected = number
+
     def read(self) -> Wish:
         """Returns the operator's wish; the steps count as read."""
         with self._changed:
             steps, self._steps = tuple(self._steps), [0, 0, 0, 0]
-            return Wish(self._mode, steps)  # type: ignore[arg-type]
+            return Wish(self._mode, steps, self._selected)  # type: ignore[arg-type]

@@ -3,10 +3,19 @@
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, DiscreteValues, LeafSystem, OutputPort
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    Diagram,
+    DiagramBuilder,
+    DiscreteValues,
+    LeafSystem,
+    OutputPort,
+)
 
 from drake_tracker.core.messages import OperatorCommand, ToolStatus, message_size
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.diagrams.hand_eye import SELECTED
 from drake_tracker.grasp.operator_mode import OperatorMode
 from drake_tracker.live.operator import JOG_STEP, JOG_TURN, OperatorPanel
 
@@ -14,6 +23,8 @@ LEAD, LEAD_TURN = 0.05, 0.27
 """Largest distance [m] and angle [rad], 15 deg, of the goal from the commanded tool: when a key is released, the hand
 soon stands still."""
 _STEPS = np.array([JOG_STEP, JOG_STEP, JOG_STEP, JOG_TURN])
+_POSE = slice(1, 5)
+"""Elements of an `OperatorCommand` with the pose."""
 _LEADS = np.array([LEAD, LEAD, LEAD, LEAD_TURN])
 
 
@@ -27,9 +38,11 @@ class OperatorSystem(LeafSystem):
         - status
         output_ports:
         - operator
+        - selected
 
     ``status``: a `ToolStatus`. ``operator``: an `OperatorCommand`, updated every vision period (1/60 s) with offset 0;
     the pose is zero unless the operator has taken over. It begins where the tool is, and steps on the page move it.
+    ``selected``: the field ``selected`` of this command alone, for the vision.
 
     The panel is an external input, like a camera: other threads write it. What was read is state, and is logged.
 
@@ -43,6 +56,7 @@ class OperatorSystem(LeafSystem):
         self._status = self.DeclareVectorInputPort("status", message_size(ToolStatus))
         command = self.DeclareDiscreteState(message_size(OperatorCommand))
         self.DeclareStateOutputPort("operator", command)
+        self.DeclareVectorOutputPort("selected", 1, self._calc_selected, {self.discrete_state_ticket(command)})
         self.DeclarePeriodicDiscreteUpdateEvent(VISION_PERIOD, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
@@ -53,9 +67,14 @@ class OperatorSystem(LeafSystem):
         if wish.mode == OperatorMode.TAKE_OVER:
             status = ToolStatus(self._status.Eval(context))
             tool = np.array([status.x, status.y, status.z, status.yaw])
-            goal = before[1:] if before.mode == OperatorMode.TAKE_OVER else tool
-            command[1:] = moved(goal, np.array(wish.steps), tool)
+            goal = before[_POSE] if before.mode == OperatorMode.TAKE_OVER else tool
+            command[_POSE] = moved(goal, np.array(wish.steps), tool)
+        command.selected = wish.selected
         state.set_value(command[:])
+
+    def _calc_selected(self, context: Context, output: BasicVector) -> None:
+        command = OperatorCommand(context.get_discrete_state_vector().value())
+        output.SetFromVector([command.selected])
 
 
 def moved(goal: np.ndarray, steps: np.ndarray, tool: np.ndarray) -> np.ndarray:
@@ -75,7 +94,7 @@ def add_operator(builder: DiagramBuilder, *, hand_eye: Diagram, panel: OperatorP
 
     Args:
         builder: receives the System.
-        hand_eye: diagram with the output ``status``.
+        hand_eye: diagram with the output ``status``. With an input ``selected``, the operator can select the target.
         panel: the operator's panel.
 
     Returns the output port ``operator``, to be logged, or None when the arm listens to no operator.
@@ -85,5 +104,7 @@ def add_operator(builder: DiagramBuilder, *, hand_eye: Diagram, panel: OperatorP
     system = builder.AddNamedSystem("operator", OperatorSystem(panel))
     builder.Connect(hand_eye.GetOutputPort("status"), system.GetInputPort("status"))
     builder.Connect(system.GetOutputPort("operator"), hand_eye.GetInputPort("operator"))
+    if hand_eye.HasInputPort(SELECTED):
+        builder.Connect(system.GetOutputPort("selected"), hand_eye.GetInputPort(SELECTED))
     port: Any = system.GetOutputPort("operator")
     return port

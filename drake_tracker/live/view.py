@@ -178,8 +178,16 @@ class LiveView:
         def update() -> None:
             paused, rate = self.control.paused, self.control.rate
             operator = self.operator.mode.name.lower()
+            tracks, reason = self.frames.tracks() if self.frames.several else ([], "")
             self.state.set_values(
-                time=round(now, 4), phase=phase, factor=factor, paused=paused, rate=rate, operator=operator
+                time=round(now, 4),
+                phase=phase,
+                factor=factor,
+                paused=paused,
+                rate=rate,
+                operator=operator,
+                tracks=tracks,
+                reason=reason,
             )
             self._notice_closed_page(paused)
 
@@ -224,6 +232,8 @@ class LiveView:
             self.operator.set_mode(values["mode"])
         elif action == "jog" and set(values) == {"axis", "sign"}:
             self.operator.jog(values["axis"], values["sign"])
+        elif action == "select" and set(values) == {"number"}:
+            self.operator.select(values["number"], [track["number"] for track in self.frames.tracks()[0]])
         elif action in ("read", "mark"):
             return self._answer_question(action, values)
         else:

@@ -22,6 +22,7 @@ from drake_tracker.report.bars import Bar, by_word, contribution_bars
 from drake_tracker.report.run_files import RunFiles, first_line
 from drake_tracker.report.summary_table import summary_rows
 from drake_tracker.report.timeline import Timeline, make_timeline
+from drake_tracker.report.tracks_section import make_tracks_section
 from drake_tracker.scenarios.base import Custom
 
 _Part = TypeVar("_Part")
@@ -73,6 +74,7 @@ def page_of(run: RunFiles) -> str:
             timeline=timeline,
             attempts=_attempts(autopsy),
             tracking=_tracking(autopsy),
+            tracks=_guarded(run, "The tracks cannot be shown", lambda: make_tracks_section(run.log or {})),
             pictures={name: caption for name, caption in captions.items() if name in run.names},
             rows=summary_rows(run.summary or {}, run.task.summary_rows),
             versions={name: version for name, version in _versions(run).items() if version},

@@ -13,13 +13,15 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, State
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.frozen_state import FrozenState
-from drake_tracker.core.messages import ArmCommand, Centroid, Prediction, message_size
+from drake_tracker.core.messages import ArmCommand, Centroid, Prediction, Regions, TrackPoints, message_size
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, inputs
 from drake_tracker.run.drawn_video import DrawnVideo
+from drake_tracker.run.track_marks import region_marks, track_marks
 from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
 from drake_tracker.run.video_process import VideoProcess
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, NO_POINTS, Film, port_of
+from drake_tracker.tasks.tracks import reason_words
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
 
 _FRAME_CYCLES = round(1.0 / (FRAMES_PER_SECOND * VISION_PERIOD))
@@ -75,6 +77,8 @@ class _Moment:
         centroids: {side: vector of the `Centroid`}.
         command: vector of the `ArmCommand`.
         diagnosis: vector of the diagnosis.
+        regions: {side: vector of the `Regions`}, empty unless vision tracks several objects.
+        tracks: vector of the `TrackPoints`, all zeros unless vision tracks several objects.
     """
 
     cycle: int
@@ -83,6 +87,8 @@ class _Moment:
     centroids: dict[str, np.ndarray]
     command: np.ndarray
     diagnosis: np.ndarray
+    regions: dict[str, np.ndarray]
+    tracks: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,11 +121,13 @@ class CameraVideoSystem(LeafSystem):
         - command
         - diagnosis
 
-    These are the ports for two cameras. A single camera has ``camera``, ``motion`` and ``centroid``.
+    These are the ports for two cameras. A single camera has ``camera``, ``motion`` and ``centroid``. With a vision that
+    tracks several objects there are ``regions_left``, ``regions_right`` and ``tracks`` too.
 
     - ``camera_*``: ImageRgba8U, the newest image.
     - ``motion_*``: a `MotionEnergy`, the moving pixels of the newest image pair.
     - ``centroid_*``: a `Centroid`. All zeros: there is none to draw.
+    - ``regions_*``: a `Regions`, with the stamp of the centroids. ``tracks``: a `TrackPoints`.
     - ``packet``: a `Prediction`. All zeros: there is no path to draw.
     - ``command``: an `ArmCommand`. All zeros is its first phase, with the arm not blind.
     - ``diagnosis``: the message that the script names.
@@ -152,6 +160,12 @@ class CameraVideoSystem(LeafSystem):
             self._images[side] = self.DeclareAbstractInputPort(port_of("camera", side), image)
             self._motions[side] = self.DeclareAbstractInputPort(port_of("motion", side), energy)
             self._centroids[side] = self.DeclareVectorInputPort(port_of("centroid", side), message_size(Centroid))
+        self._regions = {}
+        if film.several:
+            for side in self._sides:
+                name = port_of("regions", side)
+                self._regions[side] = self.DeclareVectorInputPort(name, message_size(Regions))
+        self._tracks = self.DeclareVectorInputPort("tracks", message_size(TrackPoints)) if film.several else None
         self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
         self._command = self.DeclareVectorInputPort("command", message_size(ArmCommand))
         self._diagnosis = self.DeclareVectorInputPort("diagnosis", message_size(film.script.diagnosis))
@@ -194,6 +208,8 @@ class CameraVideoSystem(LeafSystem):
             {side: np.array(self._centroids[side].Eval(context)) for side in self._sides},
             np.array(self._command.Eval(context)),
             np.array(self._diagnosis.Eval(context)),
+            {side: np.array(port.Eval(context)) for side, port in self._regions.items()},
+            np.zeros(message_size(TrackPoints)) if self._tracks is None else np.array(self._tracks.Eval(context)),
         )
 
     def _remember(self, context: Context, state: State) -> None:
@@ -246,6 +262,8 @@ class CameraVideoSystem(LeafSystem):
                 energy=masks.get(described, {}).get(side),
                 centroid=(centroids[side].u, centroids[side].v) if centroids[side].valid else None,
                 goal=self._cameras[side].project(goal),
+                regions=region_marks(moment.regions[side]) if side in moment.regions else (),
+                tracks=track_marks(moment.tracks, self._cameras[side], moment.time),
             )
             for side in self._sides
         }
@@ -255,6 +273,7 @@ class CameraVideoSystem(LeafSystem):
             notes=self._script.notes(phase, self._script.diagnosis(moment.diagnosis)),
             stamp=stamp if described is not None else None,
             blind=bool(command.frozen),
+            reason=reason_words(moment.tracks),
         )
         for sink in sinks:
             sink.write(sights, state)
@@ -309,7 +328,7 @@ def add_camera_video(
 
     Returns the recorder.
     """
-    page = VideoPage(film.polygons, film.image_size, film.title, film.subtitle, film.lag, film.goal)
+    page = VideoPage(film.polygons, film.image_size, film.title, film.subtitle, film.lag, film.goal, film.several)
     sinks: list[FrameSink] = []
     if path is not None:
         sinks.append(VideoProcess(path, page) if film.image_latency > 0 else DrawnVideo(path, page))

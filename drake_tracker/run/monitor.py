@@ -8,9 +8,10 @@ from pydrake.systems.framework import Context, EventStatus
 
 from drake_tracker.core import signals
 from drake_tracker.core.messages import ArmCommand
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_tracks
 from drake_tracker.run.packet_news import PacketNews
 from drake_tracker.tasks.task import Task
+from drake_tracker.tasks.tracks import TRACKS, reason_words
 
 AFTERGLOW = 0.5
 """Simulated time for which a run continues after the object was grasped or lost, so that log and video show it [s]."""
@@ -84,7 +85,7 @@ class RunMonitor:
         phase = self._task.phases(int(ArmCommand(self._hand_eye.GetOutputPort("command").Eval(context)).phase))
         if self._progress is not None:
             diagnosis = self._task.diagnosis(self._hand_eye.GetOutputPort("diagnosis").Eval(context))
-            self._progress(now, self._task.activity(phase, diagnosis))
+            self._progress(now, self._task.activity(phase, diagnosis, self._unseen(context)))
         if self._news is not None:
             self._news.look(context)
         if self._onlooker is not None:
@@ -95,6 +96,12 @@ class RunMonitor:
         if self._stop and self._over_at is not None and now >= self._over_at + AFTERGLOW:
             return EventStatus.ReachedTermination(self._hand_eye, over or "the object was grasped or is lost")
         return EventStatus.DidNothing()
+
+    def _unseen(self, context: Context) -> str:
+        """Returns why there is no point of the target, "" when there is one or vision does not say."""
+        if not has_tracks(self._hand_eye):
+            return ""
+        return reason_words(self._hand_eye.GetOutputPort(TRACKS).Eval(context))
 
 
 @contextmanager

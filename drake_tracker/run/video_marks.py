@@ -16,7 +16,8 @@ _SHIFT = 4
 """Number of fractional bits in the coordinates that OpenCV's drawing functions receive."""
 
 
-def _fixed(point: ArrayLike) -> tuple[int, ...]:
+def fixed(point: ArrayLike) -> tuple[int, ...]:
+    """Returns coordinates [px] as OpenCV's drawing functions receive them, with `_SHIFT` fractional bits."""
     return tuple(round(float(c) * (1 << _SHIFT)) for c in np.asarray(point))
 
 
@@ -44,7 +45,7 @@ def dot(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> None
         colour: colour, "#rrggbb".
     """
     if np.isfinite(point).all():
-        cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(colour), -1, cv2.LINE_AA, _SHIFT)
+        cv2.circle(image, fixed(point), int(radius * (1 << _SHIFT)), bgr(colour), -1, cv2.LINE_AA, _SHIFT)
 
 
 def ring(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> None:
@@ -58,7 +59,7 @@ def ring(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> Non
     """
     if np.isfinite(point).all():
         for width, shade in ((4, VOID), (2, colour)):
-            cv2.circle(image, _fixed(point), int(radius * (1 << _SHIFT)), bgr(shade), width, cv2.LINE_AA, _SHIFT)
+            cv2.circle(image, fixed(point), int(radius * (1 << _SHIFT)), bgr(shade), width, cv2.LINE_AA, _SHIFT)
 
 
 def cross(image: np.ndarray, point: ArrayLike, arm: float = 13.0, gap: float = 0.0) -> None:
@@ -74,7 +75,7 @@ def cross(image: np.ndarray, point: ArrayLike, arm: float = 13.0, gap: float = 0
         for step in ((1.0, 0.0), (0.0, 1.0)):
             along = [np.asarray(point) + reach * np.array(step) for reach in (-arm - gap, -gap, gap, arm + gap)]
             for ends in ((along[0], along[3]),) if not gap else (along[:2], along[2:]):
-                cv2.line(image, _fixed(ends[0]), _fixed(ends[1]), bgr(shade), width, cv2.LINE_AA, _SHIFT)
+                cv2.line(image, fixed(ends[0]), fixed(ends[1]), bgr(shade), width, cv2.LINE_AA, _SHIFT)
 
 
 def diamond(image: np.ndarray, point: ArrayLike, radius: float, colour: str) -> None:

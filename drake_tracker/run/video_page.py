@@ -13,6 +13,15 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
+from drake_tracker.run.track_marks import (
+    RegionMark,
+    TrackMark,
+    draw_region,
+    draw_track,
+    legend_lost,
+    legend_seen,
+    legend_target,
+)
 from drake_tracker.run.video_marks import (
     BRIGHT,
     DIM,
@@ -46,6 +55,8 @@ _SIDEBAR = 1080
 _STATUS_TOP, _STATUS_HEIGHT = 140, 290
 _WIDEST_PITCH, _NOTES_HEIGHT = 27, 48
 """Distance from one phase to the next, and height of the two notes below the phases [px]."""
+_LEGEND_TOP, _WIDEST_LEGEND_PITCH = 440, 24
+"""Highest row of the legend's first line, and distance from one line to the next [px]."""
 _BORDER = 4
 """Width of the border of the image shown around the windows of two cameras [px]."""
 NO_PIXELS = np.zeros((0, 2))
@@ -64,6 +75,8 @@ class CameraSight:
         energy: mask of the moving pixels at that stamp, or None.
         centroid: (u, v) [px], or None when it is not valid.
         goal: predicted arrival of the object and the ends of its error bar [px], shape (3, 2) or (0, 2).
+        regions: what vision found in the late image, when it tracks several objects.
+        tracks: the tracks then and now.
     """
 
     image: np.ndarray
@@ -73,6 +86,8 @@ class CameraSight:
     energy: np.ndarray | None
     centroid: tuple[float, float] | None
     goal: np.ndarray = field(default_factory=lambda: NO_PIXELS)
+    regions: tuple[RegionMark, ...] = ()
+    tracks: tuple[TrackMark, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -85,6 +100,7 @@ class PageState:
         notes: two short lines of text below the phases.
         stamp: stamp of the centroid [s], or None.
         blind: whether the arm moves without vision.
+        reason: why there is no point of the target, or "".
     """
 
     time: float
@@ -92,6 +108,7 @@ class PageState:
     notes: tuple[str, str]
     stamp: float | None
     blind: bool = False
+    reason: str = ""
 
 
 class VideoPage:
@@ -107,11 +124,13 @@ class VideoPage:
         subtitle: second line of text.
         lag: time from the stamp of a centroid until it appears [s].
         goal: name of the mark at `CameraSight.goal`, or None if there is no such mark.
+        several: whether vision tracks several objects.
 
     Attributes:
         size: (width, height) of a frame [px], both even.
         lag: time from the stamp of a centroid until it appears [s].
         goal: name of the mark, or None.
+        several: whether vision tracks several objects.
     """
 
     def __init__(
@@ -122,6 +141,7 @@ class VideoPage:
         subtitle: str,
         lag: float,
         goal: str | None = None,
+        several: bool = False,
     ) -> None:
         single = len(polygons) == 1
         border = HAND_BORDER if single else _BORDER
@@ -140,7 +160,7 @@ class VideoPage:
             self._places = {side: tuple((x, _TOP) for x in _COLUMNS)}
         else:
             self._places = {side: tuple((x, y) for y in self._rows) for side, x in zip(polygons, _COLUMNS)}
-        self.lag, self.goal = lag, goal
+        self.lag, self.goal, self.several = lag, goal, several
         self._polygons = {side: self._to_panel(polygon) for side, polygon in polygons.items()}
         self._blank = np.full((*reversed(self.size), 3), bgr(GROUND), np.uint8)
         self._draw_fixed(title, subtitle, lag, goal)
@@ -154,6 +174,19 @@ class VideoPage:
             for side, spots in self._places.items()
             for late, (x, y) in zip((False, True), spots)
         ]
+
+    def places(self, sights: Mapping[str, CameraSight]) -> dict[int, list[tuple[float, float]]]:
+        """Returns {number of a track: its position in each of the `panels`, relative to their corners [px]}.
+
+        Args:
+            sights: {side: what is shown of its camera}.
+        """
+        found: dict[int, list[tuple[float, float]]] = {}
+        for side, late, _ in self.panels:
+            for mark in sights[side].tracks:
+                ((x, y),) = self._to_panel(np.array([mark.then if late else mark.now])) - self._margin
+                found.setdefault(mark.row.number, []).append((float(x), float(y)))
+        return found
 
     def draw(self, sights: Mapping[str, CameraSight], state: PageState) -> np.ndarray:
         """Returns a frame, BGR uint8 of shape (height, width, 3).
@@ -171,6 +204,9 @@ class VideoPage:
         if state.stamp is not None:
             words = f"{'not in use: ' if state.blind else ''}image at {state.stamp:.2f} s"
             right_text(frame, words, _COLUMNS[1] + self._panel[0], self._rows[-1] - 13, 15, MEDIUM)
+        if state.reason:
+            words = f"no point: {state.reason}"
+            right_text(frame, words, _COLUMNS[1] + self._panel[0], self._rows[0] - 14, 15, ENERGY)
         draw_text(frame, f"{state.time:.2f} s", _SIDEBAR - 2, 116, 34, BRIGHT, bold=True)
         status = _status(state.phase, state.notes)
         frame[_STATUS_TOP : _STATUS_TOP + len(status), _SIDEBAR:] = status
@@ -190,21 +226,27 @@ class VideoPage:
         y = y_late - (14 if single else 13)
         x = draw_text(page, f"{lag:.2f} s late", x_late, y, 17, BRIGHT, bold=True)
         words = "motion" if single else "newest motion energy and its centroid"
+        if self.several:
+            words = "newest silhouettes, with the regions and tracks found in them"
         draw_text(page, words, x + 12, y, 15, MEDIUM)
         draw_text(page, title, _SIDEBAR, _TOP - 14, 17, BRIGHT, bold=True)
         draw_text(page, subtitle, _SIDEBAR, _TOP + 8, 13, MEDIUM)
         legend = [
             (legend_path, "predicted path" if goal else "predicted, next second"),
             *([(legend_goal, goal)] if goal else []),
-            (legend_energy, "moving pixels"),
-            (legend_centroid, "their centroid"),
+            (legend_energy, "silhouettes" if self.several else "moving pixels"),
+            (legend_centroid, "centroid of the target" if self.several else "their centroid"),
             (legend_outline, "window of interest"),
         ]
-        y = self.size[1] - _MARGIN - 4 - 24 * (len(legend) - 1)
+        if self.several:
+            legend += [(legend_target, "target"), (legend_seen, "another object"), (legend_lost, "object not seen now")]
+        bottom = self.size[1] - _MARGIN - 4
+        pitch = min(_WIDEST_LEGEND_PITCH, (bottom - _LEGEND_TOP) // (len(legend) - 1))
+        y = bottom - pitch * (len(legend) - 1)
         for draw, words in legend:
             draw(page, _SIDEBAR + 10, y - 5)
             draw_text(page, words, _SIDEBAR + 28, y, 13, MEDIUM)
-            y += 24
+            y += pitch
 
     def _draw_now(self, panel: np.ndarray, sight: CameraSight, side: str) -> None:
         self._place(panel, sight.image, sight.offset, cv2.INTER_LINEAR)
@@ -220,6 +262,9 @@ class VideoPage:
                 polyline(panel, ends, VOID, 5)
                 polyline(panel, ends, GOAL, 2)
             diamond(panel, at, 7.0, GOAL)
+        for mark in sight.tracks:
+            (point,) = self._to_panel(np.array([mark.now]))
+            draw_track(panel, point, mark.row)
 
     def _draw_late(self, panel: np.ndarray, sight: CameraSight) -> None:
         if sight.late_image is None:
@@ -229,9 +274,20 @@ class VideoPage:
         if sight.energy is not None and sight.energy.shape == grey.shape:
             dim[sight.energy > 0] = bgr(ENERGY)
         self._place(panel, dim, sight.offset, cv2.INTER_NEAREST_EXACT)
+        self._draw_regions(panel, sight)
         if sight.centroid is not None:
             (point,) = self._to_panel(np.array([sight.centroid]))
             cross(panel, point, gap=7.0 if len(self._places) == 1 else 0.0)
+
+    def _draw_regions(self, panel: np.ndarray, sight: CameraSight) -> None:
+        targets = {mark.row.number for mark in sight.tracks if mark.row.target}
+        for region in sight.regions:
+            half = 0.5 * np.array([region.width, region.height])
+            corners = self._to_panel(np.array([region.u, region.v]) + np.array([-half, half]))
+            draw_region(panel, corners, region, region.number in targets)
+        for mark in sight.tracks:
+            (point,) = self._to_panel(np.array([mark.then]))
+            draw_track(panel, point, mark.row)
 
     def _place(self, panel: np.ndarray, image: np.ndarray, offset: tuple[int, int], interpolation: int) -> None:
         """Draws the part of an image that is in view into a panel."""

@@ -87,6 +87,7 @@ class Film:
         every: number of cycles between two images that are kept; the others are not rendered for the video.
         update_cycles: number of cycles between two centroids.
         image_latency: number of cycles from the capture of an image until its port shows it.
+        several: whether vision tracks several objects, so that there are the ports ``regions_*`` and ``tracks``.
     """
 
     title: str
@@ -102,6 +103,7 @@ class Film:
     every: int = 1
     update_cycles: int = 1
     image_latency: int = 0
+    several: bool = False
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,11 @@ PHASE_COLOURS = {
     "MANUAL": "#5e3c99",
 }
 """{name of a phase: its colour}. Phases of different tasks with the same name have the same colour."""
+TRACK_COLOURS = ("#4f7a00", "#b0457f", "#6a51c7", "#8a4b2f", "#7d7a00", "#1b6f7a", "#a8324a", "#5f6670")
+"""Colours of tracked objects on white, in the order of their numbers; they are used again after the last one. None is a
+colour of the curves."""
+TRACK_LIGHTS = ("#37e0a6", "#ff86c0", "#b9a2ff", "#ff7d52", "#c5e65a", "#66b8ff", "#e0a58c", "#ccd2da")
+"""The same on dark ground."""
 _OTHER_PHASES = ("#9aa1ab", "#56b4e9", "#e69f00", "#d55e00", "#009e73", "#007a5a", "#cc79a7", "#0072b2")
 
 PLOT_STYLE = {
@@ -62,6 +67,16 @@ PLOT_STYLE = {
 def phase_colour(phase: IntEnum) -> str:
     """Returns the colour of a phase of any task, "#rrggbb". A phase that is not listed gets a colour by its number."""
     return PHASE_COLOURS.get(phase.name, _OTHER_PHASES[phase % len(_OTHER_PHASES)])
+
+
+def track_colour(number: int) -> str:
+    """Returns the colour of a tracked object on white, "#rrggbb", by the number of its track, from 1 on."""
+    return TRACK_COLOURS[(number - 1) % len(TRACK_COLOURS)]
+
+
+def track_light(number: int) -> str:
+    """Returns the colour of a tracked object on dark ground, "#rrggbb", by the number of its track, from 1 on."""
+    return TRACK_LIGHTS[(number - 1) % len(TRACK_LIGHTS)]
 
 
 _FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"

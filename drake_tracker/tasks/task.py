@@ -46,7 +46,9 @@ SummaryRow = tuple[str, str, tuple[float, str, int]]
 """(key of the summary, label, (factor, unit, decimals))."""
 RUN_FILES = ("summary.json", "log.npz", "scenario.yaml", "recording.html", "cameras.mp4", "motion.png")
 """Files that a run of every task leaves."""
-CAMERA_FILES = ("cameras.mp4", "motion.png")
+MOTION_PICTURE = RUN_FILES[-1]
+"""Name of the picture of the motion detector, which a vision that tracks several objects does not have."""
+CAMERA_FILES = ("cameras.mp4", MOTION_PICTURE)
 """Files that only a run with rendered images leaves."""
 BODY_STATE = ("qw", "qx", "qy", "qz", "x", "y", "z", "wx", "wy", "wz", "vx", "vy", "vz")
 """Fields of a free body's state in W: quaternion, position [m], angular [rad/s] and translational [m/s] velocity."""
@@ -360,12 +362,13 @@ class Task(Protocol[Scenario]):
         """
         return servo_slot(GRASP_SLOT, time_step, self.servo_period) if name == "command" else 0.0
 
-    def activity(self, phase: IntEnum, diagnosis: Any) -> str:
+    def activity(self, phase: IntEnum, diagnosis: Any, reason: str = "") -> str:
         """Returns what the arm does, for the progress line: the phase and, after a colon, what it waits for.
 
         Args:
             phase: one of ``phases``.
             diagnosis: value of the ``diagnosis`` port, of the type ``self.diagnosis``.
+            reason: why vision outputs no point of the target, "" when it does or does not say.
         """
         return phase.name.lower()
 

@@ -162,6 +162,11 @@ class Coloured:
 
 
 @dataclass(frozen=True)
+class Selected:
+    """Follows the object that the operator selects in the live page, and nothing until then."""
+
+
+@dataclass(frozen=True)
 class Single:
     """The paper's way: one centroid of all that moves in each image, and one point."""
 
@@ -170,7 +175,7 @@ class Single:
 class Several:
     """Tracks several objects, moving or standing, by their silhouettes."""
 
-    target: First | Largest | Nearest | Inside | Coloured = setting(First, "which of the objects to follow")
+    target: First | Largest | Nearest | Inside | Coloured | Selected = setting(First, "which of the objects to follow")
     silhouettes: Silhouettes = setting(Silhouettes, "how objects are separated from the still scene")
     camera_motion: CameraMotion = setting(CameraMotion, "how motion of a camera itself is found")
     min_pixels: int = setting(25, "pixels of the smallest object", "px", (1, 65536))

@@ -36,6 +36,7 @@ class SeveralVisionDiagram(Diagram):
         - expected
         - arm_state
         - jaws
+        - selected
         output_ports:
         - point
         - tracks
@@ -49,7 +50,8 @@ class SeveralVisionDiagram(Diagram):
     ``camera_*`` are `ImageRgba8U`, read every ``period`` at offset 0. ``expected`` is a `TrackPredictions` vector of
     the host. ``arm_state`` and ``jaws``, which exist with ``arm`` only, are the joints (q, v) [rad, rad/s] and a
     `JawState` at
-    the same instants. The outputs are those of the `TrackerSystem`, ``lag_cycles`` after the capture of the images, and
+    the same instants. ``selected`` is the number of the track that the operator selected, and may stay unconnected.
+    The outputs are those of the `TrackerSystem`, ``lag_cycles`` after the capture of the images, and
     ``motion_*``, the silhouettes of the newest images as `MotionEnergy`. With ``own_stamps`` there are the inputs
     ``frame_left`` and ``frame_right`` too, a `FrameInfo` vector each.
 
@@ -127,7 +129,8 @@ class SeveralVisionDiagram(Diagram):
                 builder.Connect(hidden[side], system.GetInputPort("hidden"))
             builder.Connect(system.GetOutputPort("delayed"), tracking.GetInputPort(f"foreground_{side}"))
             builder.ExportOutput(system.GetOutputPort("motion_energy"), f"motion_{side}")
-        builder.ExportInput(tracking.GetInputPort("expected"), "expected")
+        for name in ("expected", "selected"):
+            builder.ExportInput(tracking.GetInputPort(name), name)
         for index in range(tracking.num_output_ports()):
             port = tracking.get_output_port(index)
             builder.ExportOutput(port, port.get_name())

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.config import Coloured, Inside, Largest, Nearest
+from drake_tracker.vision.config import Coloured, Inside, Largest, Nearest, Selected
 from drake_tracker.vision.object_track import ObjectTrack, TrackState
 
 COLOURLESS = 0.15
@@ -26,6 +26,7 @@ class Reason(IntEnum):
     NOT_OBSERVED = 4
     OUT_OF_VIEW = 5
     UNUSABLE_IMAGE = 6
+    NOT_SELECTED = 7
 
 
 REASONS = {
@@ -36,22 +37,28 @@ REASONS = {
     Reason.NOT_OBSERVED: "the target is not seen",
     Reason.OUT_OF_VIEW: "the target is outside of an image",
     Reason.UNUSABLE_IMAGE: "an image cannot be compared with the background",
+    Reason.NOT_SELECTED: "the operator has selected no object",
 }
 """{reason: the same in words}."""
 
 
-def choose_target(settings: Any, tracks: Sequence[ObjectTrack], current: int) -> int:
+def choose_target(settings: Any, tracks: Sequence[ObjectTrack], current: int, selected: int = 0) -> int:
     """Returns the number of the track to follow, 0 when none fits.
 
-    A target is kept while its track lives. Only then is another one chosen.
+    A target is kept while its track lives, unless the operator selects another one. Afterwards, the settings choose.
 
     Args:
-        settings: `First`, `Largest`, `Nearest`, `Inside` or `Coloured`.
+        settings: `First`, `Largest`, `Nearest`, `Inside`, `Coloured` or `Selected`.
         tracks: the confirmed tracks, oldest first.
         current: number of the present target, 0 without one.
+        selected: number of the track that the operator selected; without effect unless such a track lives.
     """
+    if any(track.number == selected for track in tracks):
+        return selected
     if any(track.number == current for track in tracks):
         return current
+    if isinstance(settings, Selected):
+        return 0
     seen = [track for track in tracks if track.measurement is not None]
     if isinstance(settings, Inside):
         low, high = np.asarray(settings.box)
@@ -67,18 +74,19 @@ def choose_target(settings: Any, tracks: Sequence[ObjectTrack], current: int) ->
     return seen[0].number if seen else 0
 
 
-def reason_of(track: ObjectTrack | None, any_tracks: bool, usable: bool) -> Reason:
+def reason_of(track: ObjectTrack | None, any_tracks: bool, usable: bool, asks: bool = False) -> Reason:
     """Returns why there is no point of the target.
 
     Args:
         track: track of the target, None without one.
         any_tracks: whether there are confirmed tracks.
         usable: whether the images could be used.
+        asks: whether the target must be selected by the operator.
     """
     if not usable:
         return Reason.UNUSABLE_IMAGE
     if track is None:
-        return Reason.NO_MATCH if any_tracks else Reason.NO_OBJECT
+        return (Reason.NOT_SELECTED if asks else Reason.NO_MATCH) if any_tracks else Reason.NO_OBJECT
     if track.measurement is not None:
         return Reason.NONE
     reasons = {TrackState.OCCLUDED: Reason.OCCLUDED, TrackState.OUT_OF_VIEW: Reason.OUT_OF_VIEW}

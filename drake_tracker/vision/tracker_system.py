@@ -23,6 +23,7 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.timing import PROJECTOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.vision.camera_motion import Verdict
+from drake_tracker.vision.config import Selected
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_track import ObjectTrack
 from drake_tracker.vision.regions import Region
@@ -55,6 +56,7 @@ class TrackerSystem(LeafSystem):
         - foreground_left
         - foreground_right
         - expected
+        - selected
         output_ports:
         - point
         - tracks
@@ -65,7 +67,9 @@ class TrackerSystem(LeafSystem):
 
     ``foreground_*``: a `Foreground` each, or None; read every ``period`` at ``offset`` in an unrestricted update.
     ``expected``: a `TrackPredictions` vector of the host, which tells where to look for an object that is not seen; it
-    may stay unconnected.
+    may stay unconnected. ``selected``: number of the track that the operator selected as the target, 0 for none. The
+    number of a track that does not exist has no effect. A selected target is kept until its track is deleted or another
+    one is selected. Unconnected: nothing is selected.
 
     ``point`` is a `TrackPoint` of the target in W [m], invalid when the target is not seen. ``tracks`` is a
     `TrackPoints`
@@ -97,6 +101,7 @@ class TrackerSystem(LeafSystem):
             self.DeclareAbstractInputPort(f"foreground_{side}", AbstractValue.Make(object())) for side in SIDES
         ]
         self._expected = self.DeclareVectorInputPort("expected", message_size(TrackPredictions))
+        self._selected = self.DeclareVectorInputPort("selected", 1)
         state = self.DeclareAbstractState(AbstractValue.Make(TrackerMemory(TrackerState(), 0)))
         ticket = {self.abstract_state_ticket(state)}
         self.DeclareVectorOutputPort("point", message_size(TrackPoint), self._calc_point, ticket)
@@ -129,7 +134,8 @@ class TrackerSystem(LeafSystem):
         if self._expected.HasValue(context):
             expected = unpack_expected(self._expected.Eval(context), 0.5 * (left.stamp + right.stamp))
         tracker = self._tracker.update(memory.tracker, (left, right), expected)
-        target = choose_target(self._target, tracker.confirmed(), memory.target)
+        selected = int(self._selected.Eval(context)[0]) if self._selected.HasValue(context) else 0
+        target = choose_target(self._target, tracker.confirmed(), memory.target, selected)
         state.get_mutable_abstract_state(0).set_value(TrackerMemory(tracker, target))
 
     def _calc_point(self, context: Context, output: BasicVector) -> None:
@@ -138,7 +144,8 @@ class TrackerSystem(LeafSystem):
 
     def _calc_tracks(self, context: Context, output: BasicVector) -> None:
         memory = self._memory(context)
-        output.SetFromVector(pack_tracks(memory.tracker, memory.target))
+        asks = isinstance(self._target, Selected)
+        output.SetFromVector(pack_tracks(memory.tracker, memory.target, asks))
 
 
 def unpack_expected(message: np.ndarray, stamp: float) -> dict[int, tuple[np.ndarray, float]]:
@@ -164,15 +171,21 @@ def pack_point(state: TrackerState, target: int) -> np.ndarray:
     return np.array(point[:])
 
 
-def pack_tracks(state: TrackerState, target: int) -> np.ndarray:
-    """Returns the `TrackPoints` vector of all confirmed tracks."""
+def pack_tracks(state: TrackerState, target: int, asks: bool = False) -> np.ndarray:
+    """Returns the `TrackPoints` vector of all confirmed tracks.
+
+    Args:
+        state: all tracks.
+        target: number of the target, 0 without one.
+        asks: whether the target must be selected by the operator.
+    """
     message = np.zeros(message_size(TrackPoints))
     if not np.isfinite(state.stamp):
         return message
     tracks = state.confirmed()
     header = TrackPoints(message)
     header.stamp, header.target, header.overflow, header.valid = state.stamp, target, state.overflow, 1.0
-    header.reason = reason_of(_track_of(state, target), bool(tracks), state.usable)
+    header.reason = reason_of(_track_of(state, target), bool(tracks), state.usable, asks)
     upper = np.triu_indices(3)
     for row, track in zip(message_rows(message, TRACK_FIELDS), tracks):
         measured = track.measurement

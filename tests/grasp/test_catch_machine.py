@@ -38,7 +38,7 @@ class Bench:
                 ServoTarget(np.append(np.zeros(13), valid)),
                 packet,
                 ToolStatus(np.array([command.motion, fraction, 0.0, *pose, 0.0])),
-                OperatorCommand(np.array(operator, dtype=float)),
+                OperatorCommand(np.array([*operator, 0.0])),
             ),
         )
         self.commands.append(ArmCommand(self.machine.command(self.state)))

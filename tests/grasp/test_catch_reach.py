@@ -32,7 +32,9 @@ class Operator(LeafSystem):
 
     def __init__(self, says):
         super().__init__()
-        self.DeclareVectorOutputPort("says", 5, lambda context, output: output.SetFromVector(says(context.get_time())))
+        self.DeclareVectorOutputPort(
+            "says", 6, lambda context, output: output.SetFromVector([*says(context.get_time()), 0.0])
+        )
 
 
 class Packets(LeafSystem):

@@ -63,7 +63,7 @@ def test_it_is_ready_without_a_ball(system):
 
 
 def test_the_operator_port_is_read_and_may_be_unconnected(system):
-    simulator = with_inputs(system, np.zeros(message_size(Prediction)), [1.0, 0.0, 0.0, 0.0, 0.0])
+    simulator = with_inputs(system, np.zeros(message_size(Prediction)), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     simulator.AdvanceTo(0.05)
     assert outputs(system, simulator.get_context())["command"][0] == CatchPhase.STOPPED
 

@@ -70,7 +70,7 @@ class Bench:
         target = ServoTarget(np.array([due, *path(due), 0, 0, 0, 1.25, stamp, 1, 0.002, stale, valid]))
         status = ToolStatus(np.array([self.state.motion, fraction, flipping, *path(due), 1.0]))
         jaws = JawState(np.array([width, 0.0, force]))
-        operator = OperatorCommand(np.array(operator, dtype=float))
+        operator = OperatorCommand(np.array([*operator, 0.0]))
         q = self.joints(due - SERVO_PERIOD)
         self.state = self.machine.update(
             self.state, GraspObservation(self.time, target, packet, jaws, status, q, operator)

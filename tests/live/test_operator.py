@@ -24,18 +24,18 @@ from drake_tracker.tasks.ball.diagram import make_ball_diagram
 
 def test_the_panel_keeps_mode_and_steps_until_they_are_read():
     panel = OperatorPanel()
-    assert panel.read() == (OperatorMode.SUPERVISE, (0, 0, 0, 0))
+    assert panel.read() == (OperatorMode.SUPERVISE, (0, 0, 0, 0), 0)
     panel.jog("x", 1)  # nobody has taken over
     panel.set_mode("take_over")
     panel.jog("x", 1)
     panel.jog("x", 1)
     panel.jog("yaw", -1)
     assert panel.mode == OperatorMode.TAKE_OVER
-    assert panel.read() == (OperatorMode.TAKE_OVER, (2, 0, 0, -1))
-    assert panel.read() == (OperatorMode.TAKE_OVER, (0, 0, 0, 0))
+    assert panel.read() == (OperatorMode.TAKE_OVER, (2, 0, 0, -1), 0)
+    assert panel.read() == (OperatorMode.TAKE_OVER, (0, 0, 0, 0), 0)
     panel.jog("z", 1)
     panel.set_mode("stop")
-    assert panel.read() == (OperatorMode.STOP, (0, 0, 0, 0)), "a stop drops steps"
+    assert panel.read() == (OperatorMode.STOP, (0, 0, 0, 0), 0), "a stop drops steps"
 
 
 def test_a_key_that_is_held_down_does_not_pile_up_steps():
@@ -82,16 +82,39 @@ def test_the_system_says_what_the_panel_said_and_begins_where_the_tool_is():
         simulator.AdvanceTo((cycle + 0.5) * VISION_PERIOD)
         return system.GetOutputPort("operator").Eval(context).tolist()
 
-    assert after(0) == [0, 0, 0, 0, 0]
+    assert after(0) == [0, 0, 0, 0, 0, 0]
     panel.set_mode("take_over")
-    assert after(1) == [2, 0.5, 0.1, 0.7, 3.0]
+    assert after(1) == [2, 0.5, 0.1, 0.7, 3.0, 0]
     panel.jog("y", -1)
     system.GetInputPort("status").FixValue(context, [4, 1.0, 0, 0.48, 0.1, 0.7, 3.0, 1])
-    assert after(2) == pytest.approx([2, 0.5, 0.1 - JOG_STEP, 0.7, 3.0]), "the goal does not follow the tool"
+    assert after(2) == pytest.approx([2, 0.5, 0.1 - JOG_STEP, 0.7, 3.0, 0]), "the goal does not follow the tool"
     panel.set_mode("stop")
-    assert after(3) == [1, 0, 0, 0, 0]
+    assert after(3) == [1, 0, 0, 0, 0, 0]
     panel.set_mode("take_over")
-    assert after(4) == [2, 0.48, 0.1, 0.7, 3.0]
+    assert after(4) == [2, 0.48, 0.1, 0.7, 3.0, 0]
+
+
+@pytest.mark.parametrize("number", [0, 3, -1, 1.0, True, "1", None, [1]])
+def test_only_a_track_that_there_is_can_be_selected(number):
+    panel = OperatorPanel()
+    panel.select(2, [1, 2])
+    with pytest.raises(ValueError, match="no such track"):
+        panel.select(number, [1, 2])
+    panel.set_mode("stop")
+    assert panel.read() == (OperatorMode.STOP, (0, 0, 0, 0), 2), "a selection stays"
+
+
+def test_the_system_passes_the_selection_on_and_logs_it():
+    panel = OperatorPanel()
+    system = OperatorSystem(panel)
+    simulator = Simulator(system)
+    system.GetInputPort("status").FixValue(simulator.get_mutable_context(), np.zeros(8))
+    for number in (0, 4):
+        if number:
+            panel.select(number, [number])
+        simulator.AdvanceTo(simulator.get_context().get_time() + 1.5 * VISION_PERIOD)
+        operator, selected = (system.GetOutputPort(n).Eval(simulator.get_context()) for n in ("operator", "selected"))
+        assert operator.tolist() == [0, 0, 0, 0, 0, number] and selected.tolist() == [number]
 
 
 def test_the_hand_with_the_cup_listens_to_the_operator_too():

@@ -8,12 +8,14 @@ import time
 import cv2
 import numpy as np
 import pytest
-from browsing import NEVER_GRASPS, PATIENCE, chromium, live_run, until
+from browsing import NEVER_GRASPS, PATIENCE, SELECTING, chromium, live_run, until
 
 from drake_tracker.core.log import load_log
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.live.operator import JOG_STEP
+from drake_tracker.tasks.style import bgr, track_light
+from drake_tracker.vision.target import REASONS, Reason
 
 
 @pytest.fixture
@@ -162,3 +164,42 @@ def test_the_operator_stops_the_arm_and_takes_it_over(browser, run):
     taken = log["operator"].data[np.argmax(mode == 2) : np.argmax((mode == 0) & (np.cumsum(mode == 2) > 0))]
     assert taken[-1, 1:] - taken[0, 1:] == pytest.approx([3 * JOG_STEP, 0.0, -2 * JOG_STEP, 0.0], abs=1e-9)
     assert {Phase.STOPPED, Phase.MANUAL, Phase.RETREAT} <= {Phase(int(phase)) for phase in log["command"]["phase"]}
+
+
+def place_of(canvas, colour):
+    """Centre of the pixels of a colour in a canvas, as shares of its width and height; None without any."""
+    png = base64.b64decode(canvas.evaluate("canvas => canvas.toDataURL('image/png').split(',')[1]"))
+    image = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR)
+    rows, columns = np.nonzero(np.abs(image.astype(int) - bgr(colour)).max(axis=2) < 45)
+    height, width, _ = image.shape
+    return (np.median(columns) / width, np.median(rows) / height) if len(rows) > 5 else None
+
+
+@pytest.mark.parametrize("run", [SELECTING], indirect=True)
+def test_a_click_on_an_object_makes_it_the_target(browser, run):
+    page = Page(browser, run.url)
+    rows, reason = page("#track-rows tr"), page("#reason")
+    until(lambda: rows.count() >= 2 and REASONS[Reason.NOT_SELECTED] in reason.inner_text())
+    assert "target" not in rows.nth(0).inner_text() + rows.nth(1).inner_text()
+    page("#pause").click()
+    until(lambda: page("#stage").inner_text() == "paused")
+    time.sleep(1.0)  # the newest frame is shown
+
+    canvas = page("#views canvas").nth(1)  # the present image of the right camera
+    x, y = place_of(canvas, track_light(2))
+    box = canvas.bounding_box()
+    page.page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
+    page("#pause").click()
+    until(lambda: "target" in rows.nth(1).inner_text())
+    assert "target" not in rows.nth(0).inner_text()
+    until(lambda: "No point" not in reason.inner_text())
+    page.page.get_by_label("Make object 1 the target").click()
+    until(lambda: "target" in rows.nth(0).inner_text())
+    assert page("#operator-problem").inner_text() == "" and page.troubles == []
+    assert page.page.evaluate("document.documentElement.scrollHeight <= innerHeight"), "one page without scrolling"
+
+    run.send_signal(signal.SIGINT)
+    until(lambda: page("#outcome").is_visible())
+    assert run.wait(PATIENCE) == 130 and "Traceback" not in run.printed()
+    selected = load_log(run.out / "log.npz")["operator"]["selected"]
+    assert selected[np.append(True, np.diff(selected) != 0.0)].tolist() == [0, 2, 1]

@@ -1,11 +1,20 @@
 """The state of a run, between the thread that simulates and those that serve the page."""
 
+import json
+from types import SimpleNamespace
+
 import cv2
 import numpy as np
+from several import track, track_points
 
+from drake_tracker.grasp.schema import Phase
 from drake_tracker.live.pace import FRAME_INTERVAL
 from drake_tracker.live.state import LONGEST_HISTORY, LiveState
-from drake_tracker.run.video_page import VideoPage
+from drake_tracker.run.track_marks import track_marks
+from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
+from drake_tracker.tasks.filming import STEREO_SIDES as SIDES
+from drake_tracker.tasks.style import bgr, track_light
+from drake_tracker.vision.object_track import TrackState
 
 SQUARE = np.array([[10.0, 10.0], [100.0, 10.0], [100.0, 60.0], [10.0, 60.0]])
 
@@ -104,3 +113,29 @@ def test_the_last_page_that_closes_is_noticed():
     assert state.left
     state.watch(True)
     assert not state.left
+
+
+def test_the_tracks_of_the_newest_frame_are_told_with_their_places_in_the_panels():
+    state = LiveState()
+    page = VideoPage(dict.fromkeys(SIDES, SQUARE), (160, 120), "title", "subtitle", lag=0.25, several=True)
+    assert not state.frames.several and state.frames.tracks() == ([], "")
+    state.frames.open(page)
+    assert state.frames.several and state.news(None, 0.0)[0]["facts"]["several"]
+    message = track_points(0.75, [track(1, 0.05, 0.03, vx=0.04), track(3, 0.08, 0.04, state=TrackState.OCCLUDED)], 1)
+    camera = SimpleNamespace(project=lambda p_WQ: 1e3 * np.asarray(p_WQ)[:, :2])
+    image = np.zeros((120, 160, 3), np.uint8)
+    sight = CameraSight(image, (0, 0), np.zeros((0, 2)), image, None, None, tracks=track_marks(message, camera, 1.0))
+    frame = PageState(1.0, Phase.TRACK, ("", ""), 0.75, reason="the target is not seen")
+    state.frames.write(dict.fromkeys(SIDES, sight), frame)
+    (first, second), reason = state.frames.tracks()
+    assert reason == "the target is not seen"
+    assert (first["number"], first["target"], first["state"], first["speed"]) == (1, True, "moving", 0.04)
+    assert (second["number"], second["target"], second["seen"], second["size"]) == (3, False, False, 0.1)
+    json.dumps([first, second])
+    drawn = cv2.imdecode(np.frombuffer(state.frames.jpeg(), np.uint8), cv2.IMREAD_COLOR)
+    facts = state.news(None, 0.0)[0]["facts"]
+    for panel, (x, y) in zip(facts["panels"], first["at"]):
+        left, top, width, height = panel["place"]
+        assert 0 < x < width and 0 < y < height
+        spot = drawn[round(top + y) - 1 : round(top + y) + 2, round(left + x) - 1 : round(left + x) + 2]
+        assert np.abs(spot.mean(axis=(0, 1)) - bgr(track_light(1))).max() < 40, "the mark is there"

@@ -153,3 +153,14 @@ def test_windows_of_a_person_are_used_and_recorded():
         initialise_board(scenario, lambda images, operator: windows)
     resolved = task_of(scenario).resolved(scenario, SimpleNamespace(windows=windows))
     assert resolved.operator.windows == as_tuple(windows) and scenario.operator.windows == ()
+
+
+def test_a_person_selects_one_of_the_tracks_that_the_page_shows():
+    with LiveView(say=lambda line: None) as live:
+        live.frames.tracks = lambda: ([{"number": 2}, {"number": 5}], "")
+        control(live.url, action="select", number=5)
+        assert live.operator.read().selected == 5
+        for wrong in ({"number": 3}, {"number": "5"}, {"number": 5, "side": "left"}, {}):
+            with pytest.raises(urllib.error.HTTPError):
+                control(live.url, action="select", **wrong)
+        assert live.operator.read().selected == 5

@@ -4,11 +4,17 @@ import json
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
+from several import track, track_points, tracks_signal
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.log import Signal, save_log
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.report.page import page_of
 from drake_tracker.report.run_files import read_run
+from drake_tracker.vision.object_track import TrackState
+from drake_tracker.vision.target import REASONS, Reason
 
 
 class Links(HTMLParser):
@@ -164,3 +170,27 @@ def test_everything_that_comes_from_files_is_escaped(run_folder):
     text = page(run_folder)
     assert "<script" not in text
     assert text.count("&lt;script&gt;alert(1)") >= 5
+
+
+def test_the_tracks_of_several_objects_are_listed_where_the_log_has_them(run_folder, made_up):
+    assert "<h2>Tracks</h2>" not in page(run_folder)
+
+    def message(k):
+        hidden = 30 <= k < 60
+        first = track(1, state=TrackState.OCCLUDED if hidden else TrackState.MOVING)
+        second = [track(7, state=TrackState.STANDING)] if k >= 90 else []
+        return track_points(VISION_PERIOD * (k + 1), [first, *second], 1, Reason.OCCLUDED if hidden else Reason.NONE)
+
+    save_log({**made_up[1], "tracks": tracks_signal(message, 120)}, run_folder / "log.npz")
+    text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page(run_folder)))
+    assert "1 0.0 s 2.0 s moving 75 %, covered 25 % 100 mm 100 %" in text
+    assert "7 1.5 s 2.0 s standing 100 % 100 mm States" in text, "it never was the target"
+    assert f"{REASONS[Reason.OCCLUDED]} 25 % of the cycles" in text
+    assert "While the arm used vision, there was no point in" in text, "the autopsy says so, too"
+
+
+def test_a_signal_of_tracks_with_other_fields_or_strange_numbers_does_no_harm(run_folder, made_up):
+    wild = tracks_signal(lambda k: np.full(len(track_points(0.0)), (-1.0) ** k * 1e300), 50)
+    for signal in (wild, Signal(np.zeros(2), np.zeros((2, 1)), ("a",))):
+        save_log({**made_up[1], "tracks": signal}, run_folder / "log.npz")
+        assert "Summary" in page(run_folder)

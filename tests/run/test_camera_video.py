@@ -6,8 +6,17 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
+from several import regions, track, track_points
 
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, CatchDiagnosis, message_size, pack_prediction
+from drake_tracker.core.messages import (
+    KNOT_COUNT,
+    KNOT_SPACING,
+    CatchDiagnosis,
+    Regions,
+    TrackPoints,
+    message_size,
+    pack_prediction,
+)
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.catch_schema import CatchPhase
 from drake_tracker.grasp.schema import Phase
@@ -18,6 +27,8 @@ from drake_tracker.tasks.filming import STEREO_SIDES as SIDES
 from drake_tracker.tasks.filming import Film, Script, no_points
 from drake_tracker.tasks.train.filming import TRAIN_SCRIPT
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
+from drake_tracker.vision.object_track import TrackState
+from drake_tracker.vision.target import REASONS, Reason
 
 LAG = 5
 OFFSET = (10, 20)
@@ -137,11 +148,11 @@ def synthetic_film(sides, offset, lag_cycles, script, **settings):
     )
 
 
-def film(duration, blind_from=np.inf, latency=0):
+def film(duration, blind_from=np.inf, latency=0, laboratory=Laboratory, **settings):
     notebook = Notebook()
     builder = DiagramBuilder()
-    laboratory = builder.AddSystem(Laboratory(blind_from, latency))
-    page = synthetic_film(SIDES, OFFSET, LAG, TRAIN_SCRIPT, image_latency=latency)
+    laboratory = builder.AddSystem(laboratory(blind_from=blind_from, latency=latency))
+    page = synthetic_film(SIDES, OFFSET, LAG, TRAIN_SCRIPT, image_latency=latency, **settings)
     video = builder.AddSystem(CameraVideoSystem([notebook], page))
     for k in range(video.num_input_ports()):
         name = video.get_input_port(k).get_name()
@@ -254,3 +265,41 @@ def test_a_frame_is_passed_to_the_sinks_that_want_it():
         builder.Connect(laboratory.GetOutputPort(name), video.GetInputPort(name))
     Simulator(builder.Build()).AdvanceTo(0.1)
     assert len(keen.pages) == 4 and not idle.pages
+
+
+class SeveralLaboratory(Laboratory):
+    """The same with regions and tracks: object 1, the target, moves by 1 mm per cycle; object 2 is covered."""
+
+    def __init__(self, **settings):
+        super().__init__(**settings)
+        for side in SIDES:
+            self.DeclareVectorOutputPort(f"regions_{side}", message_size(Regions), self._regions)
+        self.DeclareVectorOutputPort("tracks", message_size(TrackPoints), self._tracks)
+
+    def _regions(self, context, output):
+        stamp = context.get_time() - LAG * VISION_PERIOD
+        output.SetFromVector(regions(stamp, (round(60.0 * stamp), 30, 8, 6, 1)) if stamp > 0 else 0.0 * regions(0.0))
+
+    def _tracks(self, context, output):
+        stamp = context.get_time() - LAG * VISION_PERIOD
+        tracks = [track(1, 0.06 * stamp, 0.03, vx=0.06), track(2, 0.02, 0.02, state=TrackState.OCCLUDED)]
+        output.SetFromVector(track_points(max(stamp, 0.0), tracks, 1, Reason.OUT_OF_VIEW))
+
+
+@pytest.mark.parametrize("latency", [0, 2])
+def test_regions_and_tracks_belong_to_the_late_image_and_are_carried_on_to_the_present_one(latency):
+    pages = film(0.99, latency=latency, laboratory=SeveralLaboratory, several=True)
+    for sights, state in pages[4:]:
+        assert state.reason == REASONS[Reason.OUT_OF_VIEW]
+        described = round(state.time / VISION_PERIOD) - LAG
+        for sight in sights.values():
+            assert sight.late_image[0, 0, 0] == described
+            assert [(mark.u, mark.number) for mark in sight.regions] == [(described, 1)]
+            first, second = sight.tracks
+            assert first.row.target and not second.row.target and not second.row.seen
+            assert first.then[0] == pytest.approx(described) and first.now[0] == pytest.approx(described + LAG)
+
+
+def test_a_video_of_one_object_has_no_marks_of_tracks():
+    sights, state = film(0.3)[-1]
+    assert sights["left"].regions == sights["left"].tracks == () and state.reason == ""

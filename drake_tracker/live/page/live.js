@@ -17,6 +17,16 @@ const LEGEND = [
   ["window", "window of interest"],
 ];
 
+const LEGEND_OF_SEVERAL = [
+  ["path", "predicted path"],
+  ["energy", "silhouettes"],
+  ["centroid", "centroid of the target"],
+  ["window", "window of interest"],
+  ["target", "target"],
+  ["other", "another object"],
+  ["lost", "object not seen now"],
+];
+
 const MODES = {
   stop: ["arm stopped", "paused"],
   take_over: ["arm under your control", "asks"],
@@ -30,7 +40,7 @@ const JOGS = [
 ];
 
 const strips = new Strips($("chart"));
-const state = { facts: {}, time: 0, factor: null, paused: false, rate: null, operator: "supervise" };
+const state = { facts: {}, time: 0, factor: null, paused: false, rate: null, operator: "supervise", tracks: [], reason: "" };
 let windows = null, views = [], fetching = false, newestFrame = 0, shownFrame = 0, drawing = false, over = false;
 
 async function send(action, values = {}) {
@@ -55,7 +65,7 @@ async function operate(action, values) {
 
 function take(news) {
   if (news.facts) takeFacts(news.facts);
-  for (const key of ["time", "factor", "paused", "rate", "operator"]) if (key in news) state[key] = news[key];
+  for (const key of ["time", "factor", "paused", "rate", "operator", "tracks", "reason"]) if (key in news) state[key] = news[key];
   if (news.samples) strips.add(news.samples, news.afresh);
   if (news.frame) { newestFrame = news.frame; fetchFrame(); }
   if (!drawing) { drawing = true; requestAnimationFrame(draw); }
@@ -71,7 +81,7 @@ function takeFacts(facts) {
   }
   if (facts.rates && !before.rates) makeRates(facts.rates);
   if (facts.strips && !before.strips) strips.describe(facts.phases, facts.strips, facts.span);
-  if (facts.panels && !before.panels) makeViews(facts.panels, facts.goal, facts.lag);
+  if (facts.panels && !before.panels) makeViews(facts.panels, facts.goal, facts.lag, facts.several);
   if (facts.scene && !before.scene) makeScene(facts.scene);
   if (facts.cameras === false) {
     $("cameras-empty").textContent = "This run has no cameras: the measured points are true positions with the measured error of the cameras.";
@@ -106,8 +116,52 @@ function draw() {
   $("take-over").disabled = !running || mode === "take_over";
   $("release").disabled = !running || mode === "supervise";
   for (const button of $("jogs").children) button.disabled = !running || mode !== "take_over";
+  if (state.facts.several) drawTracks(running && state.facts.operator);
   strips.now = state.time;
   strips.draw();
+}
+
+function drawTracks(selectable) {
+  const rows = $("track-rows"), numbers = state.tracks.map(({ number }) => number).join();
+  if (rows.dataset.numbers !== numbers) {
+    rows.dataset.numbers = numbers;
+    rows.replaceChildren(...state.tracks.map(makeTrack));
+  }
+  state.tracks.forEach((track, k) => {
+    const [, states, speed, size, target] = rows.children[k].children;
+    rows.children[k].className = `${track.target ? "target" : ""} ${track.seen ? "" : "lost"}`;
+    rows.children[k].querySelector("button").disabled = !selectable;
+    states.textContent = track.state;
+    speed.textContent = `${track.speed.toFixed(2)} m/s`;
+    size.textContent = `${(1e3 * track.size).toFixed(0)} mm`;
+    target.textContent = track.target ? "target" : "";
+  });
+  const hint = selectable && state.tracks.length ? "Click on an object to make it the target." : "";
+  $("reason").textContent = state.reason ? `No point: ${state.reason}. ${hint}` : hint;
+  $("reason").classList.toggle("calm", !state.reason);
+}
+
+function makeTrack({ number, colour }) {
+  const row = document.createElement("tr"), button = document.createElement("button");
+  button.textContent = number;
+  button.setAttribute("aria-label", `Make object ${number} the target`);
+  button.onclick = () => operate("select", { number });
+  row.style.setProperty("--track", colour);
+  row.append(...Array.from({ length: 5 }, () => document.createElement("td")));
+  row.firstChild.append(button);
+  return row;
+}
+
+// Selects the track whose mark in a picture is nearest to the pixel that was clicked.
+function selectAt(event, canvas, panel) {
+  if (!state.facts.operator || state.facts.stage !== "running") return;
+  const box = canvas.getBoundingClientRect();
+  const scale = Math.min(box.width / canvas.width, box.height / canvas.height);
+  const x = (event.clientX - box.x - 0.5 * (box.width - scale * canvas.width)) / scale;
+  const y = (event.clientY - box.y - 0.5 * (box.height - scale * canvas.height)) / scale;
+  const distance = ({ at }) => at[panel] ? Math.hypot(at[panel][0] - x, at[panel][1] - y) : Infinity;
+  const nearest = state.tracks.reduce((best, track) => (distance(track) < distance(best) ? track : best), { at: [] });
+  if (nearest.number) operate("select", { number: nearest.number });
 }
 
 function makeRates(rates) {
@@ -139,24 +193,27 @@ function makeScene(url) {
   $("scene").replaceChildren(frame);
 }
 
-function makeViews(panels, goal, lag) {
+function makeViews(panels, goal, lag, several) {
   $("cameras-empty").hidden = true;
   $("legend").hidden = false;
-  $("legend").replaceChildren(...[...LEGEND, ...(goal ? [["goal", goal]] : [])].map(([kind, words]) => {
+  $("legend").replaceChildren(...[...(several ? LEGEND_OF_SEVERAL : LEGEND), ...(goal ? [["goal", goal]] : [])].map(([kind, words]) => {
     const item = document.createElement("li");
     item.className = kind;
     item.textContent = words;
     return item;
   }));
-  const rows = [...panels].sort((a, b) => a.late - b.late);
-  views = rows.map(({ side, late, place }) => {
+  $("tracks").hidden = !several;
+  $("views").classList.toggle("several", several);
+  const rows = panels.map((panel, index) => ({ ...panel, index })).sort((a, b) => a.late - b.late);
+  views = rows.map(({ side, late, place, index }) => {
     const figure = document.createElement("figure");
     const caption = document.createElement("figcaption");
     const which = document.createElement("b");
     which.textContent = side ? side[0].toUpperCase() + side.slice(1) : "Camera";
-    caption.append(which, late ? `detected motion, ${lag.toFixed(2)} s old` : "now, with the predicted path");
+    caption.append(which, late ? `${several ? "silhouettes" : "detected motion"}, ${lag.toFixed(2)} s old` : "now, with the predicted path");
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = place.slice(2);
+    if (several) canvas.onclick = (event) => selectAt(event, canvas, index);
     figure.append(caption, canvas);
     $("views").append(figure);
     return { canvas, place };

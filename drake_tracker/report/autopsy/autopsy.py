@@ -9,11 +9,12 @@ from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.report.autopsy.blame import attempt_excess, run_excess, sizes, usual_sizes
 from drake_tracker.report.autopsy.evidence import Attempt, Evidence
-from drake_tracker.report.autopsy.sentences import tell_attempt, tell_run
+from drake_tracker.report.autopsy.sentences import tell_attempt, tell_run, tell_unseen
 from drake_tracker.report.autopsy.stages import WORDS, Stage
 from drake_tracker.tasks.episode import PhaseSpan
+from drake_tracker.tasks.tracks import reason_shares
 from drake_tracker.tasks.train.cause import main_trouble
-from drake_tracker.tasks.train.episode import phase_spans
+from drake_tracker.tasks.train.episode import phase_spans, sighted
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.trouble import Cause
 
@@ -48,6 +49,7 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
     failed = _judged(attempts)
     # After a miss the train may stand still or lie beside its track: that is a consequence, not a cause.
     before = tracking.times < attempts[0].launch if attempts else np.full(len(tracking.times), True)
+    unseen = reason_shares(log, lambda stamps: sighted(spans, stamps))
     found = run_excess([attempt.rows for attempt in failed if attempt.rows is not None], tracking.rows[before])
     broken = broken_stage(log)
     lateness = float(np.median([attempt.timing for attempt in failed])) if failed else 0.0
@@ -57,7 +59,9 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
     order = np.argsort(-found)
     return {
         "culprit": None if culprit is None else WORDS[culprit],
-        "verdict": None if lifted else _verdict(scenario, log, spans) + tell_run(culprit, found, broken, described),
+        "verdict": None
+        if lifted
+        else _verdict(scenario, log, spans) + tell_run(culprit, found, broken, described) + tell_unseen(unseen),
         "excess_m": _named(found[order], order),
         "attempts": described,
         "tracking": {

@@ -7,13 +7,17 @@ import numpy as np
 
 from drake_tracker.report.autopsy.normal import NORMAL_ATTEMPT
 from drake_tracker.report.autopsy.stages import MEANINGS, WORDS, Stage
+from drake_tracker.tasks.tracks import tell_reasons
 from drake_tracker.tasks.train.closing import clearance
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.vision.target import Reason
 
 _BY_WORD = {word: stage for stage, word in WORDS.items()}
 _ARTICLES = {WORDS[stage]: "the " for stage in (Stage.FILTER, Stage.LINK, Stage.SERVO)}
 _WORTH_MENTIONING = 0.005
 """Contribution [m] from which a stage after the first is mentioned."""
+_WORTH_TELLING = 0.1
+"""Share of the cycles without a point from which they are mentioned."""
 
 
 def tell_attempt(scenario: TrainScenario, attempt: Mapping[str, Any]) -> str:
@@ -55,6 +59,18 @@ def tell_run(
         return f"{what}, although no stage did worse than in a successful run."
     size = f", {_mm(found[culprit])} more than normal" if found[culprit] > 0.0 else ""
     return f"{what}. The main cause was {_named(WORDS[culprit])}{size}: {MEANINGS[culprit]}."
+
+
+def tell_unseen(shares: Mapping[Reason, float]) -> str:
+    """Returns a space and the sentence on the cycles without a point of the target, "" when they are few.
+
+    Args:
+        shares: {reason: share of the cycles in which the arm used vision}, where vision tracked several objects.
+    """
+    missing = sum(shares.values())
+    if missing < _WORTH_TELLING:
+        return ""
+    return f" While the arm used vision, there was no point in {missing:.0%} of the cycles; {tell_reasons(shares)}."
 
 
 def _cause(attempt: Mapping[str, Any]) -> str:

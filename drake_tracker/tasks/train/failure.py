@@ -7,10 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.schema import BY_HAND, Phase
+from drake_tracker.grasp.schema import BY_HAND, PROGRAMS, Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, during
+from drake_tracker.tasks.tracks import reason_shares, tell_reasons
 from drake_tracker.tasks.train.cause import main_trouble
 from drake_tracker.tasks.train.closing import clearance, offset_at_touch
+from drake_tracker.tasks.train.episode import sighted
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.trouble import Cause
 
@@ -45,13 +47,16 @@ _PHASE_WAITS_FOR = {
 """What the arm waits for in other phases."""
 
 
-def activity(phase: Phase, gate: Gate) -> str:
-    """Returns the phase and, after a colon, what the arm waits for in it.
+def activity(phase: Phase, gate: Gate, unseen: str = "") -> str:
+    """Returns the phase and, after a colon, why the target is not seen or what the arm waits for in this phase.
 
     Args:
         phase: the phase.
         gate: the gate's verdict.
+        unseen: why there is no point of the target, or "". It is left out while the arm does not use vision.
     """
+    if unseen and not PROGRAMS[phase].blind:
+        return f"{phase.name.lower()}: {unseen}"
     reason = _GATE_WAITS_FOR.get(gate) if phase == Phase.TRACK else _PHASE_WAITS_FOR.get(phase)
     return phase.name.lower() + (f": waiting for {reason}" if reason else "")
 
@@ -111,6 +116,8 @@ def failure_reason(
     else:
         seen = "no cycle" if not valid_fraction else f"{valid_fraction:.0%} of the cycles"
         reason = f"the train was never tracked: vision gave a valid point in {seen}"
+        why = tell_reasons(reason_shares(log, lambda stamps: sighted(spans, stamps)))
+        reason += f"; {why}" if why else ""
     return f"interrupted; until then {reason}" if interrupted else reason
 
 

@@ -26,7 +26,9 @@ from drake_tracker.tasks.style import (
     SOFT_INK,
     TRUTH,
     phase_colour,
+    track_colour,
 )
+from drake_tracker.tasks.tracks import logged_tracks
 from drake_tracker.tasks.train.closing import clearance, last_closing
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted, train_pose
 from drake_tracker.tasks.train.scenario import TrainScenario
@@ -114,6 +116,7 @@ def _draw_map(ax: Axes, scenario: TrainScenario, log: Log, spans: Sequence[Phase
         used = inside(ahead.times) & sighted(spans, ahead.stamps)
         ax.plot(*broken(ahead.times[used], ahead.xy[used, 1], ahead.xy[used, 0]), color=colour, lw=1.4, zorder=5)
     ax.plot(hand[:, 1], hand[:, 0], color=HAND, lw=1.6, zorder=6)
+    _draw_tracks(ax, log, start, end)
     _, close = last_closing(spans)
     if close is not None:
         ((x, y, _, _),) = tool_pose(log, [close.start])
@@ -140,6 +143,36 @@ def _draw_map(ax: Axes, scenario: TrainScenario, log: Log, spans: Sequence[Phase
     ax.set_xlabel("y  [m], to the robot's left", labelpad=2)
     ax.grid(color="#f0f1f3", lw=0.8)
     ax.set_axisbelow(True)
+
+
+def _draw_tracks(ax: Axes, log: Log, start: float, end: float) -> None:
+    """Draws the paths of the objects that vision tracked between two times [s], and their numbers.
+
+    The target is drawn as in every run, and only its number is added. A path is dotted where the object was not seen.
+    """
+    for track in logged_tracks(log):
+        shown = (track.times >= start) & (track.times <= end)
+        if not shown.any():
+            continue
+        target, times, xyz, seen = track.target_share >= 0.5, track.times[shown], track.xyz[shown], track.seen[shown]
+        colour = TRUTH if target else track_colour(track.number)
+        if not target:
+            # Wide and pale, since objects on the same track follow the same path.
+            for used, style, width, alpha in ((seen, "-", 6.0, 0.35), (~seen, ":", 2.0, 1.0)):
+                line = broken(times[used], xyz[used, 1], xyz[used, 0])
+                ax.plot(*line, color=colour, ls=style, lw=width, alpha=alpha, zorder=1)
+            ax.plot(xyz[-1, 1], xyz[-1, 0], "o", ms=6, mfc=colour if seen[-1] else "white", mec=colour, zorder=7)
+        ax.annotate(
+            f"object {track.number}" + (" (target)" if target else ""),
+            (xyz[-1, 1], xyz[-1, 0]),
+            xytext=(8, 8),
+            textcoords="offset points",
+            color=colour,
+            weight="bold",
+            fontsize=9.5,
+            bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 1.0},
+            zorder=8,
+        )
 
 
 _NAMES = (

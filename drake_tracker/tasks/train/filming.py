@@ -9,7 +9,7 @@ import numpy as np
 
 from drake_tracker.core.messages import GraspDiagnosis, predicted_points
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_tracks
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.filming import STEREO_SIDES, Film, Script, Snapshot, View
@@ -88,4 +88,5 @@ def train_film(scenario: TrainScenario, hand_eye: HandEyeDiagram, subtitle: str)
         lag_cycles=scenario.vision.lag_cycles,
         script=TRAIN_SCRIPT,
         image_latency=hand_eye.world.image_latency,
+        several=has_tracks(hand_eye),
     )

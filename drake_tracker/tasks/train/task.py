@@ -17,7 +17,7 @@ from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, during
 from drake_tracker.tasks.filming import Film, Snapshot, View
-from drake_tracker.tasks.task import ReplayParts, Task
+from drake_tracker.tasks.task import MOTION_PICTURE, ReplayParts, Task
 from drake_tracker.tasks.train.diagram import make_train_diagram, train_guard, train_host
 from drake_tracker.tasks.train.episode import phase_spans, sighted
 from drake_tracker.tasks.train.failure import activity
@@ -129,7 +129,7 @@ class TrainTask(Task[TrainScenario]):
 
     def files_of(self, scenario: TrainScenario) -> tuple[str, ...]:
         files = super().files_of(scenario)
-        return tuple(name for name in files if name != "motion.png") if tracks_several(scenario) else files
+        return tuple(name for name in files if name != MOTION_PICTURE) if tracks_several(scenario) else files
 
     def build(self, scenario: TrainScenario, initialisation: None = None) -> HandEyeDiagram:
         return make_train_diagram(scenario)
@@ -139,8 +139,8 @@ class TrainTask(Task[TrainScenario]):
             return "the train was lifted"
         return "the train was thrown off its track" if verdict.derailed else None
 
-    def activity(self, phase: IntEnum, diagnosis: Any) -> str:
-        return activity(Phase(phase), Gate(int(diagnosis.gate)))
+    def activity(self, phase: IntEnum, diagnosis: Any, reason: str = "") -> str:
+        return activity(Phase(phase), Gate(int(diagnosis.gate)), reason)
 
     def summarise(
         self, scenario: TrainScenario, hand_eye: HandEyeDiagram, log: Log, simulated: float, interrupted: bool

@@ -147,3 +147,10 @@ def test_an_impossible_lag_is_rejected_with_the_name_of_its_setting():
 
 def test_a_wrong_estimator_setting_gives_one_line():
     assert "mode" in error_of("estimator=!ArcLength {mode: sideways}")
+
+
+def test_the_operator_can_select_the_target_where_vision_tracks_several_objects():
+    overrides = ["vision.tracker=!Several {target: !Selected {}}"]
+    several, single = (make_diagram(load_scenario("train", overrides=each)) for each in (overrides, []))
+    assert several.GetInputPort("selected").size() == 1 and several.HasInputPort("operator")
+    assert not single.HasInputPort("selected") and single.HasInputPort("operator")

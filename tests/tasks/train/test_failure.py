@@ -7,6 +7,7 @@ from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.failure import GATE_WORDS, activity, failure_reason
+from drake_tracker.vision.target import REASONS, Reason
 
 
 def reason(episode, valid_fraction=1.0, interrupted=False):
@@ -32,6 +33,10 @@ def test_the_progress_line_says_what_the_arm_waits_for():
     assert activity(Phase.LIFT, Gate.NOT_TRACKING) == "lift"
     assert activity(Phase.ACQUIRE, Gate.NOT_TRACKING) == "acquire: waiting for the train to be seen"
     waiting = set(Gate) - {Gate.OPEN, Gate.NOT_TRACKING}
+    covered = REASONS[Reason.OCCLUDED]
+    assert activity(Phase.TRACK, Gate.STALE, covered) == f"track: {covered}"
+    assert activity(Phase.ACQUIRE, Gate.NOT_TRACKING, covered) == f"acquire: {covered}"
+    assert activity(Phase.LIFT, Gate.NOT_TRACKING, covered) == "lift", "vision is not in use"
     assert all(": waiting for " in activity(Phase.TRACK, gate) for gate in waiting)
 
 

@@ -4,12 +4,16 @@ import cv2
 import matplotlib
 import numpy as np
 import pytest
+from several import track, track_points, tracks_signal
 
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.plots import draw_motion_images
+from drake_tracker.tasks.style import bgr, track_colour
 from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.figures import _lap, draw_tracking
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.vision.normal_flow import MotionImages
+from drake_tracker.vision.object_track import TrackState
 
 
 def draw(scenario, log, path):
@@ -57,3 +61,21 @@ def test_motion_images(tmp_path):
     draw_motion_images({"left": images, "right": images}, tmp_path / "motion.png")
     image = cv2.imread(str(tmp_path / "motion.png"))
     assert image.shape[1] == 3000 and image.shape[0] > 1000
+
+
+def test_the_map_shows_the_other_objects_that_were_tracked(scenario, episode, grasp_phases, tmp_path):
+    episode.phases = grasp_phases
+    log = episode.log()
+    before = draw(scenario, log, tmp_path / "before.png")
+
+    def message(k):
+        stamp = VISION_PERIOD * (k + 1)
+        (x, y), state = episode.place(np.array([stamp]))[0], TrackState.NOT_OBSERVED if k > 200 else TrackState.MOVING
+        return track_points(stamp, [track(1, x, y), track(2, x + 0.1, y, state=state)], 1)
+
+    log["tracks"] = tracks_signal(message, 210)
+    after = draw(scenario, log, tmp_path / "after.png")
+    rows, columns = np.nonzero((before != after).any(axis=2))
+    assert len(rows) and columns.max() < 1700, "only the map differs"
+    pink = np.abs(after.astype(int) - bgr(track_colour(2))).max(axis=2) < 12
+    assert np.count_nonzero(pink & (before != after).any(axis=2)) > 300
