@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import cv2
 import numpy as np
-from several import track, track_points
+from track_messages import track, track_points
 
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.live.pace import FRAME_INTERVAL

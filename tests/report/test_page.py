@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from several import track, track_points, tracks_signal
+from track_messages import track, track_points, tracks_signal
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal, save_log

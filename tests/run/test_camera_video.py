@@ -6,7 +6,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
-from several import regions, track, track_points
+from track_messages import regions, track, track_points
 
 from drake_tracker.core.messages import (
     KNOT_COUNT,

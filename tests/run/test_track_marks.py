@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from several import regions, track, track_points
+from track_messages import regions, track, track_points
 
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.track_marks import dashed_ring, draw_track, region_marks, tag, track_marks

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from several import track, track_points, tracks_signal
+from track_messages import track, track_points, tracks_signal
 
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.tracks import (

@@ -4,7 +4,7 @@ import cv2
 import matplotlib
 import numpy as np
 import pytest
-from several import track, track_points, tracks_signal
+from track_messages import track, track_points, tracks_signal
 
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.plots import draw_motion_images
