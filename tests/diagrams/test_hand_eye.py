@@ -8,6 +8,7 @@ from wires import arrows
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.core.messages import ArmCommand, JawState, ToolStatus
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.network.channels import FROM_TRACKER
 from drake_tracker.tasks.train.task import TASK
 
 ARROWS = {
@@ -43,6 +44,8 @@ def test_its_documented_ports_are_its_ports(hand_eye):
 
 def test_every_signal_of_the_log_is_a_port_with_as_many_fields(hand_eye):
     for name, (_, fields) in TASK.signals().items():
+        if name in FROM_TRACKER:  # only with a vision that tracks several objects
+            continue
         assert hand_eye.GetOutputPort(name).size() == len(fields), name
 
 

@@ -59,6 +59,8 @@ def leaks(hand_eye, stand_in=False):
     allowed = measured(hand_eye, stand_in)
     wires = Wires(hand_eye)
     wires.leave_open(hand_eye.arm, "operator")
+    if hand_eye.vision.HasInputPort("selected"):
+        wires.leave_open(hand_eye.vision, "selected")
     subsystems = controller_subsystems(hand_eye)
     if stand_in:  # the vision without the Systems that replace the cameras
         del subsystems["vision"]

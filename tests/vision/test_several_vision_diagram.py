@@ -119,9 +119,9 @@ def test_the_ports_are_those_of_the_docstring(small_laboratory):
 
 def test_ports_that_exist_with_some_settings_only(small_laboratory):
     inputs, _ = ports(SeveralVisionDiagram(small_laboratory.cameras))
-    assert set(inputs) == {"camera_left", "camera_right", "expected"}
+    assert set(inputs) == {"camera_left", "camera_right", "expected", "selected"}
     inputs, _ = ports(SeveralVisionDiagram(small_laboratory.cameras, own_stamps=True))
-    assert set(inputs) == {"camera_left", "camera_right", "frame_left", "frame_right", "expected"}
+    assert set(inputs) == {"camera_left", "camera_right", "frame_left", "frame_right", "expected", "selected"}
 
 
 def test_the_point_lies_where_the_body_was_at_its_stamp(small_laboratory):
