@@ -23,10 +23,10 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.estimation.estimator import Estimator
-from drake_tracker.estimation.estimator_system import EstimatorMemory, make_packet
+from drake_tracker.estimation.estimator_system import EstimatorMemory, make_packet, predict_path
 from drake_tracker.estimation.point_check import refuse_point
 
-_NUMBER, _STATE, _X, _SEEN = (TRACK_FIELDS.index(name) for name in ("number", "state", "x", "seen"))
+_NUMBER, _X, _SEEN = (TRACK_FIELDS.index(name) for name in ("number", "x", "seen"))
 _VELOCITY_STEP = 0.01
 """Time step from which the velocity of a predicted path is taken [s]."""
 
@@ -111,9 +111,9 @@ class EstimatorBankSystem(LeafSystem):
         memory: BankMemory = state.get_abstract_state(0).get_value()
         message = self._tracks.Eval(context)
         header = TrackPoints(message)
-        if not header.valid or not np.isfinite(message).all():
+        if not header.valid or not np.isfinite([header.stamp, header.target]).all():
             return
-        rows = [row for row in message_rows(message, TRACK_FIELDS) if row[_NUMBER] > 0.0]
+        rows = [row for row in message_rows(message, TRACK_FIELDS) if np.isfinite(row[_NUMBER]) and row[_NUMBER] > 0.0]
         members, updated = {}, set()
         for row in rows:
             number = int(row[_NUMBER])
@@ -140,7 +140,12 @@ class EstimatorBankSystem(LeafSystem):
         """Returns the memory of a track's estimator after a message, the same object when there is no new point."""
         p_WQ = row[_X : _X + 3].copy()
         point = TrackPoint(np.array([stamp, *p_WQ, 0.0, 1.0]))
-        if row[_SEEN] < stamp or stamp <= member.stamp or refuse_point(point[:], time, self._period):
+        if (
+            not np.isfinite(row).all()
+            or row[_SEEN] < stamp
+            or stamp <= member.stamp
+            or refuse_point(point[:], time, self._period)
+        ):
             return member
         estimate = self._estimator.update(member.estimate, stamp, p_WQ)
         return replace(member, estimate=estimate, stamp=stamp)
@@ -154,9 +159,7 @@ class EstimatorBankSystem(LeafSystem):
         for slot, number in zip(message_rows(message, EXPECTED_FIELDS), lost):
             estimate = members[number].estimate
             if self._estimator.ready(estimate):
-                path = self._estimator.predict(estimate, np.array([time, time + _VELOCITY_STEP]))
-                (std,) = self._estimator.predict_std(estimate, np.array([time]))
-                if np.isfinite(path).all():
-                    velocity = (path[1, :3] - path[0, :3]) / _VELOCITY_STEP
-                    slot[:] = [number, *path[0, :3], *velocity, std]
+                path, std = predict_path(self._estimator, estimate, np.array([time, time + _VELOCITY_STEP]))
+                velocity = (path[1, :3] - path[0, :3]) / _VELOCITY_STEP
+                slot[:] = [number, *path[0, :3], *velocity, std[0]]
         return message

@@ -140,13 +140,26 @@ def make_packet(estimator: Estimator[Any], estimate: EstimatorState, seq: int) -
 
     Raises DrakeTrackerError when the estimator predicts something that is not finite, or of another shape.
     """
-    times = estimate.stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
-    path = _evaluate(estimator, "predict", estimate, times, 4)
-    knots = np.column_stack([path, _evaluate(estimator, "predict_std", estimate, times)])
+    knots = np.column_stack(predict_path(estimator, estimate, estimate.stamp + KNOT_SPACING * np.arange(KNOT_COUNT)))
     packet = pack_prediction(estimate.stamp, seq, knots)
     speed = np.linalg.norm(knots[1, :3] - knots[0, :3]) / KNOT_SPACING
     filtered = np.concatenate([[estimate.stamp], knots[0, :4], [speed, 1.0]])
     return read_only(packet), read_only(filtered)
+
+
+def predict_path(
+    estimator: Estimator[Any], estimate: EstimatorState, times: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the predicted path (n, 4) [m, rad] and its standard deviation (n,) [m] at times (n,) [s].
+
+    Args:
+        estimator: the estimator.
+        estimate: its state, which is ready.
+        times: absolute times [s].
+
+    Raises DrakeTrackerError when the estimator predicts something that is not finite, or of another shape.
+    """
+    return _evaluate(estimator, "predict", estimate, times, 4), _evaluate(estimator, "predict_std", estimate, times)
 
 
 def _evaluate(

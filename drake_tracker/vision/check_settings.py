@@ -13,13 +13,15 @@ _NOUNS = {int: "a whole number", float: "a number", bool: "true or false", str: 
 def check_settings(settings: Any, owner: str) -> None:
     """Raises DrakeTrackerError when a value of a settings dataclass is not one that its `setting` allows.
 
+    Nested settings are checked where their own part is constructed, and tuples by the part that reads them.
+
     Args:
         settings: instance of a dataclass made of `setting` fields.
         owner: what the settings belong to, for messages: "normal flow".
     """
     for field in settings_of(settings):
         value, kinds = getattr(settings, field.name), kinds_of(field.type)
-        if value is None and type(None) in kinds:
+        if (value is None and type(None) in kinds) or kinds[0] not in _NOUNS:
             continue
         if not _fits(value, kinds[0], field.metadata):
             raise DrakeTrackerError(

@@ -33,12 +33,14 @@ class _Memory(FrozenState):
         alignment: with the background, of the images of a camera that moves.
         unusable: number of images in a row that could not be used.
         line: the newest results, oldest first; None stands for a cycle without a new image.
+        newest: the newest result, None before the first one.
     """
 
     background: Background | None
     alignment: Alignment
     unusable: int
     line: tuple[Foreground | None, ...]
+    newest: Foreground | None = None
 
 
 class ForegroundSystem(LeafSystem):
@@ -122,7 +124,9 @@ class ForegroundSystem(LeafSystem):
             stamp = time if frame is None else float(frame.stamp)
             memory, found = self._segmented(memory, image, hidden, stamp)
         line = (*memory.line, found)[-self._length :]
-        state.get_mutable_abstract_state(self._memory).set_value(replace(memory, line=line))
+        state.get_mutable_abstract_state(self._memory).set_value(
+            replace(memory, line=line, newest=found or memory.newest)
+        )
 
     def _segmented(
         self, memory: _Memory, image: np.ndarray, hidden: np.ndarray | None, stamp: float
@@ -176,8 +180,8 @@ class ForegroundSystem(LeafSystem):
         output.set_value(line[0] if len(line) == self._length else None)
 
     def _calc_motion_energy(self, context: Context, output: AbstractValue) -> None:
-        line = [each for each in self._line(context) if each is not None]
-        if line:
-            output.set_value(MotionEnergy(line[-1].stamp, line[-1].mask, self._image_offset))
-        else:
+        newest = context.get_abstract_state(self._memory).get_value().newest
+        if newest is None:
             output.set_value(MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset))
+        else:
+            output.set_value(MotionEnergy(newest.stamp, newest.mask, self._image_offset))

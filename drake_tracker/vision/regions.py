@@ -1,7 +1,7 @@
 """From the silhouettes in one image to regions, one for each object: centroids, extents and their uncertainty.
 
-A region that shows several objects is divided among the windows in which these objects are expected: each of its pixels
-goes to the nearest one. A region in no window belongs to a new object.
+A silhouette that shows several objects is divided among the windows in which these objects are expected (`divide`). A
+region in no window belongs to a new object.
 """
 
 from collections.abc import Mapping, Sequence
@@ -252,7 +252,7 @@ def _is_covered(
         return False
     if window is not None:
         return covered_share(foreground.hidden, np.array(foreground.image_offset), window) > COVERED
-    return cv2.countNonZero(cv2.bitwise_and(cv2.dilate(pixels, BESIDE), foreground.hidden[box])) > 0
+    return cv2.countNonZero(cv2.bitwise_and(pixels, cv2.dilate(foreground.hidden, BESIDE)[box])) > 0
 
 
 class Part(NamedTuple):

@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.vision.check_settings import check_settings
 from drake_tracker.vision.config import Coloured, Inside, Largest, Nearest, Selected
 from drake_tracker.vision.object_track import ObjectTrack, TrackState
+from drake_tracker.vision.window import check_box
 
 COLOURLESS = 0.15
 """Saturation below which a colour has no hue."""
@@ -40,6 +42,21 @@ REASONS = {
     Reason.NOT_SELECTED: "the operator has selected no object",
 }
 """{reason: the same in words}."""
+
+
+def check_target(settings: Any) -> None:
+    """Raises DrakeTrackerError when settings of the choice of a target cannot be used.
+
+    Args:
+        settings: `First`, `Largest`, `Nearest`, `Inside`, `Coloured` or `Selected`.
+    """
+    check_settings(settings, "target")
+    if isinstance(settings, Coloured):
+        parse_colour(settings.colour)
+    elif isinstance(settings, Inside):
+        check_box(settings.box)
+    elif isinstance(settings, Nearest) and not (np.shape(settings.point) == (3,) and np.isfinite(settings.point).all()):
+        raise DrakeTrackerError(f"target: point is {settings.point!r}; it must be x, y, z in W [m]")
 
 
 def choose_target(settings: Any, tracks: Sequence[ObjectTrack], current: int, selected: int = 0) -> int:

@@ -17,6 +17,7 @@ from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import REGION_SLOTS, TRACK_SLOTS
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.camera_motion import Verdict
+from drake_tracker.vision.check_settings import check_settings
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_shape import ObjectShape, outline_area
@@ -89,7 +90,7 @@ class Tracker:
         margin: by which an object may lie outside the work volume [m].
         max_gap: largest distance between the two rays of one object [m].
 
-    Raises DrakeTrackerError when the work volume is not a box.
+    Raises DrakeTrackerError when the work volume is not a box, or a setting is outside its range.
     """
 
     def __init__(
@@ -101,6 +102,7 @@ class Tracker:
         margin: float = 0.05,
         max_gap: float = 0.03,
     ) -> None:
+        check_settings(settings, "tracker")
         self.settings = settings
         self._cameras = (cameras[0], cameras[1])
         self._max_gap = max_gap
@@ -130,11 +132,13 @@ class Tracker:
         tracks = [self._predict(track, stamp, expected.get(track.number)) for track in state.tracks]
         cameras = tuple((each.camera, each.displacement) for each in foregrounds)
         if not all(each.usable for each in foregrounds):
+            tracks = [replace(track, state=TrackState.NOT_OBSERVED, misses=track.misses + 1) for track in tracks]
             return replace(
                 state,
                 stamp=stamp,
                 tracks=self._cleaned(tracks, foregrounds),
                 regions=((), ()),
+                overflow=0,
                 usable=False,
                 cameras=cameras,
             )
@@ -150,7 +154,8 @@ class Tracker:
         tracks, apart = self._come_apart(tracks, found)
         tracks += apart or self._begin(stamp, found)
         tracks, next_number = self._confirm(self._cleaned(tracks, foregrounds), state.next_number)
-        overflow = sum(max(len(regions) - REGION_SLOTS, 0) for regions in found)
+        overflow = sum(max(len(regions) - REGION_SLOTS, 0) for regions in found) + max(len(tracks) - TRACK_SLOTS, 0)
+        tracks = tracks[:TRACK_SLOTS]
         return TrackerState(
             stamp, tuple(tracks), next_number, (tuple(found[0]), tuple(found[1])), overflow, True, cameras
         )
@@ -383,7 +388,8 @@ class Tracker:
         measurement = Measurement(p_WQ, np.diag([ROUGH_STD**2, ROUGH_STD**2, HEIGHT_STD**2]), 0.0, 1.0)
         shape = ObjectShape.guess(projection_jacobian(camera, p_WQ)[None], np.array([region.extents]))
         begun = new_track(track.stamp, measurement, shape.turned(track.mean[3:]), region.colour)
-        return begun.with_velocity(track.mean[3:] * [1.0, 1.0, 0.0], ROUGH_SPEED_STD)
+        begun = begun.with_velocity(track.mean[3:] * [1.0, 1.0, 0.0], ROUGH_SPEED_STD)
+        return replace(begun, measurement=None)  # too rough for a point
 
     def _cleaned(self, tracks: Sequence[ObjectTrack], foregrounds: Sequence[Foreground]) -> tuple[ObjectTrack, ...]:
         """Returns the tracks without those that ended: not seen for long, or the second track of one object."""
@@ -398,10 +404,15 @@ class Tracker:
             if any(self._same_object(track, other) for other in kept):
                 continue
             kept.append(track)
-        return tuple(kept[:TRACK_SLOTS])
+        return tuple(kept)
 
     def _same_object(self, track: ObjectTrack, other: ObjectTrack) -> bool:
-        """Returns whether two tracks lie on one object, in both images."""
+        """Returns whether two tracks lie on one object, in both images.
+
+        Tracks of objects whose sizes are well known were apart for long: they pass each other.
+        """
+        if track.shape.settled and other.shape.settled:
+            return False
         for camera in self._cameras:
             one, two = camera.project([track.position, other.position])
             J = projection_jacobian(camera, other.position)

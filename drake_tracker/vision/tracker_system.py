@@ -27,7 +27,7 @@ from drake_tracker.vision.config import Selected
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_track import ObjectTrack
 from drake_tracker.vision.regions import Region
-from drake_tracker.vision.target import choose_target, reason_of
+from drake_tracker.vision.target import check_target, choose_target, reason_of
 from drake_tracker.vision.tracker import Tracker, TrackerState
 
 SIDES = ("left", "right")
@@ -95,6 +95,7 @@ class TrackerSystem(LeafSystem):
         stamp_tolerance: float = 1e-9,
     ) -> None:
         super().__init__()
+        check_target(target)
         self._tracker, self._target = tracker, target
         self._stamp_tolerance = stamp_tolerance
         self._foregrounds = [

@@ -273,3 +273,11 @@ def test_a_cloned_context_goes_on_in_the_same_way():
     runner.follow(20, both)
     for name in ("prediction", "filtered", "expected"):
         np.testing.assert_array_equal(runner.output(name), other.output(name))
+
+
+def test_a_bad_row_does_not_stop_the_estimators_of_other_tracks():
+    runner = bank()
+    runner.follow(LAG_CYCLES + READY, lambda cycle: {1: circle(cycle), 2: line(cycle)})
+    seq = runner.packet().seq
+    runner.follow(3, lambda cycle: {1: circle(cycle), 2: np.array([np.nan, 0.0, 0.485])})
+    assert runner.packet().seq == seq + 3

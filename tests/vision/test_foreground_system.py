@@ -197,3 +197,9 @@ def test_a_cloned_context_goes_on_in_the_same_way():
 def test_a_negative_delay_is_refused():
     with pytest.raises(DrakeTrackerError, match="delay_cycles is -1"):
         ForegroundSystem(BackgroundModel(), delay_cycles=-1)
+
+
+def test_the_picture_stays_while_images_are_dropped():
+    energy = Laboratory(own_stamps=True).after(DROPPED, "motion_energy")
+    assert energy.mask.shape == (HEIGHT, WIDTH)
+    assert energy.stamp > 0.2

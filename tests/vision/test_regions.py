@@ -281,3 +281,8 @@ def test_a_thin_line_has_a_centre():
     line[50, 20:60] = 255
     (region,) = find_regions(foreground(line))
     assert centre_of(region) == pytest.approx((39.5 + OFFSET[0], 50.0 + OFFSET[1]))
+
+
+def test_a_new_region_that_ends_at_the_arm_is_covered():
+    (region,) = find_regions(foreground(drawn((90.0, 60.0), BIG), hidden=arm_from(100)))
+    assert region.covered

@@ -2,6 +2,7 @@ import re
 
 import numpy as np
 import pytest
+from cuboids import CAMERAS
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
@@ -11,6 +12,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import JawState, Regions, TrackPoint, TrackPoints, message_size
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
 from drake_tracker.vision.arm_silhouette import ArmSilhouette
+from drake_tracker.vision.config import Coloured, Inside, Nearest, Several
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
 
 SIDES = ("left", "right")
@@ -197,3 +199,22 @@ def test_the_picture_shows_the_newest_silhouettes(small_laboratory):
 def test_a_lag_shorter_than_the_latency_is_refused(small_laboratory):
     with pytest.raises(DrakeTrackerError, match="a lag of 5 cycles is shorter than the latency"):
         SeveralVisionDiagram(small_laboratory.cameras, lag_cycles=5, image_latency=6)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        Several(min_pixels=0),
+        Several(confirm_after=0),
+        Several(coast_time=-1.0),
+        Several(largest_std=0.0),
+        Several(target=Coloured("gold")),
+        Several(target=Coloured("#d0b040", tolerance=-5.0)),
+        Several(target=Inside(((0.7, 0.2, 0.6), (0.4, -0.2, 0.4)))),
+        Several(target=Nearest((0.5, 0.0))),
+    ],
+    ids=str,
+)
+def test_a_wrong_setting_is_refused_when_the_diagram_is_built(settings):
+    with pytest.raises(DrakeTrackerError):
+        SeveralVisionDiagram({"left": CAMERAS[0], "right": CAMERAS[1]}, settings)

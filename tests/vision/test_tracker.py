@@ -399,3 +399,15 @@ def test_the_jacobian_is_that_of_the_projection():
             [(camera.project(p_WQ + step * e)[0] - camera.project(p_WQ - step * e)[0]) / (2 * step) for e in np.eye(3)]
         )
         np.testing.assert_allclose(J, numeric, rtol=1e-3, atol=0.2)
+
+
+def test_an_object_is_not_observed_while_images_cannot_be_used():
+    run = Run(Stage([(Cuboid(), on_oval())])).watch(1.5, usable=lambda time: time < 1.0)
+    assert run.tracks[1].state == TrackState.NOT_OBSERVED
+
+
+def test_tracks_that_find_no_slot_are_counted():
+    places = [(0.40 + 0.085 * (k % 4), -0.22 + 0.2 * (k // 4)) for k in range(12)]
+    run = Run(Stage([(Cuboid((0.03, 0.03, 0.03)), on_line(place, (0.0, 0.1))) for place in places])).watch(0.6)
+    assert len(run.tracks) == 8
+    assert run.state.overflow == 4
