@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
-from drake_tracker.diagrams.hand_eye import inputs, outputs
+from drake_tracker.diagrams.hand_eye import SELECTED, inputs, outputs
 
 UNLOGGED = ("motion", "accepted", "held_packet", "expected")
 """First parts of the names of outputs that are not logged."""
@@ -66,6 +66,8 @@ class ReplayDiagram(Diagram):
         for system in systems:
             for port in inputs(system):
                 name = port.get_name()
+                if name == SELECTED:  # no operator takes part in a replay
+                    continue
                 builder.Connect(ports[packets[system] if name == "packet" else name], port)
             for port in outputs(system):
                 if not port.get_name().startswith(UNLOGGED):
