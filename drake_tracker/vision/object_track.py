@@ -64,6 +64,7 @@ class ObjectTrack(FrozenState):
         shape: its size.
         height: z_W of its centroid as seen by both cameras, without other objects in the way [m].
         colour: red, green, blue [grey levels].
+        merged: newest stamp at which another object shared its silhouette, or it was seen in one image only [s].
         measurement: the measurement of this stamp, or None.
         places: number of its region in the left and in the right image of this stamp, -1 without one.
     """
@@ -79,6 +80,7 @@ class ObjectTrack(FrozenState):
     shape: ObjectShape
     height: float
     colour: tuple[float, float, float]
+    merged: float = -np.inf
     measurement: Measurement | None = None
     places: tuple[int, int] = (-1, -1)
 
@@ -137,6 +139,12 @@ class ObjectTrack(FrozenState):
         covariance[3:] = covariance[:, 3:] = 0.0
         covariance[[3, 4, 5], [3, 4, 5]] = std**2
         return replace(self, mean=read_only(mean), covariance=read_only(covariance))
+
+    def as_object_of(self, other: "ObjectTrack") -> "ObjectTrack":
+        """Returns the track with its place and motion, and with the identity and the look of another one's object."""
+        return replace(
+            self, number=other.number, shape=other.shape, height=other.height, colour=other.colour, hits=other.hits
+        )
 
     def distance_squared(self, measurement: Measurement) -> float:
         """Returns the squared Mahalanobis distance of a measurement from the prediction."""

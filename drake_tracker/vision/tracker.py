@@ -49,6 +49,10 @@ OUTSIDE = 1e6
 """Cost of an assignment that is not allowed."""
 HEIGHT_STD = 0.004
 """Standard deviation of the height of an object that moves on a surface [m]."""
+RECENTLY, NEARBY = 1.0, 0.3
+"""Time since two objects were merged [s], and distance between them [m], up to which their identities are checked."""
+CLEAR_COLOUR = 60.0
+"""By how much the colours of two objects must fit better to the identities exchanged [grey levels, all channels]."""
 SHORT_COAST = 0.1
 """Time without a measurement [s] after which the estimator's prediction, if there is one, replaces the filter's."""
 
@@ -151,7 +155,7 @@ class Tracker:
             self._observe(track, (places[0][k], places[1][k]), found, foregrounds, (windows[0][k], windows[1][k]))
             for k, track in enumerate(tracks)
         ]
-        tracks, apart = self._come_apart(tracks, found)
+        tracks, apart = self._come_apart(self._recognised(tracks, found), found)
         tracks += apart or self._begin(stamp, found)
         tracks, next_number = self._confirm(self._cleaned(tracks, foregrounds), state.next_number)
         overflow = sum(max(len(regions) - REGION_SLOTS, 0) for regions in found) + max(len(tracks) - TRACK_SLOTS, 0)
@@ -296,11 +300,12 @@ class Tracker:
     def _learn_look(self, track: ObjectTrack, regions: Sequence[Region | None], p_WQ: np.ndarray) -> ObjectTrack:
         """Returns the track with the extents and colour of its regions, unless other objects cover a part of them."""
         weight = max(COLOUR_WEIGHT, 1.0 / track.hits)
-        seen = next(region for region in regions if region is not None)
-        red, green, blue = (old + weight * (new - old) for old, new in zip(track.colour, seen.colour))
-        height = track.height
-        if not any(region is None or region.shared for region in regions):
+        (red, green, blue), height, merged = track.colour, track.height, track.merged
+        if any(region is None or region.shared for region in regions):
+            merged = track.stamp
+        elif regions[0] is not None:
             height += weight * (p_WQ[2] - height)
+            red, green, blue = (old + weight * (new - old) for old, new in zip(track.colour, regions[0].colour))
         shape = track.shape.turned(track.mean[3:])
         views = [
             (projection_jacobian(camera, track.position), region)
@@ -313,7 +318,28 @@ class Tracker:
                 np.array([region.extents for _, region in views]),
                 np.array([region.pixels for _, region in views]),
             )
-        return replace(track, shape=shape, height=float(height), colour=(red, green, blue))
+        return replace(track, shape=shape, height=float(height), colour=(red, green, blue), merged=merged)
+
+    def _recognised(self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
+        """Returns the tracks, with the identities of two exchanged whose colours say so when they have just separated.
+
+        While the silhouettes of two objects are merged in both images, positions do not always tell which is which.
+        """
+        tracks = list(tracks)
+        alone = [k for k, track in enumerate(tracks) if track.number and _is_alone(track, found)]
+        for i in alone:
+            for j in alone:
+                one, other = tracks[i], tracks[j]
+                recent = one.stamp - max(one.merged, other.merged) < RECENTLY
+                near = float(np.linalg.norm(one.position - other.position)) < NEARBY
+                if i < j and recent and near:
+                    colours = [np.array(found[0][track.places[0]].colour) for track in (one, other)]
+                    known = [np.array(track.colour) for track in (one, other)]
+                    same = sum(np.abs(a - b).sum() for a, b in zip(colours, known))
+                    exchanged = sum(np.abs(a - b).sum() for a, b in zip(colours, reversed(known)))
+                    if exchanged + CLEAR_COLOUR < same:
+                        tracks[i], tracks[j] = one.as_object_of(other), other.as_object_of(one)
+        return tracks
 
     def _begin(self, stamp: float, found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
         """Returns new tracks of moving regions that no track has, paired so that their rays pass each other closest."""
@@ -440,6 +466,11 @@ class Tracker:
 
     def _height_error(self, p_WQ: np.ndarray) -> float:
         return 0.0 if self._height is None else abs(float(p_WQ[2]) - self._height)
+
+
+def _is_alone(track: ObjectTrack, found: Sequence[Sequence[Region]]) -> bool:
+    """Returns whether a track is measured in both images with silhouettes that show its object only."""
+    return min(track.places) >= 0 and not any(found[side][place].shared for side, place in enumerate(track.places))
 
 
 def unseen_state(foregrounds: Sequence[Foreground], windows: Sequence[ObjectWindow]) -> TrackState:

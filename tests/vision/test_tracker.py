@@ -411,3 +411,12 @@ def test_tracks_that_find_no_slot_are_counted():
     run = Run(Stage([(Cuboid((0.03, 0.03, 0.03)), on_line(place, (0.0, 0.1))) for place in places])).watch(0.6)
     assert len(run.tracks) == 8
     assert run.state.overflow == 4
+
+
+@pytest.mark.parametrize(("scale", "phase"), [(0.5, 0.35), (0.6, 0.1), (0.68, 0.85)])
+def test_objects_of_two_colours_keep_their_numbers_although_they_merge_in_both_images(scale, phase):
+    objects = [(Cuboid(), on_oval(start=0.1)), (Cuboid(colour=BLUE), on_oval(-0.2, start=phase, scale=scale))]
+    run = Run(Stage(objects)).watch(4.2)
+    names = run.identities(until=1.2)
+    assert all(len(each) == 1 for each in names.values()) and names[0] != names[1]
+    assert run.identities(since=3.8) == names
