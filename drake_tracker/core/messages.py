@@ -31,8 +31,7 @@ REGION_SLOTS = 16
 """Regions of one image that a message holds."""
 REGION_FIELDS = ("u", "v", "pixels", "width", "height", "var_u", "var_v", "moving", "share", "track")
 """Fields of a region: centroid [px, full frame], number of pixels, extents [px], variances of the centroid [px^2],
-share of
-its pixels that move, visible share of the object, number of its track (0: none, -1: not yet confirmed)."""
+share of its pixels that move, visible share of the object, number of its track (0: none, -1: not yet confirmed)."""
 Regions = namedview(
     "Regions",
     ["stamp", "count", "usable", "camera", "displacement"]
@@ -69,8 +68,7 @@ TrackPoints = namedview(
 
 EXPECTED_FIELDS = ("number", "x", "y", "z", "vx", "vy", "vz", "std")
 """Fields of an expectation: identity of the track (0: empty slot); position [m], velocity [m/s] and standard deviation
-of
-the position [m] in W."""
+of the position [m] in W."""
 TrackPredictions = namedview(
     "TrackPredictions", ["time"] + [f"{field}{k}" for k in range(TRACK_SLOTS) for field in EXPECTED_FIELDS]
 )

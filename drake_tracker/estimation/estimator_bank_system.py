@@ -66,14 +66,12 @@ class EstimatorBankSystem(LeafSystem):
         - expected
 
     - ``tracks``: a `TrackPoints` vector, read at each update. The estimator of a track is updated with its position
-    where
-      the object was seen at the stamp of the message, also if it stands. It is dropped with its track.
+      where the object was seen at the stamp of the message, also if it stands. It is dropped with its track.
     - ``prediction`` and ``filtered``: as those of `EstimatorSystem`, for the target. When another track becomes the
       target, the next packet is one of that track. The number of packets so far goes on counting; ``seq`` is this
       number plus `TARGET_STRIDE` times the number of the track, so that the arm knows which object a packet is about.
     - ``expected``: a `TrackPredictions` vector for vision, with the tracks that were not seen at the newest stamp and
-    whose
-      estimators are ready.
+      whose estimators are ready.
 
     The System is updated every ``period``, after ``offset``. All outputs depend on the state alone.
 

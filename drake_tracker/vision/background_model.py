@@ -18,8 +18,7 @@ from drake_tracker.vision.light_gain import light_gain
 
 GHOST_EDGE_RATIO = 1.3
 """A region that stands still is a ghost, a place that an object has left, when the edges along its outline are this
-many
-times as strong in the background as in the image."""
+many times as strong in the background as in the image."""
 LEARNING_PERIOD = 4
 """Images from one that is learned from to the next, once the background is known."""
 NARROW_AFTER = 60
@@ -31,8 +30,7 @@ QUIET_IMAGES = 12
 """Images without motion after which a pixel counts as still."""
 MOTION_SHARE = 0.6
 """Least threshold for motion between two images, as a share of that for the difference from the background: stray
-pixels
-that move do no harm."""
+pixels that move do no harm."""
 MOTION_NOISE = 1.2
 """Noise of the difference of two images as a share of that of the difference from the background."""
 NOISE_OF_MEDIAN = 0.8
@@ -86,9 +84,8 @@ class BackgroundModel:
     """Learns the background of a camera's images, and segments what stands out from it.
 
     A pixel is foreground when one of its channels differs from the background by more than a threshold, which follows
-    the
-    noise of the images. Pixels that are darker than the background but of the same colour are shadow, provided that the
-    region has other pixels as well: a dark object has none. All state is with the caller.
+    the noise of the images. Pixels that are darker than the background but of the same colour are shadow, provided that
+    the region has other pixels as well: a dark object has none. All state is with the caller.
 
     Args:
         settings: `Silhouettes`.

@@ -59,9 +59,8 @@ class ForegroundSystem(LeafSystem):
 
     ``color_image`` is an `ImageRgba8U`, read every ``period`` at offset 0 in an unrestricted update. ``hidden`` is the
     silhouette of the robot's own arm in this image, a uint8 array of the image's shape or None; it may stay
-    unconnected.
-    ``foreground`` is the `Foreground` of the newest image, and ``delayed`` that of some cycles ago, each None while
-    there is none. ``motion_energy`` is the newest silhouette as a `MotionEnergy`, for pictures.
+    unconnected. ``foreground`` is the `Foreground` of the newest image, and ``delayed`` that of some cycles ago, each
+    None while there is none. ``motion_energy`` is the newest silhouette as a `MotionEnergy`, for pictures.
 
     With ``own_stamps`` there is the input ``frame``, a `FrameInfo`: in a cycle without a fresh image there is no
     result.

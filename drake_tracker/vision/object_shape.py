@@ -1,9 +1,8 @@
 """The size of a tracked object: a box that is learned from the extents of its silhouettes.
 
 The box stands upright and points along the object's path. Its silhouette in any image follows from length, width and
-height,
-and is linear in them: the extent of a projected box along an image direction is the sum of the extents of its three
-edges. Two cameras measure four extents per pair of images, which determines the box by least squares.
+height, and is linear in them: the extent of a projected box along an image direction is the sum of the extents of its
+three edges. Two cameras measure four extents per pair of images, which determines the box by least squares.
 """
 
 from dataclasses import dataclass, replace

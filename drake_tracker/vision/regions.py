@@ -40,9 +40,8 @@ LEAST_DISTANCE = 0.5
 END_QUANTILE = 0.004
 """Share of the pixels of a silhouette that may lie beyond its end."""
 SHAPE_ERROR = 0.03
-"""Standard deviation of a silhouette's centroid as a fraction of its extent: which part of an object is visible
-depends on
-its heading."""
+"""Standard deviation of a silhouette's centroid as a fraction of its extent: which part of an object is visible depends
+on its heading."""
 SHARED_ERROR = 0.07
 """The same for an object whose silhouette is merged with that of another one."""
 MISSING_ERROR = 0.4

@@ -49,9 +49,8 @@ class SeveralVisionDiagram(Diagram):
 
     ``camera_*`` are `ImageRgba8U`, read every ``period`` at offset 0. ``expected`` is a `TrackPredictions` vector of
     the host. ``arm_state`` and ``jaws``, which exist with ``arm`` only, are the joints (q, v) [rad, rad/s] and a
-    `JawState` at
-    the same instants. ``selected`` is the number of the track that the operator selected, and may stay unconnected.
-    The outputs are those of the `TrackerSystem`, ``lag_cycles`` after the capture of the images, and
+    `JawState` at the same instants. ``selected`` is the number of the track that the operator selected, and may stay
+    unconnected. The outputs are those of the `TrackerSystem`, ``lag_cycles`` after the capture of the images, and
     ``motion_*``, the silhouettes of the newest images as `MotionEnergy`. With ``own_stamps`` there are the inputs
     ``frame_left`` and ``frame_right`` too, a `FrameInfo` vector each.
 

@@ -1,9 +1,8 @@
 """Tracks several objects: associates the regions of two images with tracks, and keeps the tracks.
 
 Per pair of images: each track predicts windows in both images; regions are found with them (`regions.find_regions`);
-the
-regions of each image are assigned to the tracks, the nearest globally; two regions of a track that agree epipolarly are
-triangulated. Pairs of moving regions that no track explains begin new tracks.
+the regions of each image are assigned to the tracks, the nearest globally; two regions of a track that agree epipolarly
+are triangulated. Pairs of moving regions that no track explains begin new tracks.
 """
 
 from collections.abc import Mapping, Sequence

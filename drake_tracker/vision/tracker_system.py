@@ -72,10 +72,9 @@ class TrackerSystem(LeafSystem):
     one is selected. Unconnected: nothing is selected.
 
     ``point`` is a `TrackPoint` of the target in W [m], invalid when the target is not seen. ``tracks`` is a
-    `TrackPoints`
-    vector of all confirmed tracks; its ``reason`` says why the point is invalid. ``regions_*`` is a `Regions` vector
-    [px]
-    of the images, and ``centroid_*`` a `Centroid` of the target in them. All are zeros before the first pair of images.
+    `TrackPoints` vector of all confirmed tracks; its ``reason`` says why the point is invalid. ``regions_*`` is a
+    `Regions` vector [px] of the images, and ``centroid_*`` a `Centroid` of the target in them. All are zeros before the
+    first pair of images.
 
     Args:
         tracker: the `Tracker`.
