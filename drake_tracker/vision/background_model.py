@@ -159,8 +159,7 @@ class BackgroundModel:
         return (self._learn(state, image, picture, difference, gain, hidden) if learning else state), True
 
     def _gain(self, state: Background, image: np.ndarray) -> float | None:
-        """Returns the factor by which the still scene is brighter than in the background, None when it is not the
-        same."""
+        """Returns the brightness of the still scene as a share of the background's, None when the light has changed."""
         still = cv2.subtract(state.known[::LEVEL_ROWS], state.mask[::LEVEL_ROWS])
         if not cv2.countNonZero(still):
             return 1.0
@@ -168,8 +167,7 @@ class BackgroundModel:
         return light_gain(before, now)
 
     def _find_motion(self, state: Background, image: np.ndarray, light: float, threshold: float) -> Background:
-        """Returns the state with the pixels that changed since the reference image, and the regions that they
-        enclose."""
+        """Returns the state with the pixels that changed since the reference image, and what they enclose."""
         reference, gain = state.reference, light / state.light
         if abs(gain - 1.0) >= SAME_LIGHT:
             reference = cv2.convertScaleAbs(reference, alpha=gain)
@@ -246,8 +244,7 @@ class BackgroundModel:
     def _without_shadows(
         self, mask: np.ndarray, known: np.ndarray, image: np.ndarray, picture: np.ndarray
     ) -> np.ndarray:
-        """Returns the silhouettes without cast shadows: pixels that are darker than the background, of the same
-        colour."""
+        """Returns the silhouettes without shadows: pixels that are darker than the background, of the same colour."""
         settings = self.settings
         u0, v0, width, height = cv2.boundingRect(mask)
         if width == 0:

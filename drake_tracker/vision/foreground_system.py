@@ -14,14 +14,14 @@ from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import FrameInfo, message_size
 from drake_tracker.core.timing import VISION_PERIOD, capture_time
 from drake_tracker.vision.background_model import Background, BackgroundModel
-from drake_tracker.vision.camera_motion import Verdict
+from drake_tracker.vision.camera_motion import Reason, Verdict
 from drake_tracker.vision.config import CameraMotion
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.image_alignment import AlignedImage, Alignment, ImageAlignment
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
 
-MOST_UNUSABLE = 60
-"""Images in a row that cannot be used, after which the background is learned anew."""
+LONGEST_DARK = 60
+"""Images in a row in another light, after which the background is learned anew."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,14 +31,14 @@ class _Memory(FrozenState):
     Attributes:
         background: of the model, None before the first image.
         alignment: with the background, of the images of a camera that moves.
-        unusable: number of images in a row that could not be used.
+        dark: number of images in a row that could not be used because the light has changed.
         line: the newest results, oldest first; None stands for a cycle without a new image.
         newest: the newest result, None before the first one.
     """
 
     background: Background | None
     alignment: Alignment
-    unusable: int
+    dark: int
     line: tuple[Foreground | None, ...]
     newest: Foreground | None = None
 
@@ -140,17 +140,19 @@ class ForegroundSystem(LeafSystem):
         """
         background, alignment = memory.background, memory.alignment
         seen = AlignedImage(image, None, None, Verdict.STILL, 0.0)
-        usable = True
-        if background is None or memory.unusable > MOST_UNUSABLE:
-            # Nothing is known of this scene, or what is known no longer helps.
+        usable, other_light = True, False
+        if background is None or memory.dark > LONGEST_DARK:
+            # Nothing is known of the scene in this light. A scene that is another for a different reason is never
+            # learned: the camera may have been moved, and its calibration be wrong.
             background, alignment = self._model.start(image), self._alignment.start()
         else:
             alignment, seen = self._alignment.update(alignment, background, image, hidden)
             if seen.missing is not None:
                 hidden = read_only(seen.missing if hidden is None else cv2.bitwise_or(hidden, seen.missing))
-            usable = seen.verdict is not Verdict.UNUSABLE
+            usable, other_light = seen.verdict is not Verdict.UNUSABLE, seen.reason is Reason.LIGHT
             if usable:
                 background, usable = self._model.update(background, seen.image, hidden, seen.tolerance)
+                other_light = not usable
         found = Foreground(
             stamp,
             seen.image,
@@ -162,9 +164,8 @@ class ForegroundSystem(LeafSystem):
             seen.verdict,
             seen.displacement,
         )
-        return replace(
-            memory, background=background, alignment=alignment, unusable=0 if usable else memory.unusable + 1
-        ), found
+        dark = memory.dark + 1 if other_light else 0
+        return replace(memory, background=background, alignment=alignment, dark=dark), found
 
     def _line(self, context: Context) -> tuple[Foreground | None, ...]:
         line: tuple[Foreground | None, ...] = context.get_abstract_state(self._memory).get_value().line

@@ -12,7 +12,14 @@ import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.background_model import Background
-from drake_tracker.vision.camera_motion import CameraMotionDetector, CameraMotionState, Verdict, align, edge_tolerance
+from drake_tracker.vision.camera_motion import (
+    CameraMotionDetector,
+    CameraMotionState,
+    Reason,
+    Verdict,
+    align,
+    edge_tolerance,
+)
 from drake_tracker.vision.camera_motion_reference import CameraReference
 from drake_tracker.vision.config import CameraMotion
 
@@ -55,6 +62,7 @@ class AlignedImage(NamedTuple):
         tolerance: uint8 (h, w), difference from the background that is left by the alignment [grey levels], or None.
         verdict: whether the camera moved.
         displacement: by how much [px].
+        reason: why it is unusable.
     """
 
     image: np.ndarray
@@ -62,6 +70,7 @@ class AlignedImage(NamedTuple):
     tolerance: np.ndarray | None
     verdict: Verdict
     displacement: float
+    reason: Reason = Reason.NONE
 
 
 class ImageAlignment:
@@ -105,7 +114,7 @@ class ImageAlignment:
         )
         state = replace(state, motion=motion)
         if found.verdict in (Verdict.STILL, Verdict.UNUSABLE) or found.transform is None:
-            return state, same._replace(verdict=found.verdict, displacement=found.displacement)
+            return state, same._replace(verdict=found.verdict, displacement=found.displacement, reason=found.reason)
         channels = [align(channel, found.transform)[0] for channel in cv2.split(image)]
         grey = cv2.cvtColor(background.picture, cv2.COLOR_RGB2GRAY)
         tolerance = cv2.convertScaleAbs(edge_tolerance(grey, RESIDUAL_SHIFT))

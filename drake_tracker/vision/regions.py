@@ -245,8 +245,7 @@ def covered_share(hidden: np.ndarray, offset: np.ndarray, window: ObjectWindow) 
 def _is_covered(
     foreground: Foreground, pixels: np.ndarray, box: tuple[slice, slice], window: ObjectWindow | None
 ) -> bool:
-    """Returns whether the arm covers a part of an object: of its window, or of the surroundings of a new one's
-    pixels."""
+    """Returns whether the arm covers a part of an object's window, or touches the pixels of a new object."""
     if foreground.hidden is None:
         return False
     if window is not None:

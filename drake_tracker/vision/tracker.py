@@ -127,9 +127,8 @@ class Tracker:
         Args:
             state: the state before.
             foregrounds: of the left and the right image.
-            expected: {number of a track: (position p_WQ (3,) [m], standard deviation [m])} for the stamp of the
-            images, as
-                the estimators predict it.
+            expected: {number of a track: (position p_WQ (3,) [m], standard deviation [m])}, which the estimators
+                predict for the stamp of the images.
         """
         stamp = 0.5 * (foregrounds[0].stamp + foregrounds[1].stamp)
         tracks = [self._predict(track, stamp, expected.get(track.number)) for track in state.tracks]
@@ -208,8 +207,7 @@ class Tracker:
         return Measurement(p_WQ, np.linalg.inv(information), 0.0, share)
 
     def _predict(self, track: ObjectTrack, stamp: float, expected: tuple[np.ndarray, float] | None) -> ObjectTrack:
-        """Returns a track at the stamp of the images; the estimator's prediction replaces that of the filter in a
-        gap."""
+        """Returns a track at the stamp of the images, in a gap where its estimator expects it."""
         coasted = stamp - track.seen
         track = track.predicted(stamp)
         if expected is not None and coasted > SHORT_COAST and track.state != TrackState.STANDING:

@@ -149,8 +149,7 @@ class TrackerSystem(LeafSystem):
 
 
 def unpack_expected(message: np.ndarray, stamp: float) -> dict[int, tuple[np.ndarray, float]]:
-    """Returns {number of a track: (position (3,) [m], standard deviation [m])} at a stamp [s], of
-    `TrackPredictions`."""
+    """Returns {number of a track: (position (3,) [m], standard deviation [m])} at a stamp [s], from a message."""
     found = {}
     for number, x, y, z, vx, vy, vz, std in message_rows(message, EXPECTED_FIELDS):
         if number > 0.0:

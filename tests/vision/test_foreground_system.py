@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
@@ -203,3 +204,28 @@ def test_the_picture_stays_while_images_are_dropped():
     energy = Laboratory(own_stamps=True).after(DROPPED, "motion_energy")
     assert energy.mask.shape == (HEIGHT, WIDTH)
     assert energy.stamp > 0.2
+
+
+def texture(seed):
+    rng = np.random.default_rng(seed)
+    coarse = rng.integers(40, 200, (12, 25), dtype=np.uint8)
+    return np.dstack([cv2.resize(coarse, (200, 96), interpolation=cv2.INTER_CUBIC)] * 3)
+
+
+def usable_after(images):
+    """Whether the last of some images could be used, by a system that has seen the others."""
+    system = ForegroundSystem(BackgroundModel())
+    memory = system.CreateDefaultContext().get_abstract_state(0).get_value()
+    for number, image in enumerate(images):
+        memory, found = system._segmented(memory, BackgroundModel().smooth(image), None, number / 60)
+    return found.usable
+
+
+def test_a_scene_in_another_light_is_learned_after_a_second():
+    scene = texture(1)
+    assert not usable_after([scene] * 30 + [scene // 2] * 20)
+    assert usable_after([scene] * 30 + [scene // 2] * 90)
+
+
+def test_another_scene_is_never_learned_since_the_camera_may_have_been_moved():
+    assert not usable_after([texture(1)] * 30 + [texture(2)] * 120)
