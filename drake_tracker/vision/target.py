@@ -35,7 +35,7 @@ REASONS = {
     Reason.NONE: "",
     Reason.NO_OBJECT: "no object is tracked",
     Reason.NO_MATCH: "no object fits the target",
-    Reason.OCCLUDED: "the arm or another object covers the target",
+    Reason.OCCLUDED: "the arm covers the target",
     Reason.NOT_OBSERVED: "the target is not seen",
     Reason.OUT_OF_VIEW: "the target is outside of an image",
     Reason.UNUSABLE_IMAGE: "an image cannot be compared with the background",
