@@ -277,7 +277,8 @@ class BackgroundModel:
         A region in which nothing moves either shows an object that stands, which has edges along its outline in the
         image, or a place that an object has left, which has them in the background only.
         """
-        if not cv2.countNonZero(state.mask):
+        still = cv2.compare(state.quiet, QUIET_IMAGES, cv2.CMP_GE)
+        if not cv2.countNonZero(cv2.bitwise_and(state.mask, still)):
             return None
         count, labels, statistics, _ = cv2.connectedComponentsWithStats(state.mask, connectivity=8)
         found = None
@@ -285,7 +286,7 @@ class BackgroundModel:
             u0, v0, width, height, _ = statistics[label]
             box = slice(max(v0 - MARGIN, 0), v0 + height + MARGIN), slice(max(u0 - MARGIN, 0), u0 + width + MARGIN)
             region = (labels[box] == label).view(np.uint8)
-            if cv2.countNonZero(cv2.bitwise_and(region, cv2.compare(state.quiet[box], QUIET_IMAGES, cv2.CMP_LT))):
+            if cv2.countNonZero(cv2.subtract(region, still[box])):
                 continue
             outline = cv2.morphologyEx(region, cv2.MORPH_GRADIENT, _SMALL)
             now, before = (_edges(each[box], outline) for each in (image, picture))

@@ -74,7 +74,7 @@ class CameraModel:
         uv = np.full((len(p_CQ), 2), np.nan)
         seen = p_CQ[:, 2] > 0.0
         if seen.any():
-            uv[seen] = cv2.projectPoints(p_CQ[seen], np.zeros(3), np.zeros(3), self.K, self.distortion)[0][:, 0]
+            uv[seen] = self._distort(p_CQ[seen])
         return uv
 
     def sees(self, p_WQ: ArrayLike) -> np.ndarray:
@@ -95,16 +95,25 @@ class CameraModel:
         directions_C /= np.linalg.norm(directions_C, axis=1, keepdims=True)
         return X_WC[:3, 3], directions_C @ X_WC[:3, :3].T
 
+    @cached_property
+    def _is_pinhole(self) -> bool:
+        """Whether the lens has no distortion. The arithmetic is then that of OpenCV, to the last bit."""
+        return not self.distortion.any()
+
+    def _distort(self, p_CQ: np.ndarray) -> np.ndarray:
+        """Returns the pixels (n, 2) of the points ``p_CQ`` (n, 3) [m] in front of the camera."""
+        if self._is_pinhole:
+            return p_CQ[:, :2] * (1.0 / p_CQ[:, 2:]) * self.K.diagonal()[:2] + self.K[:2, 2]
+        return cv2.projectPoints(p_CQ, np.zeros(3), np.zeros(3), self.K, self.distortion)[0][:, 0]
+
     def _undistort(self, uv: np.ndarray) -> np.ndarray:
         """Returns the normalised image coordinates (n, 2) of the pixels ``uv`` (n, 1, 2), without distortion."""
+        if self._is_pinhole:
+            return (uv[:, 0] - self.K[:2, 2]) * (1.0 / self.K.diagonal()[:2])
         xy = cv2.undistortPoints(uv, self.K, self.distortion)[:, 0]
-        if not self.distortion.any():
-            return xy
         # OpenCV stops after five iterations, which leaves up to .02 px with a strong lens: iterate until it is exact.
         for _ in range(_UNDISTORT_ROUNDS):
-            homogeneous = np.column_stack([xy, np.ones(len(xy))])
-            seen = cv2.projectPoints(homogeneous, np.zeros(3), np.zeros(3), self.K, self.distortion)[0]
-            miss = (seen - uv)[:, 0]
+            miss = self._distort(np.column_stack([xy, np.ones(len(xy))])) - uv[:, 0]
             if np.abs(miss).max() < _UNDISTORT_TOLERANCE_PX:
                 break
             xy = xy - miss / (self.K[0, 0], self.K[1, 1])

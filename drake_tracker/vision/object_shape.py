@@ -106,5 +106,5 @@ class ObjectShape(FrozenState):
 
 def outline_area(edges: np.ndarray) -> float:
     """Returns the area [px^2] of the outline of a box whose three edges appear as the columns of (2, 3) [px]."""
-    (a, b, c), (d, e, f) = edges
+    (a, b, c), (d, e, f) = edges.tolist()
     return float(abs(a * e - b * d) + abs(a * f - c * d) + abs(b * f - c * e))

@@ -4,7 +4,10 @@ A silhouette that shows several objects is divided among the windows in which th
 region in no window belongs to a new object.
 """
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import cv2
@@ -55,7 +58,8 @@ UNCONFIRMED = -1
 NO_COLOUR = (0.0, 0.0, 0.0)
 
 
-class ObjectWindow(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class ObjectWindow:
     """Where an object is expected in one image.
 
     Attributes:
@@ -78,20 +82,20 @@ class ObjectWindow(NamedTuple):
     depth: float
     settled: bool = True
 
-    @property
+    @cached_property
     def centre(self) -> np.ndarray:
         """The expected centroid, shape (2,) [px]."""
         return np.array([self.u, self.v])
 
-    @property
+    @cached_property
     def extents(self) -> np.ndarray:
         """Expected extents along u and v, shape (2,) [px]."""
         return np.abs(self.edges).sum(axis=1)
 
-    @property
+    @cached_property
     def radius(self) -> float:
         """Radius of a disc that contains the object [px]."""
-        return 0.5 * float(np.linalg.norm(self.extents)) + 1.0
+        return 0.5 * math.hypot(*self.extents) + 1.0
 
     def half_extent(self, direction: np.ndarray) -> float:
         """Returns half of the expected extent along a unit vector (2,) of the image [px]."""
@@ -170,14 +174,14 @@ def find_regions(
     claims = own
     for label in fragments:
         if label not in owned and statistics[label, cv2.CC_STAT_AREA] >= min_pixels:
-            free.append((labels == label).view(np.uint8))
+            free.append(_pixels_of(labels, {label}, count))
     regions: list[Region] = []
     pending = set(claims)
     while pending:
         group = _sharing(pending.pop(), claims)
         pending -= group
         members = sorted(group)
-        whole = np.isin(labels, [label for number in members for label in claims[number]]).view(np.uint8)
+        whole = _pixels_of(labels, {label for number in members for label in claims[number]}, count)
         parts = divide(whole, [windows[number] for number in members], offset)
         for number, part in zip(members, parts):
             region = _region(part, foreground, box, offset, windows[number], colours, number in apart)
@@ -185,6 +189,15 @@ def find_regions(
                 regions.append(region)
     others = [_region(Part(part), foreground, box, offset, None, colours) for part in free]
     return regions + sorted((each for each in others if each is not None), key=lambda each: -each.pixels)
+
+
+def _pixels_of(labels: np.ndarray, wanted: Set[int], count: int) -> np.ndarray:
+    """Returns an image that is 1 at the pixels of some of the ``count`` labels, uint8."""
+    if len(wanted) == 1:
+        return (labels == next(iter(wanted))).view(np.uint8)
+    lookup = np.zeros(count, np.uint8)
+    lookup[list(wanted)] = 1
+    return lookup[labels]
 
 
 def _sharing(number: int, claims: Mapping[int, Sequence[int]]) -> set[int]:
@@ -200,15 +213,14 @@ def _sharing(number: int, claims: Mapping[int, Sequence[int]]) -> set[int]:
 
 def _claimed_by(statistics: np.ndarray, offset: np.ndarray, windows: Sequence[ObjectWindow]) -> list[int]:
     """Returns the places in ``windows`` of those that claim a fragment, from its row of component statistics."""
-    u, v, width, height, pixels = statistics
-    low = offset + (u, v)
-    high = low + (width - 1, height - 1)
+    left, top, width, height, pixels = (float(value) for value in statistics)
+    left, top = left + offset[0], top + offset[1]
+    right, bottom = left + width - 1.0, top + height - 1.0
     found = []
     for number, window in enumerate(windows):
-        centre = np.array([window.u, window.v])
-        outside = float(np.hypot(*np.maximum(np.maximum(low - centre, centre - high), 0.0)))
+        outside = math.hypot(max(left - window.u, window.u - right, 0.0), max(top - window.v, window.v - bottom, 0.0))
         gate = 3.0 * window.std + CLAIM_MARGIN
-        inner = float(np.hypot(*(0.5 * (low + high) - centre)))
+        inner = math.hypot(0.5 * (left + right) - window.u, 0.5 * (top + bottom) - window.v)
         if outside <= gate or (pixels < window.pixels and inner <= window.radius + gate):
             found.append(number)
     return found
@@ -236,8 +248,9 @@ def covered_share(hidden: np.ndarray, offset: np.ndarray, window: ObjectWindow) 
         offset: full-frame coordinates of its top left pixel, shape (2,) [px].
         window: the window.
     """
-    low, high = (np.rint(window.centre + sign * 0.5 * window.extents - offset).astype(int) for sign in (-1, 1))
-    (left, top), (right, bottom) = np.maximum(low, 0), np.maximum(high + 1, 0)
+    (width, height), (u, v) = 0.5 * window.extents, window.centre - offset
+    left, right = max(round(u - width), 0), max(round(u + width) + 1, 0)
+    top, bottom = max(round(v - height), 0), max(round(v + height) + 1, 0)
     view = hidden[top:bottom, left:right]
     return cv2.countNonZero(view) / view.size if view.size else 0.0
 
@@ -364,7 +377,8 @@ def _region(
     inner = slice(top, top + height), slice(left, left + width)
     piece = part.pixels[inner]
     if part.centre is None:
-        moments = cv2.moments(cv2.convexHull(cv2.findNonZero(piece)))
+        outlines = cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]
+        moments = cv2.moments(cv2.convexHull(outlines[0] if len(outlines) == 1 else np.concatenate(outlines)))
         if moments["m00"] > 0.0:
             u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
         else:  # All pixels on one line: the hull has no area.

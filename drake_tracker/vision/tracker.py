@@ -5,6 +5,7 @@ the regions of each image are assigned to the tracks, the nearest globally; two 
 are triangulated. Pairs of moving regions that no track explains begin new tracks.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -170,7 +171,7 @@ class Tracker:
         information = np.zeros((3, 3))
         for camera, region in zip(self._cameras, (left, right)):
             J = projection_jacobian(camera, meeting.p_WQ)
-            information += J.T @ (J / np.array([[region.var_u], [region.var_v]]))
+            information += (J.T / (region.var_u, region.var_v)) @ J
         return Measurement(meeting.p_WQ, np.linalg.inv(information), meeting.gap, min(left.share, right.share))
 
     def measure_at_height(
@@ -219,21 +220,19 @@ class Tracker:
         if not tracks:
             return []
         camera = self._cameras[side]
-        views = camera.project([track.position for track in tracks])
+        views = camera.project([track.position for track in tracks]).tolist()
         windows = []
         for track, (u, v) in zip(tracks, views):
             J = projection_jacobian(camera, track.position)
             S = J @ track.covariance[:3, :3] @ J.T
-            std = min(float(np.sqrt(0.5 * np.trace(S))), WIDEST_GATE)
-            if not np.isfinite([u, v, std]).all():
+            std = min(math.sqrt(0.5 * (S[0, 0] + S[1, 1])), WIDEST_GATE)
+            if not (math.isfinite(u) and math.isfinite(v) and math.isfinite(std)):
                 u, v, std = -1e6, -1e6, 0.0
             edges = J @ track.shape.edges
             pixels = track.shape.fill * outline_area(edges)
-            depth = float(np.linalg.norm(track.position - camera.X_WC[:3, 3]))
+            depth = math.dist(track.position, camera.X_WC[:3, 3])
             windows.append(
-                ObjectWindow(
-                    track.number or UNCONFIRMED, float(u), float(v), std, edges, pixels, depth, track.shape.settled
-                )
+                ObjectWindow(track.number or UNCONFIRMED, u, v, std, edges, pixels, depth, track.shape.settled)
             )
         return windows
 
