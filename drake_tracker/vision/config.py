@@ -179,6 +179,9 @@ class Several:
     silhouettes: Silhouettes = setting(Silhouettes, "how objects are separated from the still scene")
     camera_motion: CameraMotion = setting(CameraMotion, "how motion of a camera itself is found")
     min_pixels: int = setting(25, "pixels of the smallest object", "px", (1, 65536))
+    max_length: float = setting(
+        0.18, "length of the longest object; a longer silhouette shows several that touch", "m", (0.01, 100.0)
+    )
     confirm_after: int = setting(5, "pairs of images after which a new track is confirmed", "", (1, 1000))
     coast_time: float = setting(2.0, "time after which a track that is not seen is deleted", "s", (0.05, 60.0))
     largest_std: float = setting(0.03, "largest standard deviation of a point that is used", "m", (0.001, 1.0))

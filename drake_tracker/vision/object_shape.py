@@ -18,7 +18,7 @@ MEMORY = 240
 """Number of pairs of images that a shape remembers."""
 SETTLED = 60
 """Number of pairs of images from which the dimensions are well known."""
-PRIOR_WEIGHT = 4.0
+PRIOR_WEIGHT = 0.3
 """Weight of the first guess of the dimensions, in pairs of images."""
 SMALLEST = 0.01
 """Smallest dimension [m]."""
@@ -64,6 +64,24 @@ class ObjectShape(FrozenState):
     def settled(self) -> bool:
         """Whether the dimensions are well known."""
         return self.count >= SETTLED
+
+    def part(self, axis: int, count: int) -> Self:
+        """Returns the first guess of the shape of each of some objects that stand in a row.
+
+        Args:
+            axis: of the box, along which they stand: 0 or 1.
+            count: number of objects.
+        """
+        dimensions = self.dimensions.copy()
+        dimensions[axis] /= count
+        weight = PRIOR_WEIGHT * float(np.trace(self.matrix)) / max(self.count, 1)
+        return replace(
+            self,
+            dimensions=read_only(dimensions),
+            matrix=read_only(weight * np.eye(3)),
+            vector=read_only(weight * dimensions),
+            count=0,
+        )
 
     @property
     def edges(self) -> np.ndarray:

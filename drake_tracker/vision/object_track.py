@@ -28,6 +28,7 @@ class TrackState(IntEnum):
     OCCLUDED = 3
     NOT_OBSERVED = 4
     OUT_OF_VIEW = 5
+    MERGED = 6
 
 
 class Measurement(NamedTuple):
@@ -65,6 +66,7 @@ class ObjectTrack(FrozenState):
         height: z_W of its centroid as seen by both cameras, without other objects in the way [m].
         colour: red, green, blue [grey levels].
         merged: newest stamp at which another object shared its silhouette, or it was seen in one image only [s].
+        guessed_until: stamp until which its size counts as a guess, which divides silhouettes badly [s].
         measurement: the measurement of this stamp, or None.
         places: number of its region in the left and in the right image of this stamp, -1 without one.
     """
@@ -81,6 +83,7 @@ class ObjectTrack(FrozenState):
     height: float
     colour: tuple[float, float, float]
     merged: float = -np.inf
+    guessed_until: float = -np.inf
     measurement: Measurement | None = None
     places: tuple[int, int] = (-1, -1)
 

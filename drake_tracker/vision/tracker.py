@@ -41,6 +41,12 @@ SAME_OBJECT = 0.45
 """Two tracks whose centres are nearer than this fraction of their radii, in both images, follow one object."""
 SHRUNK = 0.75
 """An object whose silhouette has come apart and is now smaller than this share of its size was two objects."""
+LENGTH_KNOWN = 12
+"""Number of pairs of images from which the length of a silhouette is taken for that of an object."""
+GUESS_TIME = 2.0
+"""Time [s] after which even a guessed size divides silhouettes well, as the background is known."""
+LONGEST_ROW = 4
+"""Number of objects into which a long silhouette is divided at most."""
 ROUGH_STD, ROUGH_SPEED_STD = 0.015, 0.1
 """Standard deviations of the position [m] and velocity [m/s] of an object that is seen apart in one image only."""
 WIDEST_GATE = 12.0
@@ -155,6 +161,7 @@ class Tracker:
             for k, track in enumerate(tracks)
         ]
         tracks, apart = self._come_apart(self._recognised(tracks, found), found)
+        tracks = self._in_a_row(tracks, found)
         tracks += apart or self._begin(stamp, found)
         tracks, next_number = self._confirm(self._cleaned(tracks, foregrounds), state.next_number)
         overflow = sum(max(len(regions) - REGION_SLOTS, 0) for regions in found) + max(len(tracks) - TRACK_SLOTS, 0)
@@ -272,6 +279,8 @@ class Tracker:
             and track.distance_squared(measurement) <= 2 * GATE
         ):
             track = self._learn_look(replace(track.updated(measurement), places=places), regions, measurement.p_WQ)
+            if track.stamp < track.guessed_until:
+                return replace(track, state=TrackState.MERGED, measurement=None)
             moving = track.speed > STANDING_SPEED or any(
                 region.moving > 0.02 for region in regions if region is not None
             )
@@ -297,6 +306,7 @@ class Tracker:
         """Returns the track with the extents and colour of its regions, unless other objects cover a part of them."""
         weight = max(COLOUR_WEIGHT, 1.0 / track.hits)
         (red, green, blue), height, merged = track.colour, track.height, track.merged
+        guessed_until = track.guessed_until
         if any(region is None or region.shared for region in regions):
             merged = track.stamp
         elif regions[0] is not None:
@@ -314,7 +324,15 @@ class Tracker:
                 np.array([region.extents for _, region in views]),
                 np.array([region.pixels for _, region in views]),
             )
-        return replace(track, shape=shape, height=float(height), colour=(red, green, blue), merged=merged)
+            guessed_until = -np.inf
+        return replace(
+            track,
+            shape=shape,
+            height=float(height),
+            colour=(red, green, blue),
+            merged=merged,
+            guessed_until=guessed_until,
+        )
 
     def _recognised(self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
         """Returns the tracks, with the identities of two exchanged whose colours say so when they have just separated.
@@ -403,15 +421,47 @@ class Tracker:
             kept.append(track)
         return kept, new
 
+    def _in_a_row(self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
+        """Returns the tracks, with several instead of each one that is longer than an object can be.
+
+        Objects whose silhouettes are merged in both images from the start look like a single long one. They are guessed
+        to be of equal lengths.
+        """
+        result = []
+        for track in tracks:
+            longest = int(np.argmax(track.shape.dimensions[:2]))
+            length = float(track.shape.dimensions[longest])
+            count = math.ceil(length / self.settings.max_length)
+            if count < 2 or not _is_alone(track, found):
+                result.append(track)
+                continue
+            if track.shape.count < LENGTH_KNOWN:
+                result.append(replace(track, state=TrackState.MERGED, measurement=None))
+                continue
+            count = min(count, LONGEST_ROW)
+            direction = track.shape.edges[:, longest] / length
+            for k in range(count):
+                p_WQ = track.position + length * ((k + 0.5) / count - 0.5) * direction
+                part = self._rough(track, p_WQ, track.shape.part(longest, count), track.colour)
+                part = replace(part, state=TrackState.MERGED, guessed_until=track.stamp + GUESS_TIME)
+                result.append(replace(part, number=track.number, hits=track.hits) if k == 0 else part)
+        return result
+
+    def _rough(
+        self, track: ObjectTrack, p_WQ: np.ndarray, shape: ObjectShape, colour: tuple[float, float, float]
+    ) -> ObjectTrack:
+        """Returns a new track of an object that was found near another one, and moves like it."""
+        measurement = Measurement(p_WQ, np.diag([ROUGH_STD**2, ROUGH_STD**2, HEIGHT_STD**2]), 0.0, 1.0)
+        begun = new_track(track.stamp, measurement, shape, colour)
+        begun = begun.with_velocity(track.mean[3:] * [1.0, 1.0, 0.0], ROUGH_SPEED_STD)
+        return replace(begun, measurement=None)  # too rough for a point
+
     def _on_height(self, track: ObjectTrack, camera: CameraModel, region: Region) -> ObjectTrack:
         """Returns a new track of a region in one image, at the height and with the velocity of another track."""
         origin, (direction,) = camera.rays([[region.u, region.v]])
         p_WQ = origin + (track.height - origin[2]) / direction[2] * direction
-        measurement = Measurement(p_WQ, np.diag([ROUGH_STD**2, ROUGH_STD**2, HEIGHT_STD**2]), 0.0, 1.0)
         shape = ObjectShape.guess(projection_jacobian(camera, p_WQ)[None], np.array([region.extents]))
-        begun = new_track(track.stamp, measurement, shape.turned(track.mean[3:]), region.colour)
-        begun = begun.with_velocity(track.mean[3:] * [1.0, 1.0, 0.0], ROUGH_SPEED_STD)
-        return replace(begun, measurement=None)  # too rough for a point
+        return self._rough(track, p_WQ, shape.turned(track.mean[3:]), region.colour)
 
     def _cleaned(self, tracks: Sequence[ObjectTrack], foregrounds: Sequence[Foreground]) -> tuple[ObjectTrack, ...]:
         """Returns the tracks without those that ended: not seen for long, or the second track of one object."""
