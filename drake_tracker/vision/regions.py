@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.vision.foreground import Foreground
+from drake_tracker.vision.outline_fit import box_outline, fit_outlines
 
 FRAGMENT_PIXELS = 6
 """Fragments of a silhouette with fewer pixels are noise."""
@@ -34,14 +35,6 @@ LOCATED = 0.4
 radius."""
 HIDDEN_BEHIND = 0.3
 """An object whose centre is nearer than this many radii to that of another is hidden by it."""
-SMALL = 0.35
-"""An object with a smaller share of another one's pixels does not change the outline of that one much."""
-OVERLAP = 0.15
-"""Objects that overlap by less than this share of their extents are apart: each has the pixels on its side."""
-LEAST_DISTANCE = 0.5
-"""Two objects whose silhouettes are merged are at least this share of the expected distance apart."""
-END_QUANTILE = 0.004
-"""Share of the pixels of a silhouette that may lie beyond its end."""
 SHAPE_ERROR = 0.03
 """Standard deviation of a silhouette's centroid as a fraction of its extent: which part of an object is visible depends
 on its heading."""
@@ -96,10 +89,6 @@ class ObjectWindow:
     def radius(self) -> float:
         """Radius of a disc that contains the object [px]."""
         return 0.5 * math.hypot(*self.extents) + 1.0
-
-    def half_extent(self, direction: np.ndarray) -> float:
-        """Returns half of the expected extent along a unit vector (2,) of the image [px]."""
-        return 0.5 * float(np.abs(direction @ self.edges).sum())
 
 
 class Region(NamedTuple):
@@ -283,9 +272,9 @@ class Part(NamedTuple):
 def divide(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: np.ndarray) -> list[Part]:
     """Returns the parts of a silhouette that belong to the objects in its windows, one for each of them.
 
-    The silhouette of a single object is its own, unless it is far larger than the object. That of two objects ends on
-    either side where one of them ends: each is placed by its own extent from that end. Three or more objects take the
-    pixels that are nearest to them.
+    The silhouette of a single object is its own, unless it is far larger than the object: then only what is near is.
+    Several objects are placed so that their outlines cover the silhouette; each takes the pixels that are nearest to
+    it. An object that is hidden behind another one has no part.
 
     Args:
         whole: the silhouette, uint8, 1 where it is.
@@ -296,61 +285,33 @@ def divide(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: np.ndarra
         _, _, width, height = cv2.boundingRect(whole)
         if not windows[0].settled or (np.array([width, height]) <= OVERSIZE * windows[0].extents + 4.0).all():
             return [Part(whole)]
-    if len(windows) == 2:
-        return _divide_in_two(whole, windows, offset)
+    visible = [k for k, window in enumerate(windows) if not any(_hides(other, window) for other in windows)]
+    parts = [Part(np.zeros_like(whole), shared=True) for _ in windows]
+    if len(windows) > 1 and len(visible) == 1:
+        parts[visible[0]] = Part(whole, shared=True)
+        return parts
+    centres = [windows[k].centre for k in visible]
+    if len(windows) > 1:
+        outlines = [box_outline(windows[k].edges) for k in visible]
+        places = fit_outlines(whole, outlines, [each - offset for each in centres], [windows[k].std for k in visible])
+        centres = [place + offset for place in places]
     rows, columns = np.nonzero(whole)
     points = np.column_stack([columns, rows]) + offset
-    distances = np.stack([np.linalg.norm(points - each.centre, axis=1) / each.radius for each in windows])
+    distances = np.stack([np.linalg.norm(points - c, axis=1) / windows[k].radius for k, c in zip(visible, centres)])
     nearest = distances.argmin(axis=0)
-    parts = []
-    for number in range(len(windows)):
+    for number, k in enumerate(visible):
         kept = (nearest == number) & (distances[number] <= REACH)
-        parts.append(Part(_drawn(whole.shape, rows[kept], columns[kept]), shared=len(windows) > 1))
+        pixels = _drawn(whole.shape, rows[kept], columns[kept])
+        parts[k] = Part(pixels, centres[number], shared=True) if len(windows) > 1 else Part(pixels)
     return parts
 
 
-def _divide_in_two(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: np.ndarray) -> list[Part]:
-    """Returns the parts of two objects of known extents, each placed from its own end of the common silhouette."""
-    first, second = windows
-    between = second.centre - first.centre
-    distance = float(np.linalg.norm(between))
-    rows, columns = np.nonzero(whole)
-    points = np.column_stack([columns, rows]) + offset
-    empty = Part(np.zeros_like(whole), shared=True)
-    if distance < HIDDEN_BEHIND * max(first.radius, second.radius):
-        # One stands in front of the other, which cannot be measured.
-        return [Part(whole, shared=True), empty] if first.depth <= second.depth else [empty, Part(whole, shared=True)]
-    along = between / distance
-    across = np.array([-along[1], along[0]])
-    t, w = points @ along, points @ across
-    low, high = np.quantile(t, END_QUANTILE), np.quantile(t, 1.0 - END_QUANTILE)
-    half = np.array([first.half_extent(along), second.half_extent(along)])
-    if distance >= (1.0 - OVERLAP) * half.sum():
-        border = float(first.centre @ along) + distance * half[0] / half.sum()
-        return [Part(_drawn(whole.shape, rows[mine], columns[mine]), shared=True) for mine in (t < border, t >= border)]
-    # Guessed sizes may be too large: the objects are at least part of the expected distance apart.
-    half *= min((high - low - LEAST_DISTANCE * distance) / half.sum(), 1.0)
-    centres = low + half[0], high - half[1]
-    border = 0.5 * (centres[0] + half[0] + centres[1] - half[1])
-    small = min(first.pixels, second.pixels) < SMALL * max(first.pixels, second.pixels)
-    parts = []
-    for window, centre, mine, outer in (
-        (first, centres[0], t < border, t <= centres[0]),
-        (second, centres[1], t >= border, t >= centres[1]),
-    ):
-        if not outer.any():
-            parts.append(empty)
-            continue
-        if small and window.pixels == max(first.pixels, second.pixels):
-            # The other one hides little of it, and is hardly visible inside its outline.
-            inside = np.abs(t - centre) <= window.half_extent(along)
-            parts.append(Part(_drawn(whole.shape, rows[inside], columns[inside]), shared=True))
-            continue
-        middle = float(np.mean(w[outer]))
-        parts.append(
-            Part(_drawn(whole.shape, rows[mine], columns[mine]), centre * along + middle * across, shared=True)
-        )
-    return parts
+def _hides(front: ObjectWindow, back: ObjectWindow) -> bool:
+    """Returns whether one object stands before the centre of another one."""
+    if front is back or front.depth > back.depth:
+        return False
+    distance = math.hypot(front.u - back.u, front.v - back.v)
+    return distance < HIDDEN_BEHIND * max(front.radius, back.radius)
 
 
 def _drawn(shape: tuple[int, ...], rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
