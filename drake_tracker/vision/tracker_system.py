@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import (
     EXPECTED_FIELDS,
@@ -29,8 +30,6 @@ from drake_tracker.vision.object_track import ObjectTrack
 from drake_tracker.vision.regions import Region
 from drake_tracker.vision.target import check_target, choose_target, reason_of
 from drake_tracker.vision.tracker import Tracker, TrackerState
-
-SIDES = ("left", "right")
 
 
 @dataclass(frozen=True, eq=False)
