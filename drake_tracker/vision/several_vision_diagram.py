@@ -55,7 +55,7 @@ class SeveralVisionDiagram(Diagram):
 
     Args:
         cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
-        settings: `Several`.
+        settings: `Several`, whose ``target`` may also be a `TargetRule`.
         windows: the same keys, `Window` in which objects are searched for; None is the whole image.
         image_windows: the same keys, rectangle (u0, v0, width, height) [px] of the full frame that the images cover;
             None is the full frame.
