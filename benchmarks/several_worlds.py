@@ -14,6 +14,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from drake_tracker import make_diagram
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.messages import (
     TRACK_FIELDS,
     TRACK_SLOTS,
@@ -216,7 +217,7 @@ def _line(diagram, context, prefix):
     def read(name, view):
         return view(diagram.GetOutputPort(f"{prefix}{name}").Eval(context).copy())
 
-    seen = [read(f"centroid_{side}", Centroid) for side in ("left", "right")]
+    seen = [read(f"centroid_{side}", Centroid) for side in SIDES]
     centroids = np.array([[each.u, each.v, each.valid] for each in seen])
     alive, numbers = np.zeros(TRACK_SLOTS, int), np.zeros(TRACK_SLOTS, int)
     points, variances = np.zeros((TRACK_SLOTS, 3)), np.zeros((TRACK_SLOTS, 3))
@@ -231,7 +232,7 @@ def _line(diagram, context, prefix):
         numbers = np.where(rows[:, _BEGIN["seen"]] >= stamp, alive, 0)
         points = rows[:, _BEGIN["x"] : _BEGIN["x"] + 3]
         variances = rows[:, [_BEGIN["xx"], _BEGIN["yy"], _BEGIN["zz"]]]
-        usable = all(read(f"regions_{side}", Regions).usable for side in ("left", "right"))
+        usable = all(read(f"regions_{side}", Regions).usable for side in SIDES)
     else:
         point = read("point", TrackPoint)
         stamp = point.stamp

@@ -17,6 +17,7 @@ from PIL import Image
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker import load_scenario, make_diagram, simulate
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.log import load_log
 from drake_tracker.figures.grasp_frames import moments, render_frames
 from drake_tracker.figures.studio import ball_studio, train_studio
@@ -73,7 +74,7 @@ def draw_cameras(scenario):
     simulator = Simulator(diagram)
     simulator.AdvanceTo(FIRST_SIGHT)
     seen_and_found = []
-    for side in ("left", "right"):
+    for side in SIDES:
         seen = diagram.GetOutputPort(f"motion_images_{side}").Eval(simulator.get_context())
         grey = cv2.cvtColor(np.clip(np.rint(seen.smoothed), 0, 255).astype(np.uint8), cv2.COLOR_GRAY2BGR)
         energy = cv2.convertScaleAbs(grey, alpha=0.5)

@@ -1,7 +1,7 @@
 """A bank of estimators as a Drake System: one for each tracked object."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,8 +22,8 @@ from drake_tracker.core.messages import (
     message_size,
 )
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
-from drake_tracker.estimation.estimator import Estimator
-from drake_tracker.estimation.estimator_system import EstimatorMemory, make_packet, predict_path
+from drake_tracker.estimation.estimator import Estimator, EstimatorState
+from drake_tracker.estimation.estimator_system import make_packet, predict_path
 from drake_tracker.estimation.point_check import refuse_point
 
 _NUMBER, _X, _SEEN = (TRACK_FIELDS.index(name) for name in ("number", "x", "seen"))
@@ -32,11 +32,24 @@ _VELOCITY_STEP = 0.01
 
 
 @dataclass(frozen=True, eq=False)
+class BankMember(FrozenState):
+    """The estimator of one track.
+
+    Attributes:
+        estimate: state of the estimator.
+        stamp: newest stamp offered to the estimator [s].
+    """
+
+    estimate: EstimatorState
+    stamp: float = -math.inf
+
+
+@dataclass(frozen=True, eq=False)
 class BankMemory(FrozenState):
     """State of an `EstimatorBankSystem`.
 
     Attributes:
-        members: {number of a track: memory of its estimator}; never changed after it was made.
+        members: {number of a track: its estimator}; never changed after it was made.
         target: number of the track of which the packets are, 0 without one.
         seq: number of packets made so far.
         packet: the newest `Prediction` vector, read-only.
@@ -44,7 +57,7 @@ class BankMemory(FrozenState):
         expected: the newest `TrackPredictions` vector, read-only.
     """
 
-    members: dict[int, EstimatorMemory]
+    members: dict[int, BankMember]
     target: int
     seq: int
     packet: np.ndarray
@@ -115,7 +128,7 @@ class EstimatorBankSystem(LeafSystem):
         members, updated = {}, set()
         for row in rows:
             number = int(row[_NUMBER])
-            member = memory.members.get(number) or self._new_member()
+            member = memory.members.get(number) or BankMember(self._estimator.initial_state())
             newest = self._updated(member, row, header.stamp, context.get_time())
             if newest is not member:
                 updated.add(number)
@@ -130,12 +143,8 @@ class EstimatorBankSystem(LeafSystem):
             BankMemory(members, target, seq, read_only(packet), read_only(filtered), read_only(expected))
         )
 
-    def _new_member(self) -> EstimatorMemory:
-        nothing = read_only(np.zeros(0))
-        return EstimatorMemory(self._estimator.initial_state(), -math.inf, 0, nothing, nothing)
-
-    def _updated(self, member: EstimatorMemory, row: np.ndarray, stamp: float, time: float) -> EstimatorMemory:
-        """Returns the memory of a track's estimator after a message, the same object when there is no new point."""
+    def _updated(self, member: BankMember, row: np.ndarray, stamp: float, time: float) -> BankMember:
+        """Returns the estimator of a track after a message, the same object when there is no new point."""
         p_WQ = row[_X : _X + 3].copy()
         point = TrackPoint(np.array([stamp, *p_WQ, 0.0, 1.0]))
         if (
@@ -145,10 +154,9 @@ class EstimatorBankSystem(LeafSystem):
             or refuse_point(point[:], time, self._period)
         ):
             return member
-        estimate = self._estimator.update(member.estimate, stamp, p_WQ)
-        return replace(member, estimate=estimate, stamp=stamp)
+        return BankMember(self._estimator.update(member.estimate, stamp, p_WQ), stamp)
 
-    def _expected(self, members: dict[int, EstimatorMemory], rows: list[np.ndarray], stamp: float) -> np.ndarray:
+    def _expected(self, members: dict[int, BankMember], rows: list[np.ndarray], stamp: float) -> np.ndarray:
         """Returns the `TrackPredictions` of the tracks that were not seen at a stamp [s], for the next one."""
         message = np.zeros(message_size(TrackPredictions))
         time = stamp + self._period

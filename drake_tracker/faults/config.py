@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.setting import setting
 
 CAMERAS = ("left", "right", "both")
@@ -101,7 +102,7 @@ class CastShadow(FaultConfig):
 class PassingOccluder(FaultConfig):
     """A panel moves in front of one camera and back."""
 
-    camera: str = setting("left", "which camera", choices=("left", "right"))
+    camera: str = setting("left", "which camera", choices=SIDES)
     width: float = setting(0.40, "width of the panel", "m", (0.02, 0.6))
     height: float = setting(0.50, "height of the panel", "m", (0.02, 0.6))
 

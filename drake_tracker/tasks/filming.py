@@ -19,8 +19,6 @@ HAND_BORDER = 20
 """Width of the border around the window of a single camera [px]. It shows the hand, which moves outside the window."""
 PATH_MARKS = 9
 """Number of points with which the 3-D recording marks a predicted path."""
-STEREO_SIDES = ("left", "right")
-"""Suffixes of the ports of two cameras. The suffix of a single camera is empty."""
 NO_POINTS = np.zeros((0, 3))
 NO_POINTS.flags.writeable = False
 

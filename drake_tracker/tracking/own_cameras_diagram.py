@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.timing import ESTIMATOR_SLOT, vision_slot
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.footage.timeline import MOST_STAMP_DIFFERENCE, Timeline
@@ -89,7 +90,7 @@ class OwnCamerasDiagram(Diagram):
         """
         super().__init__()
         self.set_name("own_cameras")
-        self.sides = ("left", "right")[: len(timeline.sequences)]
+        self.sides = SIDES[: len(timeline.sequences)]
         period = timeline.period
         builder = DiagramBuilder()
         if len(self.sides) == 2:
@@ -124,7 +125,7 @@ class OwnCamerasDiagram(Diagram):
         max_gap: float,
     ) -> dict[str, Any]:
         """Adds the vision of two cameras; returns its ports by name."""
-        cameras, detectors = (dict(zip(("left", "right"), pair)) for pair in (camera_pair, detector_pair))
+        cameras, detectors = (dict(zip(SIDES, pair)) for pair in (camera_pair, detector_pair))
         vision = builder.AddSystem(
             VisionDiagram(
                 cameras,

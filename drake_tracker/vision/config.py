@@ -1,4 +1,4 @@
-"""Settings of the motion detectors. The name of a class is its YAML tag.
+"""Settings of the motion detectors and of the tracker. The name of a class is its YAML tag.
 
 A settings dataclass is also what a detector is constructed with, and the only source of its defaults. Values are
 checked when the detector is constructed, not here, so that a reader of scenario files can report all errors of a file
@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.vision.target_config import First
+from drake_tracker.vision.target_kinds import TARGETS
 
 if TYPE_CHECKING:
     from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
@@ -127,46 +129,6 @@ class CameraMotion:
 
 
 @dataclass(frozen=True)
-class First:
-    """Follows the object that was seen first."""
-
-
-@dataclass(frozen=True)
-class Largest:
-    """Follows the largest object."""
-
-
-@dataclass(frozen=True)
-class Nearest:
-    """Follows the object that is nearest to a point."""
-
-    point: tuple[float, ...] = setting([0.56, 0.0, 0.48], "the point in W", "m", (-10.0, 10.0), shape=(3,))
-    within: float = setting(10.0, "largest distance of the object", "m", (0.0, 100.0))
-
-
-@dataclass(frozen=True)
-class Inside:
-    """Follows the first object that is inside a box."""
-
-    box: tuple[tuple[float, ...], ...] = setting(
-        [[0.33, -0.30, 0.40], [0.79, 0.30, 0.60]], "lowest and highest corner in W", "m", (-10.0, 10.0), shape=(2, 3)
-    )
-
-
-@dataclass(frozen=True)
-class Coloured:
-    """Follows the object whose colour is most similar to a given one."""
-
-    colour: str = setting("#d0b040", "the colour as #rrggbb")
-    tolerance: float = setting(25.0, "largest difference of the hue", "deg", (1.0, 180.0))
-
-
-@dataclass(frozen=True)
-class Selected:
-    """Follows the object that the operator selects in the live page, and nothing until then."""
-
-
-@dataclass(frozen=True)
 class Single:
     """The paper's way: one centroid of all that moves in each image, and one point."""
 
@@ -175,7 +137,7 @@ class Single:
 class Several:
     """Tracks several objects, moving or standing, by their silhouettes."""
 
-    target: First | Largest | Nearest | Inside | Coloured | Selected = setting(First, "which of the objects to follow")
+    target: TARGETS.union() = setting(First, "which of the objects to follow")  # type: ignore[valid-type]
     silhouettes: Silhouettes = setting(Silhouettes, "how objects are separated from the still scene")
     camera_motion: CameraMotion = setting(CameraMotion, "how motion of a camera itself is found")
     min_pixels: int = setting(25, "pixels of the smallest object", "px", (1, 65536))

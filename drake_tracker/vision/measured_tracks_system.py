@@ -10,7 +10,7 @@ from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import TrackPoint, TrackPoints, message_size
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.measured_tracks import MeasuredTracker, MeasuredTracks
-from drake_tracker.vision.target import choose_target
+from drake_tracker.vision.target import choose_target, make_target_rule
 from drake_tracker.vision.tracker_system import pack_point, pack_tracks
 
 
@@ -47,13 +47,15 @@ class MeasuredTracksSystem(LeafSystem):
     Args:
         tracker: the `MeasuredTracker`.
         count: number of objects.
-        target: settings of the choice of the target, such as `First`.
+        target: a `TargetRule`, or the settings of one, such as `First`.
         period: of a cycle [s].
+
+    Raises DrakeTrackerError when the target is neither, or one of its settings cannot be used.
     """
 
     def __init__(self, tracker: MeasuredTracker, count: int, target: Any, *, period: float = VISION_PERIOD) -> None:
         super().__init__()
-        self._tracker, self._target = tracker, target
+        self._tracker, self._rule = tracker, make_target_rule(target)
         self._points = [self.DeclareVectorInputPort(f"point_{k}", message_size(TrackPoint)) for k in range(count)]
         state = self.DeclareAbstractState(AbstractValue.Make(_Memory(MeasuredTracks(), 0)))
         ticket = {self.abstract_state_ticket(state)}
@@ -71,7 +73,7 @@ class MeasuredTracksSystem(LeafSystem):
         if not TrackPoint(points[0]).stamp > max(memory.tracks.stamp, 0.0):
             return
         tracks = self._tracker.update(memory.tracks, points)
-        target = choose_target(self._target, tracks.as_state().confirmed(), memory.target)
+        target = choose_target(self._rule, tracks.as_state().confirmed(), memory.target)
         state.get_mutable_abstract_state(0).set_value(_Memory(tracks, target))
 
     def _calc_point(self, context: Context, output: BasicVector) -> None:

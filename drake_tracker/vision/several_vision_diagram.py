@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from drake_tracker.arm.arm_shape import ArmShape
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import JawState, message_size
 from drake_tracker.core.timing import LAG_CYCLES, PROJECTOR_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
@@ -20,8 +21,6 @@ from drake_tracker.vision.tracker import Tracker
 from drake_tracker.vision.tracker_system import TrackerSystem
 from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE
 from drake_tracker.vision.window import Window
-
-SIDES = ("left", "right")
 
 
 class SeveralVisionDiagram(Diagram):
@@ -56,7 +55,7 @@ class SeveralVisionDiagram(Diagram):
 
     Args:
         cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
-        settings: `Several`.
+        settings: `Several`, whose ``target`` may also be a `TargetRule`.
         windows: the same keys, `Window` in which objects are searched for; None is the whole image.
         image_windows: the same keys, rectangle (u0, v0, width, height) [px] of the full frame that the images cover;
             None is the full frame.

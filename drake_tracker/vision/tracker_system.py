@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import (
     EXPECTED_FIELDS,
@@ -23,14 +24,11 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.timing import PROJECTOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.vision.camera_motion import Verdict
-from drake_tracker.vision.config import Selected
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_track import ObjectTrack
 from drake_tracker.vision.regions import Region
-from drake_tracker.vision.target import check_target, choose_target, reason_of
+from drake_tracker.vision.target import Reason, choose_target, make_target_rule, reason_of
 from drake_tracker.vision.tracker import Tracker, TrackerState
-
-SIDES = ("left", "right")
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +76,12 @@ class TrackerSystem(LeafSystem):
 
     Args:
         tracker: the `Tracker`.
-        target: settings of the choice of the target, such as `First`.
+        target: a `TargetRule`, or the settings of one, such as `First`.
         period: of the update [s].
         offset: of the update [s].
         stamp_tolerance: largest difference of the two stamps [s].
+
+    Raises DrakeTrackerError when the target is neither, or one of its settings cannot be used.
     """
 
     def __init__(
@@ -94,8 +94,7 @@ class TrackerSystem(LeafSystem):
         stamp_tolerance: float = 1e-9,
     ) -> None:
         super().__init__()
-        check_target(target)
-        self._tracker, self._target = tracker, target
+        self._tracker, self._rule = tracker, make_target_rule(target)
         self._stamp_tolerance = stamp_tolerance
         self._foregrounds = [
             self.DeclareAbstractInputPort(f"foreground_{side}", AbstractValue.Make(object())) for side in SIDES
@@ -135,7 +134,7 @@ class TrackerSystem(LeafSystem):
             expected = unpack_expected(self._expected.Eval(context), 0.5 * (left.stamp + right.stamp))
         tracker = self._tracker.update(memory.tracker, (left, right), expected)
         selected = int(self._selected.Eval(context)[0]) if self._selected.HasValue(context) else 0
-        target = choose_target(self._target, tracker.confirmed(), memory.target, selected)
+        target = choose_target(self._rule, tracker.confirmed(), memory.target, selected)
         state.get_mutable_abstract_state(0).set_value(TrackerMemory(tracker, target))
 
     def _calc_point(self, context: Context, output: BasicVector) -> None:
@@ -144,8 +143,7 @@ class TrackerSystem(LeafSystem):
 
     def _calc_tracks(self, context: Context, output: BasicVector) -> None:
         memory = self._memory(context)
-        asks = isinstance(self._target, Selected)
-        output.SetFromVector(pack_tracks(memory.tracker, memory.target, asks))
+        output.SetFromVector(pack_tracks(memory.tracker, memory.target, self._rule.reason))
 
 
 def unpack_expected(message: np.ndarray, stamp: float) -> dict[int, tuple[np.ndarray, float]]:
@@ -170,13 +168,13 @@ def pack_point(state: TrackerState, target: int) -> np.ndarray:
     return np.array(point[:])
 
 
-def pack_tracks(state: TrackerState, target: int, asks: bool = False) -> np.ndarray:
+def pack_tracks(state: TrackerState, target: int, no_target: Reason = Reason.NO_MATCH) -> np.ndarray:
     """Returns the `TrackPoints` vector of all confirmed tracks.
 
     Args:
         state: all tracks.
         target: number of the target, 0 without one.
-        asks: whether the target must be selected by the operator.
+        no_target: why there is no target although there are tracks.
     """
     message = np.zeros(message_size(TrackPoints))
     if not np.isfinite(state.stamp):
@@ -184,7 +182,7 @@ def pack_tracks(state: TrackerState, target: int, asks: bool = False) -> np.ndar
     tracks = state.confirmed()
     header = TrackPoints(message)
     header.stamp, header.target, header.overflow, header.valid = state.stamp, target, state.overflow, 1.0
-    header.reason = reason_of(_track_of(state, target), bool(tracks), state.usable, asks)
+    header.reason = reason_of(_track_of(state, target), bool(tracks), state.usable, no_target)
     upper = np.triu_indices(3)
     for row, track in zip(message_rows(message, TRACK_FIELDS), tracks):
         measured = track.measurement

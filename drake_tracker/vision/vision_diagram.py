@@ -5,13 +5,12 @@ from collections.abc import Mapping
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
 from drake_tracker.vision.motion_detector import MotionDetector
 from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE, add_triangulator
-
-SIDES = ("left", "right")
 
 
 class VisionDiagram(Diagram):

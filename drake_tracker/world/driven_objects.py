@@ -13,7 +13,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import RigidBody, SpatialInertia
 
-from drake_tracker.world.colour import rgb
+from drake_tracker.core.colour import rgb
 from drake_tracker.world.objects_config import Ball, Hand
 from drake_tracker.world.slide import add_slide
 from drake_tracker.world.visual_mesh import FlatMesh, add_visual_mesh, merge, prism, rectangle

@@ -11,8 +11,8 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.arm.description import Arm
 from drake_tracker.arm.plant import add_arm, couple_fingers, models_parser, set_servo_gains
+from drake_tracker.core.colour import rgb
 from drake_tracker.core.timing import TIME_STEP
-from drake_tracker.world.colour import rgb
 from drake_tracker.world.painted_mesh import paint_visual, stain
 from drake_tracker.world.scene_object import SceneObject
 from drake_tracker.world.tracks import Track

@@ -9,8 +9,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
 from drake_tracker.arm.plant import models_parser
+from drake_tracker.core.colour import rgb
 from drake_tracker.core.models_path import models_path
-from drake_tracker.world.colour import rgb
 from drake_tracker.world.painted_mesh import CELL, paint_visual, palette_paint
 
 _URL = "package://drake_tracker_models/train/train_{}.sdf"

@@ -7,12 +7,12 @@ import cv2
 import numpy as np
 from track_messages import track, track_points
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.live.pace import FRAME_INTERVAL
 from drake_tracker.live.state import LONGEST_HISTORY, LiveState
 from drake_tracker.run.track_marks import track_marks
 from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
-from drake_tracker.tasks.filming import STEREO_SIDES as SIDES
 from drake_tracker.tasks.style import bgr, track_light
 from drake_tracker.vision.object_track import TrackState
 

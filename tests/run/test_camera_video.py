@@ -8,6 +8,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 from track_messages import regions, track, track_points
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -23,7 +24,6 @@ from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.camera_video import CameraVideoSystem
 from drake_tracker.run.video_page import VideoPage
 from drake_tracker.tasks.ball.filming import PREDICTING
-from drake_tracker.tasks.filming import STEREO_SIDES as SIDES
 from drake_tracker.tasks.filming import Film, Script, no_points
 from drake_tracker.tasks.train.filming import TRAIN_SCRIPT
 from drake_tracker.vision.motion_centroid_system import MotionEnergy

@@ -7,15 +7,18 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_tracker import load_scenario, make_diagram
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import TRACK_FIELDS, TRACK_SLOTS, TrackPoint, TrackPoints, message_rows
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.train.scenario import WORK_VOLUME
-from drake_tracker.vision.config import Coloured, Largest, Several
+from drake_tracker.vision.config import Several
 from drake_tracker.vision.measured_error import MeasuredError, object_seed
 from drake_tracker.vision.measured_several_diagram import MeasuredSeveralDiagram
 from drake_tracker.vision.measured_tracks import MeasuredTracker, MeasuredTracks, ObjectLook
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.vision.object_track import TrackState
+from drake_tracker.vision.target import Reason
+from drake_tracker.vision.target_config import Coloured, Largest
 
 YELLOW, RED = ObjectLook((0.12, 0.04, 0.05), (250.0, 212.0, 76.0)), ObjectLook((0.04, 0.04, 0.04), (192.0, 48.0, 40.0))
 OVERRIDE = "vision=!Measured {tracker: !Several {}}"
@@ -112,7 +115,16 @@ def test_seeds_of_objects_differ_and_the_first_is_that_of_the_run():
     assert len({object_seed(seed, number) for seed in range(5) for number in range(5)}) == 25
 
 
-@pytest.mark.parametrize("target, number", [(Largest(), 1.0), (Coloured(colour="#c03028"), 2.0)])
+class Newest:
+    """A rule of a user."""
+
+    reason = Reason.NO_MATCH
+
+    def choose(self, tracks):
+        return tracks[-1]
+
+
+@pytest.mark.parametrize("target, number", [(Largest(), 1.0), (Coloured(colour="#c03028"), 2.0), (Newest(), 2.0)])
 def test_the_target_is_chosen_by_the_rules_of_the_tracker(target, number):
     vision = MeasuredSeveralDiagram(
         error_of(), Several(confirm_after=1, target=target), [YELLOW, RED], 1, WORK_VOLUME, seed=4
@@ -121,6 +133,11 @@ def test_the_target_is_chosen_by_the_rules_of_the_tracker(target, number):
     (*_, (point, tracks)) = outputs_of(vision, 5, states)
     assert TrackPoints(tracks).target == number and TrackPoint(point).valid
     assert TrackPoint(point).x == pytest.approx(0.5 if number == 1.0 else 0.6, abs=0.02)
+
+
+def test_a_wrong_setting_of_the_target_is_refused_when_the_diagram_is_built():
+    with pytest.raises(DrakeTrackerError, match="colour is 'gold'"):
+        MeasuredSeveralDiagram(error_of(), Several(target=Coloured("gold")), [YELLOW], 1, WORK_VOLUME, seed=4)
 
 
 def test_a_scenario_without_further_objects_has_one_track():

@@ -8,14 +8,14 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 from pydrake.systems.sensors import ImageRgba8U
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import JawState, Regions, TrackPoint, TrackPoints, message_size
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
 from drake_tracker.vision.arm_silhouette import ArmSilhouette
-from drake_tracker.vision.config import Coloured, Inside, Nearest, Several
+from drake_tracker.vision.config import Several
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
-
-SIDES = ("left", "right")
+from drake_tracker.vision.target_config import Coloured, Inside, Nearest
 
 
 class BlockArm:

@@ -4,18 +4,12 @@ import numpy as np
 import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.config import Coloured, First, Inside, Largest, Nearest
+from drake_tracker.vision.hue import hue, hue_distance
 from drake_tracker.vision.object_shape import ObjectShape
 from drake_tracker.vision.object_track import Measurement, TrackState, new_track
-from drake_tracker.vision.target import (
-    REASONS,
-    Reason,
-    choose_target,
-    hue,
-    hue_distance,
-    parse_colour,
-    reason_of,
-)
+from drake_tracker.vision.target import REASONS, Reason, choose_target, make_target_rule, reason_of
+from drake_tracker.vision.target_config import Coloured, First, Inside, Largest, Nearest
+from drake_tracker.vision.target_kinds import TARGETS
 
 GOLD, RED, GREY, BLUE = (208.0, 176.0, 64.0), (180.0, 40.0, 30.0), (120.0, 122.0, 119.0), (40.0, 60.0, 200.0)
 
@@ -27,71 +21,115 @@ def track(number, position=(0.56, 0.0, 0.48), colour=GREY, size=(0.1, 0.04, 0.05
     return begun if seen else replace(begun.predicted(1.5), state=TrackState.NOT_OBSERVED)
 
 
-KINDS = [First(), Largest(), Nearest(), Inside(), Coloured()]
+class Easternmost:
+    """A rule of a user: the object of the largest x, if it is east of a line."""
+
+    reason = Reason.NO_MATCH
+
+    def __init__(self, line):
+        self._line = line
+
+    def choose(self, tracks):
+        best = max(tracks, key=lambda track: track.position[0])
+        return best if best.position[0] > self._line else None
+
+
+RULES = [First(), Largest(), Nearest(), Inside(), Coloured(), Easternmost(line=0.1)]
 
 
 def name_of(value):
     return type(value).__name__
 
 
-@pytest.mark.parametrize("settings", KINDS, ids=name_of)
-def test_without_tracks_there_is_no_target(settings):
-    assert choose_target(settings, [], 0) == choose_target(settings, [], 3) == 0
+def choose(target, tracks, current=0):
+    return choose_target(make_target_rule(target), tracks, current)
 
 
-@pytest.mark.parametrize("settings", KINDS, ids=name_of)
-def test_a_target_is_kept_while_its_track_lives(settings):
+@pytest.mark.parametrize("target", RULES, ids=name_of)
+def test_without_tracks_there_is_no_target(target):
+    assert choose(target, [], 0) == choose(target, [], 3) == 0
+
+
+@pytest.mark.parametrize("target", RULES, ids=name_of)
+def test_a_target_is_kept_while_its_track_lives(target):
     better = track(1, colour=GOLD, size=(0.3, 0.3, 0.3))
     worse = track(2, (0.2, 0.5, 0.48), BLUE, seen=False)
-    assert choose_target(settings, [better, worse], 2) == 2
-    assert choose_target(settings, [better, worse], 7) == 1, "its track has ended"
+    assert choose(target, [better, worse], 2) == 2
+    assert choose(target, [better, worse], 7) == 1, "its track has ended"
 
 
-@pytest.mark.parametrize("settings", KINDS, ids=name_of)
-def test_an_object_that_is_not_seen_is_not_chosen(settings):
-    assert choose_target(settings, [track(1, colour=GOLD, seen=False)], 0) == 0
-    assert choose_target(settings, [track(1, colour=GOLD, seen=False), track(4, colour=GOLD)], 0) == 4
+@pytest.mark.parametrize("target", RULES, ids=name_of)
+def test_an_object_that_is_not_seen_is_not_chosen(target):
+    assert choose(target, [track(1, colour=GOLD, seen=False)], 0) == 0
+    assert choose(target, [track(1, colour=GOLD, seen=False), track(4, colour=GOLD)], 0) == 4
 
 
 def test_the_first():
-    assert choose_target(First(), [track(3), track(5)], 0) == 3
+    assert choose(First(), [track(3), track(5)]) == 3
 
 
 def test_the_largest_by_volume():
     flat, cube = track(1, size=(0.2, 0.1, 0.01)), track(2, size=(0.08, 0.08, 0.08))
-    assert choose_target(Largest(), [flat, cube], 0) == 2
+    assert choose(Largest(), [flat, cube]) == 2
 
 
 def test_the_nearest_to_a_point_within_a_distance():
     tracks = [track(1, (0.5, 0.2, 0.48)), track(2, (0.5, -0.1, 0.48))]
-    assert choose_target(Nearest(point=(0.5, 0.0, 0.48)), tracks, 0) == 2
-    assert choose_target(Nearest(point=(0.5, 0.0, 0.48), within=0.05), tracks, 0) == 0
-    assert choose_target(Nearest(point=(0.5, 0.15, 0.48), within=0.06), tracks, 0) == 1
+    assert choose(Nearest(point=(0.5, 0.0, 0.48)), tracks) == 2
+    assert choose(Nearest(point=(0.5, 0.0, 0.48), within=0.05), tracks) == 0
+    assert choose(Nearest(point=(0.5, 0.15, 0.48), within=0.06), tracks) == 1
 
 
 def test_the_first_inside_a_box():
     tracks = [track(1, (0.5, 0.2, 0.48)), track(2, (0.5, -0.1, 0.48)), track(3, (0.6, -0.1, 0.48))]
     box = ((0.4, -0.2, 0.4), (0.7, 0.0, 0.6))
-    assert choose_target(Inside(box), tracks, 0) == 2
-    assert choose_target(Inside(box), tracks[:1], 0) == 0
+    assert choose(Inside(box), tracks) == 2
+    assert choose(Inside(box), tracks[:1]) == 0
 
 
 def test_the_one_of_a_colour():
     tracks = [track(1, colour=GREY), track(2, colour=RED), track(3, colour=GOLD)]
-    assert choose_target(Coloured("#d0b040"), tracks, 0) == 3
-    assert choose_target(Coloured("#ff0000"), tracks, 0) == 2
-    assert choose_target(Coloured("#00ff00"), tracks, 0) == 0, "none is near enough"
-    assert choose_target(Coloured("#808080"), tracks, 0) == 1, "grey is a colour too"
+    assert choose(Coloured("#d0b040"), tracks) == 3
+    assert choose(Coloured("#ff0000"), tracks) == 2
+    assert choose(Coloured("#00ff00"), tracks) == 0, "none is near enough"
+    assert choose(Coloured("#808080"), tracks) == 1, "grey is a colour too"
 
 
-@pytest.mark.parametrize("text", ["gold", "d0b040", "#d0b04", "#d0b0400", "#d0b04g", "", "#d0b040\n"])
+def test_a_rule_of_a_user_chooses_as_one_of_the_package():
+    tracks = [track(1, (0.5, 0.2, 0.48)), track(2, (0.6, -0.1, 0.48)), track(3, (0.7, 0.0, 0.48), seen=False)]
+    assert choose(Easternmost(line=0.55), tracks) == 2, "the third is not seen"
+    assert choose(Easternmost(line=0.65), tracks) == 0
+
+
+@pytest.mark.parametrize("text", ["gold", "d0b040", "#d0b04", "#d0b0400", "#d0b04g", "", "#d0b040\n", 3])
 def test_a_colour_that_is_none_is_refused_by_name(text):
-    with pytest.raises(DrakeTrackerError, match="colour is .*#rrggbb"):
-        parse_colour(text)
+    with pytest.raises(DrakeTrackerError, match="target: colour is .*must be"):
+        make_target_rule(Coloured(text))
 
 
-def test_colours():
-    assert parse_colour("#0a80FF") == (10, 128, 255)
+@pytest.mark.parametrize(
+    "settings",
+    [Nearest((0.5, 0.0)), Nearest((0.5, 0.0, np.nan)), Nearest(within=-1.0), Inside(((0.7,), (0.4,))), Coloured("red")],
+    ids=str,
+)
+def test_settings_that_cannot_be_used_are_refused(settings):
+    with pytest.raises(DrakeTrackerError):
+        make_target_rule(settings)
+
+
+@pytest.mark.parametrize("target", ["first", None, First, np.zeros(3)], ids=str)
+def test_what_is_no_rule_is_refused_with_the_kinds(target):
+    with pytest.raises(DrakeTrackerError, match="target: kind is .*; allowed are coloured, first, inside"):
+        make_target_rule(target)
+
+
+@pytest.mark.parametrize("kind", TARGETS.makers)
+def test_every_rule_is_made_from_its_own_settings(kind):
+    rule = make_target_rule(kind())
+    assert rule.settings == kind() and make_target_rule(rule) is rule
+
+
+def test_hues():
     assert hue(GREY) is None and hue((0.0, 0.0, 0.0)) is None
     assert hue((255.0, 0.0, 0.0)) == 0.0 and hue((0.0, 0.0, 10.0)) == pytest.approx(240.0)
     dark = tuple(0.3 * value for value in GOLD)

@@ -20,13 +20,16 @@ from drake_tracker.core.messages import (
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.estimation.coordinated_turn import CoordinatedTurnEstimator
 from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
-from drake_tracker.vision.config import First, Nearest, Selected
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_shape import ObjectShape
 from drake_tracker.vision.object_track import Measurement, new_track
 from drake_tracker.vision.target import REASONS, Reason, choose_target, reason_of
+from drake_tracker.vision.target_config import First, Nearest, Selected
+from drake_tracker.vision.target_rules import FirstRule, NearestRule, SelectedRule
 from drake_tracker.vision.tracker import TrackerState
 from drake_tracker.vision.tracker_system import TrackerSystem
+
+FIRST, SELECTED = FirstRule(First()), SelectedRule(Selected())
 
 
 def track(number, x=0.5):
@@ -38,23 +41,23 @@ def track(number, x=0.5):
 
 def test_the_operator_changes_the_target_and_it_stays_until_its_track_ends():
     tracks = [track(1), track(2), track(3)]
-    assert choose_target(First(), tracks, 1, selected=3) == 3
-    assert choose_target(First(), tracks, 3, selected=0) == 3, "it stays"
-    assert choose_target(First(), tracks[:2], 3, selected=3) == 1, "its track has ended: the settings choose"
-    assert choose_target(Nearest(point=(0.5, 0.0, 0.485)), tracks, 2, selected=1) == 1
+    assert choose_target(FIRST, tracks, 1, selected=3) == 3
+    assert choose_target(FIRST, tracks, 3, selected=0) == 3, "it stays"
+    assert choose_target(FIRST, tracks[:2], 3, selected=3) == 1, "its track has ended: the settings choose"
+    assert choose_target(NearestRule(Nearest(point=(0.5, 0.0, 0.485))), tracks, 2, selected=1) == 1
 
 
 @pytest.mark.parametrize("selected", [-1, 4, 10**6])
 def test_the_number_of_no_track_is_ignored(selected):
-    assert choose_target(First(), [track(1), track(2)], 2, selected) == 2
-    assert choose_target(Selected(), [track(1)], 0, selected) == 0
+    assert choose_target(FIRST, [track(1), track(2)], 2, selected) == 2
+    assert choose_target(SELECTED, [track(1)], 0, selected) == 0
 
 
 def test_nothing_is_followed_until_it_is_selected():
-    assert choose_target(Selected(), [track(1), track(2)], 0) == 0
-    assert choose_target(Selected(), [track(1), track(2)], 0, selected=2) == 2
-    assert reason_of(None, True, True, asks=True) == Reason.NOT_SELECTED
-    assert reason_of(None, False, True, asks=True) == Reason.NO_OBJECT, "there is nothing to select"
+    assert choose_target(SELECTED, [track(1), track(2)], 0) == 0
+    assert choose_target(SELECTED, [track(1), track(2)], 0, selected=2) == 2
+    assert reason_of(None, True, True, SELECTED.reason) == Reason.NOT_SELECTED
+    assert reason_of(None, False, True, SELECTED.reason) == Reason.NO_OBJECT, "there is nothing to select"
     assert set(REASONS) == set(Reason)
 
 

@@ -19,9 +19,9 @@ from drake_tracker.core.messages import (
     message_size,
 )
 from drake_tracker.core.timing import PROJECTOR_SLOT, vision_slot
-from drake_tracker.vision.config import First, Nearest
 from drake_tracker.vision.object_track import TrackState
 from drake_tracker.vision.target import Reason
+from drake_tracker.vision.target_config import First, Nearest
 from drake_tracker.vision.tracker import Tracker, TrackerState
 from drake_tracker.vision.tracker_system import TrackerSystem, pack_regions, unpack_expected
 

@@ -6,13 +6,13 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker import DrakeTrackerError, load_scenario
+from drake_tracker.core.colour import rgb
 from drake_tracker.core.models_path import models_path
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.tasks.train.world import make_train_world
 from drake_tracker.world import painted_mesh
 from drake_tracker.world.cameras import CAMERA_NAMES
-from drake_tracker.world.colour import rgb
 from drake_tracker.world.config import TRAIN_BODIES
 from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.train_model import PAINTED_CELLS

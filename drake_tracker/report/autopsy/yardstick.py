@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
 from drake_tracker.estimation.kinds import make_estimator
@@ -47,7 +48,7 @@ def seen_by(
     seen = np.array(points)
     if "centroid_left" not in log:
         return seen
-    left, right = (_at(log[f"centroid_{side}"], ("u", "v"), stamps) for side in ("left", "right"))
+    left, right = (_at(log[f"centroid_{side}"], ("u", "v"), stamps) for side in SIDES)
     known = ~np.isnan(left + right).any(axis=1)
     if "tracks" in log:
         known &= _at(log["point"], ("gap",), stamps)[:, 0] > 0.0

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.messages import GraspDiagnosis, predicted_points
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_tracks
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.filming import STEREO_SIDES, Film, Script, Snapshot, View
+from drake_tracker.tasks.filming import Film, Script, Snapshot, View
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.vision_parts import load_cameras, look_windows
 
@@ -63,7 +64,7 @@ TRAIN_SCRIPT = Script(
     path=_path_at(_VIDEO_TIMES),
 )
 TRAIN_VIEW = View(phases=PREDICTING, path=_path_at(_RECORDING_TIMES))
-TRAIN_SNAPSHOT = Snapshot(sides=STEREO_SIDES, phases=(Phase.TRACK,), period=1.0, draw=_draw_snapshot)
+TRAIN_SNAPSHOT = Snapshot(sides=SIDES, phases=(Phase.TRACK,), period=1.0, draw=_draw_snapshot)
 
 
 def train_film(scenario: TrainScenario, hand_eye: HandEyeDiagram, subtitle: str) -> Film:
@@ -80,10 +81,10 @@ def train_film(scenario: TrainScenario, hand_eye: HandEyeDiagram, subtitle: str)
     return Film(
         title=scenario.name,
         subtitle=subtitle,
-        polygons={side: windows[side].polygon for side in STEREO_SIDES},
+        polygons={side: windows[side].polygon for side in SIDES},
         image_size=(config.width, config.height),
         cameras=cameras,
-        offsets={side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in STEREO_SIDES},
+        offsets={side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in SIDES},
         lag=scenario.vision.lag_cycles * VISION_PERIOD,
         lag_cycles=scenario.vision.lag_cycles,
         script=TRAIN_SCRIPT,

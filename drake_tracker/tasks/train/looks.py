@@ -2,9 +2,9 @@
 
 from typing import Any
 
+from drake_tracker.core.colour import rgb
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.vision.measured_tracks import ObjectLook
-from drake_tracker.world.colour import rgb
 from drake_tracker.world.config import TRAIN_WIDTH
 from drake_tracker.world.driven_objects import HAND_LENGTH, HAND_THICKNESS, HAND_WIDTH
 from drake_tracker.world.objects_config import Ball, Hand

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 from drake_tracker.arm.config import Hand, PacketGuardConfig, Puma560, ServoConfig
 from drake_tracker.arm.kinds import ARMS, arms_without
+from drake_tracker.core.colour import COLOUR_RULE, is_colour
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.estimation.config import ClosedPath
@@ -18,7 +19,6 @@ from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.tasks.plausible import image_problems, lag_of, link_problems
 from drake_tracker.tasks.train.plausible import grasp_problems
 from drake_tracker.vision.config import NormalFlow, Several, Single
-from drake_tracker.world.colour import COLOUR_RULE, is_colour
 from drake_tracker.world.config import CamerasConfig, LightingConfig, TrackConfig, TrainConfig
 from drake_tracker.world.object_kinds import OBJECTS
 from drake_tracker.world.objects_config import Train

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import System
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import GraspDiagnosis, JawState, Regions, TrackPoints, Verdict
 from drake_tracker.core.timing import PROJECTOR_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, vision_slot
@@ -27,7 +28,6 @@ from drake_tracker.tasks.train.scenario import Measured, TrainScenario
 from drake_tracker.tasks.train.strips import TRAIN_STRIPS
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.tasks.train.vision_parts import (
-    SIDES,
     arm_signals,
     image_vision,
     load_cameras,

@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram
 
 from drake_tracker.arm.arm_shape import ArmShape
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.faults.fault import CalibrationFault, PointFault, calibrated_with, faults_at
@@ -30,8 +31,6 @@ from drake_tracker.world.cameras import describe_rig, renderable_window
 from drake_tracker.world.image_pipeline import MOST_LATENCY, ImagePipeline, process_count
 from drake_tracker.world.plant import TRAIN_HEIGHT
 
-SIDES = ("left", "right")
-"""Names of the cameras' sides."""
 RenderedWindow = tuple[int, int, int, int]
 """(u0, v0, width, height) of the part of the full image that is rendered [px]."""
 
