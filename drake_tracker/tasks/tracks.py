@@ -18,6 +18,7 @@ STATE_WORDS = {
     TrackState.OCCLUDED: "covered",
     TrackState.NOT_OBSERVED: "not seen",
     TrackState.OUT_OF_VIEW: "outside of an image",
+    TrackState.MERGED: "merged with another",
 }
 """{state of a track: the same in words}."""
 SEEN = (TrackState.MOVING, TrackState.STANDING)

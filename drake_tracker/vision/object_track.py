@@ -1,5 +1,6 @@
 """The track of one object: where it was seen, how it moves, and whether it can be seen now."""
 
+import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import NamedTuple
@@ -142,6 +143,13 @@ class ObjectTrack(FrozenState):
         covariance[3:] = covariance[:, 3:] = 0.0
         covariance[[3, 4, 5], [3, 4, 5]] = std**2
         return replace(self, mean=read_only(mean), covariance=read_only(covariance))
+
+    def without_point(self) -> "ObjectTrack":
+        """Returns the track of an object that was found, but cannot yet be told apart from another one.
+
+        It was last seen just before its stamp, so that nobody takes its position for a measurement.
+        """
+        return replace(self, state=TrackState.MERGED, measurement=None, seen=math.nextafter(self.stamp, -math.inf))
 
     def as_object_of(self, other: "ObjectTrack") -> "ObjectTrack":
         """Returns the track with its place and motion, and with the identity and the look of another one's object."""

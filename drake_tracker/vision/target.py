@@ -19,6 +19,7 @@ class Reason(IntEnum):
     OUT_OF_VIEW = 5
     UNUSABLE_IMAGE = 6
     NOT_SELECTED = 7
+    MERGED = 8
 
 
 REASONS = {
@@ -30,6 +31,7 @@ REASONS = {
     Reason.OUT_OF_VIEW: "the target is outside of an image",
     Reason.UNUSABLE_IMAGE: "an image cannot be compared with the background",
     Reason.NOT_SELECTED: "the operator has selected no object",
+    Reason.MERGED: "the target cannot be told apart from another object",
 }
 """{reason: the same in words}."""
 
@@ -103,5 +105,9 @@ def reason_of(track: ObjectTrack | None, any_tracks: bool, usable: bool, no_targ
         return no_target if any_tracks else Reason.NO_OBJECT
     if track.measurement is not None:
         return Reason.NONE
-    reasons = {TrackState.OCCLUDED: Reason.OCCLUDED, TrackState.OUT_OF_VIEW: Reason.OUT_OF_VIEW}
+    reasons = {
+        TrackState.OCCLUDED: Reason.OCCLUDED,
+        TrackState.OUT_OF_VIEW: Reason.OUT_OF_VIEW,
+        TrackState.MERGED: Reason.MERGED,
+    }
     return reasons.get(track.state, Reason.NOT_OBSERVED)

@@ -47,6 +47,9 @@ GUESS_TIME = 2.0
 """Time [s] after which even a guessed size divides silhouettes well, as the background is known."""
 LONGEST_ROW = 4
 """Number of objects into which a long silhouette is divided at most."""
+GROWN, RIVAL = 1.25, 0.3
+"""A silhouette that is this many times as long as its object may show another one too, if the other image shows one
+that has at least this share of its pixels."""
 ROUGH_STD, ROUGH_SPEED_STD = 0.015, 0.1
 """Standard deviations of the position [m] and velocity [m/s] of an object that is seen apart in one image only."""
 WIDEST_GATE = 12.0
@@ -162,7 +165,10 @@ class Tracker:
         ]
         tracks, apart = self._come_apart(self._recognised(tracks, found), found)
         tracks = self._in_a_row(tracks, found)
-        tracks += apart or self._begin(stamp, found)
+        begun = apart or self._begin(stamp, found)
+        if not begun:
+            tracks, begun = self._merged_in_one_image(tracks, found)
+        tracks += begun
         tracks, next_number = self._confirm(self._cleaned(tracks, foregrounds), state.next_number)
         overflow = sum(max(len(regions) - REGION_SLOTS, 0) for regions in found) + max(len(tracks) - TRACK_SLOTS, 0)
         tracks = tracks[:TRACK_SLOTS]
@@ -280,7 +286,7 @@ class Tracker:
         ):
             track = self._learn_look(replace(track.updated(measurement), places=places), regions, measurement.p_WQ)
             if track.stamp < track.guessed_until:
-                return replace(track, state=TrackState.MERGED, measurement=None)
+                return track.without_point()
             moving = track.speed > STANDING_SPEED or any(
                 region.moving > 0.02 for region in regions if region is not None
             )
@@ -357,17 +363,7 @@ class Tracker:
 
     def _begin(self, stamp: float, found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
         """Returns new tracks of moving regions that no track has, paired so that their rays pass each other closest."""
-        left, right = (
-            [
-                region
-                for region in regions
-                if not region.track
-                and not region.covered
-                and region.moving > 0.0
-                and region.pixels >= self.settings.min_pixels
-            ]
-            for regions in found
-        )
+        left, right = ([region for region in regions if self._is_new(region)] for regions in found)
         if not left or not right:
             return []
         cost = np.full((len(left), len(right)), OUTSIDE)
@@ -386,6 +382,58 @@ class Tracker:
                 shape = ObjectShape.guess(np.array(jacobians), np.array([each.extents for each in pair]))
                 tracks.append(new_track(stamp, measured[i, j], shape, pair[0].colour))
         return tracks
+
+    def _is_new(self, region: Region) -> bool:
+        """Returns whether a region shows a moving object that has no track."""
+        moves = region.moving > 0.0 and region.pixels >= self.settings.min_pixels
+        return moves and not region.track and not region.covered
+
+    def _merged_in_one_image(
+        self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]
+    ) -> tuple[list[ObjectTrack], list[ObjectTrack]]:
+        """Returns the tracks, and new ones of objects that one image shows apart, and the other merged with a track's.
+
+        The places of both objects follow from the image that shows them apart, and from the height at which the middle
+        of both appears in the other image where the merged silhouette is.
+        """
+        kept, new = list(tracks), []
+        for side, other in ((0, 1), (1, 0)):
+            for region in filter(self._is_new, found[side]):
+                for k, track in enumerate(kept):
+                    if not track.number or min(track.places) < 0 or track.measurement is None:
+                        continue
+                    mine, common = (found[each][track.places[each]] for each in (side, other))
+                    window = self._windows([track], other)[0]
+                    if (common.extents <= GROWN * window.extents).all() or region.pixels < RIVAL * mine.pixels:
+                        continue
+                    height = self._common_height(side, (mine, region), common)
+                    pair = [self._on_height(track, self._cameras[side], each, height) for each in (mine, region)]
+                    places = self._cameras[other].project([each.position for each in pair])
+                    inside = (np.abs(places - (common.u, common.v)) <= 0.5 * common.extents).all()
+                    if inside and all(self._contains(each.position) for each in pair):
+                        kept[k] = replace(pair[0], number=track.number, hits=track.hits)
+                        new.append(pair[1])
+                        break
+        return kept, new
+
+    def _common_height(self, side: int, apart: Sequence[Region], common: Region) -> float:
+        """Returns the height at which two objects stand that one image shows apart, and the other one merged.
+
+        Args:
+            side: of the image that shows them apart.
+            apart: their regions in it.
+            common: the region of both in the other image.
+        """
+        camera, other = self._cameras[side], self._cameras[1 - side]
+        origin, directions = camera.rays([(region.u, region.v) for region in apart])
+        height = 0.0 if self._height is None else self._height
+        for _ in range(3):
+            points = [origin + (height + step - origin[2]) / d[2] * d for step in (0.0, HEIGHT_STD) for d in directions]
+            views = other.project(points)
+            middle, shifted = views[:2].mean(axis=0), views[2:].mean(axis=0)
+            slope = (shifted - middle) / HEIGHT_STD
+            height += float(slope @ ((common.u, common.v) - middle) / (slope @ slope))
+        return height
 
     def _come_apart(
         self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]
@@ -413,7 +461,8 @@ class Tracker:
                 if not small.any() or not others:
                     continue
                 pair = [
-                    self._on_height(track, camera, each) for each in (mine, max(others, key=lambda each: each.pixels))
+                    self._on_height(track, camera, each, track.height)
+                    for each in (mine, max(others, key=lambda each: each.pixels))
                 ]
                 track = replace(pair[0], number=track.number, hits=track.hits)
                 new.append(pair[1])
@@ -436,14 +485,14 @@ class Tracker:
                 result.append(track)
                 continue
             if track.shape.count < LENGTH_KNOWN:
-                result.append(replace(track, state=TrackState.MERGED, measurement=None))
+                result.append(track.without_point())
                 continue
             count = min(count, LONGEST_ROW)
             direction = track.shape.edges[:, longest] / length
             for k in range(count):
                 p_WQ = track.position + length * ((k + 0.5) / count - 0.5) * direction
                 part = self._rough(track, p_WQ, track.shape.part(longest, count), track.colour)
-                part = replace(part, state=TrackState.MERGED, guessed_until=track.stamp + GUESS_TIME)
+                part = replace(part, guessed_until=track.stamp + GUESS_TIME)
                 result.append(replace(part, number=track.number, hits=track.hits) if k == 0 else part)
         return result
 
@@ -453,13 +502,12 @@ class Tracker:
         """Returns a new track of an object that was found near another one, and moves like it."""
         measurement = Measurement(p_WQ, np.diag([ROUGH_STD**2, ROUGH_STD**2, HEIGHT_STD**2]), 0.0, 1.0)
         begun = new_track(track.stamp, measurement, shape, colour)
-        begun = begun.with_velocity(track.mean[3:] * [1.0, 1.0, 0.0], ROUGH_SPEED_STD)
-        return replace(begun, measurement=None)  # too rough for a point
+        return begun.with_velocity(track.mean[3:] * [1.0, 1.0, 0.0], ROUGH_SPEED_STD).without_point()
 
-    def _on_height(self, track: ObjectTrack, camera: CameraModel, region: Region) -> ObjectTrack:
-        """Returns a new track of a region in one image, at the height and with the velocity of another track."""
+    def _on_height(self, track: ObjectTrack, camera: CameraModel, region: Region, height: float) -> ObjectTrack:
+        """Returns a new track of a region in one image, at a height [m], with the velocity of another track."""
         origin, (direction,) = camera.rays([[region.u, region.v]])
-        p_WQ = origin + (track.height - origin[2]) / direction[2] * direction
+        p_WQ = origin + (height - origin[2]) / direction[2] * direction
         shape = ObjectShape.guess(projection_jacobian(camera, p_WQ)[None], np.array([region.extents]))
         return self._rough(track, p_WQ, shape.turned(track.mean[3:]), region.colour)
 

@@ -129,6 +129,6 @@ def test_no_array_of_a_track_can_be_written():
 
 def test_the_numbers_of_the_states_are_those_of_the_messages():
     assert [state.name for state in TrackState] == [
-        *("NONE", "MOVING", "STANDING", "OCCLUDED", "NOT_OBSERVED", "OUT_OF_VIEW"),
+        *("NONE", "MOVING", "STANDING", "OCCLUDED", "NOT_OBSERVED", "OUT_OF_VIEW", "MERGED"),
     ]
-    assert [int(state) for state in TrackState] == list(range(6))
+    assert [int(state) for state in TrackState] == list(range(7))

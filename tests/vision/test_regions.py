@@ -286,3 +286,12 @@ def test_a_thin_line_has_a_centre():
 def test_a_new_region_that_ends_at_the_arm_is_covered():
     (region,) = find_regions(foreground(drawn((90.0, 60.0), BIG), hidden=arm_from(100)))
     assert region.covered
+
+
+@pytest.mark.parametrize("form", ["rectangle", "ellipse"])
+def test_objects_that_touch_along_a_diagonal(form):
+    at, beside = (80.0, 50.0), (98.0, 60.0)
+    image = foreground(drawn(at, MIDDLE, form), drawn(beside, MIDDLE, form))
+    regions = find_regions(image, [window(1, at, MIDDLE, form=form), window(2, beside, MIDDLE, form=form)])
+    for region, truth in zip(regions, (at, beside)):
+        assert np.linalg.norm(centre_of(region) - truth) < 2.0

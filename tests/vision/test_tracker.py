@@ -420,3 +420,46 @@ def test_objects_of_two_colours_keep_their_numbers_although_they_merge_in_both_i
     names = run.identities(until=1.2)
     assert all(len(each) == 1 for each in names.values()) and names[0] != names[1]
     assert run.identities(since=3.8) == names
+
+
+@pytest.mark.parametrize("distance", [0.125, 0.14])
+def test_two_objects_that_are_merged_from_the_start(distance):
+    """Trains of 0.11 m. At 0.125 m they are merged in both images, at 0.14 m in the right one only."""
+    run = Run(Stage([(Cuboid(), on_oval()), (Cuboid(colour=BLUE), on_oval(start=distance / 1.2))])).watch(4.0)
+    assert run.numbers() == {1, 2}
+    far = [
+        min(np.linalg.norm(track.measurement.p_WQ - p_WQ) for p_WQ in truth)
+        for _, truth, state in run.history
+        for track in state.confirmed()
+        if track.measurement is not None
+    ]
+    between = np.array(far) > 0.5 * distance - 0.02
+    assert between.mean() < 0.01 and not between[10:].any()
+    late = run.identities(since=3.0)
+    assert all(len(each) == 1 for each in late.values()) and late[0] != late[1]
+
+
+def test_a_merged_track_has_no_point_and_is_not_seen_at_its_stamp():
+    run = Run(Stage([(Cuboid(), on_oval()), (Cuboid(), on_oval(start=0.125 / 1.2))])).watch(0.4)
+    merged = [track for _, _, state in run.history for track in state.confirmed() if track.state == TrackState.MERGED]
+    assert merged and all(track.measurement is None and track.seen < track.stamp for track in merged)
+
+
+def test_an_object_of_the_greatest_length_is_one_object():
+    run = Run(Stage([(Cuboid(), on_oval())]), Several(max_length=0.13)).watch(2.0)
+    assert run.numbers() == {1}
+    run = Run(Stage([(Cuboid(), on_oval())]), Several(max_length=0.07)).watch(2.0)
+    assert run.numbers() == {1, 2}
+
+
+@pytest.mark.parametrize(("gap", "speed"), [(0.06, 0.1), (0.06, 0.2), (0.08, 0.15)])
+def test_two_objects_pass_each_other_closely(gap, speed):
+    run = Run(Stage(crossing(gap, speed))).watch(3.0)
+    assert run.identities(0.4, 0.8) == run.identities(2.6)
+
+
+@pytest.mark.parametrize(("phase", "scale"), [(0.1, 0.6), (0.35, 0.68)])
+def test_two_objects_pass_each_other_on_ovals(phase, scale):
+    objects = [(Cuboid(), on_oval(start=0.1)), (Cuboid(colour=BLUE), on_oval(-0.2, start=phase, scale=scale))]
+    run = Run(Stage(objects)).watch(6.0)
+    assert all(len(each) == 1 for each in run.identities(since=1.0).values())
