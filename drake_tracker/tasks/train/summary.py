@@ -17,6 +17,8 @@ from drake_tracker.tasks.train.closing import closing_onset_error
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
 from drake_tracker.tasks.train.failure import explain_failure
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.trouble_tracking import tell_tracking, tracking_findings
+from drake_tracker.tasks.train.vision_parts import tracks_several
 
 JITTER_WINDOW = 31
 """Number of samples in the moving mean that is subtracted before jitter is measured."""
@@ -49,6 +51,8 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
     - ``table_touched``: whether the arm or the gripper touched the table.
     - ``packets_rejected``, ``packets_rejected_for``: see `packet_findings`.
     - ``set_points_changed``, ``set_points_changed_for``: see `limiter_findings`.
+    - ``tracking``: only if vision tracked several objects: see `tracking_findings`; ``troubles`` has a sentence for
+      each kind of trouble.
 
     Args:
         scenario: the scenario of the run.
@@ -79,6 +83,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
         **vision,
         **packet_findings(log),
         **limiter_findings(log),
+        **(_several(log, spans) if tracks_several(scenario) else {}),
         "lag_s": lag_of(log, scenario.time_step),
         "closing_onset_error_s": closing_onset_error(scenario, log, spans),
         "simulated_s": simulated,
@@ -131,6 +136,11 @@ def _verdict(verdict: Signal) -> dict[str, Any]:
         "table_touched": bool(verdict["table_touched"].any()),
         "self_touched": bool(verdict["self_touched"].any()),
     }
+
+
+def _several(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:
+    findings = tracking_findings(log, spans)
+    return {"tracking": {**findings, "troubles": tell_tracking(findings)}}
 
 
 def _tracking(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:
