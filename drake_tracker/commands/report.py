@@ -46,4 +46,4 @@ def _rows(scenario: Any, summary: dict[str, Any]) -> list[tuple[str, str, str]]:
             values = summary[key] if isinstance(summary[key], list) else [summary[key]]
             text = ", ".join(f"{value:.4g}" if isinstance(value, float) else str(value) for value in values)
             rows.append((key, label, f"{text} {unit}".rstrip()))
-    return rows + [("tracking", "tracking", trouble) for trouble in summary.get("tracking", {}).get("troubles", ())]
+    return rows + [("tracking", "tracking", trouble) for trouble in summary.get("tracking", {}).get("sentences", ())]

@@ -49,11 +49,11 @@ def _are_versions(value: Any) -> bool:
     return isinstance(value, dict) and all(each is None or _is_text(each) for each in (*value, *value.values()))
 
 
-def _tells_troubles(value: Any) -> bool:
+def _has_sentences(value: Any) -> bool:
     if not isinstance(value, dict):
         return False
-    troubles = value.get("troubles", [])
-    return isinstance(troubles, list) and all(_is_text(each) for each in troubles)
+    sentences = value.get("sentences", [])
+    return isinstance(sentences, list) and all(_is_text(each) for each in sentences)
 
 
 _KINDS: dict[str, Callable[[Any], bool]] = {
@@ -63,7 +63,7 @@ _KINDS: dict[str, Callable[[Any], bool]] = {
     "failure_reason": _is_text,
     "lag_s": _is_lag,
     "packets_rejected_for": _are_counts,
-    "tracking": _tells_troubles,
+    "tracking": _has_sentences,
     "package_versions": _are_versions,
 }
 """{key: returns whether a value is of the right kind}."""

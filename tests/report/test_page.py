@@ -138,9 +138,9 @@ def test_trouble_with_the_tracks_is_told(run_folder, made_up):
         {**made_up[1], "tracks": tracks_signal(lambda k: track_points(k / 60, [track(1)], 1), 60)},
         run_folder / "log.npz",
     )
-    edit_summary(run_folder, tracking={"troubles": ["The target changed <once>."]})
+    edit_summary(run_folder, tracking={"sentences": ["The target changed <once>."]})
     assert "<p>The target changed &lt;once&gt;.</p>" in page(run_folder)
-    for wrong in (3, {"troubles": "none"}, {"troubles": [1]}):
+    for wrong in (3, {"sentences": "none"}, {"sentences": [1]}):
         edit_summary(run_folder, tracking=wrong)
         assert "tracking" in page(run_folder) and "The target changed" not in page(run_folder)
     edit_summary(run_folder, tracking=None)

@@ -15,6 +15,7 @@ from drake_tracker.tasks.episode import PhaseSpan
 from drake_tracker.tasks.tracks import reason_shares
 from drake_tracker.tasks.train.cause import main_trouble
 from drake_tracker.tasks.train.episode import phase_spans, sighted
+from drake_tracker.tasks.train.judged_train import about_target
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.trouble import Cause
 from drake_tracker.tasks.train.trouble_tracking import tell_tracking, tracking_findings
@@ -45,6 +46,7 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
         scenario: of the run.
         log: {name: Signal}.
     """
+    log = about_target(scenario, log)
     spans = phase_spans(log, scenario.time_step)
     evidence = Evidence(scenario, log, spans)
     attempts, tracking = evidence.attempts(), evidence.tracking()

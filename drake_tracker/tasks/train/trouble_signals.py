@@ -6,8 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from drake_tracker.arm.packet_guard import REASONS, Rejection
+from drake_tracker.core.messages import TrackPoints
 from drake_tracker.tasks.episode import Log, PhaseSpan
-from drake_tracker.tasks.tracks import TRACKS
+from drake_tracker.tasks.tracks import fresh_tracks
 from drake_tracker.tasks.train.episode import sighted, train_pose
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.trouble import Cause, Trouble, stretches, troubles
@@ -63,11 +64,12 @@ def vision_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan
 
 def _without_point(log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Trouble]:
     """Returns where a vision of several objects had no point of the moving target, with its most frequent reason."""
-    tracks = log[TRACKS]
+    messages = fresh_tracks(log)
+    stamps, numbers = (messages[:, TrackPoints.get_fields().index(name)] for name in ("stamp", "reason"))
     found = []
     for start, end in _unseen(log, "point", spans, until):
-        here = (tracks["stamp"] >= start) & (tracks["stamp"] <= end) & (tracks["reason"] != Reason.NONE)
-        reasons = Counter(tracks["reason"][here]).most_common(1)
+        here = (stamps >= start) & (stamps <= end) & (numbers != Reason.NONE)
+        reasons = Counter(numbers[here]).most_common(1)
         why = f", because {NO_POINT[Reason(int(reasons[0][0]))]}," if reasons else ""
         found.append(Trouble(Cause.CAMERA, start, end, f"vision had no point of the moving train{why}"))
     return found

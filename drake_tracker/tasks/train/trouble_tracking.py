@@ -39,15 +39,16 @@ _UNUSABLE_WORDS = {
 def tracking_findings(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:
     """Returns what went wrong with the tracking of several objects.
 
-    Times are stamps of images. Measured vision has no images: what concerns them is then None or empty.
+    Times are stamps of images. What concerns the target is counted while the arm uses vision; a target that was lifted
+    may be lost. Measured vision has no images: what concerns them is then None or empty.
 
     - ``most_tracks``: most objects tracked at a time.
     - ``overflow``: most regions and tracks without a slot at a time.
     - ``target_changes``: how often another track became the target. ``first_target_change``: {``time_s``, ``before``,
       ``after``}, with the numbers of the tracks, or None.
-    - ``longest_without_point_s``: longest time without a point of the target while the arm used vision, from the first
-      point on; or from the start if there never was one. ``without_point``: {``start_s``, ``end_s``, ``reasons``}
-      of this stretch, with {name of the `Reason`: share}, or None.
+    - ``longest_without_point_s``: longest time without a point of the target, from the first point on; or from the
+      start if there never was one. ``without_point``: {``start_s``, ``end_s``, ``reasons``} of this stretch, with {name
+      of the `Reason`: share}, or None.
     - ``merged_s``, ``longest_merged_s``: time in which the silhouette of the target was divided in one of the images.
     - ``unusable_pairs``: number of pairs of images that could not be used. ``longest_unusable_s``: longest sequence.
       ``unusable_for``: {"light": pairs in which only the brightness had changed, "left" and "right": pairs in which
@@ -69,9 +70,9 @@ def tracking_findings(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:
     return {
         "most_tracks": int(np.max(np.count_nonzero(numbers > 0.0, axis=1), initial=0)),
         "overflow": int(np.max(messages[:, _OVERFLOW], initial=0.0)),
-        **_target_changes(messages),
+        **_target_changes(messages, spans),
         **_without_point(messages, spans),
-        **_merged(messages, regions),
+        **_merged(messages, regions, spans),
         **_unusable(regions),
         "cameras": {side: found for side in SIDES if (found := _camera(regions[side])) is not None},
     }
@@ -130,8 +131,8 @@ def _tell_camera(side: str, found: Mapping[str, Any]) -> str:
     return f"{where} for some time: check its calibration before you trust its points."
 
 
-def _target_changes(messages: np.ndarray) -> dict[str, Any]:
-    known = messages[messages[:, _TARGET] > 0.0]
+def _target_changes(messages: np.ndarray, spans: Sequence[PhaseSpan]) -> dict[str, Any]:
+    known = messages[(messages[:, _TARGET] > 0.0) & sighted(spans, messages[:, _STAMP])]
     targets = known[:, _TARGET].astype(int)
     changes = np.nonzero(np.diff(targets))[0] + 1
     first = None
@@ -159,7 +160,7 @@ def _without_point(messages: np.ndarray, spans: Sequence[PhaseSpan]) -> dict[str
     }
 
 
-def _merged(messages: np.ndarray, regions: Mapping[str, np.ndarray]) -> dict[str, Any]:
+def _merged(messages: np.ndarray, regions: Mapping[str, np.ndarray], spans: Sequence[PhaseSpan]) -> dict[str, Any]:
     if not any(len(each) for each in regions.values()):
         return {"merged_s": None, "longest_merged_s": None}
     merged = np.zeros(len(messages), bool)
@@ -171,6 +172,7 @@ def _merged(messages: np.ndarray, regions: Mapping[str, np.ndarray]) -> dict[str
             k, target = targets.get(round(float(row[0]), 6), (-1, 0.0))
             if target > 0.0 and ((found[:, track] == target) & (found[:, shared] > 0.0)).any():
                 merged[k] = True
+    merged &= sighted(spans, messages[:, _STAMP])
     return {
         "merged_s": float(VISION_PERIOD * np.count_nonzero(merged)),
         "longest_merged_s": _duration(_longest(messages[:, _STAMP], merged)),

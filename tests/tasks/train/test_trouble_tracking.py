@@ -211,7 +211,7 @@ def test_the_summary_tells_the_troubles(dark_run):
     scenario, log = dark_run
     summary = summarise(scenario, log, 6.0)
     assert summary["tracking"]["unusable_for"].keys() == {"light"}
-    assert any("could not be used" in sentence for sentence in summary["tracking"]["troubles"])
+    assert any("could not be used" in sentence for sentence in summary["tracking"]["sentences"])
 
 
 def test_a_failure_in_the_dark_is_told_with_its_reason(dark_run):
