@@ -28,10 +28,12 @@ _STAMP, _TARGET, _REASON, _OVERFLOW = (
 )
 _UNUSABLE_WORDS = {
     "light": "the light changed",
-    "both": "neither camera saw the known scene, because the light changed or because something moved or "
-    "covered both cameras",
-    "left": "the left camera did not see the known scene: it moved too far, or was blurred or covered",
-    "right": "the right camera did not see the known scene: it moved too far, or was blurred or covered",
+    "both": "neither image could be aligned with the known scene, because the light changed, or because both cameras "
+    "moved too far, or were blurred or covered",
+    "left": "the left image could not be aligned with the known scene, because the camera moved too far, or was blurred "
+    "or covered",
+    "right": "the right image could not be aligned with the known scene, because the camera moved too far, or was blurred "
+    "or covered",
 }
 """{key of ``unusable_for``: the same in words}."""
 
@@ -52,8 +54,8 @@ def tracking_findings(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:
     - ``merged_s``, ``longest_merged_s``: time in which the silhouette of the target was divided in one of the images.
     - ``unusable_pairs``: number of pairs of images that could not be used. ``longest_unusable_s``: longest sequence.
       ``unusable_for``: {"light": pairs in which only the brightness had changed, "left" and "right": pairs in which
-      only this camera, and "both": pairs in which neither camera saw the known scene}. The last is also what happens
-      when the light goes out.
+      only this image could not be aligned with the known scene, and "both": pairs in which neither could}. The last is
+      also what happens when the light goes out.
     - ``cameras``: {"left" or "right": {``moved_at_s``, ``moved_s``, ``largest_displacement_px``, ``knocked_at_s``,
       ``displacement_px``, ``stays_displaced``}} of those that moved. The last three are of a camera that stayed at its
       new place for some time; otherwise None, None and False.

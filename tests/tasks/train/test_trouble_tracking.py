@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from track_messages import regions, track, track_points, tracks_signal
 
+from drake_tracker.commands.report import report
 from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import REGION_FIELDS, Regions, message_rows
 from drake_tracker.core.timing import VISION_PERIOD
@@ -154,7 +155,7 @@ def test_unusable_images():
     assert found["unusable_for"] == {"light": 12, "left": 6, "both": 30}
     (sentence,) = tell_tracking(found)
     assert sentence.startswith("48 pairs of images could not be used, for at most 0.5 s in a row: the light changed;")
-    assert "the right camera" not in sentence
+    assert "the left image could not" in sentence and "the right image" not in sentence
 
 
 def test_a_camera_that_was_knocked_is_to_be_calibrated_again():
@@ -221,3 +222,12 @@ def test_a_failure_in_the_dark_is_told_with_its_reason(dark_run):
     assert f"because {REASONS[Reason.UNUSABLE_IMAGE]}" in trouble.sentence
     verdict = perform(scenario, log)["verdict"]
     assert "pairs of images could not be used" in verdict and "  " not in verdict
+
+
+def test_the_command_prints_a_line_for_each_trouble(dark_run, tmp_path, capsys):
+    scenario, log = dark_run
+    summary = summarise(scenario, log, 6.0)
+    report(scenario, summary, tmp_path)
+    lines = capsys.readouterr().out.splitlines()
+    told = [f"{'tracking':<18}{sentence}" for sentence in summary["tracking"]["sentences"]]
+    assert told and [line for line in lines if line.startswith("tracking")] == told
