@@ -21,11 +21,12 @@ def track(number, x=0.5, y=0.0, *, state=TrackState.MOVING, vx=0.0, vy=0.0, size
     return {"number": number, "state": state, "x": x, "y": y, "z": 0.485, "vx": vx, "vy": vy, "size": size}
 
 
-def track_points(stamp, tracks=(), target=0, reason=Reason.NONE):
+def track_points(stamp, tracks=(), target=0, reason=Reason.NONE, overflow=0):
     """A `TrackPoints` vector."""
     vector = np.zeros(message_size(TrackPoints))
     header = TrackPoints(vector)
     header.stamp, header.target, header.reason, header.valid = stamp, target, reason, 1.0
+    header.overflow = overflow
     for row, values in zip(message_rows(vector, TRACK_FIELDS), tracks):
         row[:] = [values.get(field, 0.0) for field in TRACK_FIELDS]
     return vector

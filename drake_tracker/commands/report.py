@@ -34,7 +34,10 @@ def outcome(scenario: Any, summary: dict[str, Any], out: Path) -> dict[str, Any]
 
 
 def _rows(scenario: Any, summary: dict[str, Any]) -> list[tuple[str, str, str]]:
-    """Returns (key, label, value with its unit) of those results of the task that the summary has."""
+    """Returns (key, label, value with its unit) of those results of the task that the summary has.
+
+    Each trouble with the tracking of several objects has a row of its own.
+    """
     from drake_tracker.tasks.registry import task_of
 
     rows = []
@@ -43,4 +46,4 @@ def _rows(scenario: Any, summary: dict[str, Any]) -> list[tuple[str, str, str]]:
             values = summary[key] if isinstance(summary[key], list) else [summary[key]]
             text = ", ".join(f"{value:.4g}" if isinstance(value, float) else str(value) for value in values)
             rows.append((key, label, f"{text} {unit}".rstrip()))
-    return rows
+    return rows + [("tracking", "tracking", trouble) for trouble in summary.get("tracking", {}).get("sentences", ())]

@@ -29,9 +29,10 @@ TrackPoint = namedview("TrackPoint", ["stamp", "x", "y", "z", "gap", "valid"])
 
 REGION_SLOTS = 16
 """Regions of one image that a message holds."""
-REGION_FIELDS = ("u", "v", "pixels", "width", "height", "var_u", "var_v", "moving", "share", "track")
+REGION_FIELDS = ("u", "v", "pixels", "width", "height", "var_u", "var_v", "moving", "share", "track", "shared")
 """Fields of a region: centroid [px, full frame], number of pixels, extents [px], variances of the centroid [px^2],
-share of its pixels that move, visible share of the object, number of its track (0: none, -1: not yet confirmed)."""
+share of its pixels that move, visible share of the object, number of its track (0: none, -1: not yet confirmed), 1 if
+it was cut out of a silhouette that shows several objects."""
 Regions = namedview(
     "Regions",
     ["stamp", "count", "usable", "camera", "displacement"]

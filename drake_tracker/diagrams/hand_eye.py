@@ -68,9 +68,10 @@ class HandEyeDiagram(Diagram):
     outputs ``tracks``, ``regions_left``, ``regions_right`` and ``expected``.
 
     The block lists the ports of the train; every task has the ports of its own subsystems. A train with further objects
-    also has ``truth_object_states``. A vision of several objects has ``tracks``, ``regions_left`` and ``regions_right``
-    as well, and its host ``expected``. With a `PipelinedCamera` the ports ``camera_*``, ``motion_*`` and
-    ``motion_images_*`` are ``world.image_latency`` cycles late.
+    also has ``truth_object_states``, and ``truth_judged`` where the judge watches several trains. A vision of several
+    objects has ``tracks``, ``regions_left`` and ``regions_right`` as well, and its host ``expected``. With a
+    `PipelinedCamera` the ports ``camera_*``, ``motion_*`` and ``motion_images_*`` are ``world.image_latency`` cycles
+    late.
 
     An output of the world is connected to the input of vision or arm with the same name, and an output of the arm to
     the input of the world with the same name. All outputs of subsystems, except those that drive the world, are outputs

@@ -55,7 +55,7 @@ class Judge:
     """
 
     def __init__(self, task: Task, scenario: BaseScenario, log: Mapping[str, Signal]) -> None:
-        self._truth = log[task.truth_signal]
+        self._truth = task.judged_log(scenario, log)[task.truth_signal]
         self._motion = task.free_motion(scenario, log)
         self.spans = self._motion.spans
 

@@ -3,7 +3,9 @@
 from drake_tracker.arm.packet_guard_system import make_packet_guard_system
 from drake_tracker.arm.servo_system import make_servo_system
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.diagrams.hand_eye import SELECTED
 from drake_tracker.footage.frame_clock import FrameClock
 from drake_tracker.footage.frame_sequence import FrameSequence
 from drake_tracker.footage.sources import open_footage
@@ -12,6 +14,7 @@ from drake_tracker.replay.log_source_system import LogSourceSystem
 from drake_tracker.replay.recording import Recording
 from drake_tracker.replay.replay_diagram import ReplayDiagram
 from drake_tracker.run.camera_images import image_file
+from drake_tracker.run.log_recorder import OPERATOR
 
 
 def make_replay_diagram(recording: Recording) -> ReplayDiagram:
@@ -26,10 +29,21 @@ def make_replay_diagram(recording: Recording) -> ReplayDiagram:
     parts = task.rebuild(scenario, recording.recorded, recording.start, recording.folder)
     sources = {name: (_log_source(recording, name), "signal") for name in (*recording.sources, "command")}
     sources |= {name: (_video_source(recording, name, size), "image") for name, size in parts.images.items()}
+    selected = _selected(recording)
+    if selected is not None and parts.vision is not None and parts.vision.HasInputPort(SELECTED):
+        sources[SELECTED] = (selected, "signal")
     servo = make_servo_system(scenario.servo, scenario.time_step, task.servo_period)
     servo.set_name("servo")
     guard = make_packet_guard_system(parts.guard, scenario.time_step)
     return ReplayDiagram(sources, parts.vision, parts.host, parts.link, guard, servo)
+
+
+def _selected(recording: Recording) -> LogSourceSystem | None:
+    """Returns the source of the objects that the operator selected as targets, None for a run without an operator."""
+    commands = recording.log.get(OPERATOR)
+    if commands is None or SELECTED not in commands.names or not len(commands.times):
+        return None
+    return LogSourceSystem(Signal(commands.times, commands.view(SELECTED), (SELECTED,)), VISION_PERIOD)
 
 
 def _log_source(recording: Recording, name: str) -> LogSourceSystem:

@@ -33,7 +33,8 @@ class ReplayDiagram(Diagram):
 
     Args:
         sources: {name of the replaced port: (System, name of its output port)}. They include ``command``, and either
-            ``point`` or ``tracks``, which the host reads, or the inputs of ``vision``.
+            ``point`` or ``tracks``, which the host reads, or the inputs of ``vision``; its input ``selected`` may be
+            missing.
         vision: System with these inputs and the output that the host reads, or None.
         host: an `EstimatorSystem`, or an `EstimatorBankSystem`.
         link: a `LinkSystem`.
@@ -66,7 +67,7 @@ class ReplayDiagram(Diagram):
         for system in systems:
             for port in inputs(system):
                 name = port.get_name()
-                if name == SELECTED:  # no operator takes part in a replay
+                if name == SELECTED and name not in ports:  # no operator took part in the run
                     continue
                 builder.Connect(ports[packets[system] if name == "packet" else name], port)
             for port in outputs(system):

@@ -49,6 +49,13 @@ def _are_versions(value: Any) -> bool:
     return isinstance(value, dict) and all(each is None or _is_text(each) for each in (*value, *value.values()))
 
 
+def _has_sentences(value: Any) -> bool:
+    if not isinstance(value, dict):
+        return False
+    sentences = value.get("sentences", [])
+    return isinstance(sentences, list) and all(_is_text(each) for each in sentences)
+
+
 _KINDS: dict[str, Callable[[Any], bool]] = {
     "scenario": _is_text,
     "seed": lambda value: _is_text(value) or (is_number(value) and math.floor(value) == value),
@@ -56,6 +63,7 @@ _KINDS: dict[str, Callable[[Any], bool]] = {
     "failure_reason": _is_text,
     "lag_s": _is_lag,
     "packets_rejected_for": _are_counts,
+    "tracking": _has_sentences,
     "package_versions": _are_versions,
 }
 """{key: returns whether a value is of the right kind}."""

@@ -207,6 +207,15 @@ class Task(Protocol[Scenario]):
         """
         ...
 
+    def judged_log(self, scenario: Scenario, log: Log) -> Log:
+        """Returns the log of a run in which ``truth_signal`` is the state of the object that the run was about.
+
+        Args:
+            scenario: the scenario of the run.
+            log: {name: Signal} of the run.
+        """
+        return log
+
     def free_motion(self, scenario: Scenario, log: Log) -> FreeMotion:
         """Returns the time in which the object of a run moved freely.
 

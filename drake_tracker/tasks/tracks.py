@@ -101,7 +101,7 @@ def logged_tracks(log: Mapping[str, Signal]) -> list[LoggedTrack]:
     Args:
         log: {name: Signal} of a run.
     """
-    messages = _fresh(log)
+    messages = fresh_tracks(log)
     if not len(messages):
         return []
     slots = messages[:, -TRACK_SLOTS * len(TRACK_FIELDS) :].reshape(len(messages), TRACK_SLOTS, len(TRACK_FIELDS))
@@ -136,7 +136,7 @@ def reason_shares(
         log: {name: Signal} of a run.
         counts: returns which cycles count, shape (n,), for their stamps [s], shape (n,); None: all count.
     """
-    messages = _fresh(log)
+    messages = fresh_tracks(log)
     stamps, reasons = (messages[:, TrackPoints.get_fields().index(name)] for name in ("stamp", "reason"))
     if counts is not None:
         reasons = reasons[counts(stamps)]
@@ -157,7 +157,7 @@ def tell_reasons(shares: Mapping[Reason, float]) -> str:
     return f"the most frequent reason: {REASONS[reason]} ({share:.0%})"
 
 
-def _fresh(log: Mapping[str, Signal]) -> np.ndarray:
+def fresh_tracks(log: Mapping[str, Signal]) -> np.ndarray:
     """Returns the `TrackPoints` vectors of a log with a stamp of their own, shape (n, k); n is 0 without the signal."""
     fields = TrackPoints.get_fields()
     signal = log.get(TRACKS)

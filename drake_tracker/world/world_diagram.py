@@ -22,7 +22,7 @@ from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
 from drake_tracker.world.objects_system import add_object_motion, add_object_states
 from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory, hide_table_frame, place_train
 from drake_tracker.world.rail_system import add_rail
-from drake_tracker.world.scene_object import SceneObject
+from drake_tracker.world.scene_object import Ride, SceneObject
 from drake_tracker.world.slide import add_moving_body
 from drake_tracker.world.track_visual import add_track_visual
 from drake_tracker.world.tracks import Track
@@ -58,6 +58,8 @@ class WorldDiagram(Diagram):
     Only judges, logs and viewers may read ``truth_train_state``, the 13 numbers of the free body; ``truth_verdict``, a
     `Verdict`, updated at 60 Hz from time 0 and all zeros before; ``truth_query``, the scene; and
     ``truth_object_states``, 13 numbers of a free body for each of ``objects``, which exists only if there are any.
+    With ``judge_all`` and further trains there is also ``truth_judged``, the number of the train that the verdict is
+    about: 0 for the first, k for the k-th train of ``objects``.
 
     Args:
         description: the arm and its gripper.
@@ -81,6 +83,7 @@ class WorldDiagram(Diagram):
             no ``camera_*`` ports and no renderer.
         pipeline: how late the images are, and which processes make them; None: they are rendered when they are read.
         objects: further objects that move by themselves.
+        judge_all: whether the judge watches the trains among ``objects`` too; without it, only the first train.
         faults: what goes wrong; of these, the world has those of images, scene, train, joints and gripper.
         seed: of the sensor noise.
         time_step: of the plant [s].
@@ -114,6 +117,7 @@ class WorldDiagram(Diagram):
         windows: Mapping[str, ImageWindow] | None = None,
         pipeline: ImagePipeline | None = None,
         objects: Sequence[SceneObject] = (),
+        judge_all: bool = False,
         faults: Sequence[Fault] = (),
         seed: int = 0,
         time_step: float = TIME_STEP,
@@ -194,7 +198,12 @@ class WorldDiagram(Diagram):
             )
             self.cameras[name] = replace(camera, image_port=image_port)
         jaws = add_jaw_sensor(builder, plant=plant, gripper=laboratory.gripper)
-        judge = add_grasp_judge(builder, laboratory=laboratory, track=track, rest_height=rest_height)
+        others = [
+            (body, each.motion.track)
+            for body, each in zip(laboratory.object_bodies, objects)
+            if isinstance(each.motion, Ride) and judge_all
+        ]
+        judge = add_grasp_judge(builder, laboratory=laboratory, track=track, rest_height=rest_height, others=others)
 
         builder.ExportInput(plant.get_desired_state_input_port(laboratory.arm), "arm_desired_state")
         builder.ExportInput(plant.get_actuation_input_port(laboratory.arm), "arm_feedforward")
@@ -209,6 +218,8 @@ class WorldDiagram(Diagram):
         builder.ExportOutput(jaws.GetOutputPort("jaws"), "jaws")
         builder.ExportOutput(plant.get_state_output_port(laboratory.train), "truth_train_state")
         builder.ExportOutput(judge.GetOutputPort("verdict"), "truth_verdict")
+        if others:
+            builder.ExportOutput(judge.GetOutputPort("judged"), "truth_judged")
         builder.ExportOutput(laboratory.scene_graph.get_query_output_port(), "truth_query")
         if objects:
             states = add_object_states(builder, plant=plant, bodies=laboratory.object_bodies)

@@ -2,13 +2,14 @@
 
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
 
 from drake_tracker import cli
 from drake_tracker.core.log import Signal, load_log, save_log
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
+from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, OperatorCommand, message_size, pack_prediction
 from drake_tracker.replay.judge import HORIZONS, Judge, compare_signals
 from drake_tracker.replay.parts import make_replay_diagram
 from drake_tracker.replay.recording import STARTS, open_recording
@@ -47,6 +48,28 @@ def test_a_run_with_several_objects_is_bit_identical(several_run, start):
     tracks = recording.log["tracks"]
     assert tracks["number0"][-1] > 0.0 and tracks["number1"][-1] > 0.0
     assert open_recording(several_run).start == "points"
+
+
+def test_the_operator_selects_the_target_again(several_run, tmp_path):
+    log = load_log(several_run / "log.npz")
+    tracks = log["tracks"]
+    before, other = tracks["target"][-1], tracks["number1"][-1]
+    assert {before, other} == {1.0, 2.0} and len(set(tracks["target"])) == 2, "0 and the first object seen"
+    from_sample = len(tracks.times) - 30
+    commands = np.zeros((len(tracks.times), message_size(OperatorCommand)))
+    commands[from_sample:, OperatorCommand.get_fields().index("selected")] = other
+    log["operator"] = Signal(tracks.times, commands, tuple(OperatorCommand.get_fields()))
+    folder = tmp_path / "run"
+    shutil.copytree(several_run, folder)
+    save_log(log, folder / "log.npz")
+
+    out = tmp_path / "replay"
+    out.mkdir()
+    result = replay_run(open_recording(folder, start="images"), out)
+    target = load_log(out / "log.npz")["tracks"]["target"]
+    assert np.array_equal(target[:from_sample], tracks["target"][:from_sample])
+    assert (target[from_sample:] == other).all(), "in the cycle in which the operator's command was logged"
+    assert not result["identical"], "the run itself had no such command"
 
 
 @pytest.mark.parametrize(

@@ -133,6 +133,20 @@ def test_wrong_counts_of_rejected_packets_are_noted_and_not_shown(run_folder, wr
     assert "packets_rejected_for" in text and "packets rejected" not in text
 
 
+def test_trouble_with_the_tracks_is_told(run_folder, made_up):
+    save_log(
+        {**made_up[1], "tracks": tracks_signal(lambda k: track_points(k / 60, [track(1)], 1), 60)},
+        run_folder / "log.npz",
+    )
+    edit_summary(run_folder, tracking={"sentences": ["The target changed <once>."]})
+    assert "<p>The target changed &lt;once&gt;.</p>" in page(run_folder)
+    for wrong in (3, {"sentences": "none"}, {"sentences": [1]}):
+        edit_summary(run_folder, tracking=wrong)
+        assert "tracking" in page(run_folder) and "The target changed" not in page(run_folder)
+    edit_summary(run_folder, tracking=None)
+    assert "The target changed" not in page(run_folder)
+
+
 def test_the_page_of_a_caught_ball_needs_only_its_summary(run_folder):
     for name in ("scenario.yaml", "log.npz"):
         (run_folder / name).unlink()

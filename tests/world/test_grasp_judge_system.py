@@ -1,6 +1,7 @@
 """The judge, on contacts between real models, and on one real grasp."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -154,6 +155,36 @@ def test_taken_is_lifted_by_both_fingers_for_a_second(touch, contacts):
     assert verdict.held == pytest.approx(HELD, abs=3 * VISION_PERIOD)
     assert verdict.lift == pytest.approx(LIFTED + 0.001)
     assert start <= verdict.held_since <= start + 2 * VISION_PERIOD
+
+
+def test_of_several_trains_the_one_in_the_hand_is_judged(touch, contacts):
+    # The train of the contacts is the second one here; the first one stands for ever.
+    body = touch.laboratory.plant.GetBodyByName("table")
+    builder = DiagramBuilder()
+    first = builder.AddSystem(Puppets(lambda t: (contacts["both" if t > 0.3 else "nothing"], on_track())))
+    second = builder.AddSystem(Puppets(lambda t: (contacts["nothing"], on_track(lift=LIFTED + 0.02))))
+    judge = builder.AddSystem(
+        GraspJudgeSystem(
+            laboratory=replace(touch.laboratory, train_body=body),
+            track=TRACK,
+            rest_height=REST,
+            others=[(touch.laboratory.train_body, TRACK)],
+        )
+    )
+    builder.Connect(first.GetOutputPort("contacts"), judge.GetInputPort("contact_results"))
+    builder.Connect(first.GetOutputPort("train"), judge.GetInputPort("train_state"))
+    builder.Connect(second.GetOutputPort("train"), judge.GetInputPort("train_state_1"))
+    simulator = Simulator(builder.Build())
+    context = judge.GetMyContextFromRoot(simulator.get_context())
+
+    def findings(time):
+        simulator.AdvanceTo(time)
+        verdict = Verdict(judge.GetOutputPort("verdict").Eval(context).copy())
+        return judge.GetOutputPort("judged").Eval(context)[0], verdict.lift, verdict.taken
+
+    assert findings(0.2) == (0.0, pytest.approx(0.0), 0.0)
+    assert findings(1.0) == (1.0, pytest.approx(LIFTED + 0.02), 0.0)
+    assert findings(1.5) == (1.0, pytest.approx(LIFTED + 0.02), 1.0)
 
 
 def test_the_period_can_be_chosen(touch):

@@ -15,8 +15,11 @@ from drake_tracker.tasks.episode import PhaseSpan
 from drake_tracker.tasks.tracks import reason_shares
 from drake_tracker.tasks.train.cause import main_trouble
 from drake_tracker.tasks.train.episode import phase_spans, sighted
+from drake_tracker.tasks.train.judged_train import about_target
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.trouble import Cause
+from drake_tracker.tasks.train.trouble_tracking import tell_tracking, tracking_findings
+from drake_tracker.tasks.train.vision_parts import tracks_several
 
 LEAST_BLAME = 0.002
 """A stage whose excess is less than this [m] is not blamed."""
@@ -31,7 +34,8 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
     - ``culprit``: name of the stage that contributed most of what was not normal; None when the train was lifted or no
       stage did. ``excess_m``: {stage: its excess over normal}, largest first.
     - ``verdict``: one or two sentences on the run, None when the train was lifted. Trouble outside of the stages, such
-      as a train that was stopped or a camera that saw nothing, comes first.
+      as a train that was stopped or a camera that saw nothing, comes first. What went wrong with the tracking of
+      several objects comes last.
     - ``attempts``: a dict for each descent: ``sentence``, ``outcome``, its times, ``culprit``, ``offset`` and
       ``contributions`` {stage: (along, across, up, yaw)}, which add up to it, ``size_m`` {stage: m}, ``ages_s``.
     - ``tracking``: the contributions while tracking: number of ``moments`` evaluated, ``size_m`` {stage: 68th
@@ -42,6 +46,7 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
         scenario: of the run.
         log: {name: Signal}.
     """
+    log = about_target(scenario, log)
     spans = phase_spans(log, scenario.time_step)
     evidence = Evidence(scenario, log, spans)
     attempts, tracking = evidence.attempts(), evidence.tracking()
@@ -55,13 +60,17 @@ def perform(scenario: TrainScenario, log: Mapping[str, Signal]) -> dict[str, Any
     lateness = float(np.median([attempt.timing for attempt in failed])) if failed else 0.0
     age = float(tracking.ages[before].mean()) if before.any() else 0.0
     culprit = None if lifted else broken if broken is not None else _worst(found, lateness, age)
+    troubles = tell_tracking(tracking_findings(log, spans)) if tracks_several(scenario) else []
     described = [_attempt(scenario, attempt) for attempt in attempts]
     order = np.argsort(-found)
     return {
         "culprit": None if culprit is None else WORDS[culprit],
         "verdict": None
         if lifted
-        else _verdict(scenario, log, spans) + tell_run(culprit, found, broken, described) + tell_unseen(unseen),
+        else _verdict(scenario, log, spans)
+        + tell_run(culprit, found, broken, described)
+        + tell_unseen(unseen)
+        + "".join(f" {each}" for each in troubles),
         "excess_m": _named(found[order], order),
         "attempts": described,
         "tracking": {

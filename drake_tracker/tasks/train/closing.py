@@ -9,6 +9,7 @@ from drake_tracker.grasp.gate import touch_delay
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, tool_pose
 from drake_tracker.tasks.train.episode import train_pose
+from drake_tracker.tasks.train.judged_train import FIRST_TRAIN
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.world.speed_law import distance_at
@@ -39,8 +40,11 @@ def closing_onset_error(scenario: TrainScenario, log: Log, spans: Sequence[Phase
         log: {name: Signal} of the run.
         spans: phases of the run.
 
-    Returns None if the jaws never closed, or if the hand was not over the train at the launch.
+    Returns None if the jaws never closed, if the hand was not over the train at the launch, or if the log is about
+    another object than the first train.
     """
+    if FIRST_TRAIN in log:
+        return None
     launch, close = last_closing(spans)
     if launch is None or close is None:
         return None

@@ -15,8 +15,12 @@ from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_of_n
 from drake_tracker.tasks.results import git_commit, lag_of, limiter_findings, package_versions, packet_findings, tidy
 from drake_tracker.tasks.train.closing import closing_onset_error
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
-from drake_tracker.tasks.train.failure import explain_failure
+from drake_tracker.tasks.train.failure import Failure, explain_failure
+from drake_tracker.tasks.train.judged_train import RunObjects, about_target, object_name, run_objects
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.trouble import Cause
+from drake_tracker.tasks.train.trouble_tracking import tell_tracking, tracking_findings
+from drake_tracker.tasks.train.vision_parts import tracks_several
 
 JITTER_WINDOW = 31
 """Number of samples in the moving mean that is subtracted before jitter is measured."""
@@ -25,7 +29,8 @@ JITTER_WINDOW = 31
 def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: bool = False) -> dict[str, Any]:
     """Returns the summary of a run, a dict of numbers, texts and None (where a value does not exist).
 
-    Lengths are in m, times in s, angles in rad. Position errors are horizontal, at the centre of the train's body:
+    Lengths are in m, times in s, angles in rad. Position errors are horizontal, at the centre of the train's body. The
+    train is the first one or, if vision tracked several objects, the object that was the target at the last descent:
 
     - ``cause``: one of `drake_tracker.tasks.train.trouble.Cause`; None when the train was lifted.
     - ``prediction_rms_m``, ``prediction_p95_m``: error of the servo's target at the time for which it predicts, while
@@ -42,13 +47,16 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
     - ``time_to_grasp_s``: time from the start of the run until the hand felt its grip and began to lift.
     - ``lift_height_m``: greatest height of the train above the rail while a finger touches it.
     - ``hold_s``: longest time for which the train was held, according to the judge.
-    - ``closing_onset_error_s``: see `closing_onset_error`.
+    - ``closing_onset_error_s``: see `closing_onset_error`; None unless the target is the first train.
     - ``joint_limit_margin_rad``: smallest distance of a joint from its limit.
     - ``speed_share``: greatest fraction of the rated speed of a joint.
     - ``longest_saturation_s``: longest saturation of a drive.
     - ``table_touched``: whether the arm or the gripper touched the table.
     - ``packets_rejected``, ``packets_rejected_for``: see `packet_findings`.
     - ``set_points_changed``, ``set_points_changed_for``: see `limiter_findings`.
+    - ``tracking``: only if vision tracked several objects: see `tracking_findings`. ``target_object`` and
+      ``lifted_object``: "train" for the first train, "objects[k]" for one of the scenario's ``objects``, or None; a
+      success is a target that was lifted. ``sentences``: one for each kind of trouble, for the user.
 
     Args:
         scenario: the scenario of the run.
@@ -57,12 +65,17 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
         interrupted: whether the user ended the run.
     """
     spans = phase_spans(log, scenario.time_step)
+    objects = run_objects(scenario, log, spans)
+    success = objects.success
+    log = about_target(scenario, log)
     vision = _vision(log, spans)
     counts = log["diagnosis"]["attempts"]
     attempts = int(counts[-1]) if len(counts) else 0
     verdict = log["truth_verdict"]
-    success = bool(len(verdict.times) and verdict["taken"][-1])
     failure = explain_failure(scenario, log, spans, vision["vision_valid_fraction"], interrupted)
+    if objects.lifted is not None and not success:
+        names = object_name(objects.lifted), object_name(objects.target)
+        failure = Failure("the hand lifted {} instead of {}, the target".format(*names), Cause.SECOND_OBJECT)
     lifts = [span.start for span in spans if span.phase == Phase.LIFT]
     summary = {
         "scenario": scenario.name,
@@ -79,6 +92,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
         **vision,
         **packet_findings(log),
         **limiter_findings(log),
+        **(_several(log, spans, objects) if tracks_several(scenario) else {}),
         "lag_s": lag_of(log, scenario.time_step),
         "closing_onset_error_s": closing_onset_error(scenario, log, spans),
         "simulated_s": simulated,
@@ -131,6 +145,15 @@ def _verdict(verdict: Signal) -> dict[str, Any]:
         "table_touched": bool(verdict["table_touched"].any()),
         "self_touched": bool(verdict["self_touched"].any()),
     }
+
+
+def _several(log: Log, spans: Sequence[PhaseSpan], objects: RunObjects) -> dict[str, Any]:
+    findings = tracking_findings(log, spans)
+    target, lifted = object_name(objects.target), object_name(objects.lifted)
+    sentences = tell_tracking(findings)
+    if objects.target:
+        sentences.insert(0, f"The target was {target} of the scenario; success and errors are about this object.")
+    return {"tracking": {"target_object": target, "lifted_object": lifted, **findings, "sentences": sentences}}
 
 
 def _tracking(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from drake_tracker.tasks.train.episode import phase_spans, sighted
 from drake_tracker.tasks.train.failure import activity
 from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.filming import TRAIN_SNAPSHOT, TRAIN_VIEW, train_film
+from drake_tracker.tasks.train.judged_train import about_target
 from drake_tracker.tasks.train.scenario import Measured, TrainScenario
 from drake_tracker.tasks.train.strips import TRAIN_STRIPS
 from drake_tracker.tasks.train.summary import summarise
@@ -81,6 +82,7 @@ class TrainTask(Task[TrainScenario]):
         "regions_left": (VISION_PERIOD, Regions.get_fields()),
         "regions_right": (VISION_PERIOD, Regions.get_fields()),
         "jaws": (VISION_PERIOD, JawState.get_fields()),
+        "truth_judged": (VISION_PERIOD, ("train",)),
     }
     pictures = {"tracking.png": "The track from above, errors over time, and phases."}  # noqa: RUF012
     titles = ("The train was not lifted", "The train was lifted")
@@ -147,6 +149,9 @@ class TrainTask(Task[TrainScenario]):
     ) -> dict[str, Any]:
         return summarise(scenario, log, simulated, interrupted)
 
+    def judged_log(self, scenario: TrainScenario, log: Log) -> Log:
+        return about_target(scenario, log)
+
     def free_motion(self, scenario: TrainScenario, log: Log) -> TrainFreeMotion:
         return TrainFreeMotion(scenario, log)
 
@@ -155,7 +160,7 @@ class TrainTask(Task[TrainScenario]):
     ) -> None:
         from drake_tracker.tasks.train.figures import draw_tracking  # Matplotlib is slow to load
 
-        draw_tracking(scenario, log, summary, folder / "tracking.png")
+        draw_tracking(scenario, about_target(scenario, log), summary, folder / "tracking.png")
 
     def subtitle(self, scenario: TrainScenario) -> str:
         return f"seed {scenario.seed}, {scenario.track.speed:g} m/s"
@@ -174,7 +179,9 @@ class TrainTask(Task[TrainScenario]):
             return None
         attempts = summary.get("attempts")
         which = "at the first attempt" if attempts == 1 else f"at attempt {attempts}"
-        return f"The train was lifted {which}, {summary['time_to_grasp_s']:.1f} s after the start."
+        name = (summary.get("tracking") or {}).get("lifted_object") or "train"
+        what = "The train" if name == "train" else f"The target, {name},"
+        return f"{what} was lifted {which}, {summary['time_to_grasp_s']:.1f} s after the start."
 
     def signal_offset(self, name: str, time_step: float) -> float:
         if name == "tracks":

@@ -4,6 +4,7 @@ import numpy as np
 
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.train.episode import train_pose
+from drake_tracker.tasks.train.judged_train import FIRST_TRAIN
 from drake_tracker.tasks.train.open_track import last_place
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import place_track
@@ -27,6 +28,8 @@ END_ZONE = 0.05
 def motion_troubles(scenario: TrainScenario, log: Log, until: float) -> list[Trouble]:
     """Returns where the train did not move as its speed law says, in order of time.
 
+    Only the first train is watched: there is none in a log that is about another object.
+
     Args:
         scenario: the scenario of the run.
         log: {name: Signal} of the run.
@@ -35,7 +38,7 @@ def motion_troubles(scenario: TrainScenario, log: Log, until: float) -> list[Tro
     truth, verdict = log["truth_train_state"], log["truth_verdict"]
     seen = (truth.times > STARTING) & (truth.times <= until)
     times = truth.times[seen]
-    if len(times) == 0:
+    if len(times) == 0 or FIRST_TRAIN in log:
         return []
     x, y, _, yaw = train_pose(log, times).T
     vx, vy = truth.view("vx", "vy")[seen].T

@@ -1,14 +1,20 @@
 """Trouble on the way from the cameras to the arm: vision, host and link."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
 
 from drake_tracker.arm.packet_guard import REASONS, Rejection
+from drake_tracker.core.messages import TrackPoints
 from drake_tracker.tasks.episode import Log, PhaseSpan
+from drake_tracker.tasks.tracks import fresh_tracks
 from drake_tracker.tasks.train.episode import sighted, train_pose
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.trouble import Cause, Trouble, stretches, troubles
+from drake_tracker.tasks.train.vision_parts import tracks_several
+from drake_tracker.vision.target import REASONS as NO_POINT
+from drake_tracker.vision.target import Reason
 
 MOVING = 0.03
 """Speed of the train [m/s] from which vision should see it."""
@@ -42,6 +48,8 @@ def vision_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan
         spans: phases of the run.
         until: time until which points are judged [s].
     """
+    if tracks_several(scenario):
+        return [*_without_point(log, spans, until), *_wrong_places(log, spans, until)]
     names = {"centroid_left": "the left camera", "centroid_right": "the right camera"}
     unseen = {name: _unseen(log, name, spans, until) for name in names if name in log} or {
         "point": _unseen(log, "point", spans, until)
@@ -52,6 +60,19 @@ def vision_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan
         for start, end in spells
     ]
     return [*blind, *_wrong_places(log, spans, until)]
+
+
+def _without_point(log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Trouble]:
+    """Returns where a vision of several objects had no point of the moving target, with its most frequent reason."""
+    messages = fresh_tracks(log)
+    stamps, numbers = (messages[:, TrackPoints.get_fields().index(name)] for name in ("stamp", "reason"))
+    found = []
+    for start, end in _unseen(log, "point", spans, until):
+        here = (stamps >= start) & (stamps <= end) & (numbers != Reason.NONE)
+        reasons = Counter(numbers[here]).most_common(1)
+        why = f", because {NO_POINT[Reason(int(reasons[0][0]))]}," if reasons else ""
+        found.append(Trouble(Cause.CAMERA, start, end, f"vision had no point of the moving train{why}"))
+    return found
 
 
 def _unseen(log: Log, name: str, spans: Sequence[PhaseSpan], until: float) -> list[tuple[float, float]]:

@@ -8,6 +8,7 @@ from drake_tracker.arm.description import Arm
 from drake_tracker.faults.fault import Fault
 from drake_tracker.tasks.train.objects import train_objects
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.train.vision_parts import tracks_several
 from drake_tracker.world.cameras import ImageWindow
 from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.tracks import Track
@@ -58,6 +59,7 @@ def make_train_world(
         windows=windows,
         pipeline=pipeline,
         objects=train_objects(scenario, track, start),
+        judge_all=tracks_several(scenario),
         faults=faults,
         seed=scenario.seed,
         time_step=scenario.time_step,
