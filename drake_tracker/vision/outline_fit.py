@@ -66,6 +66,25 @@ def fit_outlines(
     return [place - border for place in found]
 
 
+def own_shares(silhouette: np.ndarray, outlines: Sequence[np.ndarray], centres: Sequence[np.ndarray]) -> list[float]:
+    """Returns which share of each outline covers pixels of the silhouette that no larger outline covers.
+
+    Args:
+        silhouette: uint8 (h, w), 1 where it is.
+        outlines: of each object, as from `box_outline`.
+        centres: of each object, shape (2,) [px].
+    """
+    areas = [cv2.contourArea(outline) for outline in outlines]
+    rest, shares = silhouette.copy(), [0.0] * len(outlines)
+    for k in sorted(range(len(outlines)), key=lambda k: -areas[k]):
+        mask = np.zeros_like(silhouette)
+        corners = np.rint((outlines[k] + centres[k]) * 16.0).astype(np.int32)
+        cv2.fillConvexPoly(mask, corners, 1, lineType=cv2.LINE_8, shift=4)
+        shares[k] = cv2.countNonZero(cv2.bitwise_and(mask, rest)) / max(areas[k], 1.0)
+        rest = cv2.subtract(rest, mask)
+    return shares
+
+
 def _template(outline: np.ndarray) -> np.ndarray:
     """Returns an outline filled with 1, uint8, of odd width and height, with its centre in the middle."""
     half_width, half_height = (math.ceil(float(np.abs(outline[:, axis]).max())) for axis in (0, 1))

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.vision.foreground import Foreground
-from drake_tracker.vision.outline_fit import box_outline, fit_outlines
+from drake_tracker.vision.outline_fit import box_outline, fit_outlines, own_shares
 
 FRAGMENT_PIXELS = 6
 """Fragments of a silhouette with fewer pixels are noise."""
@@ -22,6 +22,8 @@ FRAGMENT_SHARE = 0.25
 """A fragment with a smaller share of the pixels of the largest one is a piece of the same object."""
 CLAIM_MARGIN = 2.0
 """Distance [px] by which a fragment may lie outside the gate of a window that claims it."""
+OWN_SHARE = 0.2
+"""An object of which a smaller share shows beside larger objects cannot be placed."""
 REACH = 1.35
 """Pixels farther from a window's centre than this many radii belong to another object."""
 OVERSIZE = 1.6
@@ -274,7 +276,7 @@ def divide(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: np.ndarra
 
     The silhouette of a single object is its own, unless it is far larger than the object: then only what is near is.
     Several objects are placed so that their outlines cover the silhouette; each takes the pixels that are nearest to
-    it. An object that is hidden behind another one has no part.
+    it. An object that hardly shows beside larger ones, or behind a nearer one, has no part: its place is not seen.
 
     Args:
         whole: the silhouette, uint8, 1 where it is.
@@ -290,20 +292,28 @@ def divide(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: np.ndarra
     if len(windows) > 1 and len(visible) == 1:
         parts[visible[0]] = Part(whole, shared=True)
         return parts
-    centres = [windows[k].centre for k in visible]
-    if len(windows) > 1:
-        outlines = [box_outline(windows[k].edges) for k in visible]
-        places = fit_outlines(whole, outlines, [each - offset for each in centres], [windows[k].std for k in visible])
-        centres = [place + offset for place in places]
-    rows, columns = np.nonzero(whole)
-    points = np.column_stack([columns, rows]) + offset
-    distances = np.stack([np.linalg.norm(points - c, axis=1) / windows[k].radius for k, c in zip(visible, centres)])
-    nearest = distances.argmin(axis=0)
-    for number, k in enumerate(visible):
-        kept = (nearest == number) & (distances[number] <= REACH)
-        pixels = _drawn(whole.shape, rows[kept], columns[kept])
-        parts[k] = Part(pixels, centres[number], shared=True) if len(windows) > 1 else Part(pixels)
+    if len(windows) == 1:
+        kept = _nearest(whole, windows, [windows[0].centre - offset])[0]
+        return [Part(kept)]
+    outlines = [box_outline(windows[k].edges) for k in visible]
+    expected = [windows[k].centre - offset for k in visible]
+    places = fit_outlines(whole, outlines, expected, [windows[k].std for k in visible])
+    own = own_shares(whole, outlines, places)
+    seen = [number for number in range(len(visible)) if own[number] >= OWN_SHARE]
+    pixels = _nearest(whole, [windows[visible[number]] for number in seen], [places[number] for number in seen])
+    for number, mine in zip(seen, pixels):
+        parts[visible[number]] = Part(mine, places[number] + offset, shared=True)
     return parts
+
+
+def _nearest(whole: np.ndarray, windows: Sequence[ObjectWindow], places: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Returns the pixels of a silhouette, uint8, that are nearest to each object, and not farther than `REACH`."""
+    rows, columns = np.nonzero(whole)
+    points = np.column_stack([columns, rows])
+    distances = np.stack([np.linalg.norm(points - p, axis=1) / each.radius for p, each in zip(places, windows)])
+    nearest = distances.argmin(axis=0)
+    masks = [(nearest == number) & (distances[number] <= REACH) for number in range(len(windows))]
+    return [_drawn(whole.shape, rows[mask], columns[mask]) for mask in masks]
 
 
 def _hides(front: ObjectWindow, back: ObjectWindow) -> bool:

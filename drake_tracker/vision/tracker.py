@@ -394,7 +394,7 @@ class Tracker:
         """Returns the tracks, and new ones of objects that one image shows apart, and the other merged with a track's.
 
         The places of both objects follow from the image that shows them apart, and from the height at which the middle
-        of both appears in the other image where the merged silhouette is.
+        of both appears in the other image where the merged silhouette is. An object that is well known stays as it is.
         """
         kept, new = list(tracks), []
         for side, other in ((0, 1), (1, 0)):
@@ -406,12 +406,13 @@ class Tracker:
                     window = self._windows([track], other)[0]
                     if (common.extents <= GROWN * window.extents).all() or region.pixels < RIVAL * mine.pixels:
                         continue
-                    height = self._common_height(side, (mine, region), common)
+                    known = track.shape.settled
+                    height = track.height if known else self._common_height(side, (mine, region), common)
                     pair = [self._on_height(track, self._cameras[side], each, height) for each in (mine, region)]
                     places = self._cameras[other].project([each.position for each in pair])
                     inside = (np.abs(places - (common.u, common.v)) <= 0.5 * common.extents).all()
                     if inside and all(self._contains(each.position) for each in pair):
-                        kept[k] = replace(pair[0], number=track.number, hits=track.hits)
+                        kept[k] = track if known else replace(pair[0], number=track.number, hits=track.hits)
                         new.append(pair[1])
                         break
         return kept, new
