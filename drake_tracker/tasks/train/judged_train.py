@@ -11,10 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_tracker.core.log import Signal
+from drake_tracker.core.messages import TrackPoints
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, interpolate_rows
 from drake_tracker.tasks.task import BODY_STATE
-from drake_tracker.tasks.train.episode import phase_spans
+from drake_tracker.tasks.tracks import fresh_tracks, logged_tracks
+from drake_tracker.tasks.train.episode import phase_spans, sighted
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.vision_parts import tracks_several
 from drake_tracker.world.objects_config import Train
@@ -45,6 +47,22 @@ class RunObjects(NamedTuple):
         return self.lifted is not None and self.target in (None, self.lifted)
 
 
+class Swap(NamedTuple):
+    """The track of the target went over to another object.
+
+    Attributes:
+        time: stamp of its first point on the other object [s].
+        track: number of the track.
+        before: the object before, as in `RunObjects`.
+        after: the object afterwards.
+    """
+
+    time: float
+    track: int
+    before: int
+    after: int
+
+
 def run_objects(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> RunObjects:
     """Returns the objects that a run was about. With a vision of a single object they can only be the first train.
 
@@ -61,6 +79,36 @@ def run_objects(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -
     return RunObjects(_target(log, spans) if tracks_several(scenario) else 0, lifted)
 
 
+def target_swaps(log: Log, spans: Sequence[PhaseSpan]) -> list[Swap]:
+    """Returns where the track of the target went over from one object to another, in order of time.
+
+    The object must be the nearest one to `POINTS` points of the track in a row before, and another one afterwards. Only
+    the time in which the arm uses vision counts.
+
+    Args:
+        log: {name: Signal} of the run.
+        spans: phases of the run.
+    """
+    messages = fresh_tracks(log)
+    stamp, target = (messages[:, TrackPoints.get_fields().index(name)] for name in ("stamp", "target"))
+    targets = dict(zip(stamp.tolist(), target.tolist()))
+    swaps = []
+    for track in logged_tracks(log):
+        used = track.seen & np.array([targets[time] == track.number for time in track.times.tolist()], bool)
+        used &= sighted(spans, track.times)
+        times = track.times[used]
+        if not len(times):
+            continue
+        distances = _distances(log, times, track.xyz[used, :2])
+        nearest = np.where(distances.min(axis=0) <= NEAR, distances.argmin(axis=0), -1)
+        edges = np.concatenate([[0], np.nonzero(np.diff(nearest))[0] + 1, [len(nearest)]])
+        lasting = [a for a, b in zip(edges, edges[1:]) if nearest[a] >= 0 and b - a >= POINTS]
+        for a, b in zip(lasting, lasting[1:]):
+            if nearest[a] != nearest[b]:
+                swaps.append(Swap(float(times[b]), track.number, int(nearest[a]), int(nearest[b])))
+    return sorted(swaps, key=lambda swap: swap.time)
+
+
 def about_target(scenario: TrainScenario, log: Log) -> Log:
     """Returns a log for everything that compares a run with the truth: its train is the object that was the target.
 
@@ -74,7 +122,8 @@ def about_target(scenario: TrainScenario, log: Log) -> Log:
     target = run_objects(scenario, log, phase_spans(log, scenario.time_step)).target
     if not target:
         return log
-    return {**log, FIRST_TRAIN: log[_STATE], _STATE: _states(log)[target]}
+    states = _states(log)
+    return {**log, FIRST_TRAIN: states[0], _STATE: states[target]}
 
 
 def object_name(number: int | None) -> str | None:
@@ -92,20 +141,30 @@ def _target(log: Log, spans: Sequence[PhaseSpan]) -> int | None:
     if not len(known):
         return None
     stamps, xy = point["stamp"][known], point.view("x", "y")[known]
-    distances = []
-    for state in _states(log):
-        away = np.hypot(*(interpolate_rows(stamps, state.times, state.view("x", "y")) - xy).T)
-        away = away[np.isfinite(away)]
-        distances.append(float(np.median(away)) if len(away) else np.inf)
+    distances = np.median(_distances(log, stamps, xy), axis=1)
     nearest = int(np.argmin(distances))
     return nearest if distances[nearest] <= NEAR else None
 
 
+def _distances(log: Log, stamps: np.ndarray, xy: np.ndarray) -> np.ndarray:
+    """Returns the horizontal distances of points from each object at their stamps [m], infinite where it is unknown.
+
+    Args:
+        log: {name: Signal} of the run.
+        stamps: of the points [s], shape (n,).
+        xy: the points in W [m], shape (n, 2).
+
+    Returns shape (number of objects, n).
+    """
+    rows = [np.hypot(*(interpolate_rows(stamps, state.times, state.view("x", "y")) - xy).T) for state in _states(log)]
+    return np.nan_to_num(np.array(rows), nan=np.inf)
+
+
 def _states(log: Log) -> list[Signal]:
     """Returns the true states of all objects, the first train's first."""
-    others = log.get(_OTHER_STATES)
+    first, others = log.get(FIRST_TRAIN, log[_STATE]), log.get(_OTHER_STATES)
     if others is None:
-        return [log[_STATE]]
+        return [first]
     count = others.data.shape[1] // len(BODY_STATE)
     rows = np.split(others.data, count, axis=1)
-    return [log[_STATE], *(Signal(others.times, row, tuple(BODY_STATE)) for row in rows)]
+    return [first, *(Signal(others.times, row, tuple(BODY_STATE)) for row in rows)]

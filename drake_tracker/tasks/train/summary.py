@@ -16,7 +16,7 @@ from drake_tracker.tasks.results import git_commit, lag_of, limiter_findings, pa
 from drake_tracker.tasks.train.closing import closing_onset_error
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
 from drake_tracker.tasks.train.failure import Failure, explain_failure
-from drake_tracker.tasks.train.judged_train import RunObjects, about_target, object_name, run_objects
+from drake_tracker.tasks.train.judged_train import RunObjects, about_target, object_name, run_objects, target_swaps
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.trouble import Cause
 from drake_tracker.tasks.train.trouble_tracking import tell_tracking, tracking_findings
@@ -56,7 +56,9 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
     - ``set_points_changed``, ``set_points_changed_for``: see `limiter_findings`.
     - ``tracking``: only if vision tracked several objects: see `tracking_findings`. ``target_object`` and
       ``lifted_object``: "train" for the first train, "objects[k]" for one of the scenario's ``objects``, or None; a
-      success is a target that was lifted. ``sentences``: one for each kind of trouble, for the user.
+      success is a target that was lifted. ``swaps``: {``time_s``, ``track``, ``before``, ``after``} for each time that
+      the track of the target went over to another object, see `target_swaps`. ``sentences``: one for each kind of
+      trouble, for the user.
 
     Args:
         scenario: the scenario of the run.
@@ -150,10 +152,28 @@ def _verdict(verdict: Signal) -> dict[str, Any]:
 def _several(log: Log, spans: Sequence[PhaseSpan], objects: RunObjects) -> dict[str, Any]:
     findings = tracking_findings(log, spans)
     target, lifted = object_name(objects.target), object_name(objects.lifted)
+    swaps = [
+        {"time_s": swap.time, "track": swap.track, "before": object_name(swap.before), "after": object_name(swap.after)}
+        for swap in target_swaps(log, spans)
+    ]
     sentences = tell_tracking(findings)
+    if swaps:
+        first = swaps[0]
+        sentences.append(
+            f"Vision mistook another object for the target: from {first['time_s']:.1f} s on, track {first['track']} "
+            f"was on {first['after']} instead of {first['before']}."
+        )
     if objects.target:
         sentences.insert(0, f"The target was {target} of the scenario; success and errors are about this object.")
-    return {"tracking": {"target_object": target, "lifted_object": lifted, **findings, "sentences": sentences}}
+    return {
+        "tracking": {
+            "target_object": target,
+            "lifted_object": lifted,
+            "swaps": swaps,
+            **findings,
+            "sentences": sentences,
+        }
+    }
 
 
 def _tracking(log: Log, spans: Sequence[PhaseSpan]) -> dict[str, Any]:

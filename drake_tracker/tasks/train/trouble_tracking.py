@@ -30,10 +30,10 @@ _UNUSABLE_WORDS = {
     "light": "the light changed",
     "both": "neither image could be aligned with the known scene, because the light changed, or because both cameras "
     "moved too far, or were blurred or covered",
-    "left": "the left image could not be aligned with the known scene, because the camera moved too far, or was blurred "
-    "or covered",
-    "right": "the right image could not be aligned with the known scene, because the camera moved too far, or was blurred "
-    "or covered",
+    "left": "the left image could not be aligned with the known scene, because the camera moved too far, or was "
+    "blurred or covered",
+    "right": "the right image could not be aligned with the known scene, because the camera moved too far, or was "
+    "blurred or covered",
 }
 """{key of ``unusable_for``: the same in words}."""
 

@@ -4,12 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from track_messages import track, track_points, tracks_signal
 
 from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.tasks.train.episode import phase_spans
-from drake_tracker.tasks.train.judged_train import FIRST_TRAIN, RunObjects, about_target, object_name, run_objects
+from drake_tracker.tasks.train.judged_train import (
+    FIRST_TRAIN,
+    RunObjects,
+    Swap,
+    about_target,
+    object_name,
+    run_objects,
+    target_swaps,
+)
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.vision.config import Several
 from drake_tracker.world.objects_config import Ball, Train
@@ -111,3 +120,33 @@ def test_half_a_second_of_points_decides(two):
     late = (point["stamp"] > 2.2) & (point["stamp"] <= 3.0 + VISION_PERIOD)
     data[late, point.names.index("x")] += 0.3
     assert found(scenario, {**log, "point": replace(point, data=data)}).target == 2
+
+
+def swapped(log, aside):
+    """The log with the tracks 1, the target, ``aside(stamp)`` beside the first train, and 2, which stands far away."""
+    truth = log["truth_train_state"]
+
+    def message(k):
+        stamp = k * VISION_PERIOD
+        x, y = (float(np.interp(stamp, truth.times, truth[axis])) for axis in "xy")
+        return track_points(stamp, [track(1, x + aside(stamp), y), track(2, 0.0, 0.0)], 1)
+
+    return {**log, "tracks": tracks_signal(message, len(truth.times))}
+
+
+def test_a_track_that_goes_over_to_another_object_is_found(two):
+    scenario, log = two(0)
+    spans = phase_spans(log)
+    steady = swapped(log, lambda t: 0.02)
+    assert target_swaps(steady, spans) == []
+    short = swapped(log, lambda t: 0.3 if 1.5 < t < 1.8 else 0.0)
+    assert target_swaps(short, spans) == [], "for less than half a second"
+    over = swapped(log, lambda t: 0.3 * np.clip(2.0 * (t - 1.5), 0.0, 1.0))
+    (swap,) = target_swaps(over, spans)
+    assert swap == Swap(pytest.approx(1.5 + 0.5 * 0.22 / 0.3, abs=0.02), 1, 0, 2)
+    assert target_swaps(about_target(scenario, over), spans) == [swap]
+    summary = summarise(scenario, over, 6.0)
+    assert summary["tracking"]["swaps"][0]["after"] == "objects[1]"
+    assert "track 1 was on objects[1] instead of train" in summary["tracking"]["sentences"][-1]
+    late = swapped(log, lambda t: 0.3 if t > 3.2 else 0.0)
+    assert target_swaps(late, spans) == [], "the arm no longer uses vision"

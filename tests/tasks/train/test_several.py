@@ -32,6 +32,7 @@ def run(tmp_path_factory):
 def test_the_log_has_the_tracks_of_both_trains(run):
     log = load_log(run / "log.npz")
     assert not {"centroid_left", "regions_left"} & log.keys()
+    assert not log["truth_judged"].data.any(), "the first train, since nothing was touched"
     tracks = log["tracks"]
     assert tracks.names == tuple(TrackPoints.get_fields())
     last = tracks.data[-1]
