@@ -67,6 +67,7 @@ class ObjectTrack(FrozenState):
         height: z_W of its centroid as seen by both cameras, without other objects in the way [m].
         colour: red, green, blue [grey levels].
         merged: newest stamp at which another object shared its silhouette, or it was seen in one image only [s].
+        alone: newest stamp at which both images showed it without another object in its silhouette [s].
         guessed_until: stamp until which its size counts as a guess, which divides silhouettes badly [s].
         measurement: the measurement of this stamp, or None.
         places: number of its region in the left and in the right image of this stamp, -1 without one.
@@ -84,6 +85,7 @@ class ObjectTrack(FrozenState):
     height: float
     colour: tuple[float, float, float]
     merged: float = -np.inf
+    alone: float = np.inf
     guessed_until: float = -np.inf
     measurement: Measurement | None = None
     places: tuple[int, int] = (-1, -1)
@@ -207,5 +209,6 @@ def new_track(
         shape=shape,
         height=float(measurement.p_WQ[2]),
         colour=colour,
+        alone=stamp,
         measurement=measurement,
     )

@@ -26,7 +26,7 @@ OWN_SHARE = 0.2
 """An object of which a smaller share shows beside larger objects cannot be placed."""
 REACH = 1.35
 """Pixels farther from a window's centre than this many radii belong to another object."""
-OVERSIZE = 1.6
+OVERSIZE = 1.3
 """A region that is this many times as wide or high as its object shows another one too."""
 COVERED = 0.08
 """Share of an object's window that the arm may cover before the centroid counts as wrong."""
@@ -274,8 +274,8 @@ class Part(NamedTuple):
 def divide(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: np.ndarray) -> list[Part]:
     """Returns the parts of a silhouette that belong to the objects in its windows, one for each of them.
 
-    The silhouette of a single object is its own, unless it is far larger than the object: then only what is near is.
-    Several objects are placed so that their outlines cover the silhouette; each takes the pixels that are nearest to
+    The silhouette of a single object is its own, unless it is far larger than the object. Otherwise the objects are
+    placed so that their outlines cover the silhouette as well as possible; each takes the pixels that are nearest to
     it. An object that hardly shows beside larger ones, or behind a nearer one, has no part: its place is not seen.
 
     Args:
@@ -283,27 +283,30 @@ def divide(whole: np.ndarray, windows: Sequence[ObjectWindow], offset: np.ndarra
         windows: the objects.
         offset: full-frame coordinates of the top left pixel, shape (2,) [px].
     """
-    if len(windows) == 1:
-        _, _, width, height = cv2.boundingRect(whole)
-        if not windows[0].settled or (np.array([width, height]) <= OVERSIZE * windows[0].extents + 4.0).all():
-            return [Part(whole)]
+    if len(windows) == 1 and not _is_too_large(whole, windows[0]):
+        return [Part(whole)]
     visible = [k for k, window in enumerate(windows) if not any(_hides(other, window) for other in windows)]
     parts = [Part(np.zeros_like(whole), shared=True) for _ in windows]
     if len(windows) > 1 and len(visible) == 1:
         parts[visible[0]] = Part(whole, shared=True)
         return parts
-    if len(windows) == 1:
-        kept = _nearest(whole, windows, [windows[0].centre - offset])[0]
-        return [Part(kept)]
     outlines = [box_outline(windows[k].edges) for k in visible]
     expected = [windows[k].centre - offset for k in visible]
     places = fit_outlines(whole, outlines, expected, [windows[k].std for k in visible])
     own = own_shares(whole, outlines, places)
     seen = [number for number in range(len(visible)) if own[number] >= OWN_SHARE]
+    if not seen:
+        return parts
     pixels = _nearest(whole, [windows[visible[number]] for number in seen], [places[number] for number in seen])
     for number, mine in zip(seen, pixels):
         parts[visible[number]] = Part(mine, places[number] + offset, shared=True)
     return parts
+
+
+def _is_too_large(whole: np.ndarray, window: ObjectWindow) -> bool:
+    """Returns whether a silhouette is far larger than the object of known size that is expected there."""
+    _, _, width, height = cv2.boundingRect(whole)
+    return window.settled and bool((np.array([width, height]) > OVERSIZE * window.extents + 4.0).any())
 
 
 def _nearest(whole: np.ndarray, windows: Sequence[ObjectWindow], places: Sequence[np.ndarray]) -> list[np.ndarray]:

@@ -60,6 +60,8 @@ HEIGHT_STD = 0.004
 """Standard deviation of the height of an object that moves on a surface [m]."""
 RECENTLY, NEARBY = 1.0, 0.3
 """Time since two objects were merged [s], and distance between them [m], up to which their identities are checked."""
+WRONG_SIZE_TIME = 4.0
+"""Time [s] for which an object without others near it can have a silhouette that is too large for it."""
 CLEAR_COLOUR = 60.0
 """By how much the colours of two objects must fit better to the identities exchanged [grey levels, all channels]."""
 SHORT_COAST = 0.1
@@ -163,6 +165,7 @@ class Tracker:
             self._observe(track, (places[0][k], places[1][k]), found, foregrounds, (windows[0][k], windows[1][k]))
             for k, track in enumerate(tracks)
         ]
+        tracks = [self._relearning(track, tracks) for track in tracks]
         tracks, apart = self._come_apart(self._recognised(tracks, found), found)
         tracks = self._in_a_row(tracks, found)
         begun = apart or self._begin(stamp, found)
@@ -312,7 +315,7 @@ class Tracker:
         """Returns the track with the extents and colour of its regions, unless other objects cover a part of them."""
         weight = max(COLOUR_WEIGHT, 1.0 / track.hits)
         (red, green, blue), height, merged = track.colour, track.height, track.merged
-        guessed_until = track.guessed_until
+        alone, guessed_until = track.alone, track.guessed_until
         if any(region is None or region.shared for region in regions):
             merged = track.stamp
         elif regions[0] is not None:
@@ -330,15 +333,26 @@ class Tracker:
                 np.array([region.extents for _, region in views]),
                 np.array([region.pixels for _, region in views]),
             )
-            guessed_until = -np.inf
+            alone, guessed_until = track.stamp, -np.inf
         return replace(
             track,
             shape=shape,
             height=float(height),
             colour=(red, green, blue),
             merged=merged,
+            alone=alone,
             guessed_until=guessed_until,
         )
+
+    def _relearning(self, track: ObjectTrack, tracks: Sequence[ObjectTrack]) -> ObjectTrack:
+        """Returns a track, whose size is learned anew if its silhouettes are too large for long without another object.
+
+        Such an object was only seen in part when its size was learned.
+        """
+        if track.stamp - track.alone < WRONG_SIZE_TIME or not track.shape.settled:
+            return track
+        near = (np.linalg.norm(other.position - track.position) < NEARBY for other in tracks if other is not track)
+        return track if any(near) else replace(track, shape=replace(track.shape, count=0), alone=track.stamp)
 
     def _recognised(self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
         """Returns the tracks, with the identities of two exchanged whose colours say so when they have just separated.

@@ -463,3 +463,14 @@ def test_two_objects_pass_each_other_on_ovals(phase, scale):
     objects = [(Cuboid(), on_oval(start=0.1)), (Cuboid(colour=BLUE), on_oval(-0.2, start=phase, scale=scale))]
     run = Run(Stage(objects)).watch(6.0)
     assert all(len(each) == 1 for each in run.identities(since=1.0).values())
+
+
+def test_an_object_of_which_only_a_part_was_seen_at_first():
+    """The size that was learned from the part is corrected."""
+    path = on_oval()
+    stage = Stage([(Cuboid((0.05, 0.04, 0.05)), during(path, 0.0, 2.0)), (Cuboid(), during(path, 2.0, 20.0))])
+    run = Run(stage).watch(10.0)
+    assert run.numbers() == {1}
+    np.testing.assert_allclose(run.tracks[1].shape.dimensions, (0.11, 0.04, 0.05), atol=0.015)
+    errors, share = run.errors(1, 1, since=9.0)
+    assert share == 1.0 and errors.max() < 0.012
