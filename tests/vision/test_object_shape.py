@@ -3,7 +3,7 @@ import pytest
 from cuboids import CAMERAS, Cuboid, oval
 
 from drake_tracker.vision.object_shape import ObjectShape, outline_area
-from drake_tracker.vision.tracker import projection_jacobian
+from drake_tracker.vision.stereo_geometry import projection_jacobian
 
 TRAIN = (0.11, 0.04, 0.05)
 PERIOD = 1 / 60

@@ -2,8 +2,10 @@ import cv2
 import numpy as np
 import pytest
 
+from drake_tracker.vision.division import divide
 from drake_tracker.vision.foreground import Foreground
-from drake_tracker.vision.regions import ObjectWindow, covered_share, divide, find_regions
+from drake_tracker.vision.object_window import ObjectWindow
+from drake_tracker.vision.regions import covered_share, find_regions
 
 WIDTH, HEIGHT = 200, 140
 OFFSET = (30, 12)

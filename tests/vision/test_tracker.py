@@ -8,7 +8,8 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import TRACK_SLOTS
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.object_track import TrackState
-from drake_tracker.vision.tracker import Tracker, TrackerState, projection_jacobian
+from drake_tracker.vision.stereo_geometry import projection_jacobian
+from drake_tracker.vision.tracker import Tracker, TrackerState
 
 GOLD, BLUE, RED = (200, 170, 60), (50, 80, 190), (190, 50, 40)
 NEAR = 0.02
