@@ -387,7 +387,11 @@ def main():
     for part in [options.part] if options.part else PARTS:
         if part == "cost":
             seeds = [QUICK_SEED if options.quick else COST_SEED]
-            cells = [{**cost_of_vision(seeds[0], options.quick)}, {**cost_of_loop(seeds[0], options.quick)}]
+            cells = [
+                cost_of_vision("train", "vision of one train, one cycle", seeds[0], options.quick),
+                cost_of_vision("train:two", "vision of two trains, one cycle", seeds[0], options.quick),
+                cost_of_loop(seeds[0], options.quick),
+            ]
         else:
             rows = measure(part, chosen, options.seeds, options.quick, options.workers, commit)
             seeds = sorted({row["seed"] for row in rows})

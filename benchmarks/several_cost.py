@@ -19,9 +19,16 @@ TURN, TURNS, QUICK_TURNS = 1.0, 10, 2
 """Duration [s] and number of turns of the whole loops; the first one does not count."""
 
 
-def cost_of_vision(seed, quick):
-    """Returns the median time of the vision in a cycle [ms], with two trains, for each tracker, and the ratio."""
-    scenario = load_scenario("train:two", seed=seed, overrides=["cameras.render_processes=0"])
+def cost_of_vision(name, cell, seed, quick):
+    """Returns the median time of the vision in a cycle [ms] of a scenario, for each tracker, and the ratio.
+
+    Args:
+        name: the scenario.
+        cell: name of the result.
+        seed: of the scenario.
+        quick: whether to take a few images only.
+    """
+    scenario = load_scenario(name, seed=seed, overrides=["cameras.render_processes=0"])
     images, arm_state = _images(scenario, QUICK_SECONDS if quick else SECONDS)
     turns = {}
     for name, settings in TRACKERS.items():
@@ -42,7 +49,7 @@ def cost_of_vision(seed, quick):
             if k >= WARM_UP:
                 times.append(1e3 * (time.perf_counter() - start))
     medians = {name: statistics.median(times) for name, (*_, times) in turns.items()}
-    return {"cell": "vision, one cycle", "unit": "ms", **medians, "ratio": medians["several"] / medians["single"]}
+    return {"cell": cell, "unit": "ms", **medians, "ratio": medians["several"] / medians["single"]}
 
 
 def cost_of_loop(seed, quick):
