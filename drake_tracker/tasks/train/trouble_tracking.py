@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_tracker.core.constants import SIDES
 from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import REGION_FIELDS, REGION_SLOTS, TRACK_FIELDS, TRACK_SLOTS, Regions, TrackPoints
 from drake_tracker.core.timing import VISION_PERIOD
@@ -18,7 +19,6 @@ from drake_tracker.tasks.train.episode import sighted
 from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.target import REASONS, Reason
 
-SIDES = ("left", "right")
 LONG_MERGED, LONG_WITHOUT_POINT = 1.0, 0.5
 """Times [s] from which a merged silhouette of the target, and a stretch without a point of it, are told."""
 _VERDICTS = tuple(Verdict)
