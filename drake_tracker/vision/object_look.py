@@ -22,12 +22,14 @@ def learn_look(
     track: ObjectTrack, cameras: Sequence[CameraModel], regions: Sequence[Region | None], p_WQ: np.ndarray
 ) -> ObjectTrack:
     """Returns the track with the extents and colour of its regions, unless other objects cover a part of them."""
-    weight = max(COLOUR_WEIGHT, 1.0 / track.hits)
+    stereo = track.stereo
+    weight = max(COLOUR_WEIGHT, 1.0 / (stereo + 1))
     (red, green, blue), height, merged = track.colour, track.height, track.merged
     alone, guessed_until = track.alone, track.guessed_until
     if any(region is None or region.shared for region in regions):
         merged = track.stamp
     elif regions[0] is not None:
+        stereo, guessed_until = stereo + 1, -np.inf
         height += weight * (p_WQ[2] - height)
         red, green, blue = (old + weight * (new - old) for old, new in zip(track.colour, regions[0].colour))
     shape = track.shape.turned(track.mean[3:])
@@ -37,17 +39,20 @@ def learn_look(
         if region is not None and not region.shared
     ]
     if views:
+        alone = track.stamp
+        if track.height_known:
+            guessed_until = -np.inf
         shape = shape.learned(
             np.array([J for J, _ in views]),
             np.array([region.extents for _, region in views]),
             np.array([region.pixels for _, region in views]),
         )
-        alone, guessed_until = track.stamp, -np.inf
     return replace(
         track,
         shape=shape,
         height=float(height),
         colour=(red, green, blue),
+        stereo=stereo,
         merged=merged,
         alone=alone,
         guessed_until=guessed_until,

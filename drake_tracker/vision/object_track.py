@@ -16,6 +16,10 @@ START_SPEED = 0.3
 """Standard deviation of the velocity of a new track [m/s], per axis."""
 STANDING_SPEED = 0.012
 """Speed below which an object without moving edges stands [m/s]."""
+HEIGHT_KNOWN = 5
+"""Measurements with both images from which the height of an object is known."""
+GUESS_TIME = 2.0
+"""Time [s] after which even an object whose size or height is a guess gives points: the background is known then."""
 COLOUR_WEIGHT = 0.1
 """Weight of the newest region in the remembered colour of an object."""
 
@@ -66,9 +70,11 @@ class ObjectTrack(FrozenState):
         shape: its size.
         height: z_W of its centroid as seen by both cameras, without other objects in the way [m].
         colour: red, green, blue [grey levels].
+        stereo: number of measurements in which both images showed it alone; they determine its height and colour.
         merged: newest stamp at which another object shared its silhouette, or it was seen in one image only [s].
-        alone: newest stamp at which both images showed it without another object in its silhouette [s].
-        guessed_until: stamp until which its size counts as a guess, which divides silhouettes badly [s].
+        alone: newest stamp at which an image showed it without another object in its silhouette [s].
+        guessed_until: stamp until which it gives no points, because its size or height is only guessed, unless it is
+            seen alone before [s].
         measurement: the measurement of this stamp, or None.
         places: number of its region in the left and in the right image of this stamp, -1 without one.
     """
@@ -84,6 +90,7 @@ class ObjectTrack(FrozenState):
     shape: ObjectShape
     height: float
     colour: tuple[float, float, float]
+    stereo: int = 0
     merged: float = -np.inf
     alone: float = np.inf
     guessed_until: float = -np.inf
@@ -94,6 +101,11 @@ class ObjectTrack(FrozenState):
     def position(self) -> np.ndarray:
         """Estimated position p_WQ, shape (3,) [m]."""
         return self.mean[:3]
+
+    @property
+    def height_known(self) -> bool:
+        """Whether its height is known well enough to locate it with one image, or with divided silhouettes."""
+        return self.stereo >= HEIGHT_KNOWN
 
     @property
     def speed(self) -> float:
@@ -156,7 +168,13 @@ class ObjectTrack(FrozenState):
     def as_object_of(self, other: "ObjectTrack") -> "ObjectTrack":
         """Returns the track with its place and motion, and with the identity and the look of another one's object."""
         return replace(
-            self, number=other.number, shape=other.shape, height=other.height, colour=other.colour, hits=other.hits
+            self,
+            number=other.number,
+            shape=other.shape,
+            height=other.height,
+            colour=other.colour,
+            hits=other.hits,
+            stereo=other.stereo,
         )
 
     def distance_squared(self, measurement: Measurement) -> float:
@@ -185,7 +203,7 @@ class ObjectTrack(FrozenState):
 def new_track(
     stamp: float, measurement: Measurement, shape: ObjectShape, colour: tuple[float, float, float]
 ) -> ObjectTrack:
-    """Returns the unconfirmed track that begins with a measurement of a moving object.
+    """Returns the unconfirmed track that begins with a measurement of a moving object. It gives no points at first.
 
     Args:
         stamp: of the measurement [s].
@@ -210,5 +228,6 @@ def new_track(
         height=float(measurement.p_WQ[2]),
         colour=colour,
         alone=stamp,
+        guessed_until=stamp + GUESS_TIME,
         measurement=measurement,
     )

@@ -17,8 +17,6 @@ SHRUNK = 0.75
 """An object whose silhouette has come apart and is now smaller than this share of its size was two objects."""
 LENGTH_KNOWN = 12
 """Number of pairs of images from which the length of a silhouette is taken for that of an object."""
-GUESS_TIME = 2.0
-"""Time [s] after which even a guessed size divides silhouettes well, as the background is known."""
 LONGEST_ROW = 4
 """Number of objects into which a long silhouette is divided at most."""
 GROWN, RIVAL = 1.25, 0.3
@@ -73,6 +71,7 @@ class Separation:
                     places = self._geometry.cameras[other].project([each.position for each in pair])
                     inside = (np.abs(places - (common.u, common.v)) <= 0.5 * common.extents).all()
                     if inside and all(self._geometry.contains(each.position) for each in pair):
+                        pair = [replace(each, guessed_until=-np.inf) for each in pair]
                         kept[k] = track if known else replace(pair[0], number=track.number, hits=track.hits)
                         new.append(pair[1])
                         break
@@ -126,8 +125,9 @@ class Separation:
                     self._on_height(track, camera, each, track.height)
                     for each in (mine, max(others, key=lambda each: each.pixels))
                 ]
-                track = replace(pair[0], number=track.number, hits=track.hits)
-                new.append(pair[1])
+                stereo = track.stereo
+                track = replace(pair[0], number=track.number, hits=track.hits, stereo=stereo)
+                new.append(replace(pair[1], stereo=stereo))
                 break
             kept.append(track)
         return kept, new
@@ -154,7 +154,7 @@ class Separation:
             for k in range(count):
                 p_WQ = track.position + length * ((k + 0.5) / count - 0.5) * direction
                 part = self._rough(track, p_WQ, track.shape.part(longest, count), track.colour)
-                part = replace(part, guessed_until=track.stamp + GUESS_TIME)
+                part = replace(part, stereo=track.stereo)
                 result.append(replace(part, number=track.number, hits=track.hits) if k == 0 else part)
         return result
 

@@ -204,7 +204,9 @@ class Tracker:
             return None
         if left is not None and right is not None and not (left.shared or right.shared):
             return self._geometry.measure(left, right)
-        if (left is None and right is None) or (track.number == 0 and (left is None or right is None)):
+        if (left is None or right is None) and (track.number == 0 or not track.height_known):
+            return None
+        if left is None and right is None:
             return None
         measurement = self._geometry.measure_at_height(track.position, track.height, regions)
         if measurement is None or np.trace(measurement.covariance) > self.settings.largest_std**2:

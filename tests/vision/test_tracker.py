@@ -475,3 +475,16 @@ def test_an_object_of_which_only_a_part_was_seen_at_first():
     np.testing.assert_allclose(run.tracks[1].shape.dimensions, (0.11, 0.04, 0.05), atol=0.015)
     errors, share = run.errors(1, 1, since=9.0)
     assert share == 1.0 and errors.max() < 0.012
+
+
+def test_a_wrong_height_is_corrected():
+    """A track that fits the left image only, because its height was found from a merged silhouette, is not kept."""
+    run = Run(Stage([(Cuboid(), on_oval())])).watch(1.0)
+    track = run.tracks[1]
+    ray = track.position - CAMERAS[0].X_WC[:3, 3]
+    wrong = track.position - 0.05 / ray[2] * -ray
+    moved = replace(track.placed(wrong, 0.003), height=float(wrong[2]), stereo=0)
+    run.state = replace(run.state, tracks=(moved,))
+    run.watch(1.0)
+    errors, share = run.errors(max(run.tracks), 0, since=1.7)
+    assert share > 0.9 and errors.max() < 0.012
