@@ -1,5 +1,6 @@
 """Tells objects apart whose silhouettes are merged from the start, and which therefore share one track."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,6 +23,8 @@ LONGEST_ROW = 4
 GROWN, RIVAL = 1.25, 0.3
 """A silhouette that is this many times as long as its object may show another one too, if the other image shows one
 that has at least this share of its pixels."""
+SAME_VELOCITY = 0.1
+"""Difference of the velocities [m/s] up to which two new tracks move alike."""
 ROUGH_STD, ROUGH_SPEED_STD = 0.015, 0.1
 """Standard deviations of the position [m] and velocity [m/s] of an object that is seen apart in one image only."""
 
@@ -132,6 +135,25 @@ class Separation:
             kept.append(track)
         return kept, new
 
+    def joined(self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
+        """Returns the tracks, with one instead of two that turned out to follow pieces of a single object.
+
+        At the start only the moving edges of an object may be known, and each piece of its outline begins a track. When
+        its whole silhouette is known, these tracks share it in both images. They are joined if they are new, move
+        alike, and are not longer together than an object can be.
+        """
+        result = list(tracks)
+        pieces = [track for track in tracks if not track.shape.settled and _is_shared(track, found)]
+        for one, other in itertools.combinations(pieces, 2):
+            if not (any(track is one for track in result) and any(track is other for track in result)):
+                continue
+            apart = float(np.linalg.norm(one.position - other.position))
+            length = apart + 0.5 * float(one.shape.dimensions.max() + other.shape.dimensions.max())
+            if length <= self._max_length and np.linalg.norm(one.mean[3:] - other.mean[3:]) < SAME_VELOCITY:
+                whole = one.placed(0.5 * (one.position + other.position), 0.5 * apart).without_point()
+                result = [whole if track is one else track for track in result if track is not other]
+        return result
+
     def in_a_row(self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]) -> list[ObjectTrack]:
         """Returns the tracks, with several instead of each one that is longer than an object can be.
 
@@ -172,3 +194,8 @@ class Separation:
         p_WQ = origin + (height - origin[2]) / direction[2] * direction
         shape = ObjectShape.guess(projection_jacobian(camera, p_WQ)[None], np.array([region.extents]))
         return self._rough(track, p_WQ, shape.turned(track.mean[3:]), region.colour)
+
+
+def _is_shared(track: ObjectTrack, found: Sequence[Sequence[Region]]) -> bool:
+    """Returns whether a track shares its silhouettes in both images with others."""
+    return min(track.places) >= 0 and all(found[side][place].shared for side, place in enumerate(track.places))

@@ -130,7 +130,7 @@ class Tracker:
         ]
         tracks = [relearning(track, tracks) for track in tracks]
         tracks, apart = self._separation.come_apart(recognised(tracks, found), found)
-        tracks = self._separation.in_a_row(tracks, found)
+        tracks = self._separation.in_a_row(self._separation.joined(tracks, found), found)
         begun = apart or self._begin(stamp, found)
         if not begun:
             tracks, begun = self._separation.merged_in_one_image(tracks, found)

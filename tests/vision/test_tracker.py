@@ -488,3 +488,16 @@ def test_a_wrong_height_is_corrected():
     run.watch(1.0)
     errors, share = run.errors(max(run.tracks), 0, since=1.7)
     assert share > 0.9 and errors.max() < 0.012
+
+
+def test_pieces_of_one_object_become_one_track():
+    """At the start the two ends of a train are known only, and begin a track each."""
+    ends = [during(on_line((0.45 + offset, 0.0), (0.15, 0.0)), 0.0, 0.5) for offset in (-0.04, 0.04)]
+    whole = during(on_line((0.45, 0.0), (0.15, 0.0)), 0.5, 10.0)
+    end = Cuboid((0.025, 0.04, 0.05))
+    run = Run(Stage([(end, ends[0]), (end, ends[1]), (Cuboid(), whole)])).watch(0.4)
+    assert len(run.tracks) == 2
+    run.watch(0.6)
+    assert set(run.tracks) == {1}
+    errors, share = run.errors(1, 2, since=0.8)
+    assert share == 1.0 and errors.max() < 0.012
