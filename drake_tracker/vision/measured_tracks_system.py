@@ -82,4 +82,4 @@ class MeasuredTracksSystem(LeafSystem):
 
     def _calc_tracks(self, context: Context, output: BasicVector) -> None:
         memory = self._memory(context)
-        output.SetFromVector(pack_tracks(memory.tracks.as_state(), memory.target))
+        output.SetFromVector(pack_tracks(memory.tracks.as_state(), memory.target, self._rule.reason))

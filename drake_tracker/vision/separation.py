@@ -1,4 +1,4 @@
-"""Tells objects apart whose silhouettes are merged from the start, and which therefore share one track."""
+"""Tells objects apart whose silhouettes are merged from the start, and joins the tracks of pieces of one object."""
 
 import itertools
 import math

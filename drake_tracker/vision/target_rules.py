@@ -69,7 +69,7 @@ class InsideRule(_Rule):
 
     def __init__(self, settings: Inside = Inside()) -> None:
         super().__init__(settings)
-        self._low, self._high = check_box(settings.box)
+        self._low, self._high = check_box(settings.box, "target: box")
 
     def choose(self, tracks: Sequence[ObjectTrack]) -> ObjectTrack | None:
         """Returns the oldest track inside the box, None without one."""

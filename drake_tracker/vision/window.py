@@ -40,15 +40,19 @@ class Window:
         return mask
 
 
-def check_box(box: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+def check_box(box: ArrayLike, name: str = "work volume") -> tuple[np.ndarray, np.ndarray]:
     """Returns (lower, upper) corners, each of shape (3,), of a box given as [[x, y, z], [x, y, z]] [m].
+
+    Args:
+        box: the two corners.
+        name: of the box, for the message of an error.
 
     Raises DrakeTrackerError when it is not such a pair or the lower corner is not below the upper one.
     """
     box = np.asarray(box, dtype=float)
     if box.shape != (2, 3) or not np.isfinite(box).all() or not (box[0] < box[1]).all():
         raise DrakeTrackerError(
-            f"work volume {box.tolist()} must be two corners [[xmin, ymin, zmin], [xmax, ymax, zmax]], "
+            f"{name} {box.tolist()} must be two corners [[xmin, ymin, zmin], [xmax, ymax, zmax]], "
             "each minimum below its maximum"
         )
     return box[0], box[1]
