@@ -14,12 +14,17 @@ class ServoConfig:
         tracking_index: tracking index of the position, the ratio of manoeuvre noise to measurement noise. At 0.01 the
             filter lags by 1 mm in a bend at 0.2 m/s.
         yaw_tracking_index: tracking index of the direction, which is noisier and changes more steadily.
+        descent_tracking_index: the tracking index of the position during a guided descent, which must follow a change
+            of speed at once.
         stale_after: time [s] without a new packet after which the target counts as stale.
     """
 
     tracking_index: float = setting(0.01, "ratio of manoeuvre noise to measurement noise, position", "", (0.001, 10.0))
     yaw_tracking_index: float = setting(
         0.003, "ratio of manoeuvre noise to measurement noise, direction", "", (0.0001, 10.0)
+    )
+    descent_tracking_index: float = setting(
+        0.15, "the same as tracking_index, during a guided descent", "", (0.001, 10.0)
     )
     stale_after: float = setting(0.2, "age of the newest packet from which the target is stale", "s", (0.03, 10.0))
 

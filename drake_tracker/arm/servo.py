@@ -12,7 +12,14 @@ import numpy as np
 from drake_tracker.arm.config import ServoConfig
 from drake_tracker.arm.tool_motion import JUMP_DISTANCE
 from drake_tracker.core.frozen_state import FrozenState, read_only
-from drake_tracker.core.messages import Prediction, evaluate_prediction, message_size, packet_target, prediction_end
+from drake_tracker.core.messages import (
+    Frozen,
+    Prediction,
+    evaluate_prediction,
+    message_size,
+    packet_target,
+    prediction_end,
+)
 from drake_tracker.estimation.alpha_beta_gamma import (
     AlphaBetaGammaGains,
     abg_predict,
@@ -65,7 +72,10 @@ class Servo:
     def __init__(self, settings: ServoConfig = ServoConfig(), *, coast: float = 0.3, lead: float = 0.0) -> None:
         position = alpha_beta_gamma_gains(settings.tracking_index)
         yaw = alpha_beta_gamma_gains(settings.yaw_tracking_index)
-        self.gains = AlphaBetaGammaGains(*(np.array([p, p, p, y]) for p, y in zip(position, yaw)))
+        quick = alpha_beta_gamma_gains(settings.descent_tracking_index)
+        self.gains, self.descent_gains = (
+            AlphaBetaGammaGains(*(np.array([p, p, p, y]) for p, y in zip(gains, yaw))) for gains in (position, quick)
+        )
         self.stale_after = settings.stale_after
         self.coast = coast
         self.lead = lead
@@ -76,15 +86,17 @@ class Servo:
         packet = read_only(np.zeros(message_size(Prediction)))
         return ServoState(0.0, zero, zero, zero, packet, 0.0, 0.0, True, False)
 
-    def update(self, state: ServoState, time: float, packet: np.ndarray, blind: bool) -> ServoState:
+    def update(self, state: ServoState, time: float, packet: np.ndarray, frozen: Frozen) -> ServoState:
         """Returns the state after a tick.
 
         Args:
             state: the state before.
             time: time of the tick [s].
             packet: the newest `Prediction` vector on the link.
-            blind: whether the arm is blind: the packet held already is followed, and newer ones are not used.
+            frozen: BLIND: the packet held already is followed, and newer ones are not used. GUIDED: the filter follows
+                new packets quickly.
         """
+        blind = frozen == Frozen.BLIND
         packet = np.asarray(packet)
         due = time + self.lead
         held, arrived, newest = state.packet, state.arrived, state.newest
@@ -100,7 +112,7 @@ class Servo:
         end = prediction_end(held)
         if due <= end:
             measurement = evaluate_prediction(held, due)[:4]
-            x, v, a = self._correct(state, measurement, due, held, other)
+            x, v, a = self._correct(state, measurement, due, held, other, frozen)
         else:  # nothing to correct with: constant velocity, since an old acceleration would diverge
             x, v, a = abg_predict(state.x, state.v, np.zeros(4), due - state.due)
         valid = bool(due <= end + self.coast)
@@ -115,7 +127,7 @@ class Servo:
         )
 
     def _correct(
-        self, state: ServoState, measurement: np.ndarray, due: float, held: np.ndarray, other: bool
+        self, state: ServoState, measurement: np.ndarray, due: float, held: np.ndarray, other: bool, frozen: Frozen
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Returns x, v and a of the filter at ``due`` [s], corrected by the predicted pose, shape (4,).
 
@@ -125,6 +137,7 @@ class Servo:
             due: time for which the filter shall hold [s].
             held: the `Prediction` vector.
             other: whether it is the first packet about another object.
+            frozen: as for `update`.
         """
         measurement = measurement.copy()
         measurement[3] += 2 * np.pi * np.round((state.x[3] - measurement[3]) / (2 * np.pi))
@@ -133,7 +146,8 @@ class Servo:
             dt = Prediction(held).spacing
             knots = [evaluate_prediction(held, due + k * dt)[:4] for k in (-1, 0, 1)]
             return measurement, (knots[2] - knots[0]) / (2 * dt), (knots[2] - 2 * knots[1] + knots[0]) / dt**2
-        return abg_step(state.x, state.v, state.a, measurement, due - state.due, self.gains)
+        gains = self.descent_gains if frozen == Frozen.GUIDED else self.gains
+        return abg_step(state.x, state.v, state.a, measurement, due - state.due, gains)
 
 
 def _is_newer(packet: np.ndarray, stamp: float) -> bool:

@@ -8,7 +8,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, Outpu
 from drake_tracker.arm.config import ServoConfig
 from drake_tracker.arm.servo import Servo
 from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY
-from drake_tracker.core.messages import ArmCommand, Prediction, ServoTarget, message_size
+from drake_tracker.core.messages import ArmCommand, Frozen, Prediction, ServoTarget, message_size
 from drake_tracker.core.timing import SERVO_PERIOD, SERVO_SLOT, TIME_STEP, servo_slot
 
 
@@ -26,8 +26,7 @@ class ServoSystem(LeafSystem):
         - held_packet
 
     - ``packet``: the newest `Prediction` on the link. All zeros: none has arrived.
-    - ``command``: an `ArmCommand`, of which only ``frozen`` is read: 1 while the arm is blind and uses no new packets.
-      All zeros: the arm is not blind.
+    - ``command``: an `ArmCommand`, of which only ``frozen`` is read. All zeros: the arm is free to follow every packet.
     - ``target``: the `ServoTarget` at the instant for which the set-point is due. All zeros, hence not valid: no packet
       has been used yet.
     - ``held_packet``: the `Prediction` that is followed. All zeros: none yet.
@@ -52,9 +51,9 @@ class ServoSystem(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, servo_slot(SERVO_SLOT, time_step, period), self._update)
 
     def _update(self, context: Context, state: State) -> None:
-        blind = bool(ArmCommand(self._command.Eval(context)).frozen)
+        frozen = Frozen(int(ArmCommand(self._command.Eval(context)).frozen))
         old = context.get_abstract_state(int(self._state)).get_value()
-        new = self._servo.update(old, context.get_time(), self._packet.Eval(context), blind)
+        new = self._servo.update(old, context.get_time(), self._packet.Eval(context), frozen)
         state.get_mutable_abstract_state(int(self._state)).set_value(new)
 
     def _calc_target(self, context: Context, output: Any) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from drake_tracker.arm.tool_yaw import best_branch, flip_duration, must_flip, nearest_whole_turn
 from drake_tracker.arm.transform_equation import Drive, apply_drive, share_done, shrink_drive, solve_drive
 from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.core.messages import Frozen
 
 
 class MotionFrame(IntEnum):
@@ -94,7 +95,7 @@ class ToolMotion:
         Args:
             state: the state before.
             time: time of the tick [s].
-            command: an `ArmCommand`. While the arm is blind (``frozen``) the jaws are locked and do not flip.
+            command: an `ArmCommand`. While it is ``frozen`` the jaws are locked and do not flip.
             target: a `ServoTarget`: of the object or, in the frame `MotionFrame.GOAL`, of the goal.
             q6: set-point of joint 6 [rad] that belongs to the tool pose of the last tick.
         """
@@ -184,5 +185,5 @@ class ToolMotion:
 
 
 def _flip_locked(command: Any) -> bool:
-    """Returns whether the jaws may not flip: an arm that is blind keeps the direction in which it began the descent."""
-    return bool(command.frozen)
+    """Returns whether the jaws may not flip: during a descent they keep the direction in which it began."""
+    return command.frozen != Frozen.FREE

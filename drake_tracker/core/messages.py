@@ -5,6 +5,7 @@ carry it unchanged. A port that has produced nothing yet is all zeros, hence ``v
 capture time [s] of the image that the value describes, never the time at which the value was computed.
 """
 
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -120,8 +121,21 @@ now being computed is due; stamp and seq of the packet on which it is based; the
 ArmCommand = namedview("ArmCommand", ["phase", "motion", "duration", "frame", "height", "frozen", "jaw_width"])
 """What the motor schema asks of the arm: number of the phase; counter that starts a new straight-line motion when it
 changes; duration of that motion [s]; ``frame`` in which to move (0 home, 1 with the object, 2 at rest where the object
-was when the motion began); height of the tool above the object's reference point [m]; ``frozen`` = 1 while the arm is
-blind, that is, follows the packet that it held when the descent began; jaw opening [m]."""
+was when the motion began); height of the tool above the object's reference point [m]; ``frozen``, a `Frozen`; jaw
+opening [m]."""
+
+
+class Frozen(IntEnum):
+    """What does not change during a motion of the arm.
+
+    FREE: nothing. BLIND: the arm follows the packet that it held when the descent began, and its jaws do not turn over.
+    GUIDED: it follows new packets, quickly, and its jaws do not turn over.
+    """
+
+    FREE = 0
+    BLIND = 1
+    GUIDED = 2
+
 
 ToolStatus = namedview("ToolStatus", ["motion", "fraction", "flipping", "x", "y", "z", "yaw", "branch"])
 """Where the commanded tool is: counter of the motion; completed fraction of it (0 to 1); ``flipping`` = 1 while the

@@ -28,6 +28,11 @@ class GraspConfig:
     lift_height: float = setting(0.15, "height after the lift", "m", (0.02, 0.40))
     approach_duration: float = setting(1.0, "duration of the motion to a place above the object", "s", (0.2, 10.0))
     descent_duration: float = setting(0.36, "duration of the descent", "s", (0.2, 5.0))
+    descent: str = setting(
+        "blind",
+        "blind: as in 1991, no new packets from the launch on; guided: new packets until the jaws hold",
+        choices=("blind", "guided"),
+    )
     closing_lead: float = setting(
         0.06, "time before the end of the descent at which the jaws begin to close", "s", (0.0, 0.3)
     )

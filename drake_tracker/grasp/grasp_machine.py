@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.differential_ik import make_parameters
-from drake_tracker.core.messages import packet_target
+from drake_tracker.core.messages import Frozen, packet_target
 from drake_tracker.core.timing import PATH_DURATION
 from drake_tracker.grasp.config import GRIP_CONFIRMED, WIDTH_TOLERANCE, GraspConfig
 from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, horizon, judge_prediction, stands
@@ -137,6 +137,11 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
     def height(self, state: GraspState) -> float:
         """Returns the height of the tool above the object's reference point [m]; by hand, above its place at rest."""
         return state.goal[2] - self.rest_height if state.phase in BY_HAND else super().height(state)
+
+    def frozen(self, state: GraspState) -> Frozen:
+        """Returns what does not change during the motion. A guided descent follows vision until the jaws hold."""
+        guided = self.config.descent == "guided" and state.phase in (Phase.INTERCEPT, Phase.CLOSE)
+        return Frozen.GUIDED if guided else super().frozen(state)
 
     def duration(self, state: GraspState) -> float:
         """Returns the duration of the motion [s]."""

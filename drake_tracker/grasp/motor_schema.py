@@ -13,6 +13,7 @@ import numpy as np
 
 from drake_tracker.arm.tool_motion import MotionFrame
 from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.core.messages import Frozen
 
 ROUNDING = 1e-9
 """Bound on the rounding error of sums of periods [s]."""
@@ -92,12 +93,16 @@ class SchemaMachine(Generic[State, Seen]):
         self._programs, self._transitions, self._same_motion = programs, transitions, same_motion
 
     def command(self, state: State) -> np.ndarray:
-        """Returns the `ArmCommand` vector of a state. Its field ``frozen`` is 1 while the arm is blind."""
+        """Returns the `ArmCommand` vector of a state."""
         program = self._programs[state.phase]
         height, duration = self.height(state), self.duration(state)
         return np.array(
-            [state.phase, state.motion, duration, program.frame, height, float(program.blind), state.jaw_width]
+            [state.phase, state.motion, duration, program.frame, height, float(self.frozen(state)), state.jaw_width]
         )
+
+    def frozen(self, state: State) -> Frozen:
+        """Returns what does not change during the motion."""
+        return Frozen.BLIND if self._programs[state.phase].blind else Frozen.FREE
 
     def height(self, state: State) -> float:
         """Returns the height of the tool above the object's reference point [m]."""

@@ -13,7 +13,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, State
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.frozen_state import FrozenState
-from drake_tracker.core.messages import ArmCommand, Centroid, Prediction, Regions, TrackPoints, message_size
+from drake_tracker.core.messages import ArmCommand, Centroid, Frozen, Prediction, Regions, TrackPoints, message_size
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, inputs
 from drake_tracker.run.drawn_video import DrawnVideo
@@ -193,7 +193,7 @@ class CameraVideoSystem(LeafSystem):
 
     def _note(self, context: Context, state: State) -> None:
         last = context.get_abstract_state(self._moments).get_value()
-        blind = ArmCommand(self._command.Eval(context)).frozen
+        blind = ArmCommand(self._command.Eval(context)).frozen == Frozen.BLIND
         packet = last.packet if blind else np.array(self._packet.Eval(context))
         moments = last.moments
         if self._latency > 0 and _cycle(context.get_time()) % _FRAME_CYCLES == 0:
@@ -272,7 +272,7 @@ class CameraVideoSystem(LeafSystem):
             phase=phase,
             notes=self._script.notes(phase, self._script.diagnosis(moment.diagnosis)),
             stamp=stamp if described is not None else None,
-            blind=bool(command.frozen),
+            blind=command.frozen == Frozen.BLIND,
             reason=reason_words(moment.tracks),
         )
         for sink in sinks:

@@ -23,7 +23,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, State
 
 from drake_tracker.core.atomic_file import write_text
 from drake_tracker.core.frozen_state import FrozenState
-from drake_tracker.core.messages import ArmCommand, Prediction, TrackPoint, message_size
+from drake_tracker.core.messages import ArmCommand, Frozen, Prediction, TrackPoint, message_size
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.run.scene_server import SceneServer, hidden_address
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, View
@@ -87,7 +87,7 @@ class TrackingDisplaySystem(LeafSystem):
 
     def _remember(self, context: Context, state: State) -> None:
         drawn = context.get_abstract_state(self._drawn).get_value()
-        blind = ArmCommand(self._command.Eval(context)).frozen
+        blind = ArmCommand(self._command.Eval(context)).frozen == Frozen.BLIND
         packet = drawn.packet if blind else np.array(self._packet.Eval(context))
         point = TrackPoint(self._point.Eval(context))
         newest = np.array([point.x, point.y, point.z]) if point.valid and not blind else None

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_tracker.core.messages import Prediction, evaluate_prediction
+from drake_tracker.core.messages import Frozen, Prediction, evaluate_prediction
 
 FAINT, BRIGHT = "faint", "bright"
 """Line styles: faint for measured or commanded values, bright for the values that result from them."""
@@ -94,7 +94,7 @@ def prediction_error(inputs: StripInputs) -> float | None:
 
     None while there is no valid packet, or while the arm is blind and follows an older packet.
     """
-    if inputs.command.frozen or not Prediction(inputs.packet).valid:
+    if inputs.command.frozen == Frozen.BLIND or not Prediction(inputs.packet).valid:
         return None
     return horizontal_distance(evaluate_prediction(inputs.packet, inputs.now), inputs.p_WQ)
 

@@ -3,7 +3,15 @@ import pytest
 
 from drake_tracker.arm.config import ServoConfig
 from drake_tracker.arm.servo import RESTART_DISTANCE, Servo
-from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, Prediction, ServoTarget, message_size, pack_prediction
+from drake_tracker.core.messages import (
+    KNOT_COUNT,
+    KNOT_SPACING,
+    Frozen,
+    Prediction,
+    ServoTarget,
+    message_size,
+    pack_prediction,
+)
 from drake_tracker.core.timing import SERVO_PERIOD
 
 RADIUS, SPEED = 0.12, 0.2
@@ -38,13 +46,13 @@ def packet_at(stamp, path=circle, seq=0, turns=0):
     return pack_prediction(stamp, seq, np.column_stack([path(times) + [0, 0, 0, 2 * np.pi * turns], 0.001 + times]))
 
 
-def run(servo, start, stop, packet_of, state=None, blind=False):
+def run(servo, start, stop, packet_of, state=None, frozen=Frozen.FREE):
     """Ticks from ``start`` to ``stop`` [s] with the packet that packet_of(time) gives; returns all states."""
     states = []
     state = servo.initial_state() if state is None else state
     for k in range(round((stop - start) / SERVO_PERIOD)):
         time = start + k * SERVO_PERIOD
-        state = servo.update(state, time, packet_of(time), blind)
+        state = servo.update(state, time, packet_of(time), frozen)
         states.append(state)
     return states
 
@@ -95,7 +103,7 @@ def test_a_packet_out_of_order_or_invalid_is_ignored():
     invalid = packet_at(state.packet[0] + 1.0, lambda t: still(t) + [1.0, 0, 0, 0])
     invalid[4] = 0.0
     for packet in (wrong, invalid, NOTHING):
-        after = servo.update(state, 2.0, packet, False)
+        after = servo.update(state, 2.0, packet, Frozen.FREE)
         np.testing.assert_array_equal(after.packet, state.packet)
         assert after.arrived == state.arrived
         assert np.linalg.norm((after.x - circle(after.due))[:3]) < 2e-3
@@ -104,10 +112,10 @@ def test_a_packet_out_of_order_or_invalid_is_ignored():
 def test_a_packet_that_arrives_twice_counts_once():
     servo = Servo(lead=LEAD)
     state = run(servo, 1.0, 2.0, live())[-1]
-    once = servo.update(state, 2.0, packet_at(1.75), False)
-    twice = servo.update(once, 2.03, packet_at(1.75), False)
+    once = servo.update(state, 2.0, packet_at(1.75), Frozen.FREE)
+    twice = servo.update(once, 2.03, packet_at(1.75), Frozen.FREE)
     assert twice.arrived == once.arrived == 2.0
-    nothing = servo.update(once, 2.03, NOTHING, False)
+    nothing = servo.update(once, 2.03, NOTHING, Frozen.FREE)
     np.testing.assert_array_equal(twice.x, nothing.x)
 
 
@@ -116,7 +124,7 @@ def test_a_packet_with_a_nan_is_refused():
     state = run(servo, 1.0, 2.0, live())[-1]
     broken = packet_at(1.9)
     broken[20] = np.nan
-    after = servo.update(state, 2.0, broken, False)
+    after = servo.update(state, 2.0, broken, Frozen.FREE)
     np.testing.assert_array_equal(after.packet, state.packet)
     assert np.all(np.isfinite(servo.target(after)))
 
@@ -140,13 +148,13 @@ def test_without_packets_it_follows_the_last_path_then_coasts_and_then_gives_up(
 
 def test_the_target_is_stale_after_stale_after_without_packets_until_the_next_packet():
     servo = Servo(ServoConfig(stale_after=0.2), lead=LEAD)
-    first = servo.update(servo.initial_state(), 1.0, packet_at(0.75), False)
+    first = servo.update(servo.initial_state(), 1.0, packet_at(0.75), Frozen.FREE)
     assert not first.stale
     states = run(servo, 1.0 + SERVO_PERIOD, 1.5, lambda time: packet_at(0.75), first)
     ages = 1.0 + SERVO_PERIOD * np.arange(1, len(states) + 1) - 1.0
     assert [each.stale for each in states] == list(ages > 0.2)
     assert sum(each.stale for each in states) >= 8 and all(each.valid for each in states)
-    assert not servo.update(states[-1], 1.5, packet_at(1.25), False).stale
+    assert not servo.update(states[-1], 1.5, packet_at(1.25), Frozen.FREE).stale
 
 
 def test_before_the_first_packet_nothing_is_valid():
@@ -164,11 +172,11 @@ def test_while_blind_it_ignores_new_packets_and_follows_the_path_it_holds():
     def elsewhere(time):
         return packet_at(time - LAG, lambda t: circle(t) + [0.03, 0.0, 0.05, 0.5])
 
-    states = run(servo, 3.0, 3.9, elsewhere, state, blind=True)
+    states = run(servo, 3.0, 3.9, elsewhere, state, frozen=Frozen.BLIND)
     assert all(np.array_equal(each.packet, state.packet) for each in states)
     assert np.max(np.linalg.norm(errors(states)[:, :3], axis=1)) < 1.5e-3
     assert not any(each.stale for each in states)  # it is not asked, so it does not complain
-    thawed = servo.update(states[-1], 3.9, elsewhere(3.9), False)
+    thawed = servo.update(states[-1], 3.9, elsewhere(3.9), Frozen.FREE)
     assert thawed.packet[0] == pytest.approx(3.9 - LAG) and not thawed.stale
 
 
@@ -176,8 +184,8 @@ def test_packets_that_stopped_while_it_was_blind_are_stale_when_it_sees_again():
     servo = Servo(lead=LEAD)
     state = run(servo, 1.0, 3.0, live())[-1]
     last = packet_at(3.1 - LAG)
-    state = run(servo, 3.0, 3.9, lambda time: packet_at(min(time, 3.1) - LAG), state, blind=True)[-1]
-    thawed = servo.update(state, 3.9, last, False)
+    state = run(servo, 3.0, 3.9, lambda time: packet_at(min(time, 3.1) - LAG), state, frozen=Frozen.BLIND)[-1]
+    thawed = servo.update(state, 3.9, last, Frozen.FREE)
     assert thawed.packet[0] == last[0] and thawed.stale
 
 
@@ -198,7 +206,7 @@ def test_a_small_jump_is_smoothed_instead():
     servo = Servo(lead=LEAD)
     state = run(servo, 1.0, 3.0, live(still))[-1]
     jump = 0.5 * RESTART_DISTANCE
-    shifted = servo.update(state, 3.0, packet_at(3.0 - LAG, lambda t: still(t) + [jump, 0, 0, 0]), False)
+    shifted = servo.update(state, 3.0, packet_at(3.0 - LAG, lambda t: still(t) + [jump, 0, 0, 0]), Frozen.FREE)
     assert 0.1 * jump < shifted.x[0] - 0.6 < 0.5 * jump
 
 
@@ -221,14 +229,14 @@ def test_the_target_is_finite_and_close_whatever_the_link_does():
     rng = np.random.default_rng(9)
     servo = Servo(lead=LEAD)
     newest = packet_at(0.75)
-    state = servo.update(servo.initial_state(), 1.0 - SERVO_PERIOD, newest, False)
+    state = servo.update(servo.initial_state(), 1.0 - SERVO_PERIOD, newest, Frozen.FREE)
     for k in range(1500):
         time = 1.0 + k * SERVO_PERIOD
         draw = rng.uniform()
         if draw < 0.3:  # dropped, late, out of order, again and again the same
             newest = packet_at(time - LAG - rng.uniform(0.0, 0.2))
         packet = NOTHING if draw > 0.95 else newest
-        state = servo.update(state, time, packet, blind=draw > 0.7)
+        state = servo.update(state, time, packet, Frozen.BLIND if draw > 0.7 else Frozen.FREE)
         said = servo.target(state)
         assert np.all(np.isfinite(said))
         assert np.linalg.norm((state.x - circle(state.due))[:3]) < 2e-3
@@ -237,14 +245,14 @@ def test_the_target_is_finite_and_close_whatever_the_link_does():
 
 def test_two_ticks_at_the_same_time_cause_no_division_by_zero():
     servo = Servo(lead=LEAD)
-    state = servo.update(servo.initial_state(), 1.0, packet_at(0.75), False)
-    again = servo.update(state, 1.0, packet_at(0.76), False)
+    state = servo.update(servo.initial_state(), 1.0, packet_at(0.75), Frozen.FREE)
+    again = servo.update(state, 1.0, packet_at(0.76), Frozen.FREE)
     assert np.all(np.isfinite(servo.target(again)))
 
 
 def test_the_target_names_the_packet_it_rests_on():
     servo = Servo(lead=LEAD)
-    state = servo.update(servo.initial_state(), 1.0, packet_at(0.75, seq=42), False)
+    state = servo.update(servo.initial_state(), 1.0, packet_at(0.75, seq=42), Frozen.FREE)
     said = ServoTarget(servo.target(state))
     assert (said.time, said.stamp, said.seq, said.valid, said.stale) == (1.0 + LEAD, 0.75, 42.0, 1.0, 0.0)
     assert said.std == pytest.approx(0.001 + 1.0 + LEAD)  # the packet's own std at that time
@@ -255,8 +263,30 @@ def test_the_target_names_the_packet_it_rests_on():
 
 def test_a_state_cannot_be_changed_and_copies_to_itself():
     servo = Servo()
-    state = servo.update(servo.initial_state(), 1.0, packet_at(0.75), False)
+    state = servo.update(servo.initial_state(), 1.0, packet_at(0.75), Frozen.FREE)
     for array in (state.x, state.v, state.a, state.packet):
         with pytest.raises(ValueError):
             array[0] = 1.0
     assert state.__deepcopy__({}) is state
+
+
+def test_a_guided_descent_follows_a_change_of_speed_at_once():
+    """An object on a line that stops: how far the filter runs beyond it within 0.3 s."""
+
+    def stops(t):
+        return poses(0.5 + 0.2 * np.minimum(t, 2.0), 0.1, 0.0)
+
+    def packet(time):  # what a filter predicts that sees the object without delay
+        stamp = time
+        times = KNOT_SPACING * np.arange(KNOT_COUNT)
+        speed = 0.2 * (stamp < 2.0)
+        knots = poses(float(stops(stamp)[0]) + speed * times, 0.1, 0.0)
+        return pack_prediction(stamp, 0, np.column_stack([knots, 0.001 + times]))
+
+    servo = Servo(lead=LEAD)
+    before = run(servo, 0.0, 2.0, packet)[-1]
+    late = {
+        frozen: max(abs(each.x[0] - 0.9) for each in run(servo, 2.0, 2.3, packet, state=before, frozen=frozen))
+        for frozen in (Frozen.FREE, Frozen.GUIDED, Frozen.BLIND)
+    }
+    assert 2.0 * late[Frozen.GUIDED] < late[Frozen.FREE] < 0.01 < 0.05 < late[Frozen.BLIND]

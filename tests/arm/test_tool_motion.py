@@ -7,7 +7,7 @@ from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.differential_ik import SPEED_SHARE, joints_for, make_parameters, step_joints
 from drake_tracker.arm.tool_motion import JUMP_DISTANCE, MotionFrame, ToolMotion
 from drake_tracker.arm.tool_yaw import FLIP_ANGLE, flip_duration
-from drake_tracker.core.messages import ArmCommand, ServoTarget
+from drake_tracker.core.messages import ArmCommand, Frozen, ServoTarget
 from drake_tracker.core.timing import SERVO_PERIOD
 
 HOME = np.array([0.56, 0.0, 0.485, np.pi])
@@ -151,14 +151,15 @@ def test_the_descent_keeps_the_path_of_the_object_and_takes_its_duration():
     assert rate == pytest.approx(HOVER / 0.36 * 4.0 / 3.0, rel=0.01)
 
 
-def test_no_flip_begins_while_flips_are_locked_however_far_joint_6_goes():
+@pytest.mark.parametrize("frozen", [Frozen.BLIND, Frozen.GUIDED])
+def test_no_flip_begins_while_flips_are_locked_however_far_joint_6_goes(frozen):
     run = Run()
     while run.time < 1.5 or run.flips[-1]:
         run.tick(command(), circle(run.time))
     branch = run.state.branch
     locked_from = len(run.q6)
     for _ in range(100):
-        run.tick(command(2, OBJECT, 0.0, 0.36, frozen=1), circle(run.time))
+        run.tick(command(2, OBJECT, 0.0, 0.36, frozen=frozen), circle(run.time))
     assert np.max(np.abs(run.q6[locked_from:])) > FLIP_ANGLE + 0.3  # it did go beyond
     assert set(run.branches[locked_from:]) == {branch} and not any(run.flips[locked_from:])
     run.tick(command(2), circle(run.time))

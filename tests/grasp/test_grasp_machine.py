@@ -11,6 +11,7 @@ from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     ArmCommand,
+    Frozen,
     JawState,
     OperatorCommand,
     ServoTarget,
@@ -396,6 +397,18 @@ def test_the_command_is_the_phases_program(bench):
     bench.tick(width=WIDTH)
     command = bench.commands[-1]
     assert (command.frame, command.height) == (MotionFrame.HELD, PARAMETERS.lift_height)
+
+
+@pytest.mark.parametrize("phase", Phase)
+def test_a_guided_descent_follows_vision_until_the_jaws_hold(arm_model, phase):
+    blind, guided = (Bench(arm_model, replace(PARAMETERS, descent=descent)) for descent in ("blind", "guided"))
+    for each in (blind, guided):
+        each.put(phase)
+    said = [each.machine.command(each.state) for each in (blind, guided)]
+    if phase in (Phase.INTERCEPT, Phase.CLOSE):
+        assert [ArmCommand(each).frozen for each in said] == [Frozen.BLIND, Frozen.GUIDED]
+    else:
+        np.testing.assert_array_equal(*said)
 
 
 def test_a_tick_changes_only_what_it_returns(bench):
