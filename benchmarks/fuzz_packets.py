@@ -11,7 +11,7 @@ from packets import BAD_PACKETS, circle_packet
 
 from drake_tracker.arm.config import ServoConfig
 from drake_tracker.arm.servo import Servo
-from drake_tracker.core.messages import KNOT_COUNT, PREDICTION_HEADER, Prediction, TrackPoint
+from drake_tracker.core.messages import KNOT_COUNT, PREDICTION_HEADER, Frozen, Prediction, TrackPoint
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.link.config import Lossy
 from drake_tracker.link.lossy_link import LinkState, LossyLink
@@ -109,6 +109,6 @@ def link_guard_servo(generator, folder):
         if delivered is not None:
             guarded = GUARD.update(guarded, now, delivered)
         for _ in range(3):
-            state = servo.update(state, now, guarded.accepted, blind=k >= blind)
+            state = servo.update(state, now, guarded.accepted, Frozen.BLIND if k >= blind else Frozen.FREE)
             assert np.isfinite(servo.target(state)).all(), "a target is not finite"
             now += SERVO_PERIOD

@@ -22,6 +22,7 @@ from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
     PREDICTION_HEADER,
+    Frozen,
     PacketReport,
     Prediction,
     TrackPoint,
@@ -225,7 +226,7 @@ def test_link_guard_and_servo_give_finite_targets_in_reach_of_the_packets(severa
         if delivered is not None:
             guarded = GUARD.update(guarded, now, delivered)
         for _ in range(3):
-            state = servo.update(state, now, guarded.accepted, blind=k >= blind)
+            state = servo.update(state, now, guarded.accepted, Frozen.BLIND if k >= blind else Frozen.FREE)
             target = servo.target(state)
             assert np.isfinite(target).all()
             if target[-1]:
