@@ -10,6 +10,11 @@ def percent(count, total):
     return f"{100 * count / total:.0f} %" if total else ""
 
 
+def per_mille(count, total):
+    """Returns a small share as a text, in percent with two decimals."""
+    return f"{100 * count / total:.2f} %" if total else ""
+
+
 def separation_table(cells):
     """Returns (header, rows) of the separations, from the second lap on and in the first one."""
     header = ["separation", "trains", "places, 2nd lap on", "Wilson 95 %", "images, 2nd lap on", "images, 1st lap"]
@@ -27,7 +32,7 @@ def separation_table(cells):
                 interval(later["good_places"], later["places"]) if later["places"] else "",
                 percent(later["both"], later["images"]),
                 percent(first["both"], first["images"]),
-                percent(later["neither"], later["valid"]),
+                per_mille(first["neither"] + later["neither"], first["valid"] + later["valid"]),
                 percent(single["one"], single["images"]),
                 percent(single["neither"], single["valid"]),
                 f"{statistics.median(times):.1f} s ({len(times)} of {cell['runs']})" if times else "never",

@@ -20,6 +20,8 @@ def headline() -> str:
     )
     train_lags = sorted({1e3 * row["lag_s"][end] for row in trains for end in ("min", "max")})
     factors = {name: row["real_time_factor"] for name, row in data("real_time")["loops"].items()}
+    lifted = next(part for part in data("several") if part["part"] == "lift")
+    company = [cell for cell in lifted["cells"] if cell["cell"] in ("two", "visitor")]
     _, failed, named = totals(lines("autopsy"))
     rows = [
         [
@@ -30,6 +32,10 @@ def headline() -> str:
         [
             "The same on measured vision (no rendering), 12 conditions",
             *_rate(measured["measured_first_attempt_success_count"], measured["runs"]),
+        ],
+        [
+            "One of two trains, or a train beside a rolling ball, lifted at the first attempt (`!Several`)",
+            *_rate(sum(cell["first_attempt"] for cell in company), sum(cell["runs"] for cell in company)),
         ],
         ["Ball caught, PUMA 560", *_successes(balls["puma"])],
         ["Ball caught, seven-joint arm", *_successes(balls["seven_joint"])],
