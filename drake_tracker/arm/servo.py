@@ -94,7 +94,7 @@ class Servo:
             time: time of the tick [s].
             packet: the newest `Prediction` vector on the link.
             frozen: BLIND: the packet held already is followed, and newer ones are not used. GUIDED: the filter follows
-                new packets quickly.
+                new packets about the same object quickly; the hand must not leave for another one in a descent.
         """
         blind = frozen == Frozen.BLIND
         packet = np.asarray(packet)
@@ -105,7 +105,8 @@ class Servo:
         other = False
         if not blind and _is_newer(packet, Prediction(held).stamp):
             other = packet_target(Prediction(packet).seq) != packet_target(Prediction(held).seq)
-            held = read_only(packet.copy())
+            if not (other and frozen == Frozen.GUIDED):
+                held = read_only(packet.copy())
         if not Prediction(held).valid:
             return ServoState(due, state.x, state.v, state.a, held, arrived, newest, True, False)
         stale = not blind and time - arrived > self.stale_after

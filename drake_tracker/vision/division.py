@@ -84,7 +84,7 @@ def _nearest(whole: np.ndarray, windows: Sequence[ObjectWindow], places: Sequenc
 
 def _hides(front: ObjectWindow, back: ObjectWindow) -> bool:
     """Returns whether one object stands before the centre of another one."""
-    if front is back or front.depth > back.depth:
+    if front is back or (front.depth, front.track) >= (back.depth, back.track):
         return False
     distance = math.hypot(front.u - back.u, front.v - back.v)
     return distance < HIDDEN_BEHIND * max(front.radius, back.radius)

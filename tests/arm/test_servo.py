@@ -6,6 +6,7 @@ from drake_tracker.arm.servo import RESTART_DISTANCE, Servo
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
+    TARGET_STRIDE,
     Frozen,
     Prediction,
     ServoTarget,
@@ -290,3 +291,14 @@ def test_a_guided_descent_follows_a_change_of_speed_at_once():
         for frozen in (Frozen.FREE, Frozen.GUIDED, Frozen.BLIND)
     }
     assert 2.0 * late[Frozen.GUIDED] < late[Frozen.FREE] < 0.01 < 0.05 < late[Frozen.BLIND]
+
+
+def test_a_guided_descent_stays_with_its_object():
+    """A packet about another object, a track with another number, is not followed before the descent is over."""
+    servo = Servo(lead=LEAD)
+    before = run(servo, 0.0, 1.0, live(still))[-1]
+    other = 2 * TARGET_STRIDE
+    states = run(servo, 1.0, 1.3, lambda time: packet_at(time - LAG, circle, other), before, frozen=Frozen.GUIDED)
+    np.testing.assert_allclose(states[-1].x[:2], (0.6, 0.1), atol=1e-6)
+    free = servo.update(states[-1], 1.3, packet_at(1.3 - LAG, circle, other), Frozen.FREE)
+    assert np.linalg.norm(free.x[:2] - circle(free.due)[:2]) < 0.01

@@ -297,3 +297,13 @@ def test_objects_that_touch_along_a_diagonal(form):
     regions = find_regions(image, [window(1, at, MIDDLE, form=form), window(2, beside, MIDDLE, form=form)])
     for region, truth in zip(regions, (at, beside)):
         assert np.linalg.norm(centre_of(region) - truth) < 2.0
+
+
+def test_two_windows_at_one_place():
+    """Two tracks at exactly the same place: one of them gets the silhouette, and nothing fails."""
+    image = foreground(drawn((80.0, 50.0), MIDDLE))
+    for numbers in ((1, 2), (2, 1), (-1, -1)):
+        regions = find_regions(image, [window(number, (80.0, 50.0), MIDDLE) for number in numbers])
+        assert 1 <= len(regions) <= 2
+        for region in regions:
+            assert np.linalg.norm(centre_of(region) - (80.0, 50.0)) < 1.0
