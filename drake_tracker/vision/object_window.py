@@ -22,6 +22,7 @@ class ObjectWindow:
         edges: the edges of the object's box, projected, as columns, shape (2, 3) [px].
         pixels: expected number of pixels.
         depth: distance from the camera [m].
+        jacobian: derivative of the centroid (u, v) by the position, shape (2, 3) [px/m].
         settled: whether the extents are well known.
     """
 
@@ -32,6 +33,7 @@ class ObjectWindow:
     edges: np.ndarray
     pixels: float
     depth: float
+    jacobian: np.ndarray
     settled: bool = True
 
     @cached_property

@@ -1,24 +1,44 @@
-"""Where objects of known size stand in a silhouette that shows all of them.
+"""Where objects of known size stand whose silhouettes are merged.
 
-Each object appears as the outline of its box. The outlines are placed so that they cover the silhouette and little
-else: one after the other is moved to the place where it explains most pixels, given the others, until none moves.
+Each object appears as the outline of its box. The outlines are placed so that they cover the silhouettes and little
+else: one object after the other is moved to the place where it explains most pixels, given the others, until none
+moves. All images count together, because an object has one position: where it is hidden in one image, another decides.
 """
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 
 ROUNDS = 6
-"""How often every outline is moved at most."""
+"""How often every object is moved at most."""
 FIRST_REACH, REACH = 8, 3
-"""How far an outline is moved at a time in either direction, in the first round and later [px]."""
+"""How far an object is moved at a time in either direction, in the first round and later [px]."""
 PULL = 0.2
-"""Loss of pixels, as a share of the outline's, that an outline accepts to be a standard deviation nearer to where it is
+"""Loss of pixels, as a share of the outline's, that an object accepts to be a standard deviation nearer to where it is
 expected."""
+LEAST_STD = 1.0
+"""No expectation is taken to be better than this [px]."""
 STEADY = 0.05
-"""Outlines that move less than this [px] have found their places."""
+"""Objects whose outlines move less than this [px] have found their places."""
+
+
+class ImageView(NamedTuple):
+    """What one image shows of n objects.
+
+    Attributes:
+        silhouette: uint8 (h, w), 1 where it is; 0 where none of the objects is seen.
+        outlines: of each object, as from `box_outline`.
+        centres: where each object is expected, shape (n, 2) [px].
+        jacobians: how an object moves in the image with its position, shape (n, 2, m) [px/m].
+    """
+
+    silhouette: np.ndarray
+    outlines: Sequence[np.ndarray]
+    centres: np.ndarray
+    jacobians: np.ndarray
 
 
 def box_outline(edges: np.ndarray) -> np.ndarray:
@@ -31,39 +51,26 @@ def box_outline(edges: np.ndarray) -> np.ndarray:
     return cv2.convexHull((signs @ edges.T).astype(np.float32))[:, 0]
 
 
-def fit_outlines(
-    silhouette: np.ndarray, outlines: Sequence[np.ndarray], centres: Sequence[np.ndarray], stds: Sequence[float]
-) -> list[np.ndarray]:
-    """Returns the centres (u, v) [px] at which outlines cover a silhouette best.
+def fit_outlines(views: Sequence[ImageView], covariances: np.ndarray) -> np.ndarray:
+    """Returns by how much objects are displaced from where they are expected, shape (n, m) [m].
 
     Args:
-        silhouette: uint8 (h, w), 1 where it is.
-        outlines: of each object, as from `box_outline`.
-        centres: where each object is expected, shape (2,) [px].
-        stds: standard deviation of each expectation [px].
+        views: one or several images of the same n objects.
+        covariances: of the expected positions, shape (n, m, m) [m^2].
     """
-    templates = [_template(outline) for outline in outlines]
-    border = max(max(template.shape) for template in templates) + FIRST_REACH
-    padded = cv2.copyMakeBorder(silhouette, border, border, border, border, cv2.BORDER_CONSTANT)
-    height, width = silhouette.shape
-    limits = np.array([width, height], float) - 1.0
-    expected = [np.clip(centre, 0.0, limits) + border for centre in centres]
-    found = list(expected)
+    borders = [_Border.about(view) for view in views]
+    found = np.zeros(covariances.shape[:2])
+    precisions = [_precision(views, covariance, k) for k, covariance in enumerate(covariances)]
     for turn in range(ROUNDS):
+        reach = FIRST_REACH if turn == 0 else REACH
         moved = 0.0
-        for k, template in enumerate(templates):
-            alone = padded.copy()
-            for other, place in enumerate(found):
-                if other != k:
-                    _erase(alone, templates[other], place)
-            reach = FIRST_REACH if turn == 0 else REACH
-            place = _best_place(cv2.add(alone, padded), template, found[k], reach, expected[k], stds[k])
-            place = np.clip(place, border, limits + border)
-            moved = max(moved, float(np.abs(place - found[k]).max()))
+        for k, precision in enumerate(precisions):
+            place = _best_place(borders, k, found, precision, reach)
+            moved = max(moved, *(float(np.abs(view.jacobians[k] @ (place - found[k])).max()) for view in views))
             found[k] = place
         if moved < STEADY:
             break
-    return [place - border for place in found]
+    return found
 
 
 def own_shares(silhouette: np.ndarray, outlines: Sequence[np.ndarray], centres: Sequence[np.ndarray]) -> list[float]:
@@ -85,6 +92,106 @@ def own_shares(silhouette: np.ndarray, outlines: Sequence[np.ndarray], centres: 
     return shares
 
 
+class _Border(NamedTuple):
+    """A view with a border around its silhouette, so that every outline can be moved about in it.
+
+    Attributes:
+        view: the view.
+        silhouette: with the border.
+        width: of the border [px].
+        templates: the outlines, filled.
+    """
+
+    view: ImageView
+    silhouette: np.ndarray
+    width: int
+    templates: Sequence[np.ndarray]
+
+    @classmethod
+    def about(cls, view: ImageView) -> "_Border":
+        """Returns a view with its border."""
+        templates = [_template(outline) for outline in view.outlines]
+        width = max(max(template.shape) for template in templates) + FIRST_REACH
+        return cls(
+            view,
+            cv2.copyMakeBorder(view.silhouette, width, width, width, width, cv2.BORDER_CONSTANT),
+            width,
+            templates,
+        )
+
+    def centre(self, k: int, displacement: np.ndarray) -> np.ndarray:
+        """Returns the centre of a displaced object, not outside the image, shape (2,) [px]."""
+        limits = np.array(self.view.silhouette.shape[::-1], float) - 1.0
+        place = self.view.centres[k] + self.view.jacobians[k] @ displacement
+        return np.clip(place, 0.0, limits) + self.width
+
+    def covered(self, k: int, displacements: np.ndarray, reach: int) -> np.ndarray:
+        """Returns what an object covers if it moves from its place by up to ``reach`` pixels, shape (2 r + 1,) * 2.
+
+        A pixel that no other object covers counts twice.
+        """
+        alone = self.silhouette.copy()
+        for other, template in enumerate(self.templates):
+            if other != k:
+                _erase(alone, template, self.centre(other, displacements[other]))
+        template = self.templates[k]
+        height, width = template.shape
+        u, v = np.rint(self.centre(k, displacements[k])).astype(int)
+        top, left = v - reach - height // 2, u - reach - width // 2
+        view = cv2.add(alone, self.silhouette)[top : top + height + 2 * reach, left : left + width + 2 * reach]
+        return cv2.matchTemplate(view, template, cv2.TM_CCORR)
+
+
+def _precision(views: Sequence[ImageView], covariance: np.ndarray, k: int) -> np.ndarray:
+    """Returns the weight of an object's displacement, squared, in pixels of its outlines, shape (m, m) [px/m^2]."""
+    scale = np.mean([np.abs(view.jacobians[k] @ view.jacobians[k].T).max() for view in views])
+    area = sum(cv2.contourArea(view.outlines[k]) for view in views)
+    return PULL * area * np.linalg.inv(covariance + LEAST_STD**2 / scale * np.eye(len(covariance)))
+
+
+def _best_place(
+    borders: Sequence[_Border], k: int, displacements: np.ndarray, precision: np.ndarray, reach: int
+) -> np.ndarray:
+    """Returns the displacement of an object, near its present one, in which it covers most, shape (m,) [m]."""
+    start = displacements[k]
+    steps, step = _steps(borders, k, reach, len(start))
+    trials = start + steps.reshape(-1, len(start))
+    total = -np.einsum("ni,ij,nj->n", trials, precision, trials)
+    for border in borders:
+        covered = border.covered(k, displacements, reach + 1)
+        places = border.view.centres[k] + trials @ border.view.jacobians[k].T + border.width
+        places -= np.rint(border.centre(k, start)) - (reach + 1)
+        total += _interpolated(covered, places)
+    total = total.reshape(steps.shape[:-1])
+    best = np.unravel_index(int(total.argmax()), total.shape)
+    place = start + steps[best]
+    for axis in range(len(start)):
+        line = np.moveaxis(total, axis, 0)[(slice(None), *(index for other, index in enumerate(best) if other != axis))]
+        place[axis] += step * _peak(line, int(best[axis]))
+    return place
+
+
+def _steps(borders: Sequence[_Border], k: int, reach: int, size: int) -> tuple[np.ndarray, float]:
+    """Returns the trial steps of an object on a grid, shape (..., m) [m], and the width of the grid [m].
+
+    The grid reaches ``reach`` pixels in the plane, and a single pixel upwards and downwards.
+    """
+    step = 1.0 / math.sqrt(max(float(np.square(border.view.jacobians[k]).sum(axis=0).max()) for border in borders))
+    axes = [step * np.arange(-each, each + 1) for each in (reach, reach, 1)[:size]]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1), step
+
+
+def _interpolated(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Returns values between pixels, bilinearly, shape (n,).
+
+    Args:
+        values: shape (h, w).
+        places: u and v, shape (n, 2) [px]; those outside get the nearest value.
+    """
+    columns, rows = np.float32(places.T)
+    return cv2.remap(values, columns[None], rows[None], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[0]
+
+
 def _template(outline: np.ndarray) -> np.ndarray:
     """Returns an outline filled with 1, uint8, of odd width and height, with its centre in the middle."""
     half_width, half_height = (math.ceil(float(np.abs(outline[:, axis]).max())) for axis in (0, 1))
@@ -102,26 +209,10 @@ def _erase(image: np.ndarray, template: np.ndarray, place: np.ndarray) -> None:
     np.multiply(view, 1 - template, out=view)
 
 
-def _best_place(
-    scores: np.ndarray, template: np.ndarray, start: np.ndarray, reach: int, expected: np.ndarray, std: float
-) -> np.ndarray:
-    """Returns the centre near ``start`` at which a template covers the highest scores, shape (2,) [px]."""
-    height, width = template.shape
-    u, v = np.rint(start).astype(int)
-    top, left = v - reach - height // 2, u - reach - width // 2
-    view = scores[top : top + height + 2 * reach, left : left + width + 2 * reach]
-    covered = cv2.matchTemplate(view, template, cv2.TM_CCORR)
-    du, dv = (np.arange(-reach, reach + 1) + (centre - goal) for centre, goal in zip((u, v), expected))
-    pull = PULL * float(template.sum()) / max(std, 1.0) ** 2
-    total = covered - pull * (du[None, :] ** 2 + dv[:, None] ** 2)
-    row, column = np.unravel_index(int(total.argmax()), total.shape)
-    return np.array([u - reach + _peak(total[row], int(column)), v - reach + _peak(total[:, column], int(row))], float)
-
-
 def _peak(values: np.ndarray, index: int) -> float:
-    """Returns where the parabola through the largest value and its neighbours has its maximum."""
+    """Returns where the parabola through the largest value and its neighbours has its maximum, from the index on."""
     if not 0 < index < len(values) - 1:
-        return float(index)
+        return 0.0
     before, at, after = values[index - 1 : index + 2]
     bend = before - 2.0 * at + after
-    return float(index + (0.5 * (before - after) / bend if bend < 0.0 else 0.0))
+    return float(0.5 * (before - after) / bend if bend < 0.0 else 0.0)

@@ -1,17 +1,19 @@
 """From the silhouettes in one image to regions, one for each object: centroids, extents and their uncertainty.
 
-A silhouette that shows several objects is divided among the windows in which these objects are expected (`divide`). A
-region in no window belongs to a new object.
+`find_silhouettes` finds which silhouettes lie in the windows of the tracked objects, and `make_regions` makes a region
+of each. A silhouette that shows several objects is divided among them, once it is known where they stand
+(`division.place_merged`). A region in no window belongs to a new object.
 """
 
 import math
 from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from drake_tracker.vision.division import Part, divide
+from drake_tracker.vision.division import Part, Silhouette, divide
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_window import ObjectWindow
 
@@ -83,26 +85,49 @@ class Region(NamedTuple):
         return np.array([self.width, self.height])
 
 
-def find_regions(
-    foreground: Foreground, windows: Sequence[ObjectWindow] = (), min_pixels: int = 25, colours: bool = True
-) -> list[Region]:
-    """Returns the regions of one image: first those in windows, in their order, then the others, largest first.
+@dataclass(frozen=True, eq=False)
+class Silhouettes:
+    """The silhouettes of one image.
+
+    Attributes:
+        foreground: of the image.
+        windows: where objects are expected.
+        box: rows and columns of the image that contain all silhouettes; the arrays below are of this size.
+        expected: silhouettes that lie in windows.
+        others: pixels of all others, uint8, 1 where they are.
+        apart: places in ``windows`` of objects beside which another large fragment lies in their window.
+    """
+
+    foreground: Foreground
+    windows: Sequence[ObjectWindow]
+    box: tuple[slice, slice]
+    expected: Sequence[Silhouette]
+    others: Sequence[np.ndarray]
+    apart: Set[int]
+
+    @property
+    def offset(self) -> np.ndarray:
+        """Full-frame coordinates of the top left pixel of the box, shape (2,) [px]."""
+        rows, columns = self.box
+        return np.array(self.foreground.image_offset, float) + (columns.start, rows.start)
+
+
+def find_silhouettes(foreground: Foreground, windows: Sequence[ObjectWindow] = (), min_pixels: int = 25) -> Silhouettes:
+    """Returns the silhouettes of one image.
 
     Args:
         foreground: silhouettes and moving pixels.
         windows: where objects are expected.
-        min_pixels: least number of pixels of a region.
-        colours: whether to compute the colours of the regions.
+        min_pixels: least number of pixels of a silhouette in no window.
     """
     u0, v0, width, height = cv2.boundingRect(foreground.mask)
-    if width == 0:
-        return []
     box = slice(v0, v0 + height), slice(u0, u0 + width)
+    if width == 0:
+        return Silhouettes(foreground, windows, box, (), (), frozenset())
     count, labels, statistics, _ = cv2.connectedComponentsWithStats(foreground.mask[box], connectivity=8)
     offset = np.array([u0 + foreground.image_offset[0], v0 + foreground.image_offset[1]], float)
     fragments = [label for label in range(1, count) if statistics[label, cv2.CC_STAT_AREA] >= FRAGMENT_PIXELS]
     claims: dict[int, list[int]] = {}
-    free = []
     for label in fragments:
         claimed = _claimed_by(statistics[label], offset, windows)
         located = [number for number in claimed if windows[number].std <= LOCATED * windows[number].radius]
@@ -110,24 +135,37 @@ def find_regions(
             claims.setdefault(number, []).append(label)
     own = {number: _joined(mine, statistics, offset, windows[number]) for number, mine in claims.items()}
     owned = {label for mine in own.values() for label in mine}
-    apart = {number for number, mine in claims.items() if set(mine) - owned}
-    claims = own
-    for label in fragments:
-        if label not in owned and statistics[label, cv2.CC_STAT_AREA] >= min_pixels:
-            free.append(_pixels_of(labels, {label}, count))
-    regions: list[Region] = []
-    pending = set(claims)
+    apart = frozenset(number for number, mine in claims.items() if set(mine) - owned)
+    others = [
+        _pixels_of(labels, {label}, count)
+        for label in fragments
+        if label not in owned and statistics[label, cv2.CC_STAT_AREA] >= min_pixels
+    ]
+    expected = []
+    pending = set(own)
     while pending:
-        group = _sharing(pending.pop(), claims)
+        group = _sharing(pending.pop(), own)
         pending -= group
-        members = sorted(group)
-        whole = _pixels_of(labels, {label for number in members for label in claims[number]}, count)
-        parts = divide(whole, [windows[number] for number in members], offset)
-        for number, part in zip(members, parts):
-            region = _region(part, foreground, box, offset, windows[number], colours, number in apart)
+        whole = _pixels_of(labels, {label for number in group for label in own[number]}, count)
+        expected.append(Silhouette(whole, offset, tuple(sorted(group))))
+    return Silhouettes(foreground, windows, box, expected, others, apart)
+
+
+def make_regions(silhouettes: Silhouettes, places: Mapping[int, np.ndarray], colours: bool = True) -> list[Region]:
+    """Returns the regions of one image: first those in windows, in their order, then the others, largest first.
+
+    Args:
+        silhouettes: of the image.
+        places: where the objects stand that share silhouettes: {place in the list of windows: (u, v) [px]}.
+        colours: whether to compute the colours of the regions.
+    """
+    regions = []
+    for silhouette in silhouettes.expected:
+        for number, part in divide(silhouette, silhouettes.windows, places):
+            region = _region(part, silhouettes, number, colours)
             if region is not None and region.pixels >= FRAGMENT_PIXELS:
                 regions.append(region)
-    others = [_region(Part(part), foreground, box, offset, None, colours) for part in free]
+    others = [_region(Part(pixels), silhouettes, None, colours) for pixels in silhouettes.others]
     return regions + sorted((each for each in others if each is not None), key=lambda each: -each.pixels)
 
 
@@ -206,16 +244,17 @@ def _is_covered(
     return cv2.countNonZero(cv2.bitwise_and(pixels, cv2.dilate(foreground.hidden, BESIDE)[box])) > 0
 
 
-def _region(
-    part: Part,
-    foreground: Foreground,
-    box: tuple[slice, slice],
-    offset: np.ndarray,
-    window: ObjectWindow | None,
-    colours: bool,
-    apart: bool = False,
-) -> Region | None:
-    """Returns the region of a part of a silhouette in the box of the image, None without pixels."""
+def _region(part: Part, silhouettes: Silhouettes, number: int | None, colours: bool) -> Region | None:
+    """Returns the region of a part of a silhouette, None without pixels.
+
+    Args:
+        part: the part.
+        silhouettes: of the image.
+        number: place of the object's window, None without one.
+        colours: whether to compute the colour.
+    """
+    foreground, box, offset = silhouettes.foreground, silhouettes.box, silhouettes.offset
+    window = None if number is None else silhouettes.windows[number]
     pixels = cv2.countNonZero(part.pixels)
     if pixels == 0:
         return None
@@ -255,7 +294,7 @@ def _region(
         share=share,
         track=0 if window is None else window.track,
         shared=part.shared,
-        apart=apart,
+        apart=number in silhouettes.apart,
         covered=_is_covered(foreground, part.pixels, box, window),
         colour=(float(colour[0]), float(colour[1]), float(colour[2])),
     )

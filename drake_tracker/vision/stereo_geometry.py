@@ -111,7 +111,7 @@ class StereoGeometry:
             pixels = track.shape.fill * outline_area(edges)
             depth = math.dist(track.position, camera.X_WC[:3, 3])
             windows.append(
-                ObjectWindow(track.number or UNCONFIRMED, u, v, std, edges, pixels, depth, track.shape.settled)
+                ObjectWindow(track.number or UNCONFIRMED, u, v, std, edges, pixels, depth, J, track.shape.settled)
             )
         return windows
 

@@ -1,6 +1,6 @@
 """Tracks several objects: associates the regions of two images with tracks, and keeps the tracks.
 
-Per pair of images: each track predicts windows in both images; regions are found with them (`regions.find_regions`);
+Per pair of images: each track predicts windows in both images; regions are found with them (`regions.make_regions`);
 the regions of each image are assigned to the tracks, the nearest globally; two regions of a track that agree epipolarly
 are triangulated. Pairs of moving regions that no track explains begin new tracks.
 """
@@ -18,12 +18,13 @@ from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.check_settings import check_settings
 from drake_tracker.vision.config import Several
+from drake_tracker.vision.division import place_merged
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_look import learn_look, recognised, relearning
 from drake_tracker.vision.object_shape import ObjectShape
 from drake_tracker.vision.object_track import STANDING_SPEED, Measurement, ObjectTrack, TrackState, new_track
 from drake_tracker.vision.object_window import ObjectWindow
-from drake_tracker.vision.regions import COVERED, Region, covered_share, find_regions
+from drake_tracker.vision.regions import COVERED, Region, covered_share, find_silhouettes, make_regions
 from drake_tracker.vision.separation import Separation
 from drake_tracker.vision.stereo_geometry import GATE, StereoGeometry, projection_jacobian
 
@@ -120,9 +121,14 @@ class Tracker:
                 cameras=cameras,
             )
         windows = [self._geometry.windows(tracks, side) for side in range(2)]
-        found = [
-            find_regions(foreground, views, self.settings.min_pixels) for foreground, views in zip(foregrounds, windows)
+        silhouettes = [
+            find_silhouettes(foreground, views, self.settings.min_pixels)
+            for foreground, views in zip(foregrounds, windows)
         ]
+        merged = place_merged(
+            [(each.expected, each.windows) for each in silhouettes], [track.covariance[:3, :3] for track in tracks]
+        )
+        found = [make_regions(each, centres) for each, centres in zip(silhouettes, merged)]
         places = [self._assign(tracks, views, regions) for views, regions in zip(windows, found)]
         tracks = [
             self._observe(track, (places[0][k], places[1][k]), found, foregrounds, (windows[0][k], windows[1][k]))
