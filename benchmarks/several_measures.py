@@ -79,17 +79,20 @@ def time_until_all(record):
 
 
 def identity_numbers(record):
-    """Returns how the identities of the objects change.
+    """Returns how the identities of the objects change, from the first image in which each has a track of its own.
+
+    Until then, objects that are merged may have a single track; whose it is cannot be said.
 
     Returns a dict: ``swaps``, how often an object takes over a number that another one had; ``begun_again``, how often
     it gets a number that no object had; ``lost``, how often a track that an object had is deleted.
     """
     slots = assigned(record, SAME)
+    begin = int((slots >= 0).all(axis=1).argmax())
     owner: dict[int, int] = {}
     current = [0] * slots.shape[1]
     swaps = begun_again = lost = 0
     before: set[int] = set()
-    for row, numbers, alive in zip(slots, record.numbers, record.alive):
+    for row, numbers, alive in zip(slots[begin:], record.numbers[begin:], record.alive[begin:]):
         for thing, slot in enumerate(row):
             number = int(numbers[slot]) if slot >= 0 else 0
             if number in (0, current[thing]):

@@ -48,7 +48,8 @@ from .predicted_window import PredictedWindow as PredictedWindow
 from .region_centroid import RegionCentroid as RegionCentroid
 from .regions import ObjectWindow as ObjectWindow
 from .regions import Region as Region
-from .regions import find_regions as find_regions
+from .regions import find_silhouettes as find_silhouettes
+from .regions import make_regions as make_regions
 from .several_vision_diagram import SeveralVisionDiagram as SeveralVisionDiagram
 from .static_threshold import StaticThresholdDetector as StaticThresholdDetector
 from .target import Reason as Reason

@@ -16,7 +16,7 @@ ROUNDS = 6
 """How often every object is moved at most."""
 FIRST_REACH, REACH = 8, 3
 """How far an object is moved at a time in either direction, in the first round and later [px]."""
-PULL = 0.2
+PULL = 0.15
 """Loss of pixels, as a share of the outline's, that an object accepts to be a standard deviation nearer to where it is
 expected."""
 LEAST_STD = 1.0
@@ -188,8 +188,8 @@ def _interpolated(values: np.ndarray, places: np.ndarray) -> np.ndarray:
         values: shape (h, w).
         places: u and v, shape (n, 2) [px]; those outside get the nearest value.
     """
-    columns, rows = np.float32(places.T)
-    return cv2.remap(values, columns[None], rows[None], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[0]
+    columns, rows = places.T.astype(np.float32)[:, None]
+    return cv2.remap(values, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[0]
 
 
 def _template(outline: np.ndarray) -> np.ndarray:

@@ -191,9 +191,9 @@ class Tracker:
             and self._geometry.contains(measurement.p_WQ)
             and track.distance_squared(measurement) <= 2 * GATE
         ):
-            track = learn_look(
-                replace(track.updated(measurement), places=places), self._geometry.cameras, regions, measurement.p_WQ
-            )
+            shared = any(region is not None and region.shared for region in regions)
+            track = replace(track.updated(measurement, shared), places=places)
+            track = learn_look(track, self._geometry.cameras, regions, measurement.p_WQ)
             if track.stamp < track.guessed_until:
                 return track.without_point()
             moving = track.speed > STANDING_SPEED or any(

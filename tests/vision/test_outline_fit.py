@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from drake_tracker.vision.outline_fit import box_outline, fit_outlines
+from drake_tracker.vision.outline_fit import ImageView, box_outline, fit_outlines
 
 LONG = np.array([[30.0, 4.0, 0.0], [8.0, -7.0, -12.0]])
 SQUARE = np.array([[14.0, 6.0, 0.0], [5.0, -8.0, -10.0]])
@@ -15,6 +15,13 @@ def silhouette(*objects):
         corners = np.rint((box_outline(edges) + centre) * 16.0).astype(np.int32)
         cv2.fillConvexPoly(image, corners, 1, lineType=cv2.LINE_8, shift=4)
     return image
+
+
+def placed(image, boxes, expected, std):
+    """Where boxes stand in a single image, shape (n, 2)."""
+    count = len(boxes)
+    view = ImageView(image, [box_outline(each) for each in boxes], np.array(expected), np.array([np.eye(2)] * count))
+    return view.centres + fit_outlines([view], np.array([std**2 * np.eye(2)] * count))
 
 
 def test_the_outline_of_a_box():
@@ -31,7 +38,7 @@ def test_two_outlines_are_found_from_some_pixels_off(apart):
     centres = [np.array([45.3, 38.6]), np.array([45.3, 38.6]) + apart]
     image = silhouette((LONG, centres[0]), (SQUARE, centres[1]))
     wrong = [centre + offset for centre, offset in zip(centres, ((3.0, -2.0), (-2.0, 3.0)))]
-    found = fit_outlines(image, [box_outline(LONG), box_outline(SQUARE)], wrong, [6.0, 6.0])
+    found = placed(image, [LONG, SQUARE], wrong, 6.0)
     for place, centre in zip(found, centres):
         assert np.abs(place - centre).max() < 1.5
 
@@ -39,7 +46,7 @@ def test_two_outlines_are_found_from_some_pixels_off(apart):
 def test_three_outlines():
     centres = [np.array([30.0, 40.0]), np.array([52.0, 45.0]), np.array([76.0, 40.0])]
     image = silhouette(*((SQUARE, centre) for centre in centres))
-    found = fit_outlines(image, [box_outline(SQUARE)] * 3, [centre + (2.0, 1.0) for centre in centres], [4.0] * 3)
+    found = placed(image, [SQUARE] * 3, [centre + (2.0, 1.0) for centre in centres], 4.0)
     for place, centre in zip(found, centres):
         assert np.abs(place - centre).max() < 1.0
 
@@ -48,15 +55,34 @@ def test_where_the_silhouette_does_not_tell_the_expectation_does():
     """A small box in front of a large one leaves no trace in the silhouette."""
     image = silhouette((4.0 * SQUARE, (60.0, 40.0)))
     expected = np.array([66.0, 43.0])
-    found = fit_outlines(
-        image, [box_outline(4.0 * SQUARE), box_outline(SQUARE)], [np.array([60.0, 40.0]), expected], [1, 1]
-    )
+    found = placed(image, [4.0 * SQUARE, SQUARE], [np.array([60.0, 40.0]), expected], 1.0)
     np.testing.assert_allclose(found[1], expected, atol=0.6)
 
 
 def test_an_outline_at_the_edge_of_the_image():
     image = silhouette((LONG, (10.0, 40.0)), (SQUARE, (34.0, 44.0)))
-    found = fit_outlines(
-        image, [box_outline(LONG), box_outline(SQUARE)], [np.array([5.0, 41.0]), np.array([34.0, 44.0])], [5.0, 5.0]
-    )
+    found = placed(image, [LONG, SQUARE], [(5.0, 41.0), (34.0, 44.0)], 5.0)
     assert np.abs(found[0] - (10.0, 40.0)).max() < 2.0
+
+
+def test_an_image_that_shows_both_apart_decides_for_one_that_does_not():
+    """One image looks along the line between two boxes, so that the nearer one hides the other."""
+    along, across = np.array([[1.0, 20.0, 0.0], [9.0, -1.0, 0.0]]), np.array([[20.0, -3.0, 0.0], [4.0, 8.0, 0.0]])
+    jacobians = [np.array([[0.1, 2.0], [0.2, -0.1]]), np.array([[2.0, -0.3], [0.4, 0.8]])]
+    true, expected = np.array([[40.0, 0.0], [8.0, 0.0]]), np.array([[37.0, 1.0], [11.0, -1.0]])
+    views = []
+    for edges, jacobian, origin in zip((along, across), jacobians, ((45.0, 20.0), (20.0, 25.0))):
+        centres = [jacobian @ p + origin for p in true]
+        views.append(
+            ImageView(
+                silhouette(*((edges, centre) for centre in centres)),
+                [box_outline(edges)] * 2,
+                np.array([jacobian @ p + origin for p in expected]),
+                np.array([jacobian] * 2),
+            )
+        )
+    miss = [
+        np.abs(expected + fit_outlines(chosen, np.array([9.0 * np.eye(2)] * 2)) - true).max()
+        for chosen in (views, views[:1])
+    ]
+    assert miss[0] < 0.7 < 2.0 < miss[1]

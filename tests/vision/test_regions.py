@@ -2,10 +2,10 @@ import cv2
 import numpy as np
 import pytest
 
-from drake_tracker.vision.division import divide
+from drake_tracker.vision.division import Silhouette, divide, place_merged
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_window import ObjectWindow
-from drake_tracker.vision.regions import covered_share, find_regions
+from drake_tracker.vision.regions import covered_share, find_silhouettes, make_regions
 
 WIDTH, HEIGHT = 200, 140
 OFFSET = (30, 12)
@@ -35,7 +35,20 @@ def window(track, centre, extents, std=1.0, form="rectangle", depth=1.8, settled
     """Where an object is expected; its box is seen from above, along its edges."""
     edges = np.array([[extents[0], 0.0, 0.0], [0.0, extents[1], 0.0]])
     fill = 1.0 if form == "rectangle" else np.pi / 4.0
-    return ObjectWindow(track, *map(float, centre), std, edges, fill * extents[0] * extents[1], depth, settled)
+    pixels = fill * extents[0] * extents[1]
+    return ObjectWindow(track, *map(float, centre), std, edges, pixels, depth, np.eye(2), settled)
+
+
+def expected(windows):
+    """Covariances of positions that are known as well as their windows say, in a single image."""
+    return [each.std**2 * np.eye(2) for each in windows]
+
+
+def find_regions(image, windows=(), min_pixels=25, colours=True):
+    """The regions of a single image."""
+    silhouettes = find_silhouettes(image, windows, min_pixels)
+    (places,) = place_merged([(silhouettes.expected, windows)], expected(windows))
+    return make_regions(silhouettes, places, colours)
 
 
 def centre_of(region):
@@ -264,8 +277,10 @@ def test_merging_makes_the_centroid_uncertain():
 def test_the_parts_of_a_silhouette_are_within_it():
     whole = (drawn((80.0, 60.0), MIDDLE) | drawn((100.0, 62.0), MIDDLE)) // 255
     windows = [window(1, (80.0, 60.0), MIDDLE), window(2, (100.0, 62.0), MIDDLE)]
-    parts = divide(whole, windows, np.array(OFFSET, float))
-    assert len(parts) == 2
+    silhouette = Silhouette(whole, np.array(OFFSET, float), (0, 1))
+    (places,) = place_merged([([silhouette], windows)], expected(windows))
+    numbers, parts = zip(*divide(silhouette, windows, places))
+    assert numbers == (0, 1)
     for part in parts:
         assert part.shared and part.pixels.dtype == np.uint8
         assert not np.any((part.pixels > 0) & (whole == 0))

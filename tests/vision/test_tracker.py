@@ -435,7 +435,7 @@ def test_two_objects_that_are_merged_from_the_start(distance):
         if track.measurement is not None
     ]
     between = np.array(far) > 0.5 * distance - 0.02
-    assert between.mean() < 0.01 and not between[10:].any()
+    assert between.mean() < 0.015 and not between[10:].any()
     late = run.identities(since=3.0)
     assert all(len(each) == 1 for each in late.values()) and late[0] != late[1]
 
