@@ -16,6 +16,11 @@ TURN_TIME, FASTEST_TURN = 0.5, 3.0
 """Time over which the turn rate is averaged [s], and its largest value [rad/s]: .15 m/s on a radius of .05 m."""
 CORRELATED = 10.0
 """How many times as uncertain a measurement counts whose silhouette is merged: its error stays for many images."""
+TRUE_STD, TRUE_SHARED_STD = 0.65, 0.5
+"""Standard deviation of the error that was found, as a share of the one that the tracker works with, for objects apart
+and merged. It works with larger ones, so as not to lose an object whose error is unusually large."""
+HEIGHT_BIAS = 0.045
+"""Systematic error of the height as a share of the object's height: cameras above it see more of its top."""
 START_SPEED = 0.3
 """Standard deviation of the velocity of a new track [m/s], per axis."""
 STANDING_SPEED = 0.012
@@ -54,6 +59,17 @@ class Measurement(NamedTuple):
     covariance: np.ndarray
     gap: float
     share: float
+
+    def reported(self, shared: bool, height: float) -> "Measurement":
+        """Returns the measurement with the covariance of its total error, as it is reported.
+
+        Args:
+            shared: whether a silhouette it comes from is merged with that of another object.
+            height: of the object [m].
+        """
+        covariance = (TRUE_SHARED_STD if shared else TRUE_STD) ** 2 * self.covariance
+        covariance[2, 2] += (HEIGHT_BIAS * height) ** 2
+        return self._replace(covariance=covariance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +229,7 @@ class ObjectTrack(FrozenState):
             seen=self.stamp,
             hits=self.hits + 1,
             misses=0,
-            measurement=measurement,
+            measurement=measurement.reported(shared, float(self.shape.dimensions[2])),
         )
 
     def _turn_rate_to(self, velocity: np.ndarray) -> float:
