@@ -25,7 +25,7 @@ from drake_tracker.vision.config import CameraMotion
 
 KNOWN_SHARE = 0.8
 """Share of the background that must be known before images can be aligned with it."""
-UNEXPLAINED_SHARE = 0.03
+UNEXPLAINED_SHARE = 0.01
 """Share of pixels that may differ from the background outside of objects before the camera is checked."""
 DIFFERENT = 12
 """Difference from the background that counts [grey levels]."""

@@ -178,6 +178,9 @@ class Tracker:
         windows: Sequence[ObjectWindow],
     ) -> ObjectTrack:
         """Returns a track after its regions, or without a measurement if it has none that agree."""
+        # An image that shows only a part of the object, because its camera has turned away, does not count.
+        whole = [place >= 0 and not found[side][place].cut for side, place in enumerate(places)]
+        places = (places[0] if whole[0] else -1, places[1] if whole[1] else -1)
         regions = [found[side][place] if place >= 0 else None for side, place in enumerate(places)]
         measurement = self._measured(track, regions)
         if (
@@ -286,8 +289,9 @@ def unseen_state(foregrounds: Sequence[Foreground], windows: Sequence[ObjectWind
     """
     if not all(foreground.shows(window.u, window.v) for foreground, window in zip(foregrounds, windows)):
         return TrackState.OUT_OF_VIEW
-    for foreground, window in zip(foregrounds, windows):
-        offset = np.array(foreground.image_offset)
-        if foreground.hidden is not None and covered_share(foreground.hidden, offset, window) > COVERED:
-            return TrackState.OCCLUDED
+    for name, state in (("hidden", TrackState.OCCLUDED), ("missing", TrackState.OUT_OF_VIEW)):
+        for foreground, window in zip(foregrounds, windows):
+            mask: np.ndarray | None = getattr(foreground, name)
+            if mask is not None and covered_share(mask, np.array(foreground.image_offset), window) > COVERED:
+                return state
     return TrackState.NOT_OBSERVED
