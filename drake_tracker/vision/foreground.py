@@ -19,10 +19,10 @@ class Foreground(FrozenState):
         moving: uint8 (h, w), 255 where edges move.
         image_offset: full-frame coordinates (u0, v0) of the top left pixel [px].
         hidden: uint8 (h, w), 255 where the robot's own arm covers the scene, or None.
-        missing: uint8 (h, w), 255 where the image shows nothing, because the camera has turned away, or None.
         usable: whether the image could be compared with the background.
         camera: whether the camera itself moved; its motion is compensated in what the other attributes hold.
         displacement: of the camera's images by that motion [px].
+        missing: uint8 (h, w), 255 where the image shows nothing, because the camera has turned away, or None.
     """
 
     stamp: float
@@ -31,10 +31,10 @@ class Foreground(FrozenState):
     moving: np.ndarray
     image_offset: tuple[int, int]
     hidden: np.ndarray | None = None
-    missing: np.ndarray | None = None
     usable: bool = True
     camera: Verdict = Verdict.STILL
     displacement: float = 0.0
+    missing: np.ndarray | None = None
 
     def shows(self, u: float, v: float) -> bool:
         """Returns whether the image contains the pixel at (u, v) of the full frame."""

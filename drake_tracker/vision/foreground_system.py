@@ -161,10 +161,10 @@ class ForegroundSystem(LeafSystem):
             background.moving,
             self._image_offset,
             hidden,
-            None if seen.missing is None else read_only(seen.missing),
             usable,
             seen.verdict,
             seen.displacement,
+            None if seen.missing is None else read_only(seen.missing),
         )
         dark = memory.dark + 1 if other_light else 0
         return replace(memory, background=background, alignment=alignment, dark=dark), found

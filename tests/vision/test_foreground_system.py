@@ -10,6 +10,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import FrameInfo, message_size
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.background_model import BackgroundModel
+from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.foreground_system import ForegroundSystem
 
@@ -212,13 +213,28 @@ def texture(seed):
     return np.dstack([cv2.resize(coarse, (200, 96), interpolation=cv2.INTER_CUBIC)] * 3)
 
 
-def usable_after(images):
-    """Whether the last of some images could be used, by a system that has seen the others."""
+def last_of(images):
+    """The foreground of the last of some images, from a system that has seen the others."""
     system = ForegroundSystem(BackgroundModel())
     memory = system.CreateDefaultContext().get_abstract_state(0).get_value()
     for number, image in enumerate(images):
         memory, found = system._segmented(memory, BackgroundModel().smooth(image), None, number / 60)
-    return found.usable
+    return found
+
+
+def usable_after(images):
+    """Whether the last of some images could be used, by a system that has seen the others."""
+    return last_of(images).usable
+
+
+def test_a_camera_that_begins_to_pan_is_noticed_after_two_pixels():
+    """The scene has little contrast, as a table does: few pixels change."""
+    pattern = cv2.GaussianBlur(np.random.default_rng(1).normal(size=(96, 206)), (0, 0), 1.5)
+    scene = cv2.cvtColor(np.uint8(np.clip(90.0 + 8.0 * pattern / pattern.std(), 0, 255)), cv2.COLOR_GRAY2RGB)
+    found = last_of([scene[:, :200]] * 30 + [scene[:, 1:201], scene[:, 2:202]])
+    assert found.camera is Verdict.COMPENSATED and found.displacement == pytest.approx(2.0, abs=0.2)
+    assert cv2.countNonZero(found.mask) == 0 and found.hidden is None
+    assert found.missing[:, 0].all() and not found.missing[8:-8, 8:].any()
 
 
 def test_a_scene_in_another_light_is_learned_after_a_second():
