@@ -9,6 +9,7 @@ from pydrake.systems.sensors import ImageRgba8U
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import FrameInfo, message_size
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.vision import image_alignment
 from drake_tracker.vision.background_model import BackgroundModel
 from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.foreground import Foreground
@@ -227,14 +228,26 @@ def usable_after(images):
     return last_of(images).usable
 
 
-def test_a_camera_that_begins_to_pan_is_noticed_after_two_pixels():
-    """The scene has little contrast, as a table does: few pixels change."""
+def panned(*shifts):
+    """Images of a camera at rest, and then displaced by ``shifts`` [px]: few pixels change, as on a table."""
     pattern = cv2.GaussianBlur(np.random.default_rng(1).normal(size=(96, 206)), (0, 0), 1.5)
     scene = cv2.cvtColor(np.uint8(np.clip(90.0 + 8.0 * pattern / pattern.std(), 0, 255)), cv2.COLOR_GRAY2RGB)
-    found = last_of([scene[:, :200]] * 30 + [scene[:, 1:201], scene[:, 2:202]])
+    moves = [np.array([[1.0, 0.0, -shift], [0.0, 1.0, 0.0]]) for shift in (*[0.0] * 30, *shifts)]
+    return [cv2.warpAffine(scene, move, (206, 96), flags=cv2.INTER_CUBIC)[:, :200].copy() for move in moves]
+
+
+def test_a_camera_that_begins_to_pan_is_noticed_after_two_pixels():
+    found = last_of(panned(1.0, 2.0))
     assert found.camera is Verdict.COMPENSATED and found.displacement == pytest.approx(2.0, abs=0.2)
     assert cv2.countNonZero(found.mask) == 0 and found.hidden is None
     assert found.missing[:, 0].all() and not found.missing[8:-8, 8:].any()
+
+
+def test_a_displacement_that_a_shadow_can_feign_is_no_motion_of_a_camera_at_rest(monkeypatch):
+    monkeypatch.setattr(image_alignment, "suggests_motion", lambda background, image, hidden: True)
+    found = last_of(panned(0.3))
+    assert found.camera is Verdict.STILL and found.usable and found.missing is None
+    assert last_of(panned(2.0, 0.3)).camera is Verdict.COMPENSATED
 
 
 def test_a_scene_in_another_light_is_learned_after_a_second():
