@@ -72,10 +72,11 @@ class Stage:
     Args:
         objects: list of (`Cuboid`, function of the time that returns (p_WQ, velocity), or None while it is absent).
         cover: function of (time, side) that returns what the arm hides, uint8, or None.
+        missing: function of (time, side) that returns what a camera that turned away does not show, or None.
     """
 
-    def __init__(self, objects, cover=None):
-        self.objects, self._cover = objects, cover
+    def __init__(self, objects, cover=None, missing=None):
+        self.objects, self._cover, self._missing = objects, cover, missing
         self._headings = [0.0] * len(objects)
         self._before = [None, None]
 
@@ -99,12 +100,14 @@ class Stage:
             for number in sorted(shown, key=lambda each: -np.linalg.norm(states[each][0] - eye)):
                 self.objects[number][0].draw(camera, states[number][0], self._headings[number], image, mask)
             hidden = None if self._cover is None else self._cover(time, side)
-            if hidden is not None:
-                mask = cv2.subtract(mask, hidden)
+            missing = None if self._missing is None else self._missing(time, side)
+            for unseen in (hidden, missing):
+                if unseen is not None:
+                    mask = cv2.subtract(mask, unseen)
             moving = np.zeros_like(mask)
             if self._before[side] is not None:
                 difference = cv2.max(*cv2.split(cv2.absdiff(image, self._before[side]))[:2])
                 moving = cv2.threshold(difference, 20, 255, cv2.THRESH_BINARY)[1]
             self._before[side] = image
-            found.append(Foreground(time, image, mask, moving, (0, 0), hidden, usable))
+            found.append(Foreground(time, image, mask, moving, (0, 0), hidden, usable, missing=missing))
         return found

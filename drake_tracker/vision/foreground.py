@@ -22,6 +22,7 @@ class Foreground(FrozenState):
         usable: whether the image could be compared with the background.
         camera: whether the camera itself moved; its motion is compensated in what the other attributes hold.
         displacement: of the camera's images by that motion [px].
+        missing: uint8 (h, w), 255 where the image shows nothing, because the camera has turned away, or None.
     """
 
     stamp: float
@@ -33,6 +34,7 @@ class Foreground(FrozenState):
     usable: bool = True
     camera: Verdict = Verdict.STILL
     displacement: float = 0.0
+    missing: np.ndarray | None = None
 
     def shows(self, u: float, v: float) -> bool:
         """Returns whether the image contains the pixel at (u, v) of the full frame."""

@@ -147,11 +147,12 @@ class ForegroundSystem(LeafSystem):
             background, alignment = self._model.start(image), self._alignment.start()
         else:
             alignment, seen = self._alignment.update(alignment, background, image, hidden)
-            if seen.missing is not None:
-                hidden = read_only(seen.missing if hidden is None else cv2.bitwise_or(hidden, seen.missing))
             usable, other_light = seen.verdict is not Verdict.UNUSABLE, seen.reason is Reason.LIGHT
             if usable:
-                background, usable = self._model.update(background, seen.image, hidden, seen.tolerance)
+                unseen = hidden if seen.missing is None else seen.missing
+                if hidden is not None and seen.missing is not None:
+                    unseen = cv2.bitwise_or(hidden, seen.missing)
+                background, usable = self._model.update(background, seen.image, unseen, seen.tolerance)
                 other_light = not usable
         found = Foreground(
             stamp,
@@ -163,6 +164,7 @@ class ForegroundSystem(LeafSystem):
             usable,
             seen.verdict,
             seen.displacement,
+            None if seen.missing is None else read_only(seen.missing),
         )
         dark = memory.dark + 1 if other_light else 0
         return replace(memory, background=background, alignment=alignment, dark=dark), found

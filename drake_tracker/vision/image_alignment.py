@@ -25,8 +25,11 @@ from drake_tracker.vision.config import CameraMotion
 
 KNOWN_SHARE = 0.8
 """Share of the background that must be known before images can be aligned with it."""
-UNEXPLAINED_SHARE = 0.03
+UNEXPLAINED_SHARE = 0.01
 """Share of pixels that may differ from the background outside of objects before the camera is checked."""
+LEAST_MOTION = 0.5
+"""Displacement by which a camera at rest must have moved before its images are aligned [px]: shadows that move shift
+the edges of the scene by less."""
 DIFFERENT = 12
 """Difference from the background that counts [grey levels]."""
 ROWS = 4
@@ -112,6 +115,8 @@ class ImageAlignment:
         found, motion = self._detector.observe(
             state.motion, cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), state.reference, ignored
         )
+        if not moved and found.verdict is Verdict.COMPENSATED and found.displacement < LEAST_MOTION:
+            return state, same
         state = replace(state, motion=motion)
         if found.verdict in (Verdict.STILL, Verdict.UNUSABLE) or found.transform is None:
             return state, same._replace(verdict=found.verdict, displacement=found.displacement, reason=found.reason)

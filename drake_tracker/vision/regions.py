@@ -26,7 +26,7 @@ CLAIM_MARGIN = 2.0
 COVERED = 0.08
 """Share of an object's window that the arm may cover before the centroid counts as wrong."""
 BESIDE = np.ones((7, 7), np.uint8)
-"""Pixels next to which the arm counts as touching a region."""
+"""Pixels next to which the arm, or the edge of what a camera that has turned away still sees, touches a region."""
 LOCATED = 0.4
 """An object claims a share of a silhouette that shows others too if its position is known to this share of its
 radius."""
@@ -61,6 +61,8 @@ class Region(NamedTuple):
         shared: whether it was cut out of a silhouette that shows several objects.
         apart: whether another large fragment lies in its window, which no other track expects.
         covered: whether the robot's own arm covers a part of it.
+        cut: whether it touches the edge of what a camera that has turned away still sees: its centroid is that of a
+            part of the object.
         colour: its mean colour, red, green and blue [grey levels].
     """
 
@@ -77,6 +79,7 @@ class Region(NamedTuple):
     shared: bool
     apart: bool
     covered: bool
+    cut: bool
     colour: tuple[float, float, float]
 
     @property
@@ -219,10 +222,10 @@ def _joined(mine: Sequence[int], statistics: np.ndarray, offset: np.ndarray, win
 
 
 def covered_share(hidden: np.ndarray, offset: np.ndarray, window: ObjectWindow) -> float:
-    """Returns the share of a window that the arm covers.
+    """Returns the share of a window that a mask covers.
 
     Args:
-        hidden: uint8 (h, w), 255 where the arm is.
+        hidden: uint8 (h, w), 255 where the arm is, or where the image shows nothing.
         offset: full-frame coordinates of its top left pixel, shape (2,) [px].
         window: the window.
     """
@@ -241,7 +244,14 @@ def _is_covered(
         return False
     if window is not None:
         return covered_share(foreground.hidden, np.array(foreground.image_offset), window) > COVERED
-    return cv2.countNonZero(cv2.bitwise_and(pixels, cv2.dilate(foreground.hidden, BESIDE)[box])) > 0
+    return _touches(foreground.hidden, pixels, box)
+
+
+def _touches(mask: np.ndarray | None, pixels: np.ndarray, box: tuple[slice, slice]) -> bool:
+    """Returns whether the pixels of a region, which are those of a box of the image, touch a mask of the image."""
+    if mask is None:
+        return False
+    return cv2.countNonZero(cv2.bitwise_and(pixels, cv2.dilate(mask, BESIDE)[box])) > 0
 
 
 def _region(part: Part, silhouettes: Silhouettes, number: int | None, colours: bool) -> Region | None:
@@ -296,5 +306,6 @@ def _region(part: Part, silhouettes: Silhouettes, number: int | None, colours: b
         shared=part.shared,
         apart=number in silhouettes.apart,
         covered=_is_covered(foreground, part.pixels, box, window),
+        cut=_touches(foreground.missing, part.pixels, box),
         colour=(float(colour[0]), float(colour[1]), float(colour[2])),
     )

@@ -46,7 +46,7 @@ class Separation:
     def is_new(self, region: Region) -> bool:
         """Returns whether a region shows a moving object that has no track."""
         moves = region.moving > 0.0 and region.pixels >= self._min_pixels
-        return moves and not region.track and not region.covered
+        return moves and not region.track and not region.covered and not region.cut
 
     def merged_in_one_image(
         self, tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]]
@@ -111,7 +111,12 @@ class Separation:
         for track in tracks:
             for side, (camera, regions) in enumerate(zip(self._geometry.cameras, found)):
                 mine = next(
-                    (each for each in regions if each.track == track.number and each.apart and not each.covered), None
+                    (
+                        each
+                        for each in regions
+                        if each.track == track.number and each.apart and not each.covered and not each.cut
+                    ),
+                    None,
                 )
                 if not track.number or mine is None:
                     continue

@@ -7,6 +7,7 @@ are triangulated. Pairs of moving regions that no track explains begin new track
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,6 +37,22 @@ OUTSIDE = 1e6
 """Cost of an assignment that is not allowed."""
 SHORT_COAST = 0.1
 """Time without a measurement [s] after which the estimator's prediction, if there is one, replaces the filter's."""
+EXPECTED_SPEED_STD = 0.1
+"""Standard deviation per axis of the velocity that an estimator expects [m/s]."""
+
+
+class Expected(NamedTuple):
+    """Where an estimator expects an object.
+
+    Attributes:
+        p_WQ: position, shape (3,) [m].
+        v_WQ: velocity, shape (3,) [m/s].
+        std: standard deviation of the position [m].
+    """
+
+    p_WQ: np.ndarray
+    v_WQ: np.ndarray
+    std: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,15 +113,14 @@ class Tracker:
         self,
         state: TrackerState,
         foregrounds: Sequence[Foreground],
-        expected: Mapping[int, tuple[np.ndarray, float]] = {},
+        expected: Mapping[int, Expected] = {},
     ) -> TrackerState:
         """Returns the state after a pair of images.
 
         Args:
             state: the state before.
             foregrounds: of the left and the right image.
-            expected: {number of a track: (position p_WQ (3,) [m], standard deviation [m])}, which the estimators
-                predict for the stamp of the images.
+            expected: {number of a track: what its estimator predicts for the stamp of the images}.
         """
         stamp = 0.5 * (foregrounds[0].stamp + foregrounds[1].stamp)
         tracks = [self._predict(track, stamp, expected.get(track.number)) for track in state.tracks]
@@ -148,12 +164,18 @@ class Tracker:
             stamp, tuple(tracks), next_number, (tuple(found[0]), tuple(found[1])), overflow, True, cameras
         )
 
-    def _predict(self, track: ObjectTrack, stamp: float, expected: tuple[np.ndarray, float] | None) -> ObjectTrack:
-        """Returns a track at the stamp of the images, in a gap where its estimator expects it."""
+    def _predict(self, track: ObjectTrack, stamp: float, expected: Expected | None) -> ObjectTrack:
+        """Returns a track at the stamp of the images, in a gap where its estimator expects it.
+
+        An object that was out of view for long has turned since: it is expected with the heading of its estimator.
+        """
         coasted = stamp - track.seen
         track = track.predicted(stamp)
         if expected is not None and coasted > SHORT_COAST and track.state != TrackState.STANDING:
-            track = track.placed(expected[0], max(expected[1], 0.005))
+            track = track.placed(expected.p_WQ, max(expected.std, 0.005))
+            if track.state == TrackState.OUT_OF_VIEW:
+                track = track.with_velocity(expected.v_WQ, EXPECTED_SPEED_STD)
+                track = replace(track, shape=track.shape.turned(expected.v_WQ))
         return track
 
     def _assign(
@@ -184,6 +206,9 @@ class Tracker:
         windows: Sequence[ObjectWindow],
     ) -> ObjectTrack:
         """Returns a track after its regions, or without a measurement if it has none that agree."""
+        # An image that shows only a part of the object, because its camera has turned away, does not count.
+        whole = [place >= 0 and not found[side][place].cut for side, place in enumerate(places)]
+        places = (places[0] if whole[0] else -1, places[1] if whole[1] else -1)
         regions = [found[side][place] if place >= 0 else None for side, place in enumerate(places)]
         measurement = self._measured(track, regions)
         if (
@@ -292,8 +317,9 @@ def unseen_state(foregrounds: Sequence[Foreground], windows: Sequence[ObjectWind
     """
     if not all(foreground.shows(window.u, window.v) for foreground, window in zip(foregrounds, windows)):
         return TrackState.OUT_OF_VIEW
-    for foreground, window in zip(foregrounds, windows):
-        offset = np.array(foreground.image_offset)
-        if foreground.hidden is not None and covered_share(foreground.hidden, offset, window) > COVERED:
-            return TrackState.OCCLUDED
+    for name, state in (("hidden", TrackState.OCCLUDED), ("missing", TrackState.OUT_OF_VIEW)):
+        for foreground, window in zip(foregrounds, windows):
+            mask: np.ndarray | None = getattr(foreground, name)
+            if mask is not None and covered_share(mask, np.array(foreground.image_offset), window) > COVERED:
+                return state
     return TrackState.NOT_OBSERVED

@@ -28,7 +28,7 @@ from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_track import ObjectTrack
 from drake_tracker.vision.regions import Region
 from drake_tracker.vision.target import Reason, choose_target, make_target_rule, reason_of
-from drake_tracker.vision.tracker import Tracker, TrackerState
+from drake_tracker.vision.tracker import Expected, Tracker, TrackerState
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +129,7 @@ class TrackerSystem(LeafSystem):
             return
         if abs(left.stamp - right.stamp) > self._stamp_tolerance or left.stamp <= memory.tracker.stamp:
             return
-        expected: dict[int, tuple[np.ndarray, float]] = {}
+        expected: dict[int, Expected] = {}
         if self._expected.HasValue(context):
             expected = unpack_expected(self._expected.Eval(context), 0.5 * (left.stamp + right.stamp))
         tracker = self._tracker.update(memory.tracker, (left, right), expected)
@@ -146,13 +146,13 @@ class TrackerSystem(LeafSystem):
         output.SetFromVector(pack_tracks(memory.tracker, memory.target, self._rule.reason))
 
 
-def unpack_expected(message: np.ndarray, stamp: float) -> dict[int, tuple[np.ndarray, float]]:
-    """Returns {number of a track: (position (3,) [m], standard deviation [m])} at a stamp [s], from a message."""
+def unpack_expected(message: np.ndarray, stamp: float) -> dict[int, Expected]:
+    """Returns {number of a track: what is expected at a stamp [s]}, from a message."""
     found = {}
     for number, x, y, z, vx, vy, vz, std in message_rows(message, EXPECTED_FIELDS):
         if number > 0.0:
-            step = stamp - TrackPredictions(message).time
-            found[int(number)] = (np.array([x, y, z]) + step * np.array([vx, vy, vz]), float(std))
+            step, v_WQ = stamp - TrackPredictions(message).time, np.array([vx, vy, vz])
+            found[int(number)] = Expected(np.array([x, y, z]) + step * v_WQ, v_WQ, float(std))
     return found
 
 

@@ -9,7 +9,9 @@ from pydrake.systems.sensors import ImageRgba8U
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import FrameInfo, message_size
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.vision import image_alignment
 from drake_tracker.vision.background_model import BackgroundModel
+from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.foreground_system import ForegroundSystem
 
@@ -212,13 +214,40 @@ def texture(seed):
     return np.dstack([cv2.resize(coarse, (200, 96), interpolation=cv2.INTER_CUBIC)] * 3)
 
 
-def usable_after(images):
-    """Whether the last of some images could be used, by a system that has seen the others."""
+def last_of(images):
+    """The foreground of the last of some images, from a system that has seen the others."""
     system = ForegroundSystem(BackgroundModel())
     memory = system.CreateDefaultContext().get_abstract_state(0).get_value()
     for number, image in enumerate(images):
         memory, found = system._segmented(memory, BackgroundModel().smooth(image), None, number / 60)
-    return found.usable
+    return found
+
+
+def usable_after(images):
+    """Whether the last of some images could be used, by a system that has seen the others."""
+    return last_of(images).usable
+
+
+def panned(*shifts):
+    """Images of a camera at rest, and then displaced by ``shifts`` [px]: few pixels change, as on a table."""
+    pattern = cv2.GaussianBlur(np.random.default_rng(1).normal(size=(96, 206)), (0, 0), 1.5)
+    scene = cv2.cvtColor(np.uint8(np.clip(90.0 + 8.0 * pattern / pattern.std(), 0, 255)), cv2.COLOR_GRAY2RGB)
+    moves = [np.array([[1.0, 0.0, -shift], [0.0, 1.0, 0.0]]) for shift in (*[0.0] * 30, *shifts)]
+    return [cv2.warpAffine(scene, move, (206, 96), flags=cv2.INTER_CUBIC)[:, :200].copy() for move in moves]
+
+
+def test_a_camera_that_begins_to_pan_is_noticed_after_two_pixels():
+    found = last_of(panned(1.0, 2.0))
+    assert found.camera is Verdict.COMPENSATED and found.displacement == pytest.approx(2.0, abs=0.2)
+    assert cv2.countNonZero(found.mask) == 0 and found.hidden is None
+    assert found.missing[:, 0].all() and not found.missing[8:-8, 8:].any()
+
+
+def test_a_displacement_that_a_shadow_can_feign_is_no_motion_of_a_camera_at_rest(monkeypatch):
+    monkeypatch.setattr(image_alignment, "suggests_motion", lambda background, image, hidden: True)
+    found = last_of(panned(0.3))
+    assert found.camera is Verdict.STILL and found.usable and found.missing is None
+    assert last_of(panned(2.0, 0.3)).camera is Verdict.COMPENSATED
 
 
 def test_a_scene_in_another_light_is_learned_after_a_second():

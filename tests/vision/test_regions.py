@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -239,6 +241,16 @@ def test_a_region_that_the_arm_covers_in_part_says_so():
     assert unknown.covered
     (free,) = find_regions(foreground(mask, hidden=arm_from(150)))
     assert not free.covered
+
+
+def test_a_region_at_the_edge_of_what_the_camera_sees_is_cut():
+    mask, place = drawn((90.0, 60.0), BIG), (90.0, 60.0)
+    for column, cut in ((92, True), (100, True), (150, False)):
+        missing = arm_from(column)
+        seen = replace(foreground(cv2.subtract(mask, missing)), missing=missing)
+        for windows in ([window(1, place, BIG)], []):
+            (region,) = find_regions(seen, windows)
+            assert region.cut == cut and not region.covered, f"nothing from column {column}"
 
 
 def test_the_share_that_the_arm_covers():

@@ -9,7 +9,7 @@ from drake_tracker.core.messages import TRACK_SLOTS
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.object_track import TrackState
 from drake_tracker.vision.stereo_geometry import projection_jacobian
-from drake_tracker.vision.tracker import Tracker, TrackerState
+from drake_tracker.vision.tracker import Expected, Tracker, TrackerState
 
 GOLD, BLUE, RED = (200, 170, 60), (50, 80, 190), (190, 50, 40)
 NEAR = 0.02
@@ -219,23 +219,72 @@ def test_what_the_estimator_expects_leads_through_a_bend():
     stage = [(Cuboid(), on_oval(start=0.16))], all_hidden(2.0, 3.5)
     alone = Run(Stage(*stage)).watch(3.45)
     led = Run(Stage(*stage)).watch(
-        3.45, expected=lambda time: {1: (oval(time, start=0.16)[0], 0.004)} if time > 2.0 else {}
+        3.45, expected=lambda time: {1: Expected(*oval(time, start=0.16), 0.004)} if time > 2.0 else {}
     )
     misses = [
         np.linalg.norm(run.tracks[1].position - run.history[-1][1][0]) if 1 in run.tracks else np.inf
         for run in (alone, led)
     ]
     assert misses[1] < 0.005 < 0.04 < misses[0]
-    led.watch(0.5, expected=lambda time: {1: (oval(time, start=0.16)[0], 0.004)} if time < 3.5 else {})
+    led.watch(0.5, expected=lambda time: {1: Expected(*oval(time, start=0.16), 0.004)} if time < 3.5 else {})
     assert led.numbers() == {1} and led.tracks[1].measurement is not None
 
 
 def test_an_expectation_does_not_move_an_object_that_is_seen():
-    wrong = {1: (np.array([0.7, 0.2, HEIGHT]), 0.001)}
+    wrong = {1: Expected(np.array([0.7, 0.2, HEIGHT]), np.array([0.1, 0.0, 0.0]), 0.001)}
     plain, led = (Run(Stage([(Cuboid(), on_oval())])) for _ in range(2))
     plain.watch(1.5)
     led.watch(1.5, expected=lambda time: wrong)
     np.testing.assert_array_equal(plain.tracks[1].mean, led.tracks[1].mean)
+
+
+def turned_away(left, right=lambda time: 0):
+    """What cameras do not show that turned away: the columns before those that functions of the time give."""
+
+    def missing(time, side):
+        columns = (left, right)[side](time)
+        mask = np.zeros((256, 256), np.uint8)
+        mask[:, :columns] = 255
+        return mask if columns else None
+
+    return missing
+
+
+def test_a_camera_that_turned_away_does_not_stop_the_other_one():
+    """The left image shows a part of the object only: its centroid would be wrong, and is not used."""
+    path = on_line((0.56, -0.1), (0.0, 0.1))
+    cut = turned_away(lambda time: round(CAMERAS[0].project([path(time)[0]])[0, 0]) if 1.0 <= time < 2.0 else 0)
+    run = Run(Stage([(Cuboid(), path)], missing=cut)).watch(2.5)
+    errors, share = run.errors(1, 0, since=1.0)
+    assert share == 1.0 and errors.max() < NEAR
+    for time, _, state in run.history:
+        if time >= 0.9:
+            (track,) = state.confirmed()
+            assert (track.places[0] >= 0) != (1.0 <= time < 2.0) and track.places[1] >= 0
+            assert all(region.cut for region in state.regions[0]) == (1.0 <= time < 2.0)
+
+
+def test_an_object_comes_back_into_view_with_another_heading():
+    """Its silhouette is longer than it would be with the old heading, but shows no second object."""
+    path = on_oval(start=0.4)
+    away = turned_away(lambda time: 256 if time > 2.0 else 0, lambda time: 256 if 2.0 < time < 3.5 else 0)
+    run = Run(Stage([(Cuboid(), path)], missing=away))
+
+    def expected(time):
+        p_WQ, v_WQ = path(time)
+        return {1: Expected(p_WQ + [0.0, 0.03, 0.0], v_WQ, 0.03)} if time > 2.0 else {}
+
+    run.watch(4.0, expected=expected)
+    states = {round(time, 2): state.confirmed()[0].state for time, _, state in run.history if time > 0.5}
+    assert states[1.9] == TrackState.MOVING and states[3.0] == TrackState.OUT_OF_VIEW
+    errors, share = run.errors(1, 0, since=3.52)
+    assert share == 1.0 and errors.max() < 0.5 * NEAR
+
+
+def test_an_object_that_is_cut_off_is_no_new_track():
+    cut = turned_away(lambda time: round(CAMERAS[0].project([[0.6, 0.0, HEIGHT]])[0, 0]))
+    path = on_line((0.6, -0.02), (0.0, 0.02))
+    assert not Run(Stage([(Cuboid(), path)], missing=cut)).watch(0.5).state.tracks
 
 
 def test_a_track_that_is_not_seen_is_deleted_and_its_number_is_not_used_again():

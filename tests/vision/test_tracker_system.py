@@ -205,8 +205,9 @@ def test_an_expectation_is_taken_to_the_stamp():
     message = predictions(2.0, [(3, 0.5, 0.1, 0.48, 0.1, -0.2, 0.0, 0.004), (7, 0.6, 0.0, 0.48, 0.0, 0.0, 0.0, 0.01)])
     found = unpack_expected(message, 2.1)
     assert set(found) == {3, 7}
-    np.testing.assert_allclose(found[3][0], [0.51, 0.08, 0.48])
-    assert found[3][1] == 0.004 and found[7][1] == 0.01
+    np.testing.assert_allclose(found[3].p_WQ, [0.51, 0.08, 0.48])
+    np.testing.assert_allclose(found[3].v_WQ, [0.1, -0.2, 0.0])
+    assert found[3].std == 0.004 and found[7].std == 0.01
     assert unpack_expected(np.zeros(message_size(TrackPredictions)), 1.0) == {}
 
 
