@@ -2,95 +2,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cuboids import CAMERAS, CENTRE, HEIGHT, PERIOD, WORK_VOLUME, Cuboid, Stage, oval
+from cuboids import CAMERAS, HEIGHT, PERIOD, Cuboid, Stage, oval
+from tracker_run import BLUE, GOLD, NEAR, RED, Run, during, on_line, on_oval, standing
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import TRACK_SLOTS
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.object_track import TrackState
 from drake_tracker.vision.stereo_geometry import projection_jacobian
-from drake_tracker.vision.tracker import Expected, Tracker, TrackerState
-
-GOLD, BLUE, RED = (200, 170, 60), (50, 80, 190), (190, 50, 40)
-NEAR = 0.02
-"""A track lies on an object when it is nearer than this [m]."""
-
-
-def on_oval(speed=0.15, start=0.0, scale=1.0, centre=CENTRE):
-    return lambda time: oval(time, speed, start, scale, centre)
-
-
-def standing(x, y):
-    return lambda time: (np.array([x, y, HEIGHT]), np.zeros(3))
-
-
-def on_line(start, velocity):
-    """A straight path in the plane of the track, from ``start`` (x, y) [m] at time 0, ``velocity`` (2,) [m/s]."""
-    return lambda time: (np.array([*(np.array(start) + time * np.array(velocity)), HEIGHT]), np.array([*velocity, 0.0]))
-
-
-def during(path, first, last):
-    """The path from ``first`` [s] until ``last`` [s]; the object is absent otherwise."""
-    return lambda time: path(time) if first <= time < last else None
-
-
-class Run:
-    """A tracker that watches a stage, a pair of images each cycle.
-
-    Attributes:
-        history: [(time, truth, state)].
-    """
-
-    def __init__(self, stage, settings=Several(), tracker=None):
-        self.stage = stage
-        self.tracker = tracker or Tracker(CAMERAS, settings, work_volume=WORK_VOLUME)
-        self.state, self.history, self.cycle = TrackerState(), [], 0
-
-    def watch(self, seconds, usable=None, expected=None):
-        """Returns itself after some time; ``usable`` and ``expected`` are functions of the time."""
-        for _ in range(round(seconds / PERIOD)):
-            time = self.cycle * PERIOD
-            foregrounds = self.stage.foregrounds(time, usable is None or usable(time))
-            arguments = () if expected is None else (expected(time),)
-            self.state = self.tracker.update(self.state, foregrounds, *arguments)
-            self.history.append((time, self.stage.truth(time), self.state))
-            self.cycle += 1
-        return self
-
-    @property
-    def tracks(self):
-        return {track.number: track for track in self.state.confirmed()}
-
-    def numbers(self, since=0.0):
-        """All numbers of tracks that appeared from a time on."""
-        return {track.number for time, _, state in self.history if time >= since for track in state.confirmed()}
-
-    def errors(self, number, thing, since=0.0):
-        """Distances [m] of the measurements of a track from an object, and the share of images with one."""
-        found, count = [], 0
-        for time, truth, state in self.history:
-            if time < since:
-                continue
-            count += 1
-            for track in state.confirmed():
-                if track.number == number and track.measurement is not None and truth[thing] is not None:
-                    found.append(np.linalg.norm(track.measurement.p_WQ - truth[thing]))
-        return np.array(found), len(found) / count
-
-    def identities(self, since=0.0, until=np.inf):
-        """{number of an object: numbers of the tracks that were nearest to it and on it}."""
-        found = {}
-        for time, truth, state in self.history:
-            if not since <= time <= until:
-                continue
-            for thing, p_WQ in enumerate(truth):
-                tracks = state.confirmed()
-                if p_WQ is None or not tracks:
-                    continue
-                nearest = min(tracks, key=lambda track: np.linalg.norm(track.position - p_WQ))
-                if np.linalg.norm(nearest.position - p_WQ) < 2 * NEAR:
-                    found.setdefault(thing, set()).add(nearest.number)
-        return found
+from drake_tracker.vision.tracker import Expected, Tracker
 
 
 def test_an_empty_scene_has_no_tracks():
@@ -131,44 +51,6 @@ def test_a_track_is_confirmed_after_the_given_number_of_pairs():
         # In the first image nothing is known to move.
         assert first == after
         assert run.tracks[1].number == 1
-
-
-@pytest.mark.parametrize("distance", [0.3, 0.2])
-def test_two_objects_one_behind_the_other(distance):
-    lap = 1.2
-    follower = on_oval(start=distance / lap)
-    run = Run(Stage([(Cuboid(), on_oval()), (Cuboid(colour=BLUE), follower)])).watch(6.0)
-    assert run.numbers() == {1, 2}
-    names = run.identities(since=1.0)
-    assert all(len(each) == 1 for each in names.values()) and names[0] != names[1]
-    for thing in (0, 1):
-        errors, share = run.errors(*names[thing], thing, since=1.0)
-        assert share > 0.9 and np.median(errors) < 0.006 and np.percentile(errors, 99) < NEAR
-
-
-def crossing(gap=0.08, speed=0.15):
-    """Two cuboids on parallel straight tracks, in opposite directions; they pass each other after 1.5 s."""
-    return [
-        (Cuboid(), on_line((CENTRE[0] - gap / 2, -1.5 * speed), (0.0, speed))),
-        (Cuboid(colour=BLUE), on_line((CENTRE[0] + gap / 2, 1.5 * speed), (0.0, -speed))),
-    ]
-
-
-@pytest.mark.parametrize("gap", [0.10, 0.14])
-def test_identities_are_kept_when_objects_pass_each_other(gap):
-    run = Run(Stage(crossing(gap))).watch(3.0)
-    before, after = run.identities(since=0.4, until=0.8), run.identities(since=2.6)
-    assert set(before) == {0, 1} and before == after
-    assert all(len(each) == 1 for each in before.values())
-    assert run.numbers() == {1, 2}
-
-
-def test_identities_are_kept_on_two_ovals_in_opposite_directions():
-    objects = [(Cuboid(), on_oval(start=0.1)), (Cuboid(colour=BLUE), on_oval(-0.2, start=0.6, scale=0.55))]
-    run = Run(Stage(objects)).watch(7.0)
-    names = run.identities(since=1.0)
-    assert run.numbers() == {1, 2}
-    assert names[0] != names[1] and all(len(each) == 1 for each in names.values())
 
 
 def test_an_object_that_stops_is_measured_on():
@@ -463,69 +345,6 @@ def test_tracks_that_find_no_slot_are_counted():
     assert run.state.overflow == 4
 
 
-@pytest.mark.parametrize(("scale", "phase"), [(0.5, 0.35), (0.6, 0.1), (0.68, 0.85)])
-def test_objects_of_two_colours_keep_their_numbers_although_they_merge_in_both_images(scale, phase):
-    objects = [(Cuboid(), on_oval(start=0.1)), (Cuboid(colour=BLUE), on_oval(-0.2, start=phase, scale=scale))]
-    run = Run(Stage(objects)).watch(4.2)
-    names = run.identities(until=1.2)
-    assert all(len(each) == 1 for each in names.values()) and names[0] != names[1]
-    assert run.identities(since=3.8) == names
-
-
-@pytest.mark.parametrize("distance", [0.125, 0.14])
-def test_two_objects_that_are_merged_from_the_start(distance):
-    """Trains of 0.11 m. At 0.125 m they are merged in both images, at 0.14 m in the right one only."""
-    run = Run(Stage([(Cuboid(), on_oval()), (Cuboid(colour=BLUE), on_oval(start=distance / 1.2))])).watch(4.0)
-    assert run.numbers() == {1, 2}
-    far = [
-        min(np.linalg.norm(track.measurement.p_WQ - p_WQ) for p_WQ in truth)
-        for _, truth, state in run.history
-        for track in state.confirmed()
-        if track.measurement is not None
-    ]
-    between = np.array(far) > 0.5 * distance - 0.02
-    assert between.mean() < 0.015 and not between[10:].any()
-    late = run.identities(since=3.0)
-    assert all(len(each) == 1 for each in late.values()) and late[0] != late[1]
-
-
-def test_a_merged_track_has_no_point_and_is_not_seen_at_its_stamp():
-    run = Run(Stage([(Cuboid(), on_oval()), (Cuboid(), on_oval(start=0.125 / 1.2))])).watch(0.4)
-    merged = [track for _, _, state in run.history for track in state.confirmed() if track.state == TrackState.MERGED]
-    assert merged and all(track.measurement is None and track.seen < track.stamp for track in merged)
-
-
-def test_an_object_of_the_greatest_length_is_one_object():
-    run = Run(Stage([(Cuboid(), on_oval())]), Several(max_length=0.13)).watch(2.0)
-    assert run.numbers() == {1}
-    run = Run(Stage([(Cuboid(), on_oval())]), Several(max_length=0.07)).watch(2.0)
-    assert run.numbers() == {1, 2}
-
-
-@pytest.mark.parametrize(("gap", "speed"), [(0.06, 0.1), (0.06, 0.2), (0.08, 0.15)])
-def test_two_objects_pass_each_other_closely(gap, speed):
-    run = Run(Stage(crossing(gap, speed))).watch(3.0)
-    assert run.identities(0.4, 0.8) == run.identities(2.6)
-
-
-@pytest.mark.parametrize(("phase", "scale"), [(0.1, 0.6), (0.35, 0.68)])
-def test_two_objects_pass_each_other_on_ovals(phase, scale):
-    objects = [(Cuboid(), on_oval(start=0.1)), (Cuboid(colour=BLUE), on_oval(-0.2, start=phase, scale=scale))]
-    run = Run(Stage(objects)).watch(6.0)
-    assert all(len(each) == 1 for each in run.identities(since=1.0).values())
-
-
-def test_an_object_of_which_only_a_part_was_seen_at_first():
-    """The size that was learned from the part is corrected."""
-    path = on_oval()
-    stage = Stage([(Cuboid((0.05, 0.04, 0.05)), during(path, 0.0, 2.0)), (Cuboid(), during(path, 2.0, 20.0))])
-    run = Run(stage).watch(10.0)
-    assert run.numbers() == {1}
-    np.testing.assert_allclose(run.tracks[1].shape.dimensions, (0.11, 0.04, 0.05), atol=0.015)
-    errors, share = run.errors(1, 1, since=9.0)
-    assert share == 1.0 and errors.max() < 0.012
-
-
 def test_a_wrong_height_is_corrected():
     """A track that fits the left image only, because its height was found from a merged silhouette, is not kept."""
     run = Run(Stage([(Cuboid(), on_oval())])).watch(1.0)
@@ -537,16 +356,3 @@ def test_a_wrong_height_is_corrected():
     run.watch(1.0)
     errors, share = run.errors(max(run.tracks), 0, since=1.7)
     assert share > 0.9 and errors.max() < 0.012
-
-
-def test_pieces_of_one_object_become_one_track():
-    """At the start the two ends of a train are known only, and begin a track each."""
-    ends = [during(on_line((0.45 + offset, 0.0), (0.15, 0.0)), 0.0, 0.5) for offset in (-0.04, 0.04)]
-    whole = during(on_line((0.45, 0.0), (0.15, 0.0)), 0.5, 10.0)
-    end = Cuboid((0.025, 0.04, 0.05))
-    run = Run(Stage([(end, ends[0]), (end, ends[1]), (Cuboid(), whole)])).watch(0.4)
-    assert len(run.tracks) == 2
-    run.watch(0.6)
-    assert set(run.tracks) == {1}
-    errors, share = run.errors(1, 2, since=0.8)
-    assert share == 1.0 and errors.max() < 0.012
