@@ -39,6 +39,7 @@ from .object_shape import ObjectShape as ObjectShape
 from .object_track import Measurement as Measurement
 from .object_track import ObjectTrack as ObjectTrack
 from .object_track import TrackState as TrackState
+from .object_window import ObjectWindow as ObjectWindow
 from .plane_projection import EveryPoint as EveryPoint
 from .plane_projection import PlausiblePoints as PlausiblePoints
 from .plane_projection import PointFilter as PointFilter
@@ -46,11 +47,10 @@ from .plane_projector_system import PlaneProjectorSystem as PlaneProjectorSystem
 from .plane_projector_system import add_plane_projector as add_plane_projector
 from .predicted_window import PredictedWindow as PredictedWindow
 from .region_centroid import RegionCentroid as RegionCentroid
-from .regions import ObjectWindow as ObjectWindow
 from .regions import Region as Region
-from .regions import find_silhouettes as find_silhouettes
 from .regions import make_regions as make_regions
 from .several_vision_diagram import SeveralVisionDiagram as SeveralVisionDiagram
+from .silhouettes import find_silhouettes as find_silhouettes
 from .static_threshold import StaticThresholdDetector as StaticThresholdDetector
 from .target import Reason as Reason
 from .target import TargetRule as TargetRule

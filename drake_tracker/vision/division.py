@@ -1,4 +1,4 @@
-"""Divides silhouettes that show several objects among these objects."""
+"""Places objects that do not show as a whole, and divides silhouettes that show several objects among them."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,6 +9,7 @@ import numpy as np
 
 from drake_tracker.vision.object_window import ObjectWindow
 from drake_tracker.vision.outline_fit import ImageView, box_outline, fit_outlines, own_shares
+from drake_tracker.vision.silhouettes import Silhouette, Silhouettes
 
 OWN_SHARE = 0.2
 """An object of which a smaller share shows beside larger objects cannot be placed."""
@@ -18,20 +19,6 @@ OVERSIZE = 1.3
 """A region that is this many times as wide or high as its object shows another one too."""
 HIDDEN_BEHIND = 0.3
 """An object whose centre is nearer than this many radii to that of another is hidden by it."""
-
-
-class Silhouette(NamedTuple):
-    """The silhouette of one object or several, which are merged.
-
-    Attributes:
-        pixels: uint8, 1 where it is.
-        offset: full-frame coordinates of the top left pixel, shape (2,) [px].
-        members: places in the list of windows of the objects that are expected in it.
-    """
-
-    pixels: np.ndarray
-    offset: np.ndarray
-    members: tuple[int, ...]
 
 
 class Part(NamedTuple):
@@ -57,44 +44,42 @@ def is_shared(silhouette: Silhouette, windows: Sequence[ObjectWindow]) -> bool:
     return window.settled and bool((np.array([width, height]) > OVERSIZE * window.extents + 4.0).any())
 
 
-def place_merged(
-    images: Sequence[tuple[Sequence[Silhouette], Sequence[ObjectWindow]]], covariances: Sequence[np.ndarray]
-) -> list[dict[int, np.ndarray]]:
-    """Returns where objects stand that share silhouettes, in each image: {place in the list of windows: (u, v) [px]}.
+def place_objects(images: Sequence[Silhouettes], covariances: Sequence[np.ndarray]) -> list[dict[int, np.ndarray]]:
+    """Returns where objects stand that share a silhouette or are covered by the arm in any of the images.
 
     The objects are placed so that their outlines cover the silhouettes of all images together as well as possible.
 
     Args:
-        images: of each image the silhouettes and the windows, which are of the same objects in all images.
+        images: silhouettes of each image, with the windows of the same objects.
         covariances: of the position that is expected of each object, shape (m, m) [m^2].
+
+    Returns, of each image, {place in the list of windows: (u, v) [px]}.
     """
     places: list[dict[int, np.ndarray]] = [{} for _ in images]
-    for group in _merged(images):
+    for group in _groups(images):
         members = sorted(group)
-        views = [_view_of(silhouettes, windows, members) for silhouettes, windows in images]
-        displacements = fit_outlines([view for view, _ in views], np.array([covariances[number] for number in members]))
+        views = [_view_of(image, members) for image in images]
+        displacements = fit_outlines([view for view, _ in views], np.array([covariances[k] for k in members]))
         for found, (view, offset) in zip(places, views):
             moved = view.centres + np.einsum("kij,kj->ki", view.jacobians, displacements) + offset
             found.update(zip(members, moved))
     return places
 
 
-def divide(
-    silhouette: Silhouette, windows: Sequence[ObjectWindow], places: Mapping[int, np.ndarray]
-) -> list[tuple[int, Part]]:
+def divide(image: Silhouettes, silhouette: Silhouette, places: Mapping[int, np.ndarray]) -> list[tuple[int, Part]]:
     """Returns the parts of a silhouette that belong to its objects, with their places in the list of windows.
 
     Each object takes the pixels that are nearest to it. One that hardly shows beside larger ones, or stands behind a
     nearer one, has no part: its place is not seen.
 
     Args:
-        silhouette: the silhouette.
-        windows: where all objects are expected.
-        places: where those that share silhouettes stand, as from `place_merged`.
+        image: all silhouettes of the image.
+        silhouette: one of them.
+        places: where objects stand that do not show as a whole, as from `place_objects`.
     """
-    whole, offset, members = silhouette
+    (whole, members), windows, offset = silhouette, image.windows, image.offset
     if not is_shared(silhouette, windows):
-        return [(number, Part(whole)) for number in members]
+        return [(k, Part(whole, places[k] if k in image.covered else None)) for k in members]
     visible = [k for k in members if not any(_hides(windows[other], windows[k]) for other in members)]
     centres = [places[k] - offset for k in visible]
     own = own_shares(whole, [box_outline(windows[k].edges) for k in visible], centres)
@@ -105,13 +90,16 @@ def divide(
     return [(k, Part(mine, places[k], shared=True)) for (k, _), mine in zip(seen, pixels)]
 
 
-def _merged(images: Sequence[tuple[Sequence[Silhouette], Sequence[ObjectWindow]]]) -> list[set[int]]:
-    """Returns the groups of objects that share silhouettes in any image, directly or through others."""
+def _groups(images: Sequence[Silhouettes]) -> list[set[int]]:
+    """Returns the groups of objects that must be placed together: they share silhouettes, directly or through others.
+
+    An object of which the arm covers a part is placed too, with those that share its silhouette.
+    """
     groups: list[set[int]] = []
-    for silhouettes, windows in images:
-        for silhouette in silhouettes:
-            if is_shared(silhouette, windows):
-                mine = set(silhouette.members)
+    for image in images:
+        for silhouette in image.expected:
+            mine = set(silhouette.members)
+            if is_shared(silhouette, image.windows) or mine & image.covered:
                 for group in [each for each in groups if each & mine]:
                     groups.remove(group)
                     mine |= group
@@ -119,19 +107,26 @@ def _merged(images: Sequence[tuple[Sequence[Silhouette], Sequence[ObjectWindow]]
     return groups
 
 
-def _view_of(
-    silhouettes: Sequence[Silhouette], windows: Sequence[ObjectWindow], members: Sequence[int]
-) -> tuple[ImageView, np.ndarray]:
+def _view_of(image: Silhouettes, members: Sequence[int]) -> tuple[ImageView, np.ndarray]:
     """Returns what an image shows of some objects, and full-frame coordinates of its top left pixel [px]."""
-    mine = [each for each in silhouettes if set(each.members) & set(members)]
-    whole = np.bitwise_or.reduce([each.pixels for each in mine]) if mine else np.zeros((1, 1), np.uint8)
-    offset = mine[0].offset if mine else np.zeros(2)
-    chosen = [windows[number] for number in members]
+    mine = [each.pixels for each in image.expected if set(each.members) & set(members)]
+    whole = np.bitwise_or.reduce(mine) if mine else np.zeros((1, 1), np.uint8)
+    offset, empty = image.offset, None
+    hidden = image.foreground.hidden
+    if hidden is not None and image.covered & set(members):
+        # Where the arm is, nothing is known. Elsewhere, pixels of no silhouette show that no object is there.
+        box, offset = whole, np.array(image.foreground.image_offset, float)
+        whole = np.zeros_like(hidden)
+        if mine:
+            whole[image.box] = box
+        empty = ((image.foreground.mask == 0) & (hidden == 0)).view(np.uint8)
+    windows = [image.windows[number] for number in members]
     view = ImageView(
         whole,
-        [box_outline(window.edges) for window in chosen],
-        np.array([window.centre - offset for window in chosen]),
-        np.array([window.jacobian for window in chosen]),
+        empty,
+        [box_outline(window.edges) for window in windows],
+        np.array([window.centre - offset for window in windows]),
+        np.array([window.jacobian for window in windows]),
     )
     return view, offset
 

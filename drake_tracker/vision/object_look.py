@@ -26,7 +26,7 @@ def learn_look(
     weight = max(COLOUR_WEIGHT, 1.0 / (stereo + 1))
     (red, green, blue), height, merged = track.colour, track.height, track.merged
     alone, guessed_until = track.alone, track.guessed_until
-    if any(region is None or region.shared for region in regions):
+    if any(region is None or not region.whole for region in regions):
         merged = track.stamp
     elif regions[0] is not None:
         stereo, guessed_until = stereo + 1, -np.inf
@@ -36,7 +36,7 @@ def learn_look(
     views = [
         (projection_jacobian(camera, track.position), region)
         for camera, region in zip(cameras, regions)
-        if region is not None and not region.shared
+        if region is not None and region.whole
     ]
     if views:
         alone = track.stamp
@@ -94,4 +94,4 @@ def recognised(tracks: Sequence[ObjectTrack], found: Sequence[Sequence[Region]])
 
 def is_alone(track: ObjectTrack, found: Sequence[Sequence[Region]]) -> bool:
     """Returns whether a track is measured in both images with silhouettes that show its object only."""
-    return min(track.places) >= 0 and not any(found[side][place].shared for side, place in enumerate(track.places))
+    return min(track.places) >= 0 and all(found[side][place].whole for side, place in enumerate(track.places))

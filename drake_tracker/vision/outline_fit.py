@@ -3,6 +3,7 @@
 Each object appears as the outline of its box. The outlines are placed so that they cover the silhouettes and little
 else: one object after the other is moved to the place where it explains most pixels, given the others, until none
 moves. All images count together, because an object has one position: where it is hidden in one image, another decides.
+What the robot's arm covers counts neither for nor against a place.
 """
 
 import math
@@ -30,12 +31,14 @@ class ImageView(NamedTuple):
 
     Attributes:
         silhouette: uint8 (h, w), 1 where it is; 0 where none of the objects is seen.
+        empty: uint8 (h, w), 1 where the image shows that no object is; None if that is all but the silhouette.
         outlines: of each object, as from `box_outline`.
         centres: where each object is expected, shape (n, 2) [px].
         jacobians: how an object moves in the image with its position, shape (n, 2, m) [px/m].
     """
 
     silhouette: np.ndarray
+    empty: np.ndarray | None
     outlines: Sequence[np.ndarray]
     centres: np.ndarray
     jacobians: np.ndarray
@@ -98,12 +101,14 @@ class _Border(NamedTuple):
     Attributes:
         view: the view.
         silhouette: with the border.
+        empty: the same of the view's, or None.
         width: of the border [px].
         templates: the outlines, filled.
     """
 
     view: ImageView
     silhouette: np.ndarray
+    empty: np.ndarray | None
     width: int
     templates: Sequence[np.ndarray]
 
@@ -112,12 +117,10 @@ class _Border(NamedTuple):
         """Returns a view with its border."""
         templates = [_template(outline) for outline in view.outlines]
         width = max(max(template.shape) for template in templates) + FIRST_REACH
-        return cls(
-            view,
-            cv2.copyMakeBorder(view.silhouette, width, width, width, width, cv2.BORDER_CONSTANT),
-            width,
-            templates,
-        )
+        around = (width, width, width, width, cv2.BORDER_CONSTANT)
+        silhouette = cv2.copyMakeBorder(view.silhouette, *around)
+        empty = None if view.empty is None else cv2.copyMakeBorder(view.empty, *around)
+        return cls(view, silhouette, empty, width, templates)
 
     def centre(self, k: int, displacement: np.ndarray) -> np.ndarray:
         """Returns the centre of a displaced object, not outside the image, shape (2,) [px]."""
@@ -128,7 +131,7 @@ class _Border(NamedTuple):
     def covered(self, k: int, displacements: np.ndarray, reach: int) -> np.ndarray:
         """Returns what an object covers if it moves from its place by up to ``reach`` pixels, shape (2 r + 1,) * 2.
 
-        A pixel that no other object covers counts twice.
+        A pixel that no other object covers counts twice, and one that is known to be empty is subtracted.
         """
         alone = self.silhouette.copy()
         for other, template in enumerate(self.templates):
@@ -138,8 +141,9 @@ class _Border(NamedTuple):
         height, width = template.shape
         u, v = np.rint(self.centre(k, displacements[k])).astype(int)
         top, left = v - reach - height // 2, u - reach - width // 2
-        view = cv2.add(alone, self.silhouette)[top : top + height + 2 * reach, left : left + width + 2 * reach]
-        return cv2.matchTemplate(view, template, cv2.TM_CCORR)
+        near = slice(top, top + height + 2 * reach), slice(left, left + width + 2 * reach)
+        covered = cv2.matchTemplate(cv2.add(alone, self.silhouette)[near], template, cv2.TM_CCORR)
+        return covered if self.empty is None else covered - cv2.matchTemplate(self.empty[near], template, cv2.TM_CCORR)
 
 
 def _precision(views: Sequence[ImageView], covariance: np.ndarray, k: int) -> np.ndarray:

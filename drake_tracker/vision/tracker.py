@@ -19,14 +19,15 @@ from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.camera_motion import Verdict
 from drake_tracker.vision.check_settings import check_settings
 from drake_tracker.vision.config import Several
-from drake_tracker.vision.division import place_merged
+from drake_tracker.vision.division import place_objects
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_look import learn_look, recognised, relearning
 from drake_tracker.vision.object_shape import ObjectShape
 from drake_tracker.vision.object_track import STANDING_SPEED, Measurement, ObjectTrack, TrackState, new_track
 from drake_tracker.vision.object_window import ObjectWindow
-from drake_tracker.vision.regions import COVERED, Region, covered_share, find_silhouettes, make_regions
+from drake_tracker.vision.regions import Region, make_regions
 from drake_tracker.vision.separation import Separation
+from drake_tracker.vision.silhouettes import COVERED, covered_share, find_silhouettes
 from drake_tracker.vision.stereo_geometry import GATE, StereoGeometry, projection_jacobian
 
 HEIGHT_WEIGHT = 0.5
@@ -35,6 +36,8 @@ SAME_OBJECT = 0.45
 """Two tracks whose centres are nearer than this fraction of their radii, in both images, follow one object."""
 OUTSIDE = 1e6
 """Cost of an assignment that is not allowed."""
+VISIBLE = 0.3
+"""Share of an object that must be visible beside the arm for it to be located."""
 SHORT_COAST = 0.1
 """Time without a measurement [s] after which the estimator's prediction, if there is one, replaces the filter's."""
 EXPECTED_SPEED_STD = 0.1
@@ -141,10 +144,8 @@ class Tracker:
             find_silhouettes(foreground, views, self.settings.min_pixels)
             for foreground, views in zip(foregrounds, windows)
         ]
-        merged = place_merged(
-            [(each.expected, each.windows) for each in silhouettes], [track.covariance[:3, :3] for track in tracks]
-        )
-        found = [make_regions(each, centres) for each, centres in zip(silhouettes, merged)]
+        stands = place_objects(silhouettes, [track.covariance[:3, :3] for track in tracks])
+        found = [make_regions(each, centres) for each, centres in zip(silhouettes, stands)]
         places = [self._assign(tracks, views, regions) for views, regions in zip(windows, found)]
         tracks = [
             self._observe(track, (places[0][k], places[1][k]), found, foregrounds, (windows[0][k], windows[1][k]))
@@ -206,9 +207,8 @@ class Tracker:
         windows: Sequence[ObjectWindow],
     ) -> ObjectTrack:
         """Returns a track after its regions, or without a measurement if it has none that agree."""
-        # An image that shows only a part of the object, because its camera has turned away, does not count.
-        whole = [place >= 0 and not found[side][place].cut for side, place in enumerate(places)]
-        places = (places[0] if whole[0] else -1, places[1] if whole[1] else -1)
+        shown = [place >= 0 and _shows(found[side][place], track) for side, place in enumerate(places)]
+        places = (places[0] if shown[0] else -1, places[1] if shown[1] else -1)
         regions = [found[side][place] if place >= 0 else None for side, place in enumerate(places)]
         measurement = self._measured(track, regions)
         if (
@@ -216,8 +216,8 @@ class Tracker:
             and self._geometry.contains(measurement.p_WQ)
             and track.distance_squared(measurement) <= 2 * GATE
         ):
-            shared = any(region is not None and region.shared for region in regions)
-            track = replace(track.updated(measurement, shared), places=places)
+            divided = any(region is not None and not region.whole for region in regions)
+            track = replace(track.updated(measurement, divided), places=places)
             track = learn_look(track, self._geometry.cameras, regions, measurement.p_WQ)
             if track.stamp < track.guessed_until:
                 return track.without_point()
@@ -231,9 +231,7 @@ class Tracker:
     def _measured(self, track: ObjectTrack, regions: Sequence[Region | None]) -> Measurement | None:
         """Returns the measurement of a track, None without one."""
         left, right = regions
-        if any(region is not None and region.covered for region in regions):
-            return None
-        if left is not None and right is not None and not (left.shared or right.shared):
+        if left is not None and right is not None and left.whole and right.whole:
             return self._geometry.measure(left, right)
         if (left is None or right is None) and (track.number == 0 or not track.height_known):
             return None
@@ -306,6 +304,16 @@ class Tracker:
                 track, next_number = replace(track, number=next_number), next_number + 1
             confirmed.append(track)
         return confirmed, next_number
+
+
+def _shows(region: Region, track: ObjectTrack) -> bool:
+    """Returns whether a region shows enough of a track's object to locate it.
+
+    That a camera has turned away hides an unknown part. What the arm covers is known, and so is the size of the object.
+    """
+    if region.covered and not (track.height_known and track.shape.settled and region.share >= VISIBLE):
+        return False
+    return not region.cut
 
 
 def unseen_state(foregrounds: Sequence[Foreground], windows: Sequence[ObjectWindow]) -> TrackState:

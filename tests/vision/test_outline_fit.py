@@ -20,7 +20,9 @@ def silhouette(*objects):
 def placed(image, boxes, expected, std):
     """Where boxes stand in a single image, shape (n, 2)."""
     count = len(boxes)
-    view = ImageView(image, [box_outline(each) for each in boxes], np.array(expected), np.array([np.eye(2)] * count))
+    view = ImageView(
+        image, None, [box_outline(each) for each in boxes], np.array(expected), np.array([np.eye(2)] * count)
+    )
     return view.centres + fit_outlines([view], np.array([std**2 * np.eye(2)] * count))
 
 
@@ -76,6 +78,7 @@ def test_an_image_that_shows_both_apart_decides_for_one_that_does_not():
         views.append(
             ImageView(
                 silhouette(*((edges, centre) for centre in centres)),
+                None,
                 [box_outline(edges)] * 2,
                 np.array([jacobian @ p + origin for p in expected]),
                 np.array([jacobian] * 2),

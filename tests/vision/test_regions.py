@@ -4,10 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-from drake_tracker.vision.division import Silhouette, divide, place_merged
+from drake_tracker.vision.division import divide, place_objects
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_window import ObjectWindow
-from drake_tracker.vision.regions import covered_share, find_silhouettes, make_regions
+from drake_tracker.vision.regions import make_regions
+from drake_tracker.vision.silhouettes import covered_share, find_silhouettes
 
 WIDTH, HEIGHT = 200, 140
 OFFSET = (30, 12)
@@ -49,7 +50,7 @@ def expected(windows):
 def find_regions(image, windows=(), min_pixels=25, colours=True):
     """The regions of a single image."""
     silhouettes = find_silhouettes(image, windows, min_pixels)
-    (places,) = place_merged([(silhouettes.expected, windows)], expected(windows))
+    (places,) = place_objects([silhouettes], expected(windows))
     return make_regions(silhouettes, places, colours)
 
 
@@ -289,9 +290,10 @@ def test_merging_makes_the_centroid_uncertain():
 def test_the_parts_of_a_silhouette_are_within_it():
     whole = (drawn((80.0, 60.0), MIDDLE) | drawn((100.0, 62.0), MIDDLE)) // 255
     windows = [window(1, (80.0, 60.0), MIDDLE), window(2, (100.0, 62.0), MIDDLE)]
-    silhouette = Silhouette(whole, np.array(OFFSET, float), (0, 1))
-    (places,) = place_merged([([silhouette], windows)], expected(windows))
-    numbers, parts = zip(*divide(silhouette, windows, places))
+    image = find_silhouettes(foreground(255 * whole), windows)
+    (silhouette,), (places,) = image.expected, place_objects([image], expected(windows))
+    whole = silhouette.pixels
+    numbers, parts = zip(*divide(image, silhouette, places))
     assert numbers == (0, 1)
     for part in parts:
         assert part.shared and part.pixels.dtype == np.uint8
