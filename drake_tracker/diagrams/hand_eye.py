@@ -21,6 +21,8 @@ WITH_TRACKS: tuple[Connection, ...] = (
 WITH_MEASURED_TRACKS: tuple[Connection, ...] = (WITH_TRACKS[0], *BETWEEN_SUBSYSTEMS[1:])
 """The same with a measured vision of several objects, which searches for nothing."""
 
+AT_LAUNCH: Connection = ("arm", "command", "world", "launch")
+"""The connection of a world in which something happens when the hand begins to descend."""
 
 SELECTED = "selected"
 """Name of the input of a vision that tracks several objects: the number of the track that the operator selected."""

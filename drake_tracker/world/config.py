@@ -31,6 +31,41 @@ class LightingConfig:
 
 
 @dataclass(frozen=True)
+class NoEvent:
+    """The speed changes as its law says, and not otherwise."""
+
+
+@dataclass(frozen=True)
+class SpeedEvent:
+    """When the speed changes suddenly. One of ``at`` and ``after_launch`` must be given."""
+
+    at: float | None = setting(None, "time of the change", "s", (0.0, 36000.0))
+    after_launch: float | None = setting(
+        None, "time between the beginning of the first descent and the change", "s", (0.0, 600.0)
+    )
+    duration: float | None = setting(
+        None, "how long it lasts; null: to the end of the run", "s", (0.001, 36000.0), key="for"
+    )
+
+
+@dataclass(frozen=True)
+class Stop(SpeedEvent):
+    """The train stops."""
+
+
+@dataclass(frozen=True)
+class Reverse(SpeedEvent):
+    """The train runs backwards at the same speed."""
+
+
+@dataclass(frozen=True)
+class ChangeSpeed(SpeedEvent):
+    """The train runs faster or slower."""
+
+    factor: float = setting(0.5, "speed relative to that of the law", "", (0.0, 5.0))
+
+
+@dataclass(frozen=True)
 class TrackConfig:
     """Where the train runs, and how fast. The controller knows none of this."""
 
@@ -49,6 +84,7 @@ class TrackConfig:
     speed: float = setting(0.15, "mean speed of the train", "m/s", (0.0, 1.0))
     speed_law: str = setting("constant", "how the speed varies with time", choices=SPEED_LAWS)
     variation: float = setting(0.15, "amplitude of a varying speed as a fraction of the mean speed", "", (0.0, 0.9))
+    event: NoEvent | Stop | Reverse | ChangeSpeed = setting(NoEvent, "a sudden change of the speed")
     direction: str = setting(
         "random", "direction of travel; random: drawn from the seed", choices=("random", "forward", "backward")
     )

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import (
@@ -10,11 +11,15 @@ from pydrake.multibody.plant import (
     MultibodyPlant,
 )
 from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
-from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort
+from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem, OutputPort
 
+from drake_tracker.core.messages import ArmCommand, Frozen, message_size
+from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.fault import Fault, SpeedFault, faults_at
 from drake_tracker.faults.train_faults_system import add_train_faults
+from drake_tracker.world.config import NoEvent
 from drake_tracker.world.rail import rail_force
+from drake_tracker.world.speed_event import SpeedEvent, check_event, speed_factor, waits_for_launch
 from drake_tracker.world.speed_law import check_speed_law, speed_at
 from drake_tracker.world.tracks import Track
 
@@ -27,12 +32,15 @@ class RailSystem(LeafSystem):
         name: RailSystem
         input_ports:
         - train_state
+        - launch
         output_ports:
         - spatial_forces
 
     ``train_state``: the state port of the train's model instance, 13 numbers in W: quaternion w, x, y, z, position [m],
     angular velocity [rad/s], velocity [m/s]. ``spatial_forces``: one force [N] and torque [N m] at the body's origin,
-    for the plant's port ``applied_spatial_force``. There is no state: the target speed is a function of time.
+    for the plant's port ``applied_spatial_force``. The target speed is a function of time. An event relative to the
+    launch adds the input ``launch``, an `ArmCommand`, which may be left unconnected, and a state: the beginning of the
+    first descent [s], infinity before it.
 
     Args:
         track: travelled in the direction of growing arc length.
@@ -43,9 +51,10 @@ class RailSystem(LeafSystem):
         variation: amplitude of a varying speed as a fraction of ``speed``.
         start_delay: time until which the train stands [s].
         scale: length of the train relative to that of its model.
+        event: sudden change of the speed.
         faults: what goes wrong; of these, those of the drive.
 
-    Raises DrakeTrackerError when the speed law or its numbers are not allowed.
+    Raises DrakeTrackerError when the speed law, its numbers or the event are not allowed.
     """
 
     def __init__(
@@ -59,26 +68,39 @@ class RailSystem(LeafSystem):
         variation: float = 0.15,
         start_delay: float = 0.0,
         scale: float = 1.0,
+        event: SpeedEvent | NoEvent = NoEvent(),
         faults: Sequence[Fault] = (),
     ) -> None:
         super().__init__()
         check_speed_law(speed_law, speed, variation)
+        check_event(event)
         self._track = track
         self._body_index = body_index
         self._height = height
         self._law = (speed_law, speed, variation)
         self._start_delay = start_delay
         self._scale = scale
+        self._event = event
         self._faults = faults_at(faults, SpeedFault)
         self._train_state = self.DeclareVectorInputPort("train_state", 13)
         self.DeclareAbstractOutputPort(
             "spatial_forces", lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]), self._calc_forces
         )
+        if waits_for_launch(event):
+            self._launch = self.DeclareVectorInputPort("launch", message_size(ArmCommand))
+            self.DeclareDiscreteState([np.inf])
+            self.DeclarePeriodicDiscreteUpdateEvent(TIME_STEP, 0.0, self._watch_launch)
+
+    def _watch_launch(self, context: Context, values: DiscreteValues) -> None:
+        descends = self._launch.HasValue(context) and ArmCommand(self._launch.Eval(context)).frozen != Frozen.FREE
+        before = context.get_discrete_state(0).value()[0]
+        values.set_value(0, [min(before, context.get_time()) if descends else before])
 
     def _calc_forces(self, context: Context, output: AbstractValue) -> None:
         state = self._train_state.Eval(context).tolist()
         time = context.get_time()
-        target_speed = speed_at(*self._law, time, self._start_delay)
+        launched = context.get_discrete_state(0).value()[0] if waits_for_launch(self._event) else np.inf
+        target_speed = speed_at(*self._law, time, self._start_delay) * speed_factor(self._event, time, launched)
         for fault in self._faults:
             if fault.active(time):
                 target_speed = fault.target_speed(target_speed)
@@ -101,6 +123,7 @@ def add_rail(
     variation: float = 0.15,
     start_delay: float = 0.0,
     scale: float = 1.0,
+    event: SpeedEvent | NoEvent = NoEvent(),
     faults: Sequence[Fault] = (),
     others: Sequence[OutputPort] = (),
     name: str = "rail",
@@ -118,6 +141,7 @@ def add_rail(
         variation: as for `RailSystem`.
         start_delay: as for `RailSystem`.
         scale: as for `RailSystem`.
+        event: as for `RailSystem`.
         faults: what goes wrong with the train.
         others: spatial forces of other trains, for the one port for forces that the plant has.
         name: of the System.
@@ -134,6 +158,7 @@ def add_rail(
             variation=variation,
             start_delay=start_delay,
             scale=scale,
+            event=event,
             faults=faults,
         ),
     )

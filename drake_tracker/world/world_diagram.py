@@ -14,7 +14,7 @@ from drake_tracker.faults.fault import Fault, SceneFault, View, faults_at
 from drake_tracker.faults.image_faults_system import add_image_faults
 from drake_tracker.world.camera_system import Camera, add_cameras, close_cameras, start_cameras
 from drake_tracker.world.cameras import ImageWindow, true_camera_model
-from drake_tracker.world.config import CamerasConfig, LightingConfig
+from drake_tracker.world.config import CamerasConfig, LightingConfig, NoEvent
 from drake_tracker.world.disturbance_system import add_disturbance
 from drake_tracker.world.grasp_judge_system import add_grasp_judge
 from drake_tracker.world.image_pipeline import ImagePipeline
@@ -24,6 +24,7 @@ from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory, hide_table_f
 from drake_tracker.world.rail_system import add_rail
 from drake_tracker.world.scene_object import Ride, SceneObject
 from drake_tracker.world.slide import add_moving_body
+from drake_tracker.world.speed_event import SpeedEvent
 from drake_tracker.world.track_visual import add_track_visual
 from drake_tracker.world.tracks import Track
 
@@ -75,6 +76,8 @@ class WorldDiagram(Diagram):
         speed: mean speed of the train [m/s].
         speed_law: how the speed varies, one of `SPEED_LAWS`.
         variation: amplitude of a varying speed as a fraction of ``speed``.
+        event: sudden change of the train's speed. One that waits for the launch adds the input ``launch``, an
+            `ArmCommand`.
         grip_force: largest force on each pad [N].
         jaw_opening: opening of the jaws at the start [m].
         cameras: where the cameras stand, their images and their noise.
@@ -110,6 +113,7 @@ class WorldDiagram(Diagram):
         speed: float = 0.15,
         speed_law: str = "constant",
         variation: float = 0.15,
+        event: SpeedEvent | NoEvent = NoEvent(),
         grip_force: float = 25.0,
         jaw_opening: float = 0.088,
         cameras: CamerasConfig = CamerasConfig(),
@@ -152,7 +156,7 @@ class WorldDiagram(Diagram):
         place_train(laboratory, track=track, s=start, table_height=table_height)
         rest_height = table_height + TRAIN_HEIGHT
         forces = [add_object_motion(builder, plant=plant, moving=each) for each in objects]
-        add_rail(
+        rail = add_rail(
             builder,
             plant=plant,
             train=laboratory.train,
@@ -163,9 +167,12 @@ class WorldDiagram(Diagram):
             variation=variation,
             start_delay=start_delay,
             scale=scale,
+            event=event,
             faults=faults,
             others=[port for port in forces if port is not None],
         )
+        if rail.HasInputPort("launch"):
+            builder.ExportInput(rail.GetInputPort("launch"), "launch")
         for fault in scene_faults:
             name = fault.body.name
             add_disturbance(builder, plant=plant, slide=plant.GetModelInstanceByName(name), name=name, path=fault.slide)

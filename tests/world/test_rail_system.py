@@ -7,11 +7,15 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import TIME_STEP
+from drake_tracker.world.config import ChangeSpeed, Reverse, Stop
 from drake_tracker.world.rail_system import RailSystem, add_rail
 from drake_tracker.world.speed_law import distance_at
 from drake_tracker.world.tracks import make_track
@@ -145,3 +149,67 @@ def test_ports_and_refusals():
     assert rail.GetOutputPort("spatial_forces").get_name() == "spatial_forces"
     with pytest.raises(DrakeTrackerError, match="speed_law"):
         RailSystem(make_track("oval"), 1, HEIGHT, speed=0.1, speed_law="sprint")
+
+
+def command(frozen):
+    """An `ArmCommand` that descends or does not."""
+    return np.array([0.0, 1.0, 0.3, 1.0, 0.1, float(frozen), 0.08])
+
+
+EVENTS = {
+    "stop": (Stop(at=1.0), 0.0),
+    "reverse": (Reverse(at=1.0), -0.2),
+    "half the speed": (ChangeSpeed(at=1.0, factor=0.5), 0.1),
+}
+
+
+@pytest.mark.parametrize("name", EVENTS)
+def test_an_event_changes_the_speed_at_its_time(name):
+    event, after = EVENTS[name]
+    ride = Ride(make_track("circle", radius=0.2, centre=(0.0, 0.0)), speed=0.2, event=event)
+    rows = ride.to(1.0)
+    assert rows[-1, 4] == pytest.approx(0.2, abs=0.012)
+    rows = ride.to(2.0)
+    assert np.diff(rows[-6:, 1]) / 0.05 == pytest.approx(after, abs=0.012)
+
+
+def test_an_event_ends():
+    ride = Ride(make_track("circle", radius=0.2, centre=(0.0, 0.0)), speed=0.2, event=Stop(at=0.8, duration=0.4))
+    assert ride.to(1.15)[-1, 4] < 0.004
+    assert ride.to(2.0)[-1, 4] == pytest.approx(0.2, abs=0.012)
+
+
+def test_an_event_begins_after_the_launch():
+    """The hand descends from 0.5 s on for the first time, and once more later, which changes nothing."""
+    rail = RailSystem(
+        make_track("circle", radius=0.2, centre=(0.0, 0.0)),
+        BodyIndex(1),
+        HEIGHT,
+        speed=0.2,
+        event=Stop(after_launch=0.3),
+    )
+    builder = DiagramBuilder()
+    builder.AddSystem(rail)
+    times = [0.0, 0.5, 0.9, 1.5, 1.8, 3.0]
+    phases = np.array([command(k % 2) for k in range(6)]).T
+    hand = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold(times, phases)))
+    turned = [math.cos(math.pi / 4), 0, 0, math.sin(math.pi / 4)]
+    train = builder.AddSystem(ConstantVectorSource([*turned, 0.2, 0, HEIGHT, 0, 0, 1.0, 0, 0.2, 0]))
+    builder.Connect(hand.get_output_port(), rail.GetInputPort("launch"))
+    builder.Connect(train.get_output_port(), rail.GetInputPort("train_state"))
+    simulator = Simulator(builder.Build())
+    drives = {}
+    for k in range(1, 30):
+        simulator.AdvanceTo(0.1 * k)
+        context = rail.GetMyContextFromRoot(simulator.get_context())
+        drives[k] = rail.GetOutputPort("spatial_forces").Eval(context)[0].F_Bq_W.translational()[1]
+    assert max(abs(drives[k]) for k in range(1, 8)) < 0.01
+    assert all(drives[k] < -0.1 for k in range(9, 30)), "it brakes"
+
+
+def test_an_event_needs_a_time():
+    for event in (Stop(), Reverse(at=1.0, after_launch=0.1)):
+        with pytest.raises(DrakeTrackerError, match="needs either 'at' or 'after_launch'"):
+            RailSystem(
+                make_track("circle", radius=0.2, centre=(0.0, 0.0)), BodyIndex(1), HEIGHT, speed=0.2, event=event
+            )

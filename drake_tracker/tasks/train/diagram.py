@@ -10,6 +10,7 @@ from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.packet_guard import PacketGuard
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.diagrams.hand_eye import (
+    AT_LAUNCH,
     BETWEEN_SUBSYSTEMS,
     WITH_MEASURED_TRACKS,
     WITH_TRACKS,
@@ -98,6 +99,8 @@ def assemble(
         jaw_opening=scenario.grasp.jaw_opening,
         clearance=ArmClearance(reach.description, [table_box(height=scenario.table_height)]),
     )
+    if world.HasInputPort("launch"):
+        connections = (*connections, AT_LAUNCH)
     return HandEyeDiagram(world, vision, host, link, arm, connections)
 
 

@@ -52,6 +52,7 @@ def make_train_world(
         speed=scenario.track.speed,
         speed_law=scenario.track.speed_law,
         variation=scenario.track.variation,
+        event=scenario.track.event,
         grip_force=scenario.grasp.grip_force,
         jaw_opening=scenario.grasp.jaw_opening,
         cameras=scenario.cameras,

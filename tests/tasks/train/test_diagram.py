@@ -154,3 +154,12 @@ def test_the_operator_can_select_the_target_where_vision_tracks_several_objects(
     several, single = (make_diagram(load_scenario("train", overrides=each)) for each in (overrides, []))
     assert several.GetInputPort("selected").size() == 1 and several.HasInputPort("operator")
     assert not single.HasInputPort("selected") and single.HasInputPort("operator")
+
+
+def test_an_event_after_the_launch_knows_what_the_hand_does():
+    measured = "vision=!Measured {}"
+    hand_eye = make_diagram(load_scenario("train", overrides=[measured, "track.event=!Stop {after_launch: 0.1}"]))
+    launch, context = hand_eye.world.GetInputPort("launch"), hand_eye.CreateDefaultContext()
+    seen = launch.Eval(hand_eye.world.GetMyContextFromRoot(context))
+    np.testing.assert_array_equal(seen, hand_eye.GetOutputPort("command").Eval(context))
+    assert not make_diagram(load_scenario("train", overrides=[measured])).world.HasInputPort("launch")
