@@ -30,6 +30,7 @@ from drake_tracker.grasp.prediction_memory import (
     recall,
     recent,
 )
+from drake_tracker.grasp.success import guided_horizon, success_probability
 
 RECENT = 2.5
 """An open track is judged by the packets stamped within this time [s] before the present."""
@@ -91,6 +92,10 @@ def judge_prediction(
         packet: the `Prediction` vector that is judged.
         target: the `ServoTarget` that rests on it.
     """
+    if config.gate == "probability":
+        ahead = guided_horizon(config, target) if config.descent == "guided" else horizon(config, target)
+        likely = success_probability(config, packet, ahead, target.stamp) >= config.launch_probability
+        return (Gate.OPEN if likely else Gate.PREDICTIONS_FAILED), 0.0
     verdict, worst = judge_memory(config, memory, packet, target)
     if verdict == Gate.OPEN or config.gate == "memory":
         return verdict, worst
