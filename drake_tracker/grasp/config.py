@@ -53,7 +53,9 @@ class GraspConfig:
         1.0, "time without a new packet after which the hand stands still, high above the object", "s", (0.03, 10.0)
     )
     gate: str = setting(
-        "auto", "evidence that a prediction needs; auto: any of them", choices=("auto", "memory", "recent", "probability")
+        "auto",
+        "evidence that a prediction needs; auto: any of them",
+        choices=("auto", "memory", "recent", "probability"),
     )
     launch_probability: float = setting(
         0.9, "with gate probability: probability of success from which on the hand descends", "", (0.0, 1.0)

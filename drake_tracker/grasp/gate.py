@@ -30,7 +30,7 @@ from drake_tracker.grasp.prediction_memory import (
     recall,
     recent,
 )
-from drake_tracker.grasp.success import guided_horizon, success_probability
+from drake_tracker.grasp.success import JUDGED_FOR, RESPONSE, success_probability
 
 RECENT = 2.5
 """An open track is judged by the packets stamped within this time [s] before the present."""
@@ -66,13 +66,18 @@ class Gate(IntEnum):
 
 
 def horizon(config: GraspConfig, target: Any) -> float:
-    """Returns the time [s] from the newest measurement to the instant at which the pads would touch.
+    """Returns the time [s] from the last measurement that the hand can follow to the instant at which the pads touch.
+
+    In a blind descent this is the newest one at the launch. A guided hand follows measurements until shortly before the
+    touch.
 
     Args:
         config: durations of the descent and the closing.
         target: a `ServoTarget`.
     """
     blind_time = config.descent_duration - config.closing_lead + touch_delay(config)
+    if config.descent == "guided":
+        blind_time = RESPONSE + touch_delay(config)
     return target.time - target.stamp + blind_time
 
 
@@ -93,8 +98,9 @@ def judge_prediction(
         target: the `ServoTarget` that rests on it.
     """
     if config.gate == "probability":
-        ahead = guided_horizon(config, target) if config.descent == "guided" else horizon(config, target)
-        likely = success_probability(config, packet, ahead, target.stamp) >= config.launch_probability
+        ahead = horizon(config, target)
+        judged = recent(memory, target.stamp, JUDGED_FOR + ahead)
+        likely = success_probability(config, packet, ahead, target.stamp, judged) >= config.launch_probability
         return (Gate.OPEN if likely else Gate.PREDICTIONS_FAILED), 0.0
     verdict, worst = judge_memory(config, memory, packet, target)
     if verdict == Gate.OPEN or config.gate == "memory":

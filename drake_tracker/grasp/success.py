@@ -5,50 +5,56 @@ errors across and along the path and in direction are taken to be normal and ind
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
 from drake_tracker.core.messages import evaluate_prediction
-from drake_tracker.grasp.config import GraspConfig, touch_delay
+from drake_tracker.grasp.config import GraspConfig
+from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, TURN
 
-ALONG = 0.060
-"""Largest error along the object at which the jaws still hold it [m]: half the length of a train."""
+REACH = 0.060
+"""Largest error along the path at which the jaws still hold a train [m]: half of its length."""
 OBLIQUE = math.radians(25.0)
 """Largest error in direction at which the jaws turn the object instead of pushing it away [rad]."""
 RESPONSE = 0.06
 """Time [s] that a guided hand takes to follow a new packet."""
+FEWEST_RECORDS = 10
+"""Fewest judged predictions from which a probability is computed."""
+JUDGED_FOR = 1.5
+"""Time [s] over which predictions are judged."""
 SHORTEST = 0.01
-"""Shortest distance travelled [m] from which an error in direction is derived."""
+"""Distance [m] from which on the direction of travel follows from the path; an object that stands keeps its own."""
 
 
-def guided_horizon(config: GraspConfig, target: Any) -> float:
-    """Returns the time [s] between the newest measurement that can still correct a guided descent and the touch.
+def success_probability(
+    config: GraspConfig, packet: np.ndarray, horizon: float, stamp: float, judged: np.ndarray
+) -> float:
+    """Returns the probability that the jaws hold the object, 0 while too few predictions have been judged.
 
-    Args:
-        config: durations of the closing.
-        target: a `ServoTarget`.
-    """
-    return target.time - target.stamp + RESPONSE + touch_delay(config)
-
-
-def success_probability(config: GraspConfig, packet: np.ndarray, horizon: float, stamp: float) -> float:
-    """Returns the probability that the jaws hold the object.
-
-    The error in direction follows from that across the path: a wrong curvature displaces the end of a path by half of
-    its length times the error in direction.
+    The variance of each error is that which the estimator predicts, plus the mean square of the errors that its recent
+    predictions turned out to have. The estimator's error in direction follows from that across the path: a wrong
+    curvature displaces the end of a path by half of its length times the error in direction.
 
     Args:
         config: opening of the jaws and width of the object.
         packet: a `Prediction` vector.
         horizon: time from the measurement on which the hand relies to the touch [s].
         stamp: of the measurement [s].
+        judged: records of recent predictions for this horizon, shape (n, 10), as from `prediction_memory.recent`.
     """
+    if len(judged) < FEWEST_RECORDS:
+        return 0.0
     x0, y0 = evaluate_prediction(packet, stamp)[:2]
     x, y, _, _, std = evaluate_prediction(packet, stamp + horizon)
-    turn = 2.0 * std / max(math.hypot(x - x0, y - y0), SHORTEST)
-    across = 0.5 * (config.jaw_opening - config.object_width)
-    return _within(across, std) * _within(ALONG, std) * _within(OBLIQUE, turn)
+    travelled = math.hypot(x - x0, y - y0)
+    turn = 2.0 * std / travelled if travelled > SHORTEST else 0.0
+    across, along, oblique = np.sqrt(np.mean(judged[:, [LATERAL, ALONG, TURN]] ** 2, axis=0))
+    room = 0.5 * (config.jaw_opening - config.object_width)
+    return (
+        _within(room, math.hypot(std, across))
+        * _within(REACH, math.hypot(std, along))
+        * _within(OBLIQUE, math.hypot(turn, oblique))
+    )
 
 
 def _within(limit: float, std: float) -> float:
