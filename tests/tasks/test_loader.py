@@ -161,7 +161,7 @@ def test_all_errors_are_reported_at_once_with_line_key_value_and_allowed_values(
         f"{path} line 7: cameras.noise must be a number from 0 to 64 grey levels, not nan",
         f"{path} line 8: estimator must be one of !ClosedPath, !CoordinatedTurn, !ArcLength, !AlphaBetaGamma, "
         "!Custom, not !ArcLenght; did you mean !ArcLength?",
-        "--set grasp.gate=sometimes: grasp.gate must be one of auto, memory, recent, not 'sometimes'",
+        "--set grasp.gate=sometimes: grasp.gate must be one of auto, memory, recent, probability, not 'sometimes'",
     ]
 
 
