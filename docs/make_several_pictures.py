@@ -28,6 +28,7 @@ from drake_tracker.tasks.train.vision_parts import load_cameras  # noqa: E402
 from drake_tracker.vision.division import divide  # noqa: E402
 from drake_tracker.vision.object_shape import outline_area  # noqa: E402
 from drake_tracker.vision.object_window import ObjectWindow  # noqa: E402
+from drake_tracker.vision.silhouettes import find_silhouettes  # noqa: E402
 from drake_tracker.vision.stereo_geometry import projection_jacobian  # noqa: E402
 
 IMAGES = DOCS / "images"
@@ -150,15 +151,14 @@ def draw_divided(scene):
             break
         scene.advance((scene.cycle + 3) * VISION_PERIOD)
     mine = [track for track in tracks if track.number in {region.track for region in shared}]
-    windows = [window_of(scene.camera, track) for track in mine]
-    labels = cv2.connectedComponents(foreground.mask, connectivity=8)[1]
-    offset = np.array(foreground.image_offset, float)
-    column, row = np.rint([shared[0].u - offset[0], shared[0].v - offset[1]]).astype(int)
-    whole = (labels == labels[row, column]).astype(np.uint8)
-    parts = divide(whole, windows, offset)
-    painted = np.full((*whole.shape, 3), 255, np.uint8)
-    for track, part in zip(mine, parts):
-        painted[part.pixels > 0] = 0.45 * 255 + 0.55 * np.array(colour(track.number)[::-1])
+    image = find_silhouettes(foreground, [window_of(scene.camera, track) for track in mine])
+    centres = {region.track: np.array([region.u, region.v]) for region in shared}
+    places = {k: centres[track.number] for k, track in enumerate(mine)}
+    painted = np.full((*foreground.mask.shape, 3), 255, np.uint8)
+    for silhouette in image.expected:
+        for k, part in divide(image, silhouette, places):
+            shade = 0.45 * 255 + 0.55 * np.array(colour(mine[k].number)[::-1])
+            painted[image.box][part.pixels > 0] = shade
     painted = enlarged(painted, smooth=False)
     for track in mine:
         draw_box(painted, scene, track, foreground)
@@ -173,7 +173,7 @@ def window_of(camera, track):
     u, v = camera.project(track.position)[0]
     edges = J @ track.shape.edges
     depth = float(np.linalg.norm(track.position - camera.X_WC[:3, 3]))
-    return ObjectWindow(track.number, u, v, 1.0, edges, track.shape.fill * outline_area(edges), depth)
+    return ObjectWindow(track.number, u, v, 1.0, edges, track.shape.fill * outline_area(edges), depth, J)
 
 
 def draw_box(image, scene, track, foreground):
