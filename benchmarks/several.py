@@ -22,8 +22,6 @@ Seeds 2500 to 3099 and 3240 to 3319 are used nowhere else. Seeds 2800 to 2839 an
 of each showed a track that stayed wrong after a bad start.
 """
 
-import argparse
-import json
 import math
 import statistics
 import sys
@@ -32,25 +30,22 @@ from pathlib import Path
 
 import common
 import numpy as np
+import parts
 import several_measures as measures
-import several_tables
-from common import append_results, print_table, provenance
+from parts import Part, Timed, summed
 from several_cost import cost_of_loop, cost_of_vision
+from several_tables import TABLES
 from several_worlds import SEVERAL as ONLY_SEVERAL
 from several_worlds import follow, lap_time, train_lengths, watch
 
-from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import run_line
 from drake_tracker.campaign.wilson import wilson
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks import load_scenario
-from drake_tracker.tasks.results import git_commit
 from drake_tracker.world.cameras import true_camera_models
 
 RESULTS = common.RESULTS / "several.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "several"
-QUICK_SEED = 3900
-"""Trials are on seeds from here on, so that the published ones stay unseen."""
 SEVERAL, IN_PROCESS = "vision.tracker=!Several {}", "cameras.render_processes=0"
 START_UP = 1.0
 """Until this time [s] the trains accelerate."""
@@ -186,60 +181,6 @@ def shake_job(cell, seed, quick):
     }
 
 
-PARTS = {  # name: function, cells with their numbers of seeds, first seed
-    "separation": (separation_job, dict.fromkeys(SEPARATIONS, 3), 2500),
-    "passing": (passing_job, {"opposite": 20}, 2600),
-    "coverage": (coverage_job, dict.fromkeys(COVERAGE, 8), 2700),
-    "lift": (lift_job, {cell: count for cell, (_, _, count) in LIFT.items()}, 3240),
-    "cameras": (cameras_job, dict.fromkeys(CAMERAS, 10), 2900),
-    "shake": (shake_job, dict.fromkeys(SHAKE, 5), 3000),
-}
-COST_SEED = 3100
-
-
-def run_one(job):
-    """Runs one trial in a worker; returns its line, or `Lost`."""
-    part, cell, seed, quick, commit = job
-    made = PARTS[part][0](cell, seed, quick)
-    return {"cell": cell, "seed": seed, "commit": commit, **made} if isinstance(made, dict) else made
-
-
-def describe(row):
-    """Returns the progress line of a trial."""
-    if "success" in row:
-        end = "lifted" if row["success"] else f"not lifted: {row.get('failure_reason')}"
-    else:
-        end = "done"
-    return f"{row['cell']} seed {row['seed']}: {end}"
-
-
-def measure(part, chosen, seeds, quick, workers, commit):
-    """Runs the trials of a part that are missing; returns all its lines of this commit, in the order of the cells."""
-    _, counts, first = PARTS[part]
-    if quick:
-        first = QUICK_SEED
-    cells = {
-        cell: count if seeds is None else seeds for cell, count in counts.items() if not chosen or str(cell) in chosen
-    }
-    path = FOLDER / f"{'quick_' if quick else ''}{part}.jsonl"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    wanted = [(cell, seed) for cell, count in cells.items() for seed in range(first, first + count)]
-
-    def lines():
-        rows = read_lines(path) if path.exists() else []
-        known = {(row["cell"], row["seed"]): row for row in rows if row.get("commit") == commit}
-        places = {cell: place for place, cell in enumerate(counts)}
-        return [known[key] for key in sorted(known, key=lambda key: (places[key[0]], key[1]))]
-
-    done = {(row["cell"], row["seed"]) for row in lines()}
-    if part == "cameras":
-        calibrated = calibrate_cameras(cells)
-        wanted = [(cell, seed) for cell, seed in wanted if cell in calibrated]
-    jobs = [(part, cell, seed, quick, commit) for cell, seed in wanted if (cell, seed) not in done]
-    append_results(run_one, jobs, path, workers, describe)
-    return lines()
-
-
 def calibrate_cameras(cells):
     """Calibrates the cameras of the cells that have no calibration yet; returns the cells with a calibration."""
     from drake_tracker.calibration.rendered_boards import calibrate
@@ -252,17 +193,6 @@ def calibrate_cameras(cells):
             except DrakeTrackerError as error:
                 print(f"{cell} cannot be calibrated: {error}", file=sys.stderr, flush=True)
     return [cell for cell in cells if calibration_file(cell).exists()]
-
-
-def summed(rows):
-    """Returns the sums of the values of several dicts of numbers."""
-    return {key: sum(row[key] for row in rows) for key in rows[0]}
-
-
-def of_cells(rows, summary):
-    """Returns a list of the results of all cells, in their order: ``summary`` of the lines of each."""
-    cells = dict.fromkeys(row["cell"] for row in rows)
-    return [{"cell": cell, **summary([row for row in rows if row["cell"] == cell])} for cell in cells]
 
 
 def separation_summary(rows):
@@ -350,58 +280,26 @@ def shake_summary(rows):
     }
 
 
-SUMMARIES = {
-    "separation": separation_summary,
-    "passing": passing_summary,
-    "coverage": coverage_summary,
-    "lift": lift_summary,
-    "cameras": lift_summary,
-    "shake": shake_summary,
+def cost(seed, quick):
+    """Returns the results of the cost."""
+    return [
+        cost_of_vision("train", "vision of one train, one cycle", seed, quick),
+        cost_of_vision("train:two", "vision of two trains, one cycle", seed, quick),
+        cost_of_loop(seed, quick),
+    ]
+
+
+LIFT_SEEDS = {cell: count for cell, (_, _, count) in LIFT.items()}
+PARTS = {
+    "separation": Part(separation_job, dict.fromkeys(SEPARATIONS, 3), 2500, separation_summary, TABLES["separation"]),
+    "passing": Part(passing_job, {"opposite": 20}, 2600, passing_summary, TABLES["passing"]),
+    "coverage": Part(coverage_job, dict.fromkeys(COVERAGE, 8), 2700, coverage_summary, TABLES["coverage"]),
+    "lift": Part(lift_job, LIFT_SEEDS, 3240, lift_summary, TABLES["lift"]),
+    "cameras": Part(cameras_job, dict.fromkeys(CAMERAS, 10), 2900, lift_summary, TABLES["cameras"], calibrate_cameras),
+    "shake": Part(shake_job, dict.fromkeys(SHAKE, 5), 3000, shake_summary, TABLES["shake"]),
+    "cost": Timed(cost, 3100, TABLES["cost"]),
 }
 
 
-def merge(path, result):
-    """Replaces the results of a part in the JSON file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    before = json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
-    parts = {each["part"]: each for each in [*before, result]}
-    order = [*SUMMARIES, "cost"]
-    kept = [parts[name] for name in order if name in parts]
-    path.write_text(json.dumps(kept, indent=2) + "\n", encoding="utf-8")
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--part", choices=[*PARTS, "cost"], help="default: all but the cost")
-    parser.add_argument("--cells", help="cells of the part, separated by commas")
-    parser.add_argument("--seeds", type=int, help="runs per cell")
-    parser.add_argument("--workers", type=int, default=2, choices=(1, 2), help="processes (default 2)")
-    parser.add_argument("--quick", action="store_true", help="short runs on other seeds, printed only")
-    parser.add_argument("--json", type=Path, default=RESULTS, metavar="FILE", help="results (default %(default)s)")
-    options = parser.parse_args()
-    chosen = options.cells.split(",") if options.cells else []
-    known = PARTS[options.part][1] if options.part in PARTS else {}
-    unknown = [cell for cell in chosen if cell not in map(str, known)]
-    if unknown:
-        parser.error(f"unknown cell {unknown[0]}; there are {', '.join(map(str, known))}")
-    commit = git_commit()
-    for part in [options.part] if options.part else PARTS:
-        if part == "cost":
-            seeds = [QUICK_SEED if options.quick else COST_SEED]
-            cells = [
-                cost_of_vision("train", "vision of one train, one cycle", seeds[0], options.quick),
-                cost_of_vision("train:two", "vision of two trains, one cycle", seeds[0], options.quick),
-                cost_of_loop(seeds[0], options.quick),
-            ]
-        else:
-            rows = measure(part, chosen, options.seeds, options.quick, options.workers, commit)
-            seeds = sorted({row["seed"] for row in rows})
-            cells = of_cells(rows, SUMMARIES[part])
-        result = {"part": part, "made_by": {**provenance(seeds), "commit": commit}, "cells": cells}
-        print_table(*several_tables.TABLES[part](cells))
-        if not options.quick:
-            merge(options.json, result)
-
-
 if __name__ == "__main__":
-    main()
+    parts.main(__doc__, PARTS, FOLDER, RESULTS)

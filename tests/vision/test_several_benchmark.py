@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import parts
 import pytest
 import several
 import several_measures as measures
@@ -119,17 +120,20 @@ def test_every_cell_can_be_loaded():
 
 
 def test_seeds_of_the_parts_do_not_overlap():
-    used = [
-        seed for _, cells, first in several.PARTS.values() for seed in range(first, first + max(cells.values()))
-    ] + [several.COST_SEED]
+    used = [several.PARTS["cost"].seed] + [
+        seed
+        for part in several.PARTS.values()
+        if isinstance(part, parts.Part)
+        for seed in range(part.first_seed, part.first_seed + max(part.cells.values()))
+    ]
     assert len(used) == len(set(used))
-    assert min(used) >= 2500 and max(used) < several.QUICK_SEED
+    assert min(used) >= 2500 and max(used) < parts.QUICK_SEED
 
 
 def test_a_part_replaces_only_itself_in_the_results(tmp_path):
     path = tmp_path / "results" / "several.json"
     for part, value in (("lift", 1), ("separation", 2), ("lift", 3)):
-        several.merge(path, {"part": part, "cells": value})
+        parts.merge(path, {"part": part, "cells": value}, several.PARTS)
     assert json.loads(path.read_text(encoding="utf-8")) == [
         {"part": "separation", "cells": 2},
         {"part": "lift", "cells": 3},
@@ -141,7 +145,7 @@ def test_a_run_that_lifts_nothing_has_a_row():
         {"cell": "two", "seed": 1, "success": False, "failure_reason": "the gate never opened"},
         {"cell": "two", "seed": 2, "success": True, "first_attempt_success": True, "time_to_grasp_s": 12.0},
     ]
-    (cell,) = several.of_cells(lines, several.lift_summary)
+    (cell,) = parts.of_cells(lines, several.lift_summary)
     assert (cell["runs"], cell["lifted"], cell["first_attempt"]) == (2, 1, 1)
     header, (row,) = several_tables.lift_table([cell])
     assert len(row) == len(header)
@@ -162,9 +166,9 @@ LINES = {
 
 @pytest.mark.parametrize("part", LINES)
 def test_every_part_has_a_table_of_its_lines(part):
-    cell = next(iter(several.PARTS[part][1]))
+    cell = next(iter(several.PARTS[part].cells))
     lines = [{"cell": cell, "seed": seed, **LINES[part]} for seed in (1, 2)]
-    cells = several.of_cells(lines, several.SUMMARIES[part])
+    cells = parts.of_cells(lines, several.PARTS[part].summary)
     header, (row,) = several_tables.TABLES[part](cells)
     assert len(row) == len(header)
     assert json.loads(json.dumps(cells))[0]["runs"] == 2

@@ -1,0 +1,137 @@
+"""Measures what vision until contact is good for (`grasp.descent: guided`), part by part.
+
+    python benchmarks/eyes_open.py                 all parts, on two processes; resumes
+    python benchmarks/eyes_open.py --part event    one part
+    python benchmarks/eyes_open.py --quick         a trial on seeds of its own; nothing is written to the results
+
+- event: the train on an oval at 0.20 m/s changes its speed around the launch. The offset along the path is that of the
+  train's middle from the middle of the jaws, when they touch it. Events before the launch need a run without the event,
+  which tells when the launch will be.
+- calm: nothing happens. How many are lifted, and after how many laps: by the blind descent of 1991, by a guided one,
+  and by `train:guided`, which does not wait for a lap.
+
+The images are rendered in every part. Seeds 4000 to 4399 are used nowhere else.
+"""
+
+import math
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+import common
+import parts
+from eyes_open_tables import TABLES
+from parts import Part
+from pydrake.systems.analysis import Simulator
+from several_worlds import lap_time
+
+from drake_tracker import make_diagram, simulate
+from drake_tracker.campaign.wilson import wilson
+from drake_tracker.core.log import load_log
+from drake_tracker.core.messages import ArmCommand, Frozen
+from drake_tracker.core.timing import SERVO_PERIOD
+from drake_tracker.run.options import RunOptions
+from drake_tracker.tasks import load_scenario
+from drake_tracker.tasks.train.closing import offset_at_touch
+from drake_tracker.tasks.train.episode import phase_spans
+
+RESULTS = common.RESULTS / "eyes_open.json"
+FOLDER = Path(__file__).resolve().parents[1] / "runs" / "eyes_open"
+COMMON = ["vision.tracker=!Several {}", "cameras.render_processes=0"]
+DESCENTS = ("blind", "guided")
+EVENTS = {
+    "half the speed": "!ChangeSpeed {factor: 0.5, %s}",
+    "one and a half times the speed": "!ChangeSpeed {factor: 1.5, %s}",
+    "stop": "!Stop {%s}",
+    "reverse": "!Reverse {%s}",
+}
+WHEN = (-0.2, 0.0, 0.2)
+"""Times of the events relative to the launch [s]."""
+EVENT = {
+    f"{name} {when:+.1f} s {descent}": (name, when, descent)
+    for name in EVENTS
+    for when in WHEN
+    for descent in DESCENTS
+}
+CALM = {
+    f"{track} {way}": (track, way)
+    for track in ("oval", "circle", "stadium")
+    for way in ("blind", "guided", "train:guided")
+}
+AFTER = 8.0
+"""A run with an event ends this long after the launch [s]."""
+
+
+def launch_time(scenario):
+    """Returns the time at which the hand begins to descend for the first time [s], None if it does not."""
+    diagram = make_diagram(scenario)
+    simulator = Simulator(diagram)
+    for k in range(1, round(scenario.duration / SERVO_PERIOD)):
+        simulator.AdvanceTo(k * SERVO_PERIOD)
+        if ArmCommand(diagram.GetOutputPort("command").Eval(simulator.get_context())).frozen != Frozen.FREE:
+            return k * SERVO_PERIOD
+    return None
+
+
+def line(scenario):
+    """Runs a scenario; returns what its summary and its log say about the grasp."""
+    with tempfile.TemporaryDirectory() as folder:
+        summary = simulate(scenario, out=f"{folder}/run", options=RunOptions(record=False))
+        log = load_log(f"{folder}/run/log.npz")
+        offset = offset_at_touch(scenario, log, phase_spans(log, scenario.time_step))
+    wanted = ("success", "first_attempt_success", "attempts", "time_to_grasp_s", "failure_reason", "cause")
+    return {
+        **{key: summary[key] for key in wanted},
+        "along_m": None if offset is None else offset[0],
+        "across_m": None if offset is None else offset[1],
+        "table_touched": summary["table_touched"],
+    }
+
+
+def event_job(cell, seed, quick):
+    """Returns the line of a run with an event around the launch."""
+    name, when, descent = EVENT[cell]
+    settings = [*COMMON, "track.speed=0.2", f"grasp.descent={descent}"]
+    launch = launch_time(load_scenario("train", seed=seed, overrides=settings))
+    if launch is None:
+        return {"success": False, "failure_reason": "no launch", "along_m": None}
+    time = f"after_launch: {when}" if when >= 0.0 else f"at: {launch + when}"
+    settings += [f"track.event={EVENTS[name] % time}", f"duration={launch + AFTER}"]
+    return {"launch_s": launch, **line(load_scenario("train", seed=seed, overrides=settings))}
+
+
+def calm_job(cell, seed, quick):
+    """Returns the line of a run without an event."""
+    track, way = CALM[cell]
+    name, settings = (way, []) if way in ("train:guided",) else ("train", [f"grasp.descent={way}"])
+    scenario = load_scenario(name, seed=seed, overrides=[*COMMON, f"track.kind={track}", *settings])
+    return {"lap_s": lap_time(scenario), **line(scenario)}
+
+
+def summary(rows):
+    """Returns the results of a cell."""
+    first = sum(bool(row.get("first_attempt_success")) for row in rows)
+    return {
+        "runs": len(rows),
+        "first_attempt": first,
+        "first_attempt_wilson": wilson(first, len(rows)),
+        "lifted": sum(bool(row["success"]) for row in rows),
+        "along_m": [abs(row["along_m"]) for row in rows if row["along_m"] is not None],
+        "times_to_grasp_s": [row["time_to_grasp_s"] for row in rows if row.get("time_to_grasp_s") is not None],
+        "laps": [
+            row["time_to_grasp_s"] / row["lap_s"]
+            for row in rows
+            if row.get("time_to_grasp_s") is not None and math.isfinite(row.get("lap_s", math.nan))
+        ],
+        "table_touched": sum(bool(row.get("table_touched")) for row in rows),
+        "reasons": dict(Counter(row["failure_reason"] for row in rows if not row["success"]).most_common()),
+    }
+
+
+PARTS = {
+    "event": Part(event_job, dict.fromkeys(EVENT, 10), 4000, summary, TABLES["event"]),
+    "calm": Part(calm_job, dict.fromkeys(CALM, 20), 4100, summary, TABLES["calm"]),
+}
+
+if __name__ == "__main__":
+    parts.main(__doc__, PARTS, FOLDER, RESULTS)

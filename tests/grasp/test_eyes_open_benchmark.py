@@ -1,0 +1,32 @@
+"""The benchmark of vision until contact: its scenarios can be loaded, and its lines become tables."""
+
+import eyes_open
+import parts
+import pytest
+
+from drake_tracker.tasks import load_scenario
+
+LINE = {"first_attempt_success": True, "failure_reason": None, "along_m": -0.004, "time_to_grasp_s": 6.0, "lap_s": 8.0}
+
+
+def test_every_event_is_one():
+    for name, pattern in eyes_open.EVENTS.items():
+        for time in ("after_launch: 0.2", "at: 9.5"):
+            overrides = [*eyes_open.COMMON, f"track.event={pattern % time}"]
+            event = load_scenario("train", overrides=overrides).track.event
+            assert (event.at, event.after_launch) in ((None, 0.2), (9.5, None)), name
+
+
+@pytest.mark.parametrize("part", eyes_open.PARTS)
+def test_every_part_has_a_table_of_its_lines(part):
+    measured = eyes_open.PARTS[part]
+    cell = next(iter(measured.cells))
+    assert "," not in cell, "--cells separates cells by commas"
+    lines = [
+        {"cell": cell, "seed": 1, "success": True, **LINE},
+        {"cell": cell, "seed": 2, "success": False, "failure_reason": "no launch", "along_m": None},
+    ]
+    cells = parts.of_cells(lines, measured.summary)
+    assert (cells[0]["first_attempt"], cells[0]["lifted"], cells[0]["laps"]) == (1, 1, [0.75])
+    header, (row,) = measured.table(cells)
+    assert len(row) == len(header) and "4 mm" in row
