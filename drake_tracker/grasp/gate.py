@@ -63,6 +63,7 @@ class Gate(IntEnum):
     NO_MEMORY = 5
     PREDICTIONS_FAILED = 6
     OUT_OF_REACH = 7
+    SUCCESS_UNLIKELY = 8
 
 
 def horizon(config: GraspConfig, target: Any) -> float:
@@ -101,7 +102,7 @@ def judge_prediction(
         ahead = horizon(config, target)
         judged = recent(memory, target.stamp, JUDGED_FOR + ahead)
         likely = success_probability(config, packet, ahead, target.stamp, judged) >= config.launch_probability
-        return (Gate.OPEN if likely else Gate.PREDICTIONS_FAILED), 0.0
+        return (Gate.OPEN if likely else Gate.SUCCESS_UNLIKELY), 0.0
     verdict, worst = judge_memory(config, memory, packet, target)
     if verdict == Gate.OPEN or config.gate == "memory":
         return verdict, worst

@@ -26,6 +26,7 @@ _GATE_WORDS = {
     Gate.STALE: "no fresh packet",
     Gate.NO_MEMORY: "first lap here",
     Gate.PREDICTIONS_FAILED: "failed here a lap ago",
+    Gate.SUCCESS_UNLIKELY: "success is not likely yet",
     Gate.OUT_OF_REACH: "out of reach",
 }
 _VIDEO_TIMES = np.arange(0.0, 1.01, 0.1)
