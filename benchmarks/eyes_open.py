@@ -48,10 +48,7 @@ EVENTS = {
 WHEN = (-0.2, 0.0, 0.2)
 """Times of the events relative to the launch [s]."""
 EVENT = {
-    f"{name} {when:+.1f} s {descent}": (name, when, descent)
-    for name in EVENTS
-    for when in WHEN
-    for descent in DESCENTS
+    f"{name} {when:+.1f} s {descent}": (name, when, descent) for name in EVENTS for when in WHEN for descent in DESCENTS
 }
 CALM = {
     f"{track} {way}": (track, way)

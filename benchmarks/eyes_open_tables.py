@@ -10,17 +10,19 @@ def _median(values, scale, unit):
     return f"{scale * statistics.median(values):.{0 if unit == 'mm' else 1}f} {unit}".rstrip() if values else ""
 
 
+def _grasps(cell):
+    """Returns the columns that every table begins with."""
+    first = interval(cell["first_attempt"], cell["runs"])
+    return [cell["cell"], cell["runs"], cell["first_attempt"], first, cell["lifted"]]
+
+
 def event_table(cells):
     """Returns (header, rows) of the events around the launch."""
     header = ["event, time from the launch, descent", "runs", "first attempt", "Wilson 95 %", "lifted"]
     header += ["median offset along the path", "table touched"]
     return header, [
         [
-            cell["cell"],
-            cell["runs"],
-            cell["first_attempt"],
-            interval(cell["first_attempt"], cell["runs"]),
-            cell["lifted"],
+            *_grasps(cell),
             _median(cell["along_m"], 1e3, "mm"),
             cell["table_touched"],
         ]
@@ -34,11 +36,7 @@ def calm_table(cells):
     header += ["median offset along the path"]
     return header, [
         [
-            cell["cell"],
-            cell["runs"],
-            cell["first_attempt"],
-            interval(cell["first_attempt"], cell["runs"]),
-            cell["lifted"],
+            *_grasps(cell),
             _median(cell["times_to_grasp_s"], 1.0, "s"),
             _median(cell["laps"], 1.0, ""),
             _median(cell["along_m"], 1e3, "mm"),
