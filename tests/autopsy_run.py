@@ -121,7 +121,7 @@ class AutopsyRun:
             "target": (ticks, target),
             "command": (ticks, command),
             "status": (ticks, status),
-            "diagnosis": (ticks, np.column_stack([phases, attempts, *np.zeros((3, len(ticks)))])),
+            "diagnosis": (ticks, np.column_stack([phases, attempts, *np.zeros((4, len(ticks)))])),
             "q_commanded": (ticks, np.zeros((len(ticks), 6))),
             "arm_state": (cycles, np.zeros((len(cycles), 12))),
             "arm_effort": (cycles, np.zeros((len(cycles), 6))),

@@ -106,7 +106,7 @@ class Episode:
             "target": (ticks, target),
             "command": (ticks, np.column_stack([phase, np.zeros((len(ticks), 5)), np.full(len(ticks), 0.088)])),
             "status": (ticks, np.zeros((len(ticks), 8))),
-            "diagnosis": (ticks, np.column_stack([phase, attempts, 0 * phase + self.gate, 0 * ticks, 0 * ticks])),
+            "diagnosis": (ticks, np.column_stack([phase, attempts, 0 * phase + self.gate, *np.zeros((3, len(ticks)))])),
             "q_commanded": (ticks, np.zeros((len(ticks), 6))),
             "arm_state": (steps, np.zeros((len(steps), 12))),
             "arm_effort": (steps, np.zeros((len(steps), 6))),

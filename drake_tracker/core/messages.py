@@ -144,9 +144,9 @@ jaws turn by 180 deg; commanded p_WT [m] and yaw [rad]; number of half turns of 
 JawState = namedview("JawState", ["width", "speed", "force"])
 """What the gripper measures: opening between the pads [m], its rate [m/s], force of the drive on each pad [N]."""
 
-GraspDiagnosis = namedview("GraspDiagnosis", ["phase", "attempts", "gate", "remembered_error", "records"])
+GraspDiagnosis = namedview("GraspDiagnosis", ["phase", "attempts", "gate", "remembered_error", "records", "p_success"])
 """For the log: phase; number of attempts begun; why the machine waits (`grasp.gate.Gate`); largest lateral error [m]
-remembered for this place; number of predictions judged so far."""
+remembered for this place; number of predictions judged so far; probability that a grasp would succeed."""
 
 OperatorCommand = namedview("OperatorCommand", ["mode", "x", "y", "z", "yaw", "selected"])
 """The operator's command: ``mode`` 0 supervise, 1 stop, 2 take over and move to the tool pose p_WT [m], yaw [rad];

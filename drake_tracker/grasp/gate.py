@@ -82,6 +82,22 @@ def horizon(config: GraspConfig, target: Any) -> float:
     return target.time - target.stamp + blind_time
 
 
+def likelihood(config: GraspConfig, memory: PredictionMemory, packet: np.ndarray, target: Any) -> float:
+    """Returns the probability that a grasp would succeed, 0 without a target.
+
+    Args:
+        config: durations, opening of the jaws, width of the object.
+        memory: predictions made so far.
+        packet: the newest `Prediction` vector.
+        target: the `ServoTarget` that rests on it.
+    """
+    if not target.valid:
+        return 0.0
+    ahead = horizon(config, target)
+    judged = recent(memory, target.stamp, JUDGED_FOR + ahead)
+    return success_probability(config, packet, ahead, target.stamp, judged)
+
+
 def judge_prediction(
     config: GraspConfig, memory: PredictionMemory, packet: np.ndarray, target: Any
 ) -> tuple[Gate, float]:
@@ -98,11 +114,6 @@ def judge_prediction(
         packet: the `Prediction` vector that is judged.
         target: the `ServoTarget` that rests on it.
     """
-    if config.gate == "probability":
-        ahead = horizon(config, target)
-        judged = recent(memory, target.stamp, JUDGED_FOR + ahead)
-        likely = success_probability(config, packet, ahead, target.stamp, judged) >= config.launch_probability
-        return (Gate.OPEN if likely else Gate.SUCCESS_UNLIKELY), 0.0
     verdict, worst = judge_memory(config, memory, packet, target)
     if verdict == Gate.OPEN or config.gate == "memory":
         return verdict, worst

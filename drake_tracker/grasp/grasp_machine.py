@@ -10,7 +10,7 @@ from drake_tracker.arm.differential_ik import make_parameters
 from drake_tracker.core.messages import Frozen, packet_target
 from drake_tracker.core.timing import PATH_DURATION
 from drake_tracker.grasp.config import GRIP_CONFIRMED, WIDTH_TOLERANCE, GraspConfig
-from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, horizon, judge_prediction, stands
+from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, horizon, judge_prediction, likelihood, stands
 from drake_tracker.grasp.motor_schema import since
 from drake_tracker.grasp.operated import STOPPING_SHARE, OperatedMachine, OperatedState, Pace, resting_target
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
@@ -46,6 +46,7 @@ class GraspState(OperatedState):
         gate: why the machine waits.
         remembered_error: largest lateral error [m] of the predictions on which the gate's verdict rests.
         memory: predictions made so far, and what became of them.
+        p_success: probability that a grasp would succeed.
         descent_duration: duration of the descent [s] that the gate has rehearsed.
         branch: half turns of the jaws when the operator stopped the hand or took control of it.
     """
@@ -61,6 +62,7 @@ class GraspState(OperatedState):
     gate: Gate = Gate.NOT_TRACKING
     remembered_error: float = 0.0
     memory: PredictionMemory = PredictionMemory()
+    p_success: float = 0.0
     descent_duration: float = 0.0
     branch: float = 0.0
 
@@ -128,7 +130,8 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         if not memory_closed:
             memory = remember(state.memory, seen.packet, horizon(self.config, seen.target))
             state = replace(state, memory=memory)
-        state = self._judge(state, seen)
+        p_success = likelihood(self.config, state.memory, seen.packet, seen.target)
+        state = self._judge(replace(state, p_success=p_success), seen)
         state = self.advance(state, seen)
         if state.phase == Phase.MANUAL:
             state = self.obey(state, seen)
@@ -274,6 +277,9 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
             return Gate.FLIPPING, 0.0
         if horizon(config, seen.target) > PATH_DURATION:
             return Gate.OUT_OF_REACH, 0.0
+        if config.gate == "probability":
+            likely = state.p_success >= config.launch_probability
+            return (Gate.OPEN if likely else Gate.SUCCESS_UNLIKELY), 0.0
         return judge_prediction(config, state.memory, seen.packet, seen.target)
 
     def enter(self, state: GraspState, phase: Phase, seen: GraspObservation) -> GraspState:

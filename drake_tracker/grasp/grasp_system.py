@@ -93,7 +93,8 @@ class GraspSystem(LeafSystem):
     def _calc_diagnosis(self, context: Context, output: Any) -> None:
         state = self._value(context)
         records = len(state.memory.records)
-        output.SetFromVector([state.phase, state.attempts, state.gate, state.remembered_error, records])
+        numbers = [state.phase, state.attempts, state.gate, state.remembered_error, records, state.p_success]
+        output.SetFromVector(numbers)
 
     def _calc_goal(self, context: Context, output: Any) -> None:
         output.SetFromVector(self._machine.goal_target(self._value(context)))

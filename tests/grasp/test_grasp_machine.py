@@ -508,3 +508,19 @@ def test_a_stop_in_the_descent_ends_above_the_table(arm_model):
         assert (duration == PARAMETERS.stop_duration) == (height == 0.22)
     assert 0.0 < machine.stopping_time(np.array([0.56, 0.0, machine.lowest, 0.0]), rate) <= 0.1
     assert machine.stopping_time(tool, -rate) == PARAMETERS.stop_duration
+
+
+@pytest.mark.parametrize(("std", "likely"), [(0.002, True), (0.02, False)])
+def test_the_gate_opens_when_success_is_likely(arm_model, std, likely):
+    """The path is not straight, and no lap is over."""
+    bench = Bench(arm_model, replace(PARAMETERS, gate="probability", descent="guided", launch_probability=0.9))
+    phases, gates = set(), set()
+    while bench.time < 23.0:
+        times = bench.time - LAG + KNOT_SPACING * np.arange(KNOT_COUNT)
+        knots = np.column_stack([path(times), np.full(KNOT_COUNT, std)])
+        phases.add(bench.tick(packet=pack_prediction(times[0], 1, knots)))
+        gates.add(bench.state.gate)
+    assert (Phase.INTERCEPT in phases) == likely
+    assert (Gate.SUCCESS_UNLIKELY in gates) != likely
+    if not likely:
+        assert 0.0 < bench.state.p_success < 0.9

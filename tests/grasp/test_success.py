@@ -3,7 +3,7 @@ import pytest
 
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
 from drake_tracker.grasp.config import GraspConfig, touch_delay
-from drake_tracker.grasp.gate import Gate, horizon, judge_prediction
+from drake_tracker.grasp.gate import horizon, likelihood
 from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, TURN, PredictionMemory
 from drake_tracker.grasp.success import FEWEST_RECORDS, OBLIQUE, REACH, RESPONSE, success_probability
 
@@ -56,13 +56,16 @@ def test_an_object_that_stands_keeps_its_direction():
     assert probability(std=0.003, speed=0.0) > 0.99
 
 
-def test_the_gate_opens_at_the_launch_probability():
+def test_the_likelihood_is_that_of_recent_predictions():
     target = ServoTarget([STAMP_NOW + 0.27, 0.5, 0.0, 0.48, 0.0, SPEED, 0, 0, 0, STAMP_NOW, 1, 0.002, 0.0, 1.0])
-    memory, verdicts = PredictionMemory((), judged(lateral=0.012)), []
-    for wanted in (0.5, 0.999):
-        config = GraspConfig(gate="probability", launch_probability=wanted, descent="guided")
-        verdicts.append(judge_prediction(config, memory, packet(), target)[0])
-    assert verdicts == [Gate.OPEN, Gate.SUCCESS_UNLIKELY]
+    memory = PredictionMemory((), judged(lateral=0.012))
+    config = GraspConfig(descent="guided")
+    rows = memory.records
+    expected = success_probability(config, packet(), horizon(config, target), STAMP_NOW, rows)
+    assert likelihood(config, memory, packet(), target) == expected
+    old = PredictionMemory((), rows - np.eye(10)[STAMP] * 5.0)
+    assert likelihood(config, old, packet(), target) == 0.0, "they are too old"
+    assert likelihood(config, memory, packet(), ServoTarget(np.zeros(14))) == 0.0, "there is no target"
 
 
 def test_a_guided_descent_relies_on_later_measurements():

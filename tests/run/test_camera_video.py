@@ -52,7 +52,7 @@ class Laboratory(LeafSystem):
             self.DeclareVectorOutputPort(f"centroid_{side}", 5, self._centroid)
         self.DeclareVectorOutputPort("packet", 160, self._packet)
         self.DeclareVectorOutputPort("command", 7, self._command)
-        self.DeclareVectorOutputPort("diagnosis", 5, lambda context, output: output.SetFromVector(np.zeros(5)))
+        self.DeclareVectorOutputPort("diagnosis", 6, lambda context, output: output.SetFromVector(np.zeros(6)))
 
     def _image(self, context, output):
         image = ImageRgba8U(80, 60)

@@ -26,7 +26,7 @@ _GATE_WORDS = {
     Gate.STALE: "no fresh packet",
     Gate.NO_MEMORY: "first lap here",
     Gate.PREDICTIONS_FAILED: "failed here a lap ago",
-    Gate.SUCCESS_UNLIKELY: "success is not likely yet",
+    Gate.SUCCESS_UNLIKELY: "success not likely",
     Gate.OUT_OF_REACH: "out of reach",
 }
 _VIDEO_TIMES = np.arange(0.0, 1.01, 0.1)
@@ -42,8 +42,10 @@ def attempt_notes(phase: IntEnum, diagnosis: Any) -> tuple[str, str]:
         diagnosis: a `GraspDiagnosis`.
     """
     attempts, gate = int(diagnosis.attempts), Gate(int(diagnosis.gate))
-    waits = phase == Phase.TRACK and gate in _GATE_WORDS
-    return f"attempt {attempts}" if attempts else "", f"gate: {_GATE_WORDS[gate]}" if waits else ""
+    words = _GATE_WORDS.get(gate, "") if phase == Phase.TRACK else ""
+    if gate == Gate.SUCCESS_UNLIKELY:
+        words = words and f"{words}: {100.0 * diagnosis.p_success:.0f} %"
+    return f"attempt {attempts}" if attempts else "", f"gate: {words}" if words else ""
 
 
 def _path_at(ahead: np.ndarray) -> Callable[[np.ndarray, float], np.ndarray]:
