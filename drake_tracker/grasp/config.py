@@ -54,7 +54,7 @@ class GraspConfig:
     )
     gate: str = setting(
         "auto",
-        "evidence that a prediction needs; auto: any of them",
+        "evidence that a prediction needs; auto: memory or recent; probability: launch_probability",
         choices=("auto", "memory", "recent", "probability"),
     )
     launch_probability: float = setting(

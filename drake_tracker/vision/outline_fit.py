@@ -22,6 +22,8 @@ PULL = 0.15
 expected."""
 LEAST_STD = 1.0
 """No expectation is taken to be better than this [px]."""
+LARGEST = 1000
+"""How far an outline reaches from its centre at most [px]: that of an object close before a camera has no bounds."""
 STEADY = 0.05
 """Objects whose outlines move less than this [px] have found their places."""
 
@@ -149,7 +151,7 @@ class _Border(NamedTuple):
 def _precision(views: Sequence[ImageView], covariance: np.ndarray, k: int) -> np.ndarray:
     """Returns the weight of an object's displacement, squared, in pixels of its outlines, shape (m, m) [px/m^2]."""
     scale = np.mean([np.abs(view.jacobians[k] @ view.jacobians[k].T).max() for view in views])
-    area = sum(cv2.contourArea(view.outlines[k]) for view in views)
+    area = sum(cv2.contourArea(view.outlines[k]) for view in views if view.silhouette.any())
     return PULL * area * np.linalg.inv(covariance + LEAST_STD**2 / scale * np.eye(len(covariance)))
 
 
@@ -198,6 +200,7 @@ def _interpolated(values: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 def _template(outline: np.ndarray) -> np.ndarray:
     """Returns an outline filled with 1, uint8, of odd width and height, with its centre in the middle."""
+    outline = np.clip(outline, -LARGEST, LARGEST)
     half_width, half_height = (math.ceil(float(np.abs(outline[:, axis]).max())) for axis in (0, 1))
     template = np.zeros((2 * half_height + 1, 2 * half_width + 1), np.uint8)
     corners = np.rint((outline + (half_width, half_height)) * 16.0).astype(np.int32)

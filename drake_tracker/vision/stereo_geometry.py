@@ -106,7 +106,7 @@ class StereoGeometry:
             S = J @ track.covariance[:3, :3] @ J.T
             std = min(math.sqrt(0.5 * (S[0, 0] + S[1, 1])), WIDEST_GATE)
             if not (math.isfinite(u) and math.isfinite(v) and math.isfinite(std)):
-                u, v, std = -1e6, -1e6, 0.0
+                u, v, std, J = -1e6, -1e6, 0.0, np.zeros((2, 3))
             edges = J @ track.shape.edges
             pixels = track.shape.fill * outline_area(edges)
             depth = math.dist(track.position, camera.X_WC[:3, 3])

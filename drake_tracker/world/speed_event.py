@@ -10,7 +10,7 @@ def check_event(event: SpeedEvent | NoEvent) -> None:
     """Raises DrakeTrackerError unless an event has exactly one of ``at`` and ``after_launch``."""
     if not isinstance(event, NoEvent) and (event.at is None) == (event.after_launch is None):
         name = type(event).__name__
-        raise DrakeTrackerError(f"track event !{name} needs either 'at' or 'after_launch', not both")
+        raise DrakeTrackerError(f"track.event: !{name} needs either 'at' or 'after_launch', and not both")
 
 
 def waits_for_launch(event: SpeedEvent | NoEvent) -> bool:

@@ -89,3 +89,16 @@ def test_an_image_that_shows_both_apart_decides_for_one_that_does_not():
         for chosen in (views, views[:1])
     ]
     assert miss[0] < 0.7 < 2.0 < miss[1]
+
+
+def test_an_object_close_before_a_camera_has_a_bounded_outline():
+    """One image sees two merged boxes; for the other one they are close before its lens, or behind it."""
+    centres = [np.array([45.0, 38.0]), np.array([67.0, 44.0])]
+    boxes, image = [LONG, SQUARE], silhouette((LONG, centres[0]), (SQUARE, centres[1]))
+    jacobians, covariances = np.array([np.eye(2)] * 2), np.array([16.0 * np.eye(2)] * 2)
+    seen = ImageView(image, None, [box_outline(each) for each in boxes], np.array(centres) + 2.0, jacobians)
+    for scale, centre in ((1e7, -1e6), (0.0, -1e6)):
+        outlines = [box_outline(scale * each) for each in boxes]
+        unseen = ImageView(np.zeros((1, 1), np.uint8), None, outlines, np.full((2, 2), centre), 0.0 * jacobians)
+        found = seen.centres + fit_outlines([seen, unseen], covariances)
+        assert np.abs(found - centres).max() < 1.5

@@ -222,6 +222,10 @@ def test_the_first_train_stands_until_its_delay_is_over():
 @pytest.mark.parametrize(
     "item, message",
     [
+        (
+            "!Train {track: {kind: circle, radius: 0.09, event: !Stop {at: 3}}}",
+            "objects[0].track.event = !Stop: only the first train can have an event",
+        ),
         ("!Train {ahead: 0.05}", "objects[0].ahead = 0.05: the train would start 0.050 m from another train"),
         ("!Train {track: {kind: line, length: 1.2}}", "objects[0].track.kind = line: rails or train would be beyond"),
         ("!Train {track: {semi_axes: [0.3, 0.3]}}", "objects[0].track.kind (default) = oval: the track passes"),

@@ -8,7 +8,7 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import misplaced, place_other_track
-from drake_tracker.world.config import TrackConfig
+from drake_tracker.world.config import NoEvent, TrackConfig
 from drake_tracker.world.object_kinds import OBJECTS
 from drake_tracker.world.objects_config import Ball, Train
 from drake_tracker.world.plant import TABLE_TOP
@@ -60,8 +60,13 @@ def train_objects(scenario: TrainScenario, track: Track, start: float) -> tuple[
 def _own_track(scenario: TrainScenario, number: int, settings: Train, config: TrackConfig) -> tuple[Track, float]:
     """Returns the track of a train that has its own, and the arc length at which the train starts [m].
 
-    Raises DrakeTrackerError when the track does not fit into the work volume or on the table.
+    Raises DrakeTrackerError when the track does not fit into the work volume or on the table, or has an event.
     """
+    if not isinstance(config.event, NoEvent):
+        raise DrakeTrackerError(
+            f"{scenario.where(f'objects[{number}].track.event')} = !{type(config.event).__name__}: "
+            "only the first train can have an event"
+        )
     other = replace(scenario, track=config, train=replace(scenario.train, scale=settings.scale))
     track, start = place_other_track(other, number)
     problem = misplaced(other, track, start)
