@@ -60,6 +60,9 @@ class GraspConfig:
     launch_probability: float = setting(
         0.9, "with gate probability: probability of success from which on the hand descends", "", (0.0, 1.0)
     )
+    abort_probability: float = setting(
+        0.1, "in a guided descent: probability of success below which the hand goes up again", "", (0.0, 1.0)
+    )
     memory_radius: float = setting(0.03, "distance below which an earlier place counts as the same", "m", (0.001, 0.2))
     lateral_tolerance: float = setting(0.012, "largest prediction error across the path", "m", (0.0, 0.1))
     along_tolerance: float = setting(0.030, "largest prediction error along the path", "m", (0.0, 0.2))

@@ -15,6 +15,7 @@ from drake_tracker.arm.differential_ik import rehearse
 from drake_tracker.arm.transform_equation import share_done
 from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
 from drake_tracker.grasp.config import GraspConfig, touch_delay
+from drake_tracker.grasp.descent import horizon, lately_judged
 from drake_tracker.grasp.prediction_memory import (
     ALONG,
     LATERAL,
@@ -30,7 +31,6 @@ from drake_tracker.grasp.prediction_memory import (
     recall,
     recent,
 )
-from drake_tracker.grasp.success import JUDGED_FOR, RESPONSE, success_probability
 
 RECENT = 2.5
 """An open track is judged by the packets stamped within this time [s] before the present."""
@@ -40,6 +40,8 @@ TRUSTED_FOR = 1.0
 """A filter whose own standard deviation is trusted must have been right for this time [s]."""
 FEWEST_RECORDS = 3
 """Fewest judged predictions from one place that count as evidence."""
+FEWEST_JUDGED = 10
+"""Fewest recent predictions that must have been judged before a probability opens the gate."""
 FOLLOWING_ERROR = 0.004
 """Largest distance [m] from a set-point in rehearsal at which the arm still follows the motion."""
 STARTING = 1.0
@@ -66,36 +68,18 @@ class Gate(IntEnum):
     SUCCESS_UNLIKELY = 8
 
 
-def horizon(config: GraspConfig, target: Any) -> float:
-    """Returns the time [s] from the last measurement that the hand can follow to the instant at which the pads touch.
-
-    In a blind descent this is the newest one at the launch. A guided hand follows measurements until shortly before the
-    touch.
+def judge_probability(config: GraspConfig, memory: PredictionMemory, target: Any, p_success: float) -> Gate:
+    """Returns the verdict of the gate ``probability``.
 
     Args:
-        config: durations of the descent and the closing.
-        target: a `ServoTarget`.
-    """
-    blind_time = config.descent_duration - config.closing_lead + touch_delay(config)
-    if config.descent == "guided":
-        blind_time = RESPONSE + touch_delay(config)
-    return target.time - target.stamp + blind_time
-
-
-def likelihood(config: GraspConfig, memory: PredictionMemory, packet: np.ndarray, target: Any) -> float:
-    """Returns the probability that a grasp would succeed, 0 without a target.
-
-    Args:
-        config: durations, opening of the jaws, width of the object.
+        config: the threshold.
         memory: predictions made so far.
-        packet: the newest `Prediction` vector.
-        target: the `ServoTarget` that rests on it.
+        target: the newest `ServoTarget`.
+        p_success: probability that a grasp succeeds.
     """
-    if not target.valid:
-        return 0.0
-    ahead = horizon(config, target)
-    judged = recent(memory, target.stamp, JUDGED_FOR + ahead)
-    return success_probability(config, packet, ahead, target.stamp, judged)
+    if len(lately_judged(config, memory, target)) < FEWEST_JUDGED:
+        return Gate.NO_MEMORY
+    return Gate.OPEN if p_success >= config.launch_probability else Gate.SUCCESS_UNLIKELY
 
 
 def judge_prediction(
@@ -158,7 +142,7 @@ def strays(packet: np.ndarray, rows: np.ndarray) -> tuple[float, float]:
 
     Args:
         packet: a `Prediction` vector.
-        rows: records of the earlier pass, shape (n, 10), of which those made nearest to the packet's start are used.
+        rows: records of the earlier pass, shape (n, 11), of which those made nearest to the packet's start are used.
     """
     knots = prediction_knots(packet)
     x, y, yaw = (np.interp(_ALONG_PACKET, range(KNOT_COUNT), knots[:, k]) for k in (0, 1, 3))
@@ -173,7 +157,7 @@ def strays(packet: np.ndarray, rows: np.ndarray) -> tuple[float, float]:
 
 
 def came_true(config: GraspConfig, rows: np.ndarray) -> tuple[Gate, float]:
-    """Returns the gate's verdict on records of predictions, shape (n, 10), and their largest lateral error [m]."""
+    """Returns the gate's verdict on records of predictions, shape (n, 11), and their largest lateral error [m]."""
     if len(rows) < FEWEST_RECORDS:
         return Gate.NO_MEMORY, 0.0
     worst = np.max(np.abs(rows), axis=0)

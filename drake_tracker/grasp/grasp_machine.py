@@ -9,8 +9,9 @@ from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.differential_ik import make_parameters
 from drake_tracker.core.messages import Frozen, packet_target
 from drake_tracker.core.timing import PATH_DURATION
-from drake_tracker.grasp.config import GRIP_CONFIRMED, WIDTH_TOLERANCE, GraspConfig
-from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, horizon, judge_prediction, likelihood, stands
+from drake_tracker.grasp.config import GRIP_CONFIRMED, WIDTH_TOLERANCE, GraspConfig, touch_delay
+from drake_tracker.grasp.descent import behind, horizon, likelihood, time_to_touch
+from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, judge_prediction, judge_probability, stands
 from drake_tracker.grasp.motor_schema import since
 from drake_tracker.grasp.operated import STOPPING_SHARE, OperatedMachine, OperatedState, Pace, resting_target
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
@@ -18,6 +19,10 @@ from drake_tracker.grasp.schema import BY_HAND, PROGRAMS, SAME_MOTION, TRANSITIO
 
 SEEN_FOR = 0.2
 """The object counts as seen once its target has been valid and fresh for this long [s]."""
+CAUGHT_UP = 0.008
+"""Distance along the path [m] up to which a guided hand is above the object, so that the jaws may close."""
+LONGEST_WAIT = 0.3
+"""Longest time for which the jaws wait for the hand to catch up [s]."""
 MANUAL_ACCELERATION = 2.0
 """Largest acceleration of the hand under the operator's control [m/s^2]."""
 SHORTEST_STOP = 0.06
@@ -130,8 +135,7 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         if not memory_closed:
             memory = remember(state.memory, seen.packet, horizon(self.config, seen.target))
             state = replace(state, memory=memory)
-        p_success = likelihood(self.config, state.memory, seen.packet, seen.target)
-        state = self._judge(replace(state, p_success=p_success), seen)
+        state = self._judge(replace(state, p_success=self._probability(state, seen)), seen)
         state = self.advance(state, seen)
         if state.phase == Phase.MANUAL:
             state = self.obey(state, seen)
@@ -202,9 +206,16 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         """Returns whether the gate is open."""
         return state.gate == Gate.OPEN
 
+    def success_unlikely(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether a guided descent is no longer worth while."""
+        return self.config.descent == "guided" and state.p_success < self.config.abort_probability
+
     def time_to_close(self, state: GraspState, seen: GraspObservation) -> bool:
-        """Returns whether the jaws should begin to close."""
-        return self._elapsed(state, seen) >= state.descent_duration - self.config.closing_lead
+        """Returns whether the jaws should begin to close. In a guided descent they wait for a hand that catches up."""
+        late = self._elapsed(state, seen) - (state.descent_duration - self.config.closing_lead)
+        if self.config.descent == "guided" and 0.0 <= late < LONGEST_WAIT:
+            return abs(behind(seen.packet, seen.target).along) <= CAUGHT_UP
+        return late >= 0.0
 
     def jaws_hold(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether the grip is confirmed."""
@@ -229,6 +240,16 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         return self._elapsed(state, seen) >= self.config.retreat_duration
 
     # Parts of a tick.
+
+    def _probability(self, state: GraspState, seen: GraspObservation) -> float:
+        """Returns the probability that a grasp succeeds: that which is under way, or one that would begin now."""
+        remaining = time_to_touch(self.config)
+        if state.phase == Phase.INTERCEPT:
+            remaining = max(remaining - self._elapsed(state, seen), touch_delay(self.config))
+        elif state.phase == Phase.CLOSE:
+            remaining = touch_delay(self.config) - self._elapsed(state, seen)
+        height = seen.status.z - seen.target.z
+        return likelihood(self.config, state.memory, seen.packet, seen.target, remaining, height)
 
     def _judge(self, state: GraspState, seen: GraspObservation) -> GraspState:
         gate, error = self._gate(state, seen)
@@ -278,8 +299,7 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         if horizon(config, seen.target) > PATH_DURATION:
             return Gate.OUT_OF_REACH, 0.0
         if config.gate == "probability":
-            likely = state.p_success >= config.launch_probability
-            return (Gate.OPEN if likely else Gate.SUCCESS_UNLIKELY), 0.0
+            return judge_probability(config, state.memory, seen.target, state.p_success), 0.0
         return judge_prediction(config, state.memory, seen.packet, seen.target)
 
     def enter(self, state: GraspState, phase: Phase, seen: GraspObservation) -> GraspState:

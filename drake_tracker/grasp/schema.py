@@ -59,7 +59,7 @@ TRANSITIONS = operated(
             ("link_silent", Phase.HOVER),
             ("may_intercept", Phase.INTERCEPT),
         ),
-        Phase.INTERCEPT: (("time_to_close", Phase.CLOSE),),
+        Phase.INTERCEPT: (("success_unlikely", Phase.RETREAT), ("time_to_close", Phase.CLOSE)),
         Phase.CLOSE: (("jaws_empty", Phase.RETREAT), ("jaws_hold", Phase.LIFT)),
         Phase.LIFT: (("jaws_empty", Phase.RETREAT), ("lift_done", Phase.HOLD)),
         Phase.HOLD: (("jaws_empty", Phase.RETREAT),),

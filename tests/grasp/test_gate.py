@@ -8,13 +8,13 @@ from drake_tracker.arm.transform_equation import share_done
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.grasp.config import GraspConfig
+from drake_tracker.grasp.descent import horizon
 from drake_tracker.grasp.gate import (
     FEWEST_RECORDS,
     ONE_PASS,
     STARTING,
     Gate,
     can_follow,
-    horizon,
     is_straight,
     judge_memory,
     judge_prediction,
@@ -47,11 +47,11 @@ THERE = circle(30.7)
 
 
 def record(stamp, pose, lateral=0.0, along=0.0, turn_deg=0.0, there=THERE):
-    return [stamp, pose[0], pose[1], pose[3], lateral, along, np.deg2rad(turn_deg), there[0], there[1], there[3]]
+    return [stamp, pose[0], pose[1], pose[3], lateral, along, np.deg2rad(turn_deg), there[0], there[1], there[3], 0.01]
 
 
 def memory_of(*rows):
-    return PredictionMemory((), np.reshape([np.array(row, dtype=float) for row in rows], (-1, 10)))
+    return PredictionMemory((), np.reshape([np.array(row, dtype=float) for row in rows], (-1, 11)))
 
 
 def pass_here(now, count=5, at=10.0, **error):

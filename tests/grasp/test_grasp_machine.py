@@ -22,7 +22,14 @@ from drake_tracker.core.messages import (
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.grasp_machine import FORCE_SHARE, GRIP_CONFIRMED, SEEN_FOR, GraspMachine, GraspObservation
+from drake_tracker.grasp.grasp_machine import (
+    FORCE_SHARE,
+    GRIP_CONFIRMED,
+    LONGEST_WAIT,
+    SEEN_FOR,
+    GraspMachine,
+    GraspObservation,
+)
 from drake_tracker.grasp.prediction_memory import PredictionMemory
 from drake_tracker.grasp.schema import BY_HAND, PROGRAMS, Phase
 
@@ -40,7 +47,9 @@ def path(t):
 def good_memory(stamp):
     """Predictions made here one lap earlier that came true, and lead where those of now lead."""
     here, there = path(stamp)[[0, 1, 3]], path(stamp + 0.7)[[0, 1, 3]]
-    return PredictionMemory((), np.array([[stamp - 10.0 + 0.03 * k, *here, 0.0, 0.0, 0.0, *there] for k in range(6)]))
+    return PredictionMemory(
+        (), np.array([[stamp - 10.0 + 0.03 * k, *here, 0.0, 0.0, 0.0, *there, 0.01] for k in range(6)])
+    )
 
 
 class Bench:
@@ -63,11 +72,17 @@ class Bench:
         force=0.0,
         packet=None,
         operator=(0, 0, 0, 0, 0),
+        ahead=0.0,
+        left=0.0,
     ):
+        """Ticks once. The predicted path is ``ahead`` of the hand and to the ``left`` of it [m]."""
         stamp, due = self.time - LAG, self.time + LEAD
         if packet is None:
             times = stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
-            packet = pack_prediction(stamp, 1, np.column_stack([path(times), np.full(KNOT_COUNT, 0.002)]))
+            knots = np.column_stack([path(times), np.full(KNOT_COUNT, 0.002)])
+            knots[:, 0] += ahead * np.cos(knots[:, 3]) - left * np.sin(knots[:, 3])
+            knots[:, 1] += ahead * np.sin(knots[:, 3]) + left * np.cos(knots[:, 3])
+            packet = pack_prediction(stamp, 1, knots)
         target = ServoTarget(np.array([due, *path(due), 0, 0, 0, 1.25, stamp, 1, 0.002, stale, valid]))
         status = ToolStatus(np.array([self.state.motion, fraction, flipping, *path(due), 1.0]))
         jaws = JawState(np.array([width, 0.0, force]))
@@ -524,3 +539,31 @@ def test_the_gate_opens_when_success_is_likely(arm_model, std, likely):
     assert (Gate.SUCCESS_UNLIKELY in gates) != likely
     if not likely:
         assert 0.0 < bench.state.p_success < 0.9
+
+
+@pytest.mark.parametrize("descent", ["blind", "guided"])
+@pytest.mark.parametrize("missed", [{"left": 0.06}, {"ahead": 0.2}])
+def test_a_guided_descent_is_aborted_when_the_object_goes_elsewhere(arm_model, descent, missed):
+    bench = Bench(arm_model, replace(PARAMETERS, descent=descent))
+    bench.remember_well()
+    bench.put(Phase.INTERCEPT)
+    assert [bench.tick() for _ in range(7)] == [Phase.INTERCEPT] * 7
+    ends = {bench.tick(**missed) for _ in range(6)}
+    assert ends == ({Phase.RETREAT} if descent == "guided" else {Phase.INTERCEPT, Phase.CLOSE})
+
+
+@pytest.mark.parametrize("descent", ["blind", "guided"])
+def test_the_jaws_wait_for_a_hand_that_catches_up(arm_model, descent):
+    times = []
+    for missed in ({}, {"ahead": 0.03}):
+        bench = Bench(arm_model, replace(PARAMETERS, descent=descent))
+        bench.remember_well()
+        bench.put(Phase.INTERCEPT)
+        times.append(bench.until(Phase.CLOSE, **missed))
+    waited = times[1] - times[0]
+    assert waited == (pytest.approx(LONGEST_WAIT, abs=SERVO_PERIOD) if descent == "guided" else 0.0)
+    bench.remember_well()
+    bench.put(Phase.INTERCEPT)
+    while bench.time < bench.state.entered + times[0] + 0.1:
+        bench.tick(ahead=0.03)
+    assert bench.tick() == Phase.CLOSE

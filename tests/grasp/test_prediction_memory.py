@@ -96,7 +96,7 @@ def test_neither_the_present_pass_nor_an_unseen_place_counts_as_an_earlier_pass(
     assert len(recall(memory, packet_at(3.2, oval), 0.03)) == 0  # seen at this very pass
     assert len(recall(memory, packet_at(1.0 + 0.8 * LAP, oval), 0.03)) == 0  # not been there yet
     assert len(recall(memory, packet_at(2.0 + LAP, oval), 0.03)) >= 3
-    assert recall(PredictionMemory(), packet_at(2.0, oval), 0.03).shape == (0, 10)
+    assert recall(PredictionMemory(), packet_at(2.0, oval), 0.03).shape == (0, 11)
 
 
 def test_the_two_passes_of_a_figure_eights_crossing_differ_in_direction():
@@ -152,7 +152,7 @@ def test_recent_gives_the_records_within_the_duration():
     memory = watch(1.0, 6.0)
     rows = recent(memory, 6.0, 2.0)
     assert np.all(rows[:, STAMP] >= 4.0) and len(rows) == np.sum(memory.records[:, STAMP] >= 4.0) > 20
-    assert recent(PredictionMemory(), 6.0, 2.0).shape == (0, 10)
+    assert recent(PredictionMemory(), 6.0, 2.0).shape == (0, 11)
 
 
 def test_the_memory_is_bounded():

@@ -2,13 +2,15 @@ import numpy as np
 import pytest
 
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
-from drake_tracker.grasp.config import GraspConfig, touch_delay
-from drake_tracker.grasp.gate import horizon, likelihood
-from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, TURN, PredictionMemory
-from drake_tracker.grasp.success import FEWEST_RECORDS, OBLIQUE, REACH, RESPONSE, success_probability
+from drake_tracker.grasp.config import GraspConfig
+from drake_tracker.grasp.descent import BESIDE, CATCHING_UP, RESPONSE, horizon, likelihood, miss, time_to_touch
+from drake_tracker.grasp.gate import FEWEST_JUDGED, Gate, judge_probability
+from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TURN, PredictionMemory
+from drake_tracker.grasp.success import OBLIQUE, REACH, TRUST, Offset, success_probability
 
 CONFIG = GraspConfig()
 HORIZON, STAMP_NOW, SPEED = 0.5, 3.0, 0.15
+ROOM = 0.5 * (CONFIG.jaw_opening - CONFIG.object_width)
 
 
 def packet(std=0.002, speed=SPEED):
@@ -18,58 +20,104 @@ def packet(std=0.002, speed=SPEED):
     return pack_prediction(STAMP_NOW, 1, np.array(path))
 
 
-def judged(lateral=0.0, along=0.0, turn=0.0, count=20, seed=0):
-    """Records of predictions whose errors are normal, with these standard deviations [m, m, rad]."""
-    rows, random = np.zeros((count, 10)), np.random.default_rng(seed)
-    rows[:, STAMP] = STAMP_NOW - 1.0 + 0.03 * np.arange(count)
-    for column, std in ((LATERAL, lateral), (ALONG, along), (TURN, turn)):
-        rows[:, column] = std * random.choice([-1.0, 1.0], count)
+def judged(lateral=0.0, along=0.0, turn=0.0, count=20, stated=0.002, duration=1.0):
+    """Records of predictions with these root mean square errors [m, m, rad], whose stated standard deviation [m] is
+    ``stated``."""
+    rows = np.zeros((count, 11))
+    rows[:, STAMP] = STAMP_NOW - 1.0 + np.linspace(0.0, duration, count)
+    sign = np.resize([-1.0, 1.0], count)
+    for column, error in ((LATERAL, lateral), (ALONG, along), (TURN, turn), (STD, stated * sign)):
+        rows[:, column] = error * sign
     return rows
 
 
-def probability(std=0.002, speed=SPEED, **errors):
-    return success_probability(CONFIG, packet(std, speed), HORIZON, STAMP_NOW, judged(**errors))
+def probability(std=0.002, speed=SPEED, offset=Offset(), **errors):
+    return success_probability(CONFIG, packet(std, speed), HORIZON, STAMP_NOW, judged(stated=std, **errors), offset)
 
 
 def test_the_probability_is_that_of_random_errors():
-    std, lateral, along, turn = 0.008, 0.012, 0.030, 0.2
-    random = np.random.default_rng(1)
-    across = random.normal(0.0, np.hypot(std, lateral), 100_000)
-    ahead = random.normal(0.0, np.hypot(std, along), 100_000)
-    oblique = random.normal(0.0, np.hypot(2.0 * std / (SPEED * HORIZON), turn), 100_000)
-    room = 0.5 * (CONFIG.jaw_opening - CONFIG.object_width)
-    held = (abs(across) <= room) & (abs(ahead) <= REACH) & (abs(oblique) <= OBLIQUE)
-    assert probability(std, lateral=lateral, along=along, turn=turn) == pytest.approx(held.mean(), abs=0.006)
+    """Errors are normal, with a variance that is known as well as that of TRUST and three errors: one now, and two in
+    1 s of predictions for 0.5 s."""
+    std, lateral, along, turn, offset = 0.010, 0.016, 0.024, 0.4, Offset(0.004, -0.010, 0.1)
+    random, freedom = np.random.default_rng(1), TRUST + 3.0
+    success = np.ones(400_000, bool)
+    stated = std, std, 2.0 * std / (SPEED * HORIZON)
+    for limit, was, error, centre in zip((ROOM, REACH, OBLIQUE), stated, (lateral, along, turn), offset):
+        sum_of_squares = TRUST * was**2 + 3.0 * error**2
+        variance = sum_of_squares / random.chisquare(freedom, len(success))
+        success &= np.abs(centre + np.sqrt(variance) * random.standard_normal(len(success))) <= limit
+    found = probability(std, lateral=lateral, along=along, turn=turn, offset=offset)
+    assert found == pytest.approx(success.mean(), abs=0.004)
+    assert 0.5 < found < 0.9
 
 
 def test_a_good_prediction_is_almost_certain_and_a_bad_one_is_not():
     assert probability() > 0.99
-    for worse in ({"std": 0.02}, {"lateral": 0.03}, {"along": 0.1}, {"turn": 0.6}):
-        assert probability(**worse) < 0.8, worse
+    assert probability(std=0.02) < 0.8
+    for worse in ({"lateral": 0.03}, {"along": 0.1}, {"turn": 1.0}):
+        assert probability(std=0.008, **worse) < probability(std=0.008, **dict.fromkeys(worse, 0.01)) - 0.1, worse
 
 
-def test_without_judged_predictions_nothing_is_likely():
-    assert probability(count=FEWEST_RECORDS - 1) == 0.0 < probability(count=FEWEST_RECORDS)
+def test_what_the_estimator_states_counts_until_predictions_have_been_judged():
+    none, few, many = (
+        success_probability(CONFIG, packet(0.010), HORIZON, STAMP_NOW, judged(lateral=0.02, stated=0.01, **which))
+        for which in ({"count": 0}, {"duration": 0.3}, {"duration": 2.5})
+    )
+    assert none > few > many
 
 
 def test_an_object_that_stands_keeps_its_direction():
     assert probability(std=0.003, speed=0.0) > 0.99
 
 
+def target(**values):
+    result = ServoTarget([STAMP_NOW + 0.27, 0.5405, 0.0, 0.48, 0.0, SPEED, 0, 0, 0, STAMP_NOW, 1, 0.002, 0.0, 1.0])
+    for name, value in values.items():
+        setattr(result, name, value)
+    return result
+
+
 def test_the_likelihood_is_that_of_recent_predictions():
-    target = ServoTarget([STAMP_NOW + 0.27, 0.5, 0.0, 0.48, 0.0, SPEED, 0, 0, 0, STAMP_NOW, 1, 0.002, 0.0, 1.0])
-    memory = PredictionMemory((), judged(lateral=0.012))
-    config = GraspConfig(descent="guided")
-    rows = memory.records
-    expected = success_probability(config, packet(), horizon(config, target), STAMP_NOW, rows)
-    assert likelihood(config, memory, packet(), target) == expected
-    old = PredictionMemory((), rows - np.eye(10)[STAMP] * 5.0)
-    assert likelihood(config, old, packet(), target) == 0.0, "they are too old"
-    assert likelihood(config, memory, packet(), ServoTarget(np.zeros(14))) == 0.0, "there is no target"
+    memory, config = PredictionMemory((), judged(lateral=0.012, stated=0.01)), GraspConfig(descent="guided")
+
+    def likely(memory, target):
+        return likelihood(config, memory, packet(0.01), target, time_to_touch(config), config.hover_height)
+
+    ahead = horizon(config, target())
+    expected = success_probability(config, packet(0.01), ahead, STAMP_NOW, memory.records)
+    assert likely(memory, target()) == pytest.approx(expected)
+    old = PredictionMemory((), memory.records - np.eye(11)[STAMP] * 5.0)
+    nothing = success_probability(config, packet(0.01), ahead, STAMP_NOW, memory.records[:0])
+    assert likely(old, target()) == pytest.approx(nothing) != pytest.approx(expected), "they are too old"
+    assert likely(memory, ServoTarget(np.zeros(14))) == 0.0, "there is no target"
+
+
+def test_the_gate_needs_judged_predictions_and_a_likely_success():
+    config = GraspConfig(launch_probability=0.9)
+    for count, p_success, verdict in (
+        (FEWEST_JUDGED - 1, 1.0, Gate.NO_MEMORY),
+        (FEWEST_JUDGED, 0.89, Gate.SUCCESS_UNLIKELY),
+        (FEWEST_JUDGED, 0.91, Gate.OPEN),
+    ):
+        assert judge_probability(config, PredictionMemory((), judged(count=count)), target(), p_success) == verdict
 
 
 def test_a_guided_descent_relies_on_later_measurements():
-    target = ServoTarget([STAMP_NOW + 0.27, 0, 0, 0, 0, 0, 0, 0, 0, STAMP_NOW, 1, 0, 0.0, 1.0])
-    blind, guided = (horizon(GraspConfig(descent=descent), target) for descent in ("blind", "guided"))
-    assert guided == pytest.approx(0.27 + RESPONSE + touch_delay(CONFIG))
-    assert blind - guided == pytest.approx(CONFIG.descent_duration - CONFIG.closing_lead - RESPONSE)
+    blind, guided = (horizon(GraspConfig(descent=descent), target()) for descent in ("blind", "guided"))
+    assert guided == pytest.approx(0.27 + RESPONSE)
+    assert blind - guided == pytest.approx(time_to_touch(CONFIG) - RESPONSE)
+
+
+def test_a_hand_that_is_elsewhere_has_time_to_catch_up_until_its_fingers_are_beside_the_object():
+    elsewhere = target(x=0.5405 - 0.03, y=0.01, yaw=2.0 * np.pi - 0.2)
+    now, soon = miss(packet(), elsewhere, 0.0, False), miss(packet(), elsewhere, RESPONSE, False)
+    assert now == pytest.approx((0.01, -0.03, -0.2))
+    assert soon == pytest.approx(np.array(now) / np.e)
+    assert miss(packet(), elsewhere, RESPONSE, True) == pytest.approx((0.01, -0.03 / np.e, -0.2 / np.e))
+    far = target(x=0.5405 - 0.2)
+    assert miss(packet(), far, 0.2, False).along == pytest.approx(-0.2 + 0.2 * CATCHING_UP)
+    high, low = (
+        likelihood(CONFIG, PredictionMemory(), packet(), target(y=0.03), 0.2, height)
+        for height in (BESIDE + 0.01, BESIDE - 0.01)
+    )
+    assert high > 0.95 and low < 0.05

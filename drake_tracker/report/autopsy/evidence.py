@@ -12,7 +12,7 @@ from drake_tracker.arm.transform_equation import share_done
 from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import Prediction, evaluate_prediction, prediction_end
 from drake_tracker.core.timing import ESTIMATOR_SLOT, SERVO_PERIOD, VISION_PERIOD, vision_slot
-from drake_tracker.grasp.gate import touch_delay
+from drake_tracker.grasp.config import touch_delay
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.report.autopsy.chain import Packets, chain, in_train
 from drake_tracker.report.autopsy.stages import Stage

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drake_tracker.core.messages import Prediction, evaluate_prediction, prediction_end
-from drake_tracker.grasp.gate import touch_delay
+from drake_tracker.grasp.config import touch_delay
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, tool_pose
 from drake_tracker.tasks.train.episode import train_pose
@@ -90,6 +90,12 @@ def offset_at_touch(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan
     (train,), hand = train_pose(log, when), tool_pose(log, when)
     along, across = _in_hand(hand[:, [0, 1, 3]], train[0], train[1])
     return None if np.isnan(along[0] + across[0]) else (float(along[0]), float(across[0]))
+
+
+def aborted_launches(spans: Sequence[PhaseSpan]) -> tuple[float, ...]:
+    """Returns when the descents began that were aborted before the jaws closed [s]."""
+    pairs = zip(spans, spans[1:])
+    return tuple(a.start for a, b in pairs if a.phase == Phase.INTERCEPT and b.phase == Phase.RETREAT)
 
 
 def last_closing(spans: Sequence[PhaseSpan]) -> tuple[PhaseSpan, PhaseSpan] | tuple[None, None]:

@@ -135,6 +135,8 @@ def _last_attempt(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan],
     thrown = " and threw the train off its track" if derailed else ""
     if Phase.LIFT in phases:
         return _after_grip(log, spans[start].start, attempts, Phase.RETREAT in phases) + thrown
+    if Phase.CLOSE not in phases and Phase.RETREAT in phases:
+        return f"attempt {attempts} was aborted during the descent: success had become unlikely" + thrown
     if Phase.CLOSE not in phases:
         return f"the run ended during the descent of attempt {attempts}"
     if Phase.RETREAT not in phases and not derailed:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.grasp.gate import touch_delay
+from drake_tracker.grasp.config import touch_delay
 from drake_tracker.grasp.grasp_machine import SEEN_FOR
 from drake_tracker.tasks.train.reach import CHECKED_PLACES, Reach
 from drake_tracker.tasks.train.scenario import TrainScenario

@@ -13,7 +13,7 @@ from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_of_now
 from drake_tracker.tasks.results import git_commit, lag_of, limiter_findings, package_versions, packet_findings, tidy
-from drake_tracker.tasks.train.closing import closing_onset_error
+from drake_tracker.tasks.train.closing import aborted_launches, closing_onset_error
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
 from drake_tracker.tasks.train.failure import Failure, explain_failure
 from drake_tracker.tasks.train.judged_train import RunObjects, about_target, object_name, run_objects, target_swaps
@@ -45,6 +45,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
       stamp, to the instant at which the prediction based on it is available. The newest of the three is younger by the
       detector's ``stride``.
     - ``time_to_grasp_s``: time from the start of the run until the hand felt its grip and began to lift.
+    - ``aborted_attempts``: how many of the ``attempts`` a guided hand gave up before its jaws closed.
     - ``lift_height_m``: greatest height of the train above the rail while a finger touches it.
     - ``hold_s``: longest time for which the train was held, according to the judge.
     - ``closing_onset_error_s``: see `closing_onset_error`; None unless the target is the first train.
@@ -86,6 +87,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
         "failure_reason": None if failure is None else failure.reason,
         "cause": None if failure is None else str(failure.cause),
         "attempts": attempts,
+        "aborted_attempts": len(aborted_launches(spans)),
         "first_attempt_success": success and attempts == 1,
         "time_to_grasp_s": lifts[-1] if success and lifts else None,
         **_verdict(verdict),

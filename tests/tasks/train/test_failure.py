@@ -5,6 +5,7 @@ import pytest
 
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
+from drake_tracker.tasks.train.closing import aborted_launches
 from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.failure import GATE_WORDS, activity, failure_reason
 from drake_tracker.vision.target import REASONS, Reason
@@ -95,6 +96,15 @@ def test_the_run_ended_while_the_train_was_held(episode, grasp_phases):
     episode.verdict["lift"] = lambda t: np.clip(0.15 * (t - 3.5), 0.0, 0.15)
     episode.verdict["held"] = lambda t: np.clip(t - 5.4, 0.0, None)
     assert reason(episode) == ("attempt 1 held the train at a height of 150 mm, but for only 0.60 s when the run ended")
+
+
+def test_an_aborted_attempt(episode, grasp_phases):
+    before = grasp_phases[:3]
+    episode.phases = [*before, (Phase.RETREAT, grasp_phases[3][1])]
+    assert reason(episode) == "attempt 1 was aborted during the descent: success had become unlikely"
+    assert aborted_launches(phase_spans(episode.log())) == (pytest.approx(before[-1][1], abs=0.01),)
+    episode.phases = grasp_phases
+    assert aborted_launches(phase_spans(episode.log())) == ()
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from drake_tracker.tasks.train.summary import jitter, summarise
 
 KEYS = {
     *("scenario", "seed", "success", "failure_reason", "attempts", "first_attempt_success", "time_to_grasp_s"),
+    "aborted_attempts",
     *("lift_height_m", "hold_s", "prediction_rms_m", "prediction_p95_m", "position_rms_m", "vision_valid_fraction"),
     *("triangulation_rms_m", "triangulation_jitter_m", "lag_s", "closing_onset_error_s", "joint_limit_margin_rad"),
     *(
