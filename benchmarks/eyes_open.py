@@ -10,7 +10,10 @@
 - calm: nothing happens. How many are lifted, and after how many laps: by the blind descent of 1991, by a guided one,
   and by `train:guided`, which does not wait for a lap.
 
-The images are rendered in every part. Seeds 4000 to 4399 are used nowhere else.
+- calibrated: is the probability of success that the arm computes as frequent as it says? The hand descends at a time
+  that is drawn beforehand, however probable success is, on four tracks at speeds that are drawn. Vision is measured.
+
+The images are rendered in the other parts. Seeds 4000 to 4749 are used nowhere else.
 """
 
 import math
@@ -19,6 +22,7 @@ from collections import Counter
 from pathlib import Path
 
 import common
+import numpy as np
 import parts
 from eyes_open_tables import TABLES
 from parts import Part
@@ -55,6 +59,9 @@ CALM = {
     for track in ("oval", "circle", "stadium")
     for way in ("blind", "guided", "train:guided")
 }
+TRACKS = ("oval", "circle", "stadium", "figure_eight")
+DRAWN_SPEEDS, DRAWN_WAITS = (0.08, 0.22), (0.2, 6.0)
+"""Speeds [m/s], and times above the train before the launch [s], that the trials of ``calibrated`` draw from."""
 AFTER = 8.0
 """A run with an event ends this long after the launch [s]."""
 
@@ -71,14 +78,18 @@ def launch_time(scenario):
 
 
 def line(scenario):
-    """Runs a scenario; returns what its summary and its log say about the grasp."""
+    """Runs a scenario; returns what its summary and its log say about the grasp, ``p_success`` at the first launch
+    included."""
     with tempfile.TemporaryDirectory() as folder:
         summary = simulate(scenario, out=f"{folder}/run", options=RunOptions(record=False))
         log = load_log(f"{folder}/run/log.npz")
         offset = offset_at_touch(scenario, log, phase_spans(log, scenario.time_step))
-    wanted = ("success", "first_attempt_success", "attempts", "time_to_grasp_s", "failure_reason", "cause")
+    wanted = ("success", "first_attempt_success", "attempts", "aborted_attempts", "time_to_grasp_s", "failure_reason")
+    diagnosis = log["diagnosis"]
+    launched = diagnosis["attempts"] > 0
     return {
-        **{key: summary[key] for key in wanted},
+        **{key: summary[key] for key in (*wanted, "cause")},
+        "p_success": float(diagnosis["p_success"][launched.argmax()]) if launched.any() else None,
         "along_m": None if offset is None else offset[0],
         "across_m": None if offset is None else offset[1],
         "table_touched": summary["table_touched"],
@@ -105,6 +116,25 @@ def calm_job(cell, seed, quick):
     return {"lap_s": lap_time(scenario), **line(scenario)}
 
 
+def calibrated_job(track, seed, quick):
+    """Returns the line of a run whose hand descends at a drawn time."""
+    random = np.random.default_rng(seed)
+    speed, wait = random.uniform(*DRAWN_SPEEDS), random.uniform(*DRAWN_WAITS)
+    settings = ["vision=!Measured {tracker: !Several {}}", "duration=20", f"grasp.settle_time={wait:.3f}"]
+    settings += [f"track.kind={track}", f"track.speed={speed:.4f}", "grasp.launch_probability=0"]
+    return line(load_scenario("train:guided", seed=seed, overrides=settings))
+
+
+def calibrated_summary(rows):
+    """Returns the results of a track: [probability at the launch, whether the first attempt lifted] of every run."""
+    launched = [row for row in rows if row["p_success"] is not None]
+    return {
+        "runs": len(rows),
+        "launches": [[row["p_success"], bool(row["first_attempt_success"])] for row in launched],
+        "aborted": sum(row["aborted_attempts"] > 0 for row in launched),
+    }
+
+
 def summary(rows):
     """Returns the results of a cell."""
     first = sum(bool(row.get("first_attempt_success")) for row in rows)
@@ -113,6 +143,7 @@ def summary(rows):
         "first_attempt": first,
         "first_attempt_wilson": wilson(first, len(rows)),
         "lifted": sum(bool(row["success"]) for row in rows),
+        "aborted": sum(row.get("aborted_attempts", 0) for row in rows),
         "along_m": [abs(row["along_m"]) for row in rows if row["along_m"] is not None],
         "times_to_grasp_s": [row["time_to_grasp_s"] for row in rows if row.get("time_to_grasp_s") is not None],
         "laps": [
@@ -128,6 +159,7 @@ def summary(rows):
 PARTS = {
     "event": Part(event_job, dict.fromkeys(EVENT, 10), 4000, summary, TABLES["event"]),
     "calm": Part(calm_job, dict.fromkeys(CALM, 20), 4100, summary, TABLES["calm"]),
+    "calibrated": Part(calibrated_job, dict.fromkeys(TRACKS, 250), 4500, calibrated_summary, TABLES["calibrated"]),
 }
 
 if __name__ == "__main__":

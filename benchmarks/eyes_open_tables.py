@@ -2,7 +2,11 @@
 
 import statistics
 
+import numpy as np
 from common import interval
+
+TENTHS = 10
+"""Number of groups of the launches."""
 
 
 def _median(values, scale, unit):
@@ -19,10 +23,11 @@ def _grasps(cell):
 def event_table(cells):
     """Returns (header, rows) of the events around the launch."""
     header = ["event, time from the launch, descent", "runs", "first attempt", "Wilson 95 %", "lifted"]
-    header += ["median offset along the path", "table touched"]
+    header += ["aborted attempts", "median offset along the path", "table touched"]
     return header, [
         [
             *_grasps(cell),
+            cell["aborted"],
             _median(cell["along_m"], 1e3, "mm"),
             cell["table_touched"],
         ]
@@ -45,4 +50,24 @@ def calm_table(cells):
     ]
 
 
-TABLES = {"event": event_table, "calm": calm_table}
+def calibrated_table(cells):
+    """Returns (header, rows) of the probability of success in tenths of all launches, ordered by it."""
+    launches = np.array(sorted(launch for cell in cells for launch in cell["launches"]))
+    header = ["launches", "computed probability", "mean", "lifted at this attempt", "share", "Wilson 95 %"]
+    rows = []
+    for tenth in np.array_split(launches, min(TENTHS, len(launches))):
+        probabilities, lifted = tenth[:, 0], int(tenth[:, 1].sum())
+        rows.append(
+            [
+                len(tenth),
+                f"{probabilities.min():.3f} to {probabilities.max():.3f}",
+                f"{probabilities.mean():.1%}",
+                lifted,
+                f"{lifted / len(tenth):.1%}",
+                interval(lifted, len(tenth)),
+            ]
+        )
+    return header, rows
+
+
+TABLES = {"event": event_table, "calm": calm_table, "calibrated": calibrated_table}

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 MODULES = (
     *("headline", "train", "grasp_map", "vision", "estimators"),
-    *("ball", "autopsy", "faults", "tracking", "speed", "several", "records", "fuzz", "provenance"),
+    *("ball", "autopsy", "faults", "tracking", "speed", "several", "eyes_open", "records", "fuzz", "provenance"),
 )
 WIDTH = 120
 _KEEP_LINES = re.compile(r"\||- |\d+\. ")

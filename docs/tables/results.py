@@ -92,6 +92,25 @@ def table(header: list[str], rows: list[list[Any]]) -> str:
     return markdown_table(header, rows)
 
 
+def part(file: str, tables: dict[str, Callable], name: str) -> str:
+    """Returns the table of a part of a benchmark that consists of parts, or that it was not measured.
+
+    Args:
+        file: name of the file of results.
+        tables: {part: function of the results of its cells that returns (header, rows)}.
+        name: of the part.
+    """
+    results = data(file) if (RESULTS / f"{file}.json").exists() else []
+    found = next((each for each in results if each["part"] == name), None)
+    if found is None:
+        return "*Not measured yet.*"
+    made_by = found["made_by"]
+    return block(
+        table(*tables[name](found["cells"])),
+        f"*Seeds {ranges(made_by['seeds'])}, commit `{made_by['commit'][:7]}`.*",
+    )
+
+
 def of(count: int, total: int, noun: str = "") -> str:
     """Returns "COUNT of TOTAL NOUN (Wilson 95 % A-B %)"."""
     return f"{count} of {total}{noun} (Wilson 95 % {interval(count, total)})"

@@ -20,7 +20,7 @@ REACH = 0.060
 """Largest error along the path at which the jaws still hold a train [m]: half of its length."""
 OBLIQUE = math.radians(40.0)
 """Largest error in direction at which the jaws turn the object instead of pushing it away [rad]."""
-TRUST = 4.0
+TRUST = 2.0
 """Number of independent errors that the standard deviation stated by the estimator is worth."""
 SHORTEST = 0.01
 """Distance [m] from which on the direction of travel follows from the path; an object that stands keeps its own."""

@@ -17,7 +17,7 @@ def test_every_event_is_one():
             assert (event.at, event.after_launch) in ((None, 0.2), (9.5, None)), name
 
 
-@pytest.mark.parametrize("part", eyes_open.PARTS)
+@pytest.mark.parametrize("part", ["event", "calm"])
 def test_every_part_has_a_table_of_its_lines(part):
     measured = eyes_open.PARTS[part]
     cell = next(iter(measured.cells))
@@ -30,3 +30,23 @@ def test_every_part_has_a_table_of_its_lines(part):
     assert (cells[0]["first_attempt"], cells[0]["lifted"], cells[0]["laps"]) == (1, 1, [0.75])
     header, (row,) = measured.table(cells)
     assert len(row) == len(header) and "4 mm" in row
+
+
+def test_launches_are_counted_in_tenths_of_their_probability():
+    lines = [
+        {
+            "cell": "oval",
+            "seed": k,
+            "p_success": (k + 0.5) / 40,
+            "first_attempt_success": k >= 20,
+            "aborted_attempts": 0,
+        }
+        for k in range(40)
+    ]
+    lines.append({"cell": "oval", "seed": 40, "p_success": None, "first_attempt_success": False, "aborted_attempts": 0})
+    (cell,) = cells = parts.of_cells(lines, eyes_open.PARTS["calibrated"].summary)
+    assert cell["runs"] == 41 and len(cell["launches"]) == 40
+    header, rows = eyes_open.PARTS["calibrated"].table(cells)
+    assert [len(row) for row in rows] == [len(header)] * 10
+    assert [row[0] for row in rows] == [4] * 10 and [row[3] for row in rows] == [0] * 5 + [4] * 5
+    assert rows[0][2] == "5.0%" and rows[-1][4] == "100.0%"

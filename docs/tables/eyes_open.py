@@ -1,0 +1,17 @@
+"""Vision until contact (`results/eyes_open.json`), one block for each part of the benchmark."""
+
+import eyes_open_tables as benchmark
+
+from tables.results import part
+
+
+def eyes_open_event() -> str:
+    return part("eyes_open", benchmark.TABLES, "event")
+
+
+def eyes_open_calm() -> str:
+    return part("eyes_open", benchmark.TABLES, "calm")
+
+
+def eyes_open_calibrated() -> str:
+    return part("eyes_open", benchmark.TABLES, "calibrated")
