@@ -32,8 +32,8 @@ def setting(
         unit: unit of a number, empty for a number without unit.
         range: lowest and highest allowed number, both included. It applies to every element of a tuple.
         choices: the allowed words of a text setting.
-        shape: length of a tuple as (n,), or rows and columns of a tuple of tuples as (m, n). Any number of rows is
-            allowed when m is None.
+        shape: length of a tuple as (n,), or rows and columns of a tuple of tuples as (m, n). None as n in (n,) allows
+            any length, and None as m any number of rows.
         shared: whether all kinds of the role have this setting with the same meaning. A value written for one kind is
             kept when a scenario replaces it by another kind.
         key: name in a scenario, where it is not the name of the field, for example a keyword of Python.

@@ -120,7 +120,7 @@ def _read_list(value: Value, metadata: Any, key: str, errors: list[str]) -> Any:
     fits = (
         isinstance(rows, list)
         and (len(shape) == 1 or shape[0] in (None, len(rows)))
-        and all(isinstance(row, list) and len(row) == shape[-1] for row in rows)
+        and all(isinstance(row, list) and shape[-1] in (None, len(row)) for row in rows)
     )
     if not (fits and all(_number_fits(number, metadata) for row in rows for number in row)):
         errors.append(f"{value.origin}: {key} must be {allowed(metadata, _list_noun(shape))}, not {_show(value)}")
@@ -179,7 +179,9 @@ def summary_of(kind: type) -> str:
 
 
 def _list_noun(shape: Any) -> str:
-    return f"a list of {shape[0]} numbers" if len(shape) == 1 else f"a list of {shape[0]} lists of {shape[1]} numbers"
+    if len(shape) == 1:
+        return "a list of numbers" if shape[0] is None else f"a list of {shape[0]} numbers"
+    return f"a list of {shape[0]} lists of {shape[1]} numbers"
 
 
 def _number_fits(data: Any, metadata: Any) -> bool:

@@ -4,7 +4,13 @@ from dataclasses import dataclass
 
 from drake_tracker.core.setting import setting
 
-TRACK_KINDS = ("oval", "stadium", "circle", "figure_eight", "line", "csv")
+CLOSED_KINDS = ("oval", "stadium", "circle", "figure_eight")
+"""Kinds of track that are always closed."""
+OPEN_KINDS = ("line", "sinusoid", "polynomial", "random_walk")
+"""Kinds of track that are always open: the train passes each place once."""
+TRACK_KINDS = (*CLOSED_KINDS, *OPEN_KINDS, "csv")
+LONGEST_WALK = 2.0
+"""Greatest length of a random walk [m]."""
 SPEED_LAWS = ("constant", "varying", "stop_and_go")
 TRAIN_WIDTH = 0.040
 """Width of every train between the jaws [m] (models train)."""
@@ -75,8 +81,31 @@ class TrackConfig:
     )
     radius: float = setting(0.12, "radius of a circle, and of the ends of a stadium", "m", (0.03, 1.0))
     straight: float = setting(0.20, "length of the two straights of a stadium", "m", (0.01, 2.0))
-    length: float = setting(0.9, "length of a line", "m", (0.2, 5.0))
-    csv: str = setting("", "file with the points of a closed track: header x,y, metres in the world frame")
+    length: float = setting(
+        0.9,
+        "length of a line; extent along y of a sinusoid or polynomial; total length of a random_walk, at most 2 m",
+        "m",
+        (0.2, 5.0),
+    )
+    amplitude: float = setting(0.05, "amplitude of a sinusoid, which runs along y, in x", "m", (0.001, 0.5))
+    wavelength: float = setting(0.45, "length along y of one wave of a sinusoid", "m", (0.02, 10.0))
+    coefficients: tuple[float, ...] = setting(
+        [0.0, 0.15, 0.0, -0.15],
+        "c0, c1, c2 ... of a polynomial x = c0 + c1 u + c2 u^2 ..., where u = y / (length / 2) goes from -1 to 1",
+        "m",
+        (-2.0, 2.0),
+        shape=(None,),
+    )
+    corner_radius: float = setting(0.03, "radius of the corners of a random_walk", "m", (0.01, 1.0))
+    straight_range: tuple[float, ...] = setting(
+        [0.06, 0.25], "shortest and longest straight between two corners of a random_walk", "m", (0.02, 2.0), shape=(2,)
+    )
+    csv: str = setting("", "file with the points of a track: header x,y, metres in the world frame")
+    closed: bool = setting(
+        True,
+        "only for kind csv: whether the last point is joined to the first. A file whose last point repeats the first "
+        "is always closed. line, sinusoid, polynomial and random_walk are always open; the other kinds refuse false",
+    )
     centre: tuple[float, ...] = setting([0.56, 0.0], "centre of the track in the world", "m", (-2.0, 2.0), shape=(2,))
     rotation_deg: float = setting(0.0, "rotation of the track about its centre", "deg", (-360.0, 360.0))
     centre_range: float = setting(0.03, "largest random displacement of the centre in x and in y", "m", (0.0, 0.5))

@@ -1,4 +1,4 @@
-"""Reads a closed track from a text file with the header x,y."""
+"""Reads a track from a text file with the header x,y."""
 
 import csv
 import io
@@ -17,15 +17,17 @@ NEAREST = 1e-5
 """Least distance of two neighbouring points [m]."""
 
 
-def read_track_file(path: str, samples: int) -> np.ndarray:
-    """Returns a finely sampled closed curve through the points of a file, shape (samples, 2) [m].
+def read_track_file(path: str, samples: int, closed: bool = True) -> tuple[np.ndarray, bool]:
+    """Returns a finely sampled curve through the points of a file, shape (samples, 2) [m], and whether it is closed.
 
-    A periodic cubic spline makes position, heading and curvature continuous. Its centripetal parameter (the square root
-    of the chord) keeps it from overshooting between points at unequal distances.
+    A cubic spline makes position, heading and curvature continuous: a periodic one if the curve is closed, otherwise
+    one that is the same cubic on both sides of the second point, and of the last but one ("not a knot"). Its
+    centripetal parameter (the square root of the chord) keeps it from overshooting between points at unequal distances.
 
     Args:
-        path: file with the header x,y and one point per line [m]; the last point may repeat the first.
+        path: file with the header x,y and one point per line [m].
         samples: number of points to return.
+        closed: whether the last point is joined to the first. If it repeats the first, the curve is always closed.
 
     Raises DrakeTrackerError, naming the line where there is one, when the file cannot be used.
     """
@@ -34,19 +36,22 @@ def read_track_file(path: str, samples: int) -> np.ndarray:
     points, lines = _read_points(path)
     if len(points) > 1 and math.dist(points[0], points[-1]) < NEAREST:
         points.pop()
-    if len(points) < 3:
-        raise DrakeTrackerError(f"track file {path} has {len(points)} points; a closed track needs at least 3")
+        closed = True
+    kind, least = ("a closed", 3) if closed else ("an open", 2)
+    if len(points) < least:
+        counted = "1 point" if len(points) == 1 else f"{len(points)} points"
+        raise DrakeTrackerError(f"track file {path} has {counted}; {kind} track needs at least {least}")
 
-    closed = np.array(points + points[:1])
-    chord = np.hypot(*np.diff(closed, axis=0).T)
+    knots = np.array(points + points[:1] if closed else points)
+    chord = np.hypot(*np.diff(knots, axis=0).T)
     if chord.min() < NEAREST:
         line = lines[int(chord.argmin()) + 1]
         raise DrakeTrackerError(f"track file {path}, line {line}: the point is the same as the one before it")
     parameter = np.concatenate([[0.0], np.cumsum(np.sqrt(chord))])
     from scipy.interpolate import CubicSpline  # slow to load, and only for tracks from files
 
-    spline = CubicSpline(parameter, closed, bc_type="periodic")
-    return spline(np.linspace(0.0, parameter[-1], samples))
+    spline = CubicSpline(parameter, knots, bc_type="periodic" if closed else "not-a-knot")
+    return spline(np.linspace(0.0, parameter[-1], samples)), closed
 
 
 def _read_points(path: str) -> tuple[list[tuple[float, float]], list[int]]:

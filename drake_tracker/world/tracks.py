@@ -7,14 +7,17 @@ from typing import Self
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.world.config import TRACK_KINDS
+from drake_tracker.world.config import CLOSED_KINDS, TRACK_KINDS
+from drake_tracker.world.random_walk import random_walk
 from drake_tracker.world.track_file import read_track_file
 
 NODE_SPACING = 2e-3  # [m] a chord this long leaves a bend of 0.1 m radius by 5 um
 MAX_NODES = 1000  # bounds the cost of `Track.locate`, which visits every node
 SAMPLES = 20001  # of the exact curve, from which the nodes are taken
 HEADING_WEIGHT = 0.05  # [m] a piece of track at right angles counts as this much farther away
-MIN_RADIUS = 0.03  # [m] a train .12 m long cannot take a tighter bend
+MIN_RADIUS = 0.01  # [m] at 0.2 m/s the train follows such a corner within 0.4 mm and 6 deg, at 0.8 m/s within 6 mm
+NODES_PER_RADIUS = 3  # a bend of fewer nodes per radius is not resolved: 30 mm on a track of 10 m
+CHORD_ERROR = 0.01  # share of the radius by which nodes this far apart show a bend too tight
 MIN_LENGTH, MAX_LENGTH = 0.3, 10.0  # [m] outside this range the unit of the file is not the metre
 
 
@@ -167,7 +170,15 @@ def make_track(
     radius: float = 0.12,
     straight: float = 0.20,
     length: float = 0.9,
+    amplitude: float = 0.05,
+    wavelength: float = 0.45,
+    coefficients: Sequence[float] = (0.0, 0.15, 0.0, -0.15),
+    corner_radius: float = 0.03,
+    straight_range: Sequence[float] = (0.06, 0.25),
+    area: Sequence[Sequence[float]] | np.ndarray = ((0.36, -0.40), (0.76, -0.40), (0.76, 0.40), (0.36, 0.40)),
+    walk_seed: Sequence[int] = (0,),
     csv: str = "",
+    closed: bool = True,
     centre: Sequence[float] | np.ndarray = (0.56, 0.0),
     rotation: float = 0.0,
 ) -> Track:
@@ -178,18 +189,39 @@ def make_track(
         semi_axes: (x, y) [m] of the ellipse ``oval``, and half the extent of ``figure_eight``.
         radius: of ``circle`` and of the ends of ``stadium`` [m].
         straight: length of the two straights of ``stadium``, which run along y [m].
-        length: of ``line``, which is open and runs along +y [m].
-        csv: file with the points of a closed track in W, which is neither rotated nor moved.
-        centre: (x, y) in W to which the centre of every other track is moved [m].
-        rotation: angle by which every other track is first turned about its centre [rad].
+        length: of ``line``, which is open and runs along +y; extent along y of ``sinusoid`` and ``polynomial``, which are
+            the same; length of ``random_walk`` [m].
+        amplitude: of ``sinusoid`` along x [m].
+        wavelength: of ``sinusoid`` along y [m].
+        coefficients: c0, c1, c2 ... of ``polynomial``, x = c0 + c1 u + c2 u^2 + ... with u = y / (length / 2) [m].
+        corner_radius: of ``random_walk`` [m].
+        straight_range: shortest and longest straight of ``random_walk`` [m].
+        area: corners of the convex area in W in which ``random_walk`` stays, anticlockwise, shape (n, 2) [m].
+        walk_seed: seed of the random numbers of ``random_walk``.
+        csv: file with the points of a track in W.
+        closed: whether the track of a file is closed (see `read_track_file`).
+        centre: (x, y) in W to which the centre of a track is moved [m]; not of ``csv`` and ``random_walk``.
+        rotation: angle by which a track is first turned about its centre [rad]; not ``csv`` and ``random_walk``.
 
     Raises DrakeTrackerError when the kind is unknown, a size is not a positive number, the track bends more tightly
-    than a train can follow, or the file cannot be used.
+    than a train can follow, there is no such random walk, or the file cannot be used.
     """
     if kind not in TRACK_KINDS:
         raise DrakeTrackerError(f"track kind '{kind}' is unknown; choose one of {', '.join(TRACK_KINDS)}")
     if kind == "csv":
-        return _resample(read_track_file(csv, SAMPLES), closed=True, name=f"track file {csv}")
+        curve, closed = read_track_file(csv, SAMPLES, closed)
+        return _resample(curve, closed=closed, name=f"track file {csv}")
+    name = f"track kind '{kind}'"
+    if kind == "random_walk":
+        curve = random_walk(
+            np.random.default_rng(list(walk_seed)),
+            length=_sizes("length", [length], 1)[0],
+            corner_radius=_sizes("corner_radius", [corner_radius], 1)[0],
+            straight_range=_sizes("straight_range", straight_range, 2),
+            area=np.asarray(area),
+            samples=SAMPLES,
+        )
+        return _resample(curve, closed=False, name=name)
 
     u = np.linspace(0.0, 2 * math.pi, SAMPLES)
     if kind == "oval":
@@ -211,9 +243,15 @@ def make_track(
     else:
         (full,) = _sizes("length", [length], 1)
         y = np.linspace(-0.5 * full, 0.5 * full, SAMPLES)
-        curve = np.column_stack([np.zeros_like(y), y])
-    name = f"track kind '{kind}'"
-    return _resample(curve, closed=kind != "line", name=name).rotated(rotation).translated(centre)
+        if kind == "sinusoid":
+            height, wave = *_sizes("amplitude", [amplitude], 1), *_sizes("wavelength", [wavelength], 1)
+            x = height * np.sin(2 * math.pi * y / wave)
+        elif kind == "polynomial":
+            x = np.polynomial.Polynomial(_finite("coefficients", coefficients))(2.0 * y / full)
+        else:
+            x = np.zeros_like(y)
+        curve = np.column_stack([x, y])
+    return _resample(curve, closed=kind in CLOSED_KINDS, name=name).rotated(rotation).translated(centre)
 
 
 def _sizes(name: str, values: Iterable[float], count: int) -> tuple[float, ...]:
@@ -221,6 +259,13 @@ def _sizes(name: str, values: Iterable[float], count: int) -> tuple[float, ...]:
     if len(values) != count or not all(math.isfinite(value) and value > 0.0 for value in values):
         shown = values[0] if count == 1 else list(values)
         raise DrakeTrackerError(f"track {name} is {shown}; it must be {'' if count == 1 else 'two '}positive metres")
+    return values
+
+
+def _finite(name: str, values: Iterable[float]) -> tuple[float, ...]:
+    values = tuple(values)
+    if not values or not all(math.isfinite(value) for value in values):
+        raise DrakeTrackerError(f"track {name} is {list(values)}; it must be one or more finite numbers of metres")
     return values
 
 
@@ -233,10 +278,11 @@ def _resample(curve: np.ndarray, closed: bool, name: str) -> Track:
     nodes = np.linspace(0.0, s[-1], intervals + 1)
     points = np.column_stack([np.interp(nodes, s, curve[:, axis]) for axis in (0, 1)])
     track = Track(points[:-1] if closed else points, closed)
-    if track.min_radius() < MIN_RADIUS:
+    needed = max(MIN_RADIUS, NODES_PER_RADIUS * float(nodes[1]))
+    if track.min_radius() < (1.0 - CHORD_ERROR) * needed:
         x, y, _ = track.pose(np.abs(track.curvature(nodes)).argmax() * nodes[1])
         raise DrakeTrackerError(
             f"{name} bends with a radius of {1e3 * track.min_radius():.0f} mm at x = {x:.3f}, y = {y:.3f} m;"
-            f" at least {1e3 * MIN_RADIUS:.0f} mm are needed"
+            f" at least {1e3 * needed:.0f} mm are needed"
         )
     return track

@@ -19,7 +19,15 @@ from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.tasks.plausible import image_problems, lag_of, link_problems
 from drake_tracker.tasks.train.plausible import grasp_problems
 from drake_tracker.vision.config import NormalFlow, Several, Single
-from drake_tracker.world.config import CamerasConfig, LightingConfig, TrackConfig, TrainConfig
+from drake_tracker.world.config import (
+    CLOSED_KINDS,
+    LONGEST_WALK,
+    OPEN_KINDS,
+    CamerasConfig,
+    LightingConfig,
+    TrackConfig,
+    TrainConfig,
+)
 from drake_tracker.world.object_kinds import OBJECTS
 from drake_tracker.world.objects_config import Train
 
@@ -156,8 +164,7 @@ class TrainScenario(BaseScenario):
             found.append(("track.csv", "must name a file when track.kind is csv"))
         if self.track.csv and self.track.kind != "csv":
             found.append(("track.kind", f"must be csv when track.csv names a file, not {self.track.kind}"))
-        if -1.0 < self.track.start < 0.0:
-            found.append(("track.start", "must be -1 (drawn by the seed) or a fraction from 0 to 1"))
+        found += _track_problems("track", self.track)
         low, high = self.vision.work_volume
         if not all(a < b for a, b in zip(low, high)):
             found.append(("vision.work_volume", "must give the lowest corner first, then the highest"))
@@ -181,10 +188,31 @@ class TrainScenario(BaseScenario):
             own = item.track if isinstance(item, Train) else None
             if own is not None and own.kind == "csv":
                 found.append((f"{key}.track.kind", "must not be csv: only the first train runs on a track from a file"))
-            if own is not None and -1.0 < own.start < 0.0:
-                found.append((f"{key}.track.start", "must be -1 (drawn by the seed) or a fraction from 0 to 1"))
+            if own is not None:
+                found += _track_problems(f"{key}.track", own)
         for key, (colour, may_be_empty) in colours.items():
             if not is_colour(colour) and (colour or not may_be_empty):
                 rule = f"{COLOUR_RULE}{', or empty' if may_be_empty else ''}"
                 found.append((key, f"{rule}, not {colour!r}"))
         return found
+
+
+def _track_problems(key: str, track: TrackConfig) -> list[tuple[str, str]]:
+    """Returns the settings of a track that contradict each other, in the form of `TrainScenario.problems`.
+
+    Args:
+        key: path of the track, for example "track".
+        track: its settings.
+    """
+    found = []
+    if -1.0 < track.start < 0.0:
+        found.append((f"{key}.start", "must be -1 (drawn by the seed) or a fraction from 0 to 1"))
+    if not track.closed and track.kind in CLOSED_KINDS:
+        open_kinds = ", ".join((*OPEN_KINDS[:-1], f"{OPEN_KINDS[-1]} or csv"))
+        found.append((f"{key}.closed", f"must be true: the kind {track.kind} is always closed; choose {open_kinds}"))
+    if track.kind == "random_walk":
+        if track.length > LONGEST_WALK:
+            found.append((f"{key}.length", f"must be at most {LONGEST_WALK:g} m when {key}.kind is random_walk"))
+        if track.straight_range[0] > track.straight_range[1]:
+            found.append((f"{key}.straight_range", "must give the shortest straight first, then the longest"))
+    return found

@@ -1,23 +1,28 @@
 """The track of a run: placed at random by the seed, and checked against table, work volume and reach of the arm."""
 
+import itertools
 import math
 from collections.abc import Iterator
 
+import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks.train.open_track import off_table, shortest_grasp, time_within_reach
 from drake_tracker.tasks.train.reach import CHECKED_PLACES, Reach
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.window import is_within
-from drake_tracker.world.config import TrackConfig
-from drake_tracker.world.plant import TABLE_TOP
+from drake_tracker.vision.window import footprint, is_within
+from drake_tracker.world.plant import TABLE_TOP, WHEELS
 from drake_tracker.world.tracks import Track, make_track
 
 STREAM = 1
 """The track's stream of random numbers: default_rng([seed, STREAM])."""
 OTHER_STREAM = 60
 """Stream of random numbers of further tracks: default_rng([seed, OTHER_STREAM, number of the object])."""
+WALK_STREAM = 61
+"""Stream of random numbers of random walks: default_rng([seed, WALK_STREAM, train, number of the placement]).
+
+``train`` is 0 for the first train, and otherwise 1 + number of the object."""
 MOST_DRAWS = 100
 """Greatest number of random placements of a track that are tried."""
 MOST_MISSED = 20
@@ -28,16 +33,19 @@ def place_track(scenario: TrainScenario, reach: Reach | None = None) -> tuple[Tr
     """Returns the track of a scenario and the arc length at which the train starts.
 
     Centre and rotation within their ranges, the direction and the start are drawn at random, where the scenario leaves
-    them open. A track that does not fit (see `check_track`) is placed again, unless it comes from a file. When none of
-    the placements fits, the first of those that are only out of reach is returned, or else the first of all.
+    them open. A random walk is drawn anew for each placement, within the work volume and on the table. A track that
+    does not fit (see `check_track`) is placed again, unless it comes from a file. When none of the placements fits, the
+    first of those that are only out of reach is returned, or else the first of all.
 
     Args:
         scenario: the scenario.
         reach: reach of the scenario's arm; None: it is computed.
 
     Returns (track in the direction of travel, arc length of the start [m]).
+
+    Raises DrakeTrackerError when there is no such track.
     """
-    places = _placements(scenario.track, np.random.default_rng([scenario.seed, STREAM]))
+    places = _placements(scenario, np.random.default_rng([scenario.seed, STREAM]), 0)
     first = next(places)
     if scenario.track.kind == "csv":
         return first
@@ -61,8 +69,10 @@ def place_other_track(scenario: TrainScenario, number: int) -> tuple[Track, floa
     Args:
         scenario: the scenario, with the other train and its track in place of the first.
         number: place of the other train in the list of objects. Each has its own random numbers.
+
+    Raises DrakeTrackerError when there is no such track.
     """
-    places = _placements(scenario.track, np.random.default_rng([scenario.seed, OTHER_STREAM, number]))
+    places = _placements(scenario, np.random.default_rng([scenario.seed, OTHER_STREAM, number]), 1 + number)
     first = found = next(places)
     for _ in range(MOST_DRAWS):
         if misplaced(scenario, *found) is None:
@@ -71,13 +81,14 @@ def place_other_track(scenario: TrainScenario, number: int) -> tuple[Track, floa
     return first
 
 
-def _placements(config: TrackConfig, rng: np.random.Generator) -> Iterator[tuple[Track, float]]:
+def _placements(scenario: TrainScenario, rng: np.random.Generator, train: int) -> Iterator[tuple[Track, float]]:
     """Yields placements of a track and the arc length of the start [m], drawn at random one after another."""
+    config = scenario.track
     offset, turn = rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0)
     backward = rng.uniform() < 0.5 if config.direction == "random" else config.direction == "backward"
     drawn = rng.uniform()
-    while True:
-        track = _placed(config, offset, turn)
+    for number in itertools.count():
+        track = _placed(scenario, offset, turn, (scenario.seed, WALK_STREAM, train, number))
         track = track.reversed() if backward else track
         fraction = config.start
         if fraction < 0.0:
@@ -86,18 +97,57 @@ def _placements(config: TrackConfig, rng: np.random.Generator) -> Iterator[tuple
         offset, turn = rng.uniform(-1.0, 1.0, 2), rng.uniform(-1.0, 1.0)
 
 
-def _placed(config: TrackConfig, offset: np.ndarray, turn: float) -> Track:
-    """Returns the track of a scenario's ``track`` in a place given by shares (-1 to 1) of its ranges."""
+def _placed(scenario: TrainScenario, offset: np.ndarray, turn: float, walk_seed: tuple[int, ...]) -> Track:
+    """Returns the track of a scenario in a place given by shares (-1 to 1) of its ranges, or by the seed of a walk."""
+    config = scenario.track
+    if config.kind == "random_walk":
+        return make_track(
+            config.kind,
+            length=config.length,
+            corner_radius=config.corner_radius,
+            straight_range=config.straight_range,
+            area=walk_area(scenario),
+            walk_seed=walk_seed,
+        )
     return make_track(
         config.kind,
         semi_axes=config.semi_axes,
         radius=config.radius,
         straight=config.straight,
         length=config.length,
+        amplitude=config.amplitude,
+        wavelength=config.wavelength,
+        coefficients=config.coefficients,
         csv=config.csv,
+        closed=config.closed,
         centre=np.asarray(config.centre) + offset * config.centre_range,
         rotation=math.radians(config.rotation_deg + turn * config.rotation_range_deg),
     )
+
+
+def walk_area(scenario: TrainScenario) -> np.ndarray:
+    """Returns the convex area in W in which a random walk stays, corners anticlockwise, shape (n, 2) [m].
+
+    It is the work volume seen from above, where the table also supports all wheels of a train with any heading.
+
+    Args:
+        scenario: the scenario with the work volume and the length of the train.
+
+    Raises DrakeTrackerError when there is no such area.
+    """
+    margin = math.hypot(scenario.train.scale * WHEELS[0], WHEELS[1])
+    (x_low, y_low), (x_high, y_high) = np.array(TABLE_TOP) + [[margin], [-margin]]
+    table = np.array([[x_low, y_low], [x_high, y_low], [x_high, y_high], [x_low, y_high]], dtype=np.float32)
+    volume = footprint(scenario.vision.work_volume, scenario.vision.outline).astype(np.float32)
+    size, area = cv2.intersectConvexConvex(volume, table)
+    if size <= 0.0:
+        raise DrakeTrackerError(
+            f"{scenario.where('track.kind')} = random_walk: the work volume (vision.work_volume) is not above the table"
+        )
+    points = area.reshape(-1, 2).astype(float)
+    ahead = np.roll(points, -1, axis=0)
+    anticlockwise = np.sum(points[:, 0] * ahead[:, 1] - ahead[:, 0] * points[:, 1]) > 0.0
+    return points if anticlockwise else points[::-1]
 
 
 def misplaced(scenario: TrainScenario, track: Track, start: float) -> str | None:
@@ -131,7 +181,7 @@ def unreachable(scenario: TrainScenario, track: Track, start: float, reach: Reac
         start: arc length at which the train starts [m].
         reach: reach of the scenario's arm.
     """
-    if not track.closed:
+    if not track.closed and scenario.track.kind != "random_walk":
         time, needed = time_within_reach(scenario, track, start, reach), shortest_grasp(scenario)
         if time >= needed:
             return None
@@ -164,8 +214,8 @@ def check_track(scenario: TrainScenario, track: Track, start: float, reach: Reac
     """Checks that a train can run on a track, and that the arm can grasp it there.
 
     The table must support rails and train. A closed track must be inside the work volume and within reach everywhere.
-    An open track passes the arm and may begin and end where the arm cannot follow, but the train must be in the work
-    volume and within reach for the time that a grasp takes.
+    So must a random walk. Any other open track passes the arm and may begin and end where the arm cannot follow, but
+    the train must be in the work volume and within reach for the time that a grasp takes.
 
     Args:
         scenario: the scenario.
