@@ -16,6 +16,8 @@ _STEP, _SLACK = 0.01, 0.001
 """Distance of the points at which area and clearance are checked, and what the walk may do between them [m]."""
 _NEIGHBOURS = 2.0 * CLEARANCE
 """Distance along the walk up to which two points belong to the same pass [m]."""
+_ROUNDING = 1e-9
+"""Length that counts as zero [m]."""
 _STARTS, _LEGS, _TRIES = 40, 300, 10
 """Number of starts, of legs that are tried from each of them, and of tries in one place before the walk goes back."""
 
@@ -66,7 +68,8 @@ def random_walk(
     It begins at a random place with a random heading. A straight and a corner follow each other in turn. The length of
     each straight is drawn from ``straight_range``, the angle of each corner from `TURNS`, to either side. The last
     piece is cut off where the walk is ``length`` long. The walk stays in the area, and two passes of it are at least
-    `CLEARANCE` apart. A leg that cannot do so is drawn again, or else the walk goes back and tries another way.
+    `CLEARANCE` apart. A straight that would lead too far is shortened. Where there is no room for the shortest one, the
+    walk tries another corner, or else goes back and tries another way.
 
     Args:
         rng: random numbers of this walk only.
@@ -89,7 +92,7 @@ def random_walk(
             )
     raise DrakeTrackerError(
         f"track kind 'random_walk': no walk of {length:g} m was found that stays in the work volume and on the table, "
-        f"and {1e3 * CLEARANCE:.0f} mm away from itself; lower track.length, track.corner_radius or track.straight_range"
+        f"{1e3 * CLEARANCE:.0f} mm from itself; lower track.length, track.corner_radius or track.straight_range"
     )
 
 
@@ -97,41 +100,40 @@ def _walk(
     rng: np.random.Generator, length: float, radius: float, straight_range: Sequence[float], area: np.ndarray
 ) -> list[_Piece] | None:
     """Returns the pieces of a walk from a random start, or None when the tries were used up."""
-    low, high = area.min(axis=0), area.max(axis=0)
-    x, y = rng.uniform(low, high)
-    pose = _Pose(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))
+    x, y = rng.uniform(area.min(axis=0), area.max(axis=0))
+    start = _Pose(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))
     legs: list[list[_Piece]] = []
-    points: list[np.ndarray] = []  # of each leg: x, y and distance from the beginning of the walk
-    travelled, failures = 0.0, 0
+    points = [np.empty((0, 3))]  # and of each leg: x, y, distance from the beginning of the walk
+    failures = 0
     for _ in range(_LEGS):
-        before = np.concatenate([np.empty((0, 3)), *points])
-        leg = _draw_leg(rng, legs[-1][-1].end() if legs else pose, bool(legs), radius, straight_range)
+        travelled = sum(_length(leg) for leg in legs)
+        leg = _draw_leg(rng, legs[-1][-1].end() if legs else start, bool(legs), radius, straight_range)
+        shortest = _length(leg[:-1]) + straight_range[0]
         leg = _cut(leg, length - travelled)
-        found = _sampled(leg, travelled)
-        free = _free(found, before, area) - travelled
-        shortest = leg[0].length * bool(legs) + straight_range[0]
-        whole = sum(piece.length for piece in leg)
-        if free < whole and free >= shortest:
+        # Where the straight leads too far, it ends at a random place before.
+        free = _free(_sampled(leg, travelled), np.concatenate(points), area) - travelled
+        if shortest <= free < _length(leg):
             leg = _cut(leg, float(rng.uniform(shortest, free)))
-            found = _sampled(leg, travelled)
-            whole = free = sum(piece.length for piece in leg)
-        if free >= whole:
+        if _length(leg) <= free:
             legs.append(leg)
-            points.append(found)
-            travelled += whole
-            failures = 0
-            if travelled >= length - 1e-9:
+            points.append(_sampled(leg, travelled))
+            if travelled + _length(leg) > length - _ROUNDING:
                 return [piece for each in legs for piece in each]
-        else:
-            failures += 1
+            failures = 0
+            continue
+        failures += 1
         if failures == _TRIES:
             if not legs:
                 return None
-            for _ in range(min(2, len(legs))):
-                travelled -= sum(piece.length for piece in legs.pop())
-                points.pop()
+            del legs[-2:]
+            del points[len(legs) + 1 :]
             failures = 0
     return None
+
+
+def _length(leg: list[_Piece]) -> float:
+    """Returns the length of a leg [m]."""
+    return sum(piece.length for piece in leg)
 
 
 def _draw_leg(
@@ -143,14 +145,15 @@ def _draw_leg(
         side = 1.0 if rng.uniform() < 0.5 else -1.0
         leg.append(_Piece(pose, radius * float(rng.uniform(*TURNS)), side / radius))
         pose = leg[0].end()
-    return [*leg, _Piece(pose, float(rng.uniform(*straight_range)), 0.0)]
+    shortest, longest = straight_range
+    return [*leg, _Piece(pose, float(rng.uniform(shortest, longest)), 0.0)]
 
 
 def _cut(leg: list[_Piece], length: float) -> list[_Piece]:
     """Returns a leg, cut off where it is ``length`` long [m]."""
     kept = []
     for piece in leg:
-        if length > 1e-9:
+        if length > _ROUNDING:
             kept.append(_Piece(piece.start, min(piece.length, length), piece.curvature))
             length -= piece.length
     return kept

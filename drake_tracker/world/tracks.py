@@ -189,8 +189,8 @@ def make_track(
         semi_axes: (x, y) [m] of the ellipse ``oval``, and half the extent of ``figure_eight``.
         radius: of ``circle`` and of the ends of ``stadium`` [m].
         straight: length of the two straights of ``stadium``, which run along y [m].
-        length: of ``line``, which is open and runs along +y; extent along y of ``sinusoid`` and ``polynomial``, which are
-            the same; length of ``random_walk`` [m].
+        length: of ``line``, which is open and runs along +y; extent along y of ``sinusoid`` and ``polynomial``,
+            which are open and run along +y too; length of ``random_walk`` [m].
         amplitude: of ``sinusoid`` along x [m].
         wavelength: of ``sinusoid`` along y [m].
         coefficients: c0, c1, c2 ... of ``polynomial``, x = c0 + c1 u + c2 u^2 + ... with u = y / (length / 2) [m].
