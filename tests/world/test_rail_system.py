@@ -123,6 +123,19 @@ def test_at_the_end_of_a_line_it_stands():
     assert ride[-1, 4] < 5e-3
 
 
+@pytest.mark.parametrize("speed, aside, turned", [(0.1, 0.2, 4.0), (0.2, 0.5, 6.0)])
+def test_it_follows_a_random_walk_and_stops_at_its_end(speed, aside, turned):
+    """Corners of 10 mm, the tightest allowed: distance from the track in mm, error of the heading in deg."""
+    track = make_track("random_walk", length=0.7, corner_radius=0.01, walk_seed=(2,))
+    assert np.abs(track.curvature(np.linspace(0.0, track.length, 701))).max() > 95.0
+    ride = Ride(track, speed=speed).to(0.7 / speed + 1.0, period=0.02)
+    assert np.abs(ride[:, 2]).max() < 1e-3 * aside
+    assert np.abs(ride[:, 3]).max() < math.radians(turned)
+    assert np.abs(ride[:, 5] - HEIGHT).max() < 1e-3
+    assert np.diff(ride[:, 1]).min() > -1e-4 and ride[-1, 1] == pytest.approx(track.length - 0.06, abs=2e-3)
+    assert ride[-1, 4] < 5e-3
+
+
 def test_it_draws_a_train_set_beside_it_onto_it():
     track = make_track("stadium", centre=(0.0, 0.0))
     rows = Ride(track, start=0.1, aside=0.003, speed=0.1).to(0.5)

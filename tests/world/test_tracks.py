@@ -2,11 +2,12 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.special import ellipe
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.world.config import TRACK_KINDS
-from drake_tracker.world.tracks import MAX_NODES, make_track
+from drake_tracker.world.config import OPEN_KINDS, TRACK_KINDS
+from drake_tracker.world.tracks import MAX_NODES, NODE_SPACING, make_track
 
 KINDS = [kind for kind in TRACK_KINDS if kind != "csv"]
 
@@ -42,6 +43,8 @@ def test_lengths_are_those_of_the_textbook():
         ("circle", 0.12, 0.12),
         ("stadium", 0.12, 0.22),
         ("line", 0.0, 0.45),
+        ("sinusoid", 0.05, 0.45),
+        ("polynomial", 0.15 * 2 / math.sqrt(27), 0.45),
     ],
 )
 def test_the_long_axis_lies_along_y_about_the_centre(kind, x_extent, y_extent):
@@ -59,10 +62,34 @@ def test_arc_length_heading_and_curvature_agree(kind):
     ds = s[1] - s[0]
     np.testing.assert_allclose(np.hypot(np.diff(x), np.diff(y)), ds, rtol=2e-2)  # chords across a node are shorter
     middle = 0.5 * (heading[:-1] + heading[1:])
-    np.testing.assert_allclose(np.diff(x) / ds, np.cos(middle), atol=0.025)
-    np.testing.assert_allclose(np.diff(y) / ds, np.sin(middle), atol=0.025)
+    turn = max(0.025, 0.8 * NODE_SPACING / track.min_radius())  # of the tangent along half a chord
+    np.testing.assert_allclose(np.diff(x) / ds, np.cos(middle), atol=turn)
+    np.testing.assert_allclose(np.diff(y) / ds, np.sin(middle), atol=turn)
     turned = np.concatenate([[0.0], np.cumsum(0.5 * (track.curvature(s)[1:] + track.curvature(s)[:-1]) * ds)])
-    np.testing.assert_allclose(heading - heading[0], turned, atol=5e-3)
+    np.testing.assert_allclose(heading - heading[0], turned, atol=0.2 * turn)
+
+
+def test_the_length_of_a_sinusoid_is_the_integral():
+    slope = 2 * math.pi * 0.04 / 0.3
+    length, _ = quad(lambda y: math.hypot(1.0, slope * math.cos(2 * math.pi * y / 0.3)), -0.3, 0.3)
+    track = make_track("sinusoid", length=0.6, amplitude=0.04, wavelength=0.3)
+    assert track.length == pytest.approx(length, rel=1e-4)
+    assert track.min_radius() == pytest.approx(0.3**2 / (4 * math.pi**2 * 0.04), rel=5e-3)
+    x, y, _ = track.pose(np.linspace(0.0, track.length, 301))
+    np.testing.assert_allclose(x - 0.56, 0.04 * np.sin(2 * math.pi * y / 0.3), atol=2e-5)
+
+
+def test_the_curvature_of_a_polynomial():
+    c, half = (0.02, 0.05, 0.06, -0.1), 0.4
+    track = make_track("polynomial", length=2 * half, coefficients=c, centre=(0.0, 0.0))
+    for s in np.linspace(0.05, track.length - 0.05, 9):
+        x, y, heading = (float(value) for value in track.pose(s))
+        u = y / half
+        assert x == pytest.approx(c[0] + c[1] * u + c[2] * u**2 + c[3] * u**3, abs=2e-5)
+        first = (c[1] + 2 * c[2] * u + 3 * c[3] * u**2) / half
+        second = (2 * c[2] + 6 * c[3] * u) / half**2
+        assert heading == pytest.approx(math.atan2(1.0, first), abs=2e-4)
+        assert track.curvature(s) == pytest.approx(-second / (1 + first**2) ** 1.5, abs=0.02)
 
 
 def test_curvature_of_the_ellipse():
@@ -84,9 +111,16 @@ def test_heading_goes_on_turning_lap_after_lap():
     assert eight.pose(eight.length)[2] == pytest.approx(eight.pose(0.0)[2], abs=1e-9)
 
 
+@pytest.mark.parametrize("kind", OPEN_KINDS)
+def test_an_open_track_stands_still_beyond_its_ends(kind):
+    track = make_track(kind)
+    assert not track.closed
+    np.testing.assert_allclose(track.pose(track.length + 1.0)[:2], track.points[-1], atol=1e-9)
+    np.testing.assert_allclose(track.pose(-1.0)[:2], track.points[0], atol=1e-9)
+
+
 def test_an_open_track_ends():
     track = make_track("line")
-    assert not track.closed
     assert track.pose(5.0)[1] == pytest.approx(0.45) and track.pose(-1.0)[1] == pytest.approx(-0.45)
     assert track.nearest(0.57, 0.6, math.pi / 2) == pytest.approx((0.9, -0.01))
     assert make_track("oval").closed
@@ -166,6 +200,34 @@ def test_csv_passes_through_its_points_with_a_continuous_heading(tmp_path):
     assert track.min_radius() == pytest.approx(0.15, rel=0.05)
 
 
+@pytest.mark.parametrize("count", [2, 3, 4, 9])
+def test_an_open_csv_passes_through_its_points_and_ends_at_the_last_one(tmp_path, count):
+    y = np.linspace(-0.2, 0.2, count) + 0.02 * np.sin(np.arange(count)) * (np.arange(count) % (count - 1) > 0)
+    points = np.column_stack([0.5 + 0.5 * y**2, y])
+    track = make_track("csv", csv=write(tmp_path, csv_of(points)), closed=False, centre=(9.0, 9.0))
+    assert not track.closed
+    np.testing.assert_allclose(track.points[[0, -1]], points[[0, -1]], atol=1e-6)
+    for x, y in points:
+        s, lateral = track.nearest(x, y, math.pi / 2)
+        assert abs(lateral) < 1e-4 and 0.0 <= s <= track.length
+    if count > 3:  # through unequally spaced points of a parabola, the spline is close to the parabola
+        np.testing.assert_allclose(track.points[:, 0], 0.5 + 0.5 * track.points[:, 1] ** 2, atol=3e-4)
+
+
+def test_a_csv_that_repeats_its_first_point_is_closed(tmp_path):
+    points = circle_points(12)
+    file = write(tmp_path, csv_of([*points, points[0]]))
+    assert make_track("csv", csv=file, closed=False).closed
+    file = write(tmp_path, csv_of(points))
+    around, cut = make_track("csv", csv=file), make_track("csv", csv=file, closed=False)
+    assert around.closed and not cut.closed and cut.length == pytest.approx(11 / 12 * around.length, rel=1e-3)
+
+
+def test_an_open_csv_needs_two_points(tmp_path):
+    with pytest.raises(DrakeTrackerError, match="has 1 point; an open track needs at least 2"):
+        make_track("csv", csv=write(tmp_path, "x,y\n0.5,0.1\n"), closed=False)
+
+
 @pytest.mark.parametrize("text", ["x,y\n", "\ufeffx,y\n", " X , Y \r\n"])
 def test_csv_allows_what_editors_write(tmp_path, text):
     points = circle_points(12)
@@ -214,7 +276,7 @@ def test_csv_with_a_corner_is_refused(tmp_path):
     zero = np.zeros_like(side)
     edges = ((side, zero), (zero + 0.3, side), (0.3 - side, zero + 0.3), (zero, 0.3 - side))
     square = np.concatenate([np.column_stack(edge) for edge in edges])
-    with pytest.raises(DrakeTrackerError, match="bends with a radius of .* at least 30 mm"):
+    with pytest.raises(DrakeTrackerError, match="bends with a radius of .* at least 10 mm"):
         make_track("csv", csv=write(tmp_path, csv_of(square)))
 
 
@@ -224,7 +286,14 @@ def test_csv_with_a_corner_is_refused(tmp_path):
         ({"kind": "spiral"}, "'spiral' is unknown; choose one of oval"),
         ({"kind": "oval", "semi_axes": (0.16, -0.2)}, "semi_axes"),
         ({"kind": "oval", "semi_axes": (0.16,)}, "semi_axes"),
-        ({"kind": "oval", "semi_axes": (0.08, 0.3)}, "radius of 2. mm"),
+        ({"kind": "oval", "semi_axes": (0.04, 0.3)}, "radius of 6 mm .* at least 10 mm are needed"),
+        ({"kind": "oval", "semi_axes": (0.2, 2.2)}, "radius of 22 mm .* at least 27 mm are needed"),
+        ({"kind": "sinusoid", "amplitude": 0.1, "wavelength": 0.1}, "'sinusoid' bends with a radius of 5 mm"),
+        ({"kind": "sinusoid", "amplitude": -0.1}, "amplitude is -0.1"),
+        ({"kind": "polynomial", "coefficients": ()}, "coefficients is"),
+        ({"kind": "polynomial", "coefficients": (0.0, float("inf"))}, "coefficients is"),
+        ({"kind": "random_walk", "corner_radius": 0.008}, "radius of 8 mm"),
+        ({"kind": "random_walk", "straight_range": (0.1,)}, "straight_range"),
         ({"kind": "circle", "radius": float("nan")}, "radius is nan"),
         ({"kind": "stadium", "straight": 0.0}, "straight is 0"),
         ({"kind": "line", "length": 30.0}, "30 m long"),

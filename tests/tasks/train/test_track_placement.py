@@ -9,7 +9,8 @@ from drake_tracker import DrakeTrackerError, load_scenario
 from drake_tracker.core.models_path import models_path
 from drake_tracker.tasks.train.open_track import last_place, time_within_reach
 from drake_tracker.tasks.train.reach import Reach
-from drake_tracker.tasks.train.track_placement import check_track, place_outside, place_track
+from drake_tracker.tasks.train.track_placement import check_track, place_other_track, place_outside, place_track
+from drake_tracker.vision.window import is_within
 from drake_tracker.world.plant import TABLE_TOP, WHEELS
 
 OUT_OF_REACH = 110
@@ -86,9 +87,104 @@ def line(*overrides, seed=3):
     return load_scenario("train:line", seed=seed, overrides=overrides)
 
 
-def test_an_open_track_starts_at_its_beginning():
-    track, start = place_track(line(seed=5))
+@pytest.mark.parametrize("kind", ["line", "sinusoid", "polynomial", "random_walk"])
+def test_an_open_track_starts_at_its_beginning(kind):
+    track, start = place_track(line(f"track.kind={kind}", seed=5), reach())
     assert not track.closed and start == 0.0
+
+
+def test_an_open_csv_is_used_unchanged(tmp_path):
+    file = tmp_path / "mine.csv"
+    file.write_text("x,y\n0.5,-0.3\n0.58,0.0\n0.5,0.3\n")
+    settings = ["track.kind=csv", f"track.csv={file}", "track.closed=false"]
+    for direction, ends in (("forward", (-0.3, 0.3)), ("backward", (0.3, -0.3))):
+        track = check(*settings, f"track.direction={direction}")
+        assert not track.closed and (track.points[0, 1], track.points[-1, 1]) == pytest.approx(ends)
+    with pytest.raises(DrakeTrackerError, match="track.csv = csv: the train is in the work volume and within"):
+        check(*settings, "track.speed=0.5")
+
+
+@pytest.mark.parametrize("kind", ["sinusoid", "polynomial"])
+def test_a_sinusoid_and_a_polynomial_are_placed_as_a_line_is(kind):
+    settings = ["track.direction=forward", "track.length=0.6"]
+    straight, _ = drawn("track.kind=line", *settings, seed=4)
+    middle = straight.pose(0.5 * straight.length)
+    track, _ = drawn(f"track.kind={kind}", *settings, seed=4)
+    assert track.pose(0.5 * track.length)[:2] == pytest.approx(middle[:2], abs=2e-3)
+    with pytest.raises(DrakeTrackerError, match=f"track.kind = {kind}: rails or train would be beyond the table at"):
+        check(f"track.kind={kind}", "track.length=1.2")
+    with pytest.raises(DrakeTrackerError, match=f"track.kind = {kind}: the train is in the work volume and within"):
+        check(f"track.kind={kind}", "track.speed=0.6")
+
+
+WALK = ("track.kind=random_walk", "track.corner_radius=0.01")
+
+
+def test_a_random_walk_stays_in_the_work_volume_on_the_table_and_within_reach():
+    for seed in range(4):
+        scenario = load_scenario("train", seed=seed, overrides=WALK)
+        track, start = place_track(scenario, reach())
+        check_track(scenario, track, start, reach())
+        assert start == 0.0 and track.length == pytest.approx(0.9, rel=2e-3)
+        assert is_within(scenario.vision.work_volume, "ellipse", track.points).all()
+    on_table = line(*WALK, "vision.work_volume=[[0.0, -0.9, 0.45], [1.2, 0.9, 0.51]]")
+    track, _ = place_track(on_table, reach())
+    assert np.all((track.points > np.add(TABLE_TOP[0], 0.045)) & (track.points < np.subtract(TABLE_TOP[1], 0.045)))
+
+
+def test_the_seed_draws_the_random_walk_and_nothing_else_changes():
+    (a, _), (b, _), (c, _) = (drawn(*WALK, seed=seed) for seed in (3, 3, 4))
+    assert np.array_equal(a.points, b.points) and not np.array_equal(a.points, c.points)
+    forward, backward = (drawn(*WALK, f"track.direction={way}")[0] for way in ("forward", "backward"))
+    assert np.array_equal(forward.points, backward.points[::-1])
+    scenario = load_scenario("train", seed=3, overrides=WALK)
+    other, _ = place_other_track(scenario, 0)
+    assert not np.array_equal(other.points, a.points)
+
+
+def test_a_random_walk_out_of_reach_is_drawn_again(monkeypatch):
+    tracks = []
+    missed = iter([(0.5, 0.0, 0.1)] * 2)
+    monkeypatch.setattr(Reach, "missed", lambda self, track: tracks.append(track) or next(missed, None))
+    track, _ = drawn(*WALK)
+    assert len(tracks) == 3 and track is tracks[2]
+    assert not np.array_equal(tracks[0].points, tracks[1].points)
+
+
+@pytest.mark.parametrize(
+    "overrides, said",
+    [
+        (["track.length=2", "vision.work_volume=[[0.5,-0.1,0.45],[0.6,0.1,0.51]]"], "no walk of 2 m was found"),
+        (["vision.work_volume=[[1.5,-0.1,0.45],[1.6,0.1,0.51]]"], "is not above the table"),
+    ],
+)
+def test_a_random_walk_without_room_is_rejected(overrides, said):
+    with pytest.raises(DrakeTrackerError, match=said) as error:
+        drawn(*WALK, *overrides)
+    assert "random_walk" in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "overrides, said",
+    [
+        (["track.closed=false"], "track.closed must be true: the kind oval is always closed; choose line, sinusoid"),
+        (["track.kind=random_walk", "track.length=2.5"], "track.length must be at most 2 m when track.kind is random"),
+        (["track.kind=random_walk", "track.straight_range=[0.2, 0.1]"], "track.straight_range must give the shortest"),
+        (["track.kind=random_walk", "track.corner_radius=0.009"], "track.corner_radius must be a number from 0.01"),
+        (["track.coefficients=0.1"], "track.coefficients must be a list of numbers from -2 to 2 m, not 0.1"),
+        (["objects=[!Train {track: {kind: circle, closed: false}}]"], "objects[0].track.closed must be true"),
+    ],
+)
+def test_settings_that_contradict_the_kind_are_one_line(overrides, said):
+    with pytest.raises(DrakeTrackerError) as error:
+        load_scenario("train", overrides=overrides)
+    assert said in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("kind", ["line", "sinusoid", "polynomial", "random_walk"])
+def test_closed_does_not_apply_to_kinds_that_are_open(kind):
+    for closed in ("true", "false"):
+        load_scenario("train", overrides=[f"track.kind={kind}", f"track.closed={closed}"])
 
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])
