@@ -16,7 +16,8 @@ STARTING = 1.0
 SLOW, FAST = 0.3, 1.6
 """A train below or above these fractions of the speed of its speed law does not follow the law."""
 BESIDE = 0.010
-"""Distance from the track [m] at which the train does not stand on the rail; 4 mm is the most that occurs."""
+"""Distance from the track [m] at which the train does not stand on the rail; 6 mm is the most that occurs, in the
+tightest corners."""
 RAISED = 0.010
 """Height above the rail [m] at which the train does not stand on it."""
 CARRIED = 0.03
