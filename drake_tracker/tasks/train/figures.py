@@ -1,4 +1,4 @@
-"""The picture of a run: the track from above, the tracking errors over time, and the grasp."""
+"""The picture of a run: the track from above, the grasp, and over time the probability of success and the errors."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -35,12 +35,19 @@ from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import place_track
 
 _APPROACHING = (Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
+_WAITING = (Phase.ACQUIRE, Phase.TRACK)
 _BEFORE, _AFTER = 1.2, 2.2
 """Time shown before and after the jaws begin to close [s]."""
+_PROBABILITY = "p_success"
+"""Field of the signal ``diagnosis``, which the logs of earlier versions lack."""
 
 
 def draw_tracking(scenario: TrainScenario, log: Log, summary: Mapping[str, Any], path: Path) -> None:
-    """Draws a run as one picture, 3200 x 1800 px: the track from above, the errors over time, and the grasp.
+    """Draws a run as one picture, 3200 x 1800 px.
+
+    On the left are the track from above and the grasp; on the right, over time, the phases, the probability that a
+    grasp would succeed, and the errors. A log of an earlier version may lack the probability; its plot is then left
+    out.
 
     Args:
         scenario: the scenario of the run.
@@ -57,15 +64,24 @@ def draw_tracking(scenario: TrainScenario, log: Log, summary: Mapping[str, Any],
         )
         _draw_map(figure.add_subplot(grid[0]), scenario, log, spans)
         _draw_grasp(figure.add_subplot(grid[1]), scenario, log, spans)
-        grid = figure.add_gridspec(
-            3, 1, left=0.57, right=0.975, top=0.82, bottom=0.075, height_ratios=(0.13, 1.0, 1.0), hspace=0.3
-        )
-        strip, across, along = (figure.add_subplot(cell) for cell in grid)
-        draw_phases(strip, spans)
-        _draw_errors(across, along, scenario, log, spans)
+        _draw_over_time(figure, scenario, log, spans)
         _draw_headline(figure, scenario, summary)
         with replacing(path) as beside:
             figure.savefig(beside, dpi=200)
+
+
+def _draw_over_time(figure: Figure, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
+    """Draws the right half of the picture: phases, probability of success and errors, on one time axis."""
+    known = "diagnosis" in log and _PROBABILITY in log["diagnosis"].names
+    heights, gap = ((0.13, 0.3, 1.0, 1.0), 0.46) if known else ((0.13, 1.0, 1.0), 0.3)
+    grid = figure.add_gridspec(
+        len(heights), 1, left=0.57, right=0.975, top=0.82, bottom=0.075, height_ratios=heights, hspace=gap
+    )
+    strip, *probability, across, along = (figure.add_subplot(cell) for cell in grid)
+    draw_phases(strip, spans)
+    for ax in probability:
+        _draw_probability(ax, scenario, log, spans)
+    _draw_errors(across, along, scenario, log, spans)
 
 
 def _draw_headline(figure: Figure, scenario: TrainScenario, summary: Mapping[str, Any]) -> None:
@@ -198,6 +214,37 @@ def _lap(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> tuple
     return times[max(len(times) - 1 - back, 0)], times[-1]
 
 
+def _draw_probability(ax: Axes, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
+    """Draws the probability that a grasp would succeed, and the value from which on the hand descends.
+
+    It is shown until the jaws hold in a guided descent, and until the launch before a blind one, which cannot change.
+    """
+    diagnosis, config = log["diagnosis"], scenario.grasp
+    phases = (Phase.ACQUIRE, *_APPROACHING) if config.descent == "guided" else _WAITING
+    shown = during(spans, diagnosis.times, *phases)
+    times, percent = broken(diagnosis.times[shown], 100.0 * diagnosis[_PROBABILITY][shown])
+    ax.plot(times, percent, color=PREDICTED, lw=1.6, zorder=3)
+    ax.fill_between(times, percent, color=PREDICTED, alpha=0.10, lw=0, zorder=2)
+    if config.gate == "probability":
+        threshold = 100.0 * config.launch_probability
+        ax.axhline(threshold, color=SOFT_INK, lw=0.9, ls=(0, (4, 3)), zorder=1)
+        note = f"the hand descends from {threshold:g} % on"
+    else:
+        note = f"not used: grasp.gate is {config.gate}"
+    ax.text(1.0, 1.12, note, transform=ax.transAxes, ha="right", color=SOFT_INK, fontsize=10)
+    _shade_grasps(ax, spans)
+    ax.set(xlim=(0.0, time_axis_length(spans)), ylim=(0.0, 104.0), yticks=(0, 50, 100), ylabel="%")
+    ax.set_title("Probability of success", pad=8)
+    ax.tick_params(labelbottom=False)
+
+
+def _shade_grasps(ax: Axes, spans: Sequence[PhaseSpan]) -> None:
+    """Shades the phases after the launch, each in its colour."""
+    for span in spans:
+        if span.phase not in _WAITING:
+            ax.axvspan(span.start, span.end, color=phase_colour(span.phase), alpha=0.12, lw=0, zorder=0)
+
+
 def _draw_errors(across: Axes, along: Axes, scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> None:
     """Draws the errors over time, across the track in the upper plot and along it in the lower one."""
     point = log["point"]
@@ -225,9 +272,7 @@ def _draw_errors(across: Axes, along: Axes, scenario: TrainScenario, log: Log, s
         ax.set(xlim=(0.0, total), ylim=(-limit, limit), ylabel="mm")
         ax.axhline(0.0, color=RULE, lw=0.8, zorder=0)
         ax.set_title(title, pad=10)
-        for span in spans:
-            if span.phase not in (Phase.ACQUIRE, Phase.TRACK):
-                ax.axvspan(span.start, span.end, color=phase_colour(span.phase), alpha=0.12, lw=0, zorder=0)
+        _shade_grasps(ax, spans)
     fits = 1e3 * clearance(scenario)
     for side in (-fits, fits):
         across.axhline(side, color=SOFT_INK, lw=0.9, ls=(0, (4, 3)), zorder=0)
