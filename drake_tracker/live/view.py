@@ -164,12 +164,13 @@ class LiveView:
         self._start = time.monotonic()
         self.state.set_facts(stage="running")
 
-    def look(self, now: float, phase: int, interrupted: Callable[[], bool]) -> None:
+    def look(self, now: float, phase: int, p_success: float | None, interrupted: Callable[[], bool]) -> None:
         """Updates the page, and holds the run while the page requests it.
 
         Args:
             now: simulated time [s].
             phase: number of the phase.
+            p_success: probability that a grasp would succeed, None while the task does not estimate it.
             interrupted: returns whether the run was interrupted; then it is not held.
         """
         running = time.monotonic() - self._start - self.control.held
@@ -182,6 +183,7 @@ class LiveView:
             self.state.set_values(
                 time=round(now, 4),
                 phase=phase,
+                p_success=None if p_success is None else round(p_success, 3),
                 factor=factor,
                 paused=paused,
                 rate=rate,

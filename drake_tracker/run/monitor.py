@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Protocol
+from typing import Any, Protocol
 
 from pydrake.systems.framework import Context, EventStatus
 
@@ -27,12 +27,13 @@ Progress = Callable[[float, str], object]
 class Onlooker(Protocol):
     """What the monitor needs from a live view."""
 
-    def look(self, now: float, phase: int, interrupted: Callable[[], bool]) -> None:
+    def look(self, now: float, phase: int, p_success: float | None, interrupted: Callable[[], bool]) -> None:
         """Updates the view once per vision cycle. It may pause the run.
 
         Args:
             now: simulated time [s].
             phase: number of the phase.
+            p_success: probability that a grasp would succeed, None while the task does not estimate it.
             interrupted: returns whether the run was interrupted, which must end a pause.
         """
         ...
@@ -84,18 +85,21 @@ class RunMonitor:
         context = self._hand_eye.GetMyContextFromRoot(root_context)
         phase = self._task.phases(int(ArmCommand(self._hand_eye.GetOutputPort("command").Eval(context)).phase))
         if self._progress is not None:
-            diagnosis = self._task.diagnosis(self._hand_eye.GetOutputPort("diagnosis").Eval(context))
-            self._progress(now, self._task.activity(phase, diagnosis, self._unseen(context)))
+            self._progress(now, self._task.activity(phase, self._diagnosis(context), self._unseen(context)))
         if self._news is not None:
             self._news.look(context)
         if self._onlooker is not None:
-            self._onlooker.look(now, int(phase), lambda: self.interrupted)
+            p_success = self._task.p_success(self._diagnosis(context))
+            self._onlooker.look(now, int(phase), p_success, lambda: self.interrupted)
         over = self._task.ended(self._task.verdict(self._hand_eye.GetOutputPort("truth_verdict").Eval(context)))
         if self._over_at is None and over:
             self._over_at = now
         if self._stop and self._over_at is not None and now >= self._over_at + AFTERGLOW:
             return EventStatus.ReachedTermination(self._hand_eye, over or "the object was grasped or is lost")
         return EventStatus.DidNothing()
+
+    def _diagnosis(self, context: Context) -> Any:
+        return self._task.diagnosis(self._hand_eye.GetOutputPort("diagnosis").Eval(context))
 
     def _unseen(self, context: Context) -> str:
         """Returns why there is no point of the target, "" when there is one or vision does not say."""

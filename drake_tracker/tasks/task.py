@@ -381,6 +381,14 @@ class Task(Protocol[Scenario]):
         """
         return phase.name.lower()
 
+    def p_success(self, diagnosis: Any) -> float | None:
+        """Returns the probability that a grasp would succeed, None while the task does not estimate it.
+
+        Args:
+            diagnosis: value of the ``diagnosis`` port, of the type ``self.diagnosis``.
+        """
+        return None
+
     def phase_spans(self, log: Log, time_step: float) -> tuple[PhaseSpan, ...]:
         """Returns the phases of a run, in order.
 

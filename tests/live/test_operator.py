@@ -145,11 +145,11 @@ class Person:
     def __init__(self, live, deeds):
         self._live, self._deeds, self._look = live, sorted(deeds), live.look
 
-    def look(self, now, phase, interrupted):
+    def look(self, now, phase, p_success, interrupted):
         while self._deeds and now >= self._deeds[0][0]:
             _, action, values = self._deeds.pop(0)
             self._live._act(action, values)
-        self._look(now, phase, interrupted)
+        self._look(now, phase, p_success, interrupted)
 
 
 @pytest.fixture(scope="module")

@@ -126,11 +126,12 @@ def test_the_operator_stops_the_arm_and_takes_it_over(browser, run):
     page.page.get_by_role("button", name="1\u00d7", exact=True).click()
     stage, press = page("#stage"), page.page.keyboard.press
     until(lambda: page("#stop").is_enabled() and page.now() > 2.0)
+    until(lambda: page("#success").is_visible() and int(page("#p-success").inner_text()) > 0)
     assert page("#release").is_disabled() and page("#jogs button").first.is_disabled()
     press("w")  # nobody has taken over
 
     press("Escape")
-    until(lambda: stage.inner_text() == "arm stopped")
+    until(lambda: stage.inner_text() == "arm stopped" and page("#p-success").inner_text() == "\u2013")
     assert page("#stop").is_disabled() and page("#release").is_enabled()
     page("#scene iframe").click(timeout=1e3 * PATIENCE)  # the keys work after a click into the scene, too
     press("t")

@@ -21,13 +21,15 @@ from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import OperatorCommand
 from drake_tracker.core.setting import as_tuple
 from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.grasp.gate import Gate
+from drake_tracker.grasp.schema import Phase
 from drake_tracker.live.strips_system import add_strips
 from drake_tracker.live.view import LiveView
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks.ball.diagram import make_ball_diagram
 from drake_tracker.tasks.ball.initialisation import initialise_board
 from drake_tracker.tasks.ball.strips import BALL_STRIPS
-from drake_tracker.tasks.registry import task_of
+from drake_tracker.tasks.registry import task_named, task_of
 from drake_tracker.world.config import OperatorConfig
 
 
@@ -85,6 +87,21 @@ def test_watching_and_holding_a_run_does_not_change_it(tmp_path):
     times = [sample[0] for sample in told["samples"]]
     assert times == pytest.approx(np.arange(0.0, 1.51, 0.05), abs=1e-3)
     assert told["samples"][-1][2] is not None and told["samples"][-1][-1] == pytest.approx(88.0, abs=1.0)
+
+
+def test_the_page_gets_the_probability_of_success_while_a_grasp_is_possible():
+    train, diagnosis = task_named("train"), np.array([Phase.TRACK, 0.0, Gate.SUCCESS_UNLIKELY, 0.0, 40.0, 0.87654])
+    with LiveView(say=lambda line: None) as live:
+
+        def shown(task, vector):
+            live.look(1.0, int(vector[0]), task.p_success(task.diagnosis(vector)), lambda: False)
+            return live.state.news(None, 0.0)[0]["p_success"]
+
+        assert shown(train, diagnosis) == 0.877
+        for phase in (Phase.ACQUIRE, Phase.LIFT, Phase.STOPPED):
+            diagnosis[0] = phase
+            assert shown(train, diagnosis) is None
+        assert shown(task_named("ball"), np.zeros(7)) is None
 
 
 def test_the_strips_of_a_ball_read_its_ports():

@@ -40,7 +40,7 @@ const JOGS = [
 ];
 
 const strips = new Strips($("chart"));
-const state = { facts: {}, time: 0, factor: null, paused: false, rate: null, operator: "supervise", tracks: [], reason: "" };
+const state = { facts: {}, time: 0, p_success: null, factor: null, paused: false, rate: null, operator: "supervise", tracks: [], reason: "" };
 let windows = null, views = [], fetching = false, newestFrame = 0, shownFrame = 0, drawing = false, over = false;
 
 async function send(action, values = {}) {
@@ -65,7 +65,7 @@ async function operate(action, values) {
 
 function take(news) {
   if (news.facts) takeFacts(news.facts);
-  for (const key of ["time", "factor", "paused", "rate", "operator", "tracks", "reason"]) if (key in news) state[key] = news[key];
+  for (const key of ["time", "p_success", "factor", "paused", "rate", "operator", "tracks", "reason"]) if (key in news) state[key] = news[key];
   if (news.samples) strips.add(news.samples, news.afresh);
   if (news.frame) { newestFrame = news.frame; fetchFrame(); }
   if (!drawing) { drawing = true; requestAnimationFrame(draw); }
@@ -103,6 +103,8 @@ function draw() {
   $("stage").textContent = words;
   $("stage").className = `stage ${kind}`;
   $("time").textContent = state.time.toFixed(2);
+  if (state.p_success !== null) $("success").hidden = false;
+  $("p-success").textContent = state.p_success === null ? "\u2013" : (100 * state.p_success).toFixed(0);
   $("factor").textContent = state.factor === null ? "\u2013" : state.factor.toFixed(2);
   const running = stage === "running";
   $("pause").disabled = $("step").disabled = !running;

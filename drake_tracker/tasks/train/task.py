@@ -38,6 +38,7 @@ from drake_tracker.tasks.train.vision_parts import (
 from drake_tracker.vision.triangulator_system import TriangulatorSystem
 
 _FREE = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT)
+_GRASPING = (Phase.TRACK, Phase.INTERCEPT, Phase.CLOSE)
 _ALWAYS_CHANGEABLE = ("estimator", "link", "guard", "servo")
 _MM, _SECONDS, _PERCENT = (1e3, "mm", 1), (1.0, "s", 2), (100.0, "%", 1)
 
@@ -143,6 +144,9 @@ class TrainTask(Task[TrainScenario]):
 
     def activity(self, phase: IntEnum, diagnosis: Any, reason: str = "") -> str:
         return activity(Phase(phase), Gate(int(diagnosis.gate)), reason)
+
+    def p_success(self, diagnosis: Any) -> float | None:
+        return float(diagnosis.p_success) if Phase(int(diagnosis.phase)) in _GRASPING else None
 
     def summarise(
         self, scenario: TrainScenario, hand_eye: HandEyeDiagram, log: Log, simulated: float, interrupted: bool
