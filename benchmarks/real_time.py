@@ -173,10 +173,16 @@ def whole_loop(processes, recorded=False, folder=None, **settings):
     builder = DiagramBuilder()
     builder.AddSystem(hand_eye)
     task = task_of(scenario)
-    add_loggers(builder, hand_eye, task)
+    loggers = add_loggers(builder, hand_eye, task)
     Path(folder).mkdir()
     recorders = add_recorders(
-        builder, hand_eye=hand_eye, scenario=scenario, task=task, out=Path(folder), options=RunOptions()
+        builder,
+        hand_eye=hand_eye,
+        loggers=loggers,
+        scenario=scenario,
+        task=task,
+        out=Path(folder),
+        options=RunOptions(),
     )
     return Loop(builder.Build(), hand_eye.world, recorders)
 

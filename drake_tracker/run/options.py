@@ -9,7 +9,8 @@ class RunOptions:
     """What a run shows and records in addition to log and summary.
 
     Attributes:
-        record: whether to make the 3-D recording and, with cameras, the video and the picture of the motion detector.
+        record: whether to make the 3-D recording and, with cameras, the video and the pictures of the motion detector
+            and of the grasp.
         images: whether to keep the images that the vision reads, for a replay from images.
         meshcat: whether to show the scene in a browser during the run; the address is printed.
         graphviz: file for a graph of the diagram in the DOT language of Graphviz, or None.

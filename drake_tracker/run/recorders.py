@@ -1,9 +1,11 @@
 """Adds the recorders of a run to its diagram."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import VectorLogSink
 
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_images, has_tracks
 from drake_tracker.run.options import RunOptions
@@ -19,6 +21,7 @@ def add_recorders(
     builder: DiagramBuilder,
     *,
     hand_eye: HandEyeDiagram,
+    loggers: Mapping[str, VectorLogSink],
     scenario: BaseScenario,
     task: Task,
     out: Path | None,
@@ -30,6 +33,7 @@ def add_recorders(
     Args:
         builder: builder of the run's diagram, which contains ``hand_eye``.
         hand_eye: diagram to record.
+        loggers: what `add_loggers` returned.
         scenario: scenario of the run.
         task: task of the scenario.
         out: run directory, or None.
@@ -51,6 +55,13 @@ def add_recorders(
 
         path = folder / "motion.png"
         recorders.append(add_motion_snapshot(builder, hand_eye=hand_eye, snapshot=task.snapshot(scenario), path=path))
+    closeup = task.closeup(scenario, hand_eye) if has_images(hand_eye) and folder else None
+    if closeup is not None and folder:
+        from drake_tracker.run.closeup import add_closeup
+
+        recorders.append(
+            add_closeup(builder, hand_eye=hand_eye, loggers=loggers, task=task, closeup=closeup, folder=folder)
+        )
     if out is not None and options.images:
         from drake_tracker.run.camera_images import add_camera_images
 

@@ -81,7 +81,14 @@ def simulate(
             out = Path(out)
             scenario = _start_directory(out, scenario, task, initialisation)
         recorders = add_recorders(
-            builder, hand_eye=hand_eye, scenario=scenario, task=task, out=out, options=options, live=live
+            builder,
+            hand_eye=hand_eye,
+            loggers=loggers,
+            scenario=scenario,
+            task=task,
+            out=out,
+            options=options,
+            live=live,
         )
         root = builder.Build()
         root.set_name("drake_tracker")

@@ -3,7 +3,7 @@
 This module holds data only. The Systems that draw are in `drake_tracker.run`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_tracker.tasks.episode import Log
 from drake_tracker.vision.camera_model import CameraModel
 
 FRAMES_PER_SECOND = 30
@@ -119,6 +120,43 @@ class Snapshot:
     phases: tuple[IntEnum, ...]
     period: float
     draw: Callable[[dict[str, Any], Path], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """The images of all cameras at one instant.
+
+    Attributes:
+        time: at which they were captured [s].
+        images: {side: image, BGR uint8 of shape (height, width, 3)}.
+    """
+
+    time: float
+    images: Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Closeup:
+    """Which camera images are kept for a picture of the grasp, and how to draw it.
+
+    Attributes:
+        file: name of the picture in the run directory.
+        sides: suffixes of the cameras' ports.
+        phase: phase in which the hand closes. The images around its last beginning are kept.
+        before: time before its beginning from which on images are kept [s].
+        after: time after its beginning up to which images are kept [s].
+        image_latency: number of cycles from the capture of an image until its port shows it.
+        draw: (frames in the order of time, log of the run, path of a PNG file) -> None. It writes no file when the log
+            has no grasp in the time of the frames.
+    """
+
+    file: str
+    sides: tuple[str, ...]
+    phase: IntEnum
+    before: float
+    after: float
+    image_latency: int
+    draw: Callable[[Sequence[Frame], Log, Path], None]
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.link.link_system import LinkSystem
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.episode import Log, PhaseSpan, phase_spans
-from drake_tracker.tasks.filming import Film, Snapshot, View
+from drake_tracker.tasks.filming import Closeup, Film, Snapshot, View
 from drake_tracker.tasks.strips import StripChart
 
 Found = TypeVar("Found")
@@ -109,7 +109,7 @@ class Task(Protocol[Scenario]):
         servo_period: period of the arm's set-points [s].
         time_step: default step of the plant [s].
         extra_signals: {name: (sampling period [s], fields)} of the signals that only this task has.
-        pictures: {file name: caption} of the pictures that `draw` writes, the main one first.
+        pictures: {file name: caption} of the pictures that `draw` and the `Closeup` write, the main one first.
         titles: a sentence for a failed and one for a successful run.
         outcomes: words for a failed and a successful run: ("not lifted", "lifted").
         summary_rows: rows of the summary on the page of a run.
@@ -257,6 +257,17 @@ class Task(Protocol[Scenario]):
     def snapshot(self, scenario: Scenario) -> Snapshot:
         """Returns when the images of the motion detector are kept; only for a run that renders images."""
         ...
+
+    def closeup(self, scenario: Scenario, hand_eye: HandEyeDiagram) -> Closeup | None:
+        """Returns which images are kept for a picture of the grasp, None for a task without such a picture.
+
+        It is asked for only in a run that renders images.
+
+        Args:
+            scenario: the scenario.
+            hand_eye: the diagram of the run.
+        """
+        return None
 
     def view(self, scenario: Scenario, hand_eye: HandEyeDiagram) -> View:
         """Returns how the 3-D recording shows a run.

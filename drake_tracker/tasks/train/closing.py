@@ -1,6 +1,7 @@
 """Timing and position of the jaws when they closed, measured against ground truth after the run."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +17,23 @@ from drake_tracker.world.speed_law import distance_at
 
 REACH_ALONG = 0.05
 """Greatest distance along the faces of the jaws at which the middle of a train of scale 1 can still be gripped [m]."""
+LATEST = 0.15
+"""Time [s] after the pads should have touched up to which a contact is that of the closing."""
 _STEP = 0.001
 """Time step at which paths are compared [s]."""
+
+
+class Contact(NamedTuple):
+    """When the jaws touched the train.
+
+    Attributes:
+        time: of the first contact since the launch or, without one, the instant at which the pads would have touched
+            the sides of a train in the middle of the jaws [s].
+        made: whether there was a contact.
+    """
+
+    time: float
+    made: bool
 
 
 def clearance(scenario: TrainScenario) -> float:
@@ -66,6 +82,22 @@ def closing_onset_error(scenario: TrainScenario, log: Log, spans: Sequence[Phase
     return float(close.start - (leaves - touch_delay(scenario.grasp)))
 
 
+def contact_of(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> Contact | None:
+    """Returns the contact of the last attempt in which the jaws closed, None if they never closed.
+
+    Args:
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
+        spans: phases of the run.
+    """
+    launch, close = last_closing(spans)
+    if launch is None or close is None:
+        return None
+    touch = close.start + touch_delay(scenario.grasp)
+    contacts = _contacts(log, launch.start, touch + LATEST)
+    return Contact(float(contacts[0]), True) if len(contacts) else Contact(touch, False)
+
+
 def offset_at_touch(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> tuple[float, float] | None:
     """Returns the position of the train's middle relative to the middle of the jaws at touch, (along, across) [m].
 
@@ -83,9 +115,7 @@ def offset_at_touch(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan
     if launch is None or close is None:
         return None
     touch = close.start + touch_delay(scenario.grasp)
-    verdict = log["truth_verdict"]
-    contact = (verdict["left_contact"] > 0) | (verdict["right_contact"] > 0)
-    early = verdict.times[contact & (verdict.times >= launch.start) & (verdict.times < touch)]
+    early = _contacts(log, launch.start, touch)
     when = [early[0] if len(early) else touch]
     (train,), hand = train_pose(log, when), tool_pose(log, when)
     along, across = _in_hand(hand[:, [0, 1, 3]], train[0], train[1])
@@ -104,6 +134,13 @@ def last_closing(spans: Sequence[PhaseSpan]) -> tuple[PhaseSpan, PhaseSpan] | tu
         if span.phase == Phase.CLOSE and before.phase == Phase.INTERCEPT:
             return before, span
     return None, None
+
+
+def _contacts(log: Log, start: float, end: float) -> np.ndarray:
+    """Returns the times [s] from ``start`` to before ``end`` at which a finger touched the train."""
+    verdict = log["truth_verdict"]
+    contact = (verdict["left_contact"] > 0) | (verdict["right_contact"] > 0)
+    return verdict.times[contact & (verdict.times >= start) & (verdict.times < end)]
 
 
 def _frozen_path(log: Log, launch: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,6 +1,6 @@
-"""What the video, the picture of the motion detector and the 3-D recording of a run of the train show."""
+"""What the video, the pictures of motion detector and grasp, and the 3-D recording of a run of the train show."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -11,9 +11,13 @@ from drake_tracker.core.constants import SIDES
 from drake_tracker.core.messages import GraspDiagnosis, predicted_points
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_tracks
+from drake_tracker.grasp.config import touch_delay
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.filming import Film, Script, Snapshot, View
+from drake_tracker.tasks.episode import Log
+from drake_tracker.tasks.filming import Closeup, Film, Frame, Script, Snapshot, View
+from drake_tracker.tasks.train.closing import LATEST
+from drake_tracker.tasks.train.grasp_instants import SPAN
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.vision_parts import load_cameras, look_windows
 
@@ -29,6 +33,10 @@ _GATE_WORDS = {
     Gate.SUCCESS_UNLIKELY: "success not likely",
     Gate.OUT_OF_REACH: "out of reach",
 }
+GRASP_PICTURE = "grasp.png"
+"""Name of the picture of the last grasp, which only a run with images and an attempt leaves."""
+_EARLY = 0.2
+"""Time before the beginning of the closing at which the hand may already touch the train [s]."""
 _VIDEO_TIMES = np.arange(0.0, 1.01, 0.1)
 _RECORDING_TIMES = np.arange(0.0, 1.21, 0.15)
 """Times ahead of the present at which the predicted path is marked [s]."""
@@ -70,6 +78,38 @@ TRAIN_VIEW = View(phases=PREDICTING, path=_path_at(_RECORDING_TIMES))
 TRAIN_SNAPSHOT = Snapshot(sides=SIDES, phases=(Phase.TRACK,), period=1.0, draw=_draw_snapshot)
 
 
+def train_closeup(scenario: TrainScenario, hand_eye: HandEyeDiagram) -> Closeup:
+    """Returns which images of a run of the train are kept for the picture of the grasp.
+
+    They begin early enough for a contact that comes before the jaws close.
+
+    Args:
+        scenario: scenario with ``vision: !Rendered``.
+        hand_eye: the diagram of the run.
+    """
+    cameras, offsets = load_cameras(scenario), _offsets(hand_eye)
+
+    def draw(frames: Sequence[Frame], log: Log, path: Path) -> None:
+        from drake_tracker.tasks.train.grasp_figure import draw_grasp  # Matplotlib is slow to load
+
+        draw_grasp(scenario, cameras, offsets, frames, log, path)
+
+    return Closeup(
+        file=GRASP_PICTURE,
+        sides=SIDES,
+        phase=Phase.CLOSE,
+        before=SPAN + _EARLY,
+        after=touch_delay(scenario.grasp) + LATEST,
+        image_latency=hand_eye.world.image_latency,
+        draw=draw,
+    )
+
+
+def _offsets(hand_eye: HandEyeDiagram) -> dict[str, tuple[int, int]]:
+    """Returns {side: (u0, v0) of the first pixel of its images in the full image [px]}."""
+    return {side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in SIDES}
+
+
 def train_film(scenario: TrainScenario, hand_eye: HandEyeDiagram, subtitle: str) -> Film:
     """Returns what the camera video of a run of the train shows.
 
@@ -87,7 +127,7 @@ def train_film(scenario: TrainScenario, hand_eye: HandEyeDiagram, subtitle: str)
         polygons={side: windows[side].polygon for side in SIDES},
         image_size=(config.width, config.height),
         cameras=cameras,
-        offsets={side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in SIDES},
+        offsets=_offsets(hand_eye),
         lag=scenario.vision.lag_cycles * VISION_PERIOD,
         lag_cycles=scenario.vision.lag_cycles,
         script=TRAIN_SCRIPT,

@@ -17,13 +17,13 @@ from drake_tracker.diagrams.parts import link_of
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, during
-from drake_tracker.tasks.filming import Film, Snapshot, View
+from drake_tracker.tasks.filming import Closeup, Film, Snapshot, View
 from drake_tracker.tasks.task import MOTION_PICTURE, ReplayParts, Task
 from drake_tracker.tasks.train.diagram import make_train_diagram, train_guard, train_host
 from drake_tracker.tasks.train.episode import phase_spans, sighted
 from drake_tracker.tasks.train.failure import activity
 from drake_tracker.tasks.train.faults import train_faults
-from drake_tracker.tasks.train.filming import TRAIN_SNAPSHOT, TRAIN_VIEW, train_film
+from drake_tracker.tasks.train.filming import GRASP_PICTURE, TRAIN_SNAPSHOT, TRAIN_VIEW, train_closeup, train_film
 from drake_tracker.tasks.train.judged_train import about_target
 from drake_tracker.tasks.train.scenario import Measured, TrainScenario
 from drake_tracker.tasks.train.strips import TRAIN_STRIPS
@@ -85,7 +85,11 @@ class TrainTask(Task[TrainScenario]):
         "jaws": (VISION_PERIOD, JawState.get_fields()),
         "truth_judged": (VISION_PERIOD, ("train",)),
     }
-    pictures = {"tracking.png": "The track from above, errors over time, and phases."}  # noqa: RUF012
+    pictures = {  # noqa: RUF012
+        "tracking.png": "The track from above, the probability of success and errors over time, and phases.",
+        GRASP_PICTURE: "The last half second before the contact: what the cameras saw, what vision found there, the "
+        "predicted place of the contact, and the pads of the jaws.",
+    }
     titles = ("The train was not lifted", "The train was lifted")
     outcomes = ("not lifted", "lifted")
     summary_rows = (
@@ -131,8 +135,9 @@ class TrainTask(Task[TrainScenario]):
         return not isinstance(scenario.vision, Measured)
 
     def files_of(self, scenario: TrainScenario) -> tuple[str, ...]:
-        files = super().files_of(scenario)
-        return tuple(name for name in files if name != MOTION_PICTURE) if tracks_several(scenario) else files
+        # No run promises a picture of the grasp, since there may be no attempt.
+        missing = (GRASP_PICTURE, MOTION_PICTURE) if tracks_several(scenario) else (GRASP_PICTURE,)
+        return tuple(name for name in super().files_of(scenario) if name not in missing)
 
     def build(self, scenario: TrainScenario, initialisation: None = None) -> HandEyeDiagram:
         return make_train_diagram(scenario)
@@ -171,6 +176,9 @@ class TrainTask(Task[TrainScenario]):
 
     def film(self, scenario: TrainScenario, hand_eye: HandEyeDiagram) -> Film:
         return train_film(scenario, hand_eye, self.subtitle(scenario))
+
+    def closeup(self, scenario: TrainScenario, hand_eye: HandEyeDiagram) -> Closeup:
+        return train_closeup(scenario, hand_eye)
 
     def snapshot(self, scenario: TrainScenario) -> Snapshot:
         return TRAIN_SNAPSHOT
