@@ -91,7 +91,7 @@ class CloseupSystem(LeafSystem):
         return (*kept.recent, *self._rest(root_context, kept.recent, until)) if self._latency > 0 else kept.recent
 
     def _rest(self, root_context: Context, recent: tuple[Frame, ...], until: float) -> list[Frame]:
-        """Returns the frames that were captured before the end, up to a time [s], but whose images have not appeared."""
+        """Returns the frames up to a time [s] that were captured before the end but have not appeared."""
         later = root_context.Clone()
         context = self.GetMyContextFromRoot(later)
         newest = round(recent[-1].time / VISION_PERIOD) if recent else -EVERY

@@ -154,7 +154,7 @@ def test_the_saved_scenario_gives_the_same_run(episode):
 
 def test_the_run_directory_holds_exactly_these_files(episode):
     left = {path.name for path in episode.out.iterdir()}
-    pictures = {"recording.html", "cameras.mp4", "tracking.png", "motion.png"}
+    pictures = {"recording.html", "cameras.mp4", "tracking.png", "motion.png", "grasp.png"}
     assert left == {"summary.json", "log.npz", "scenario.yaml"} | pictures
 
 

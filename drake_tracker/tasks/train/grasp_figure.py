@@ -34,7 +34,7 @@ _VISION_NAME = "#b87a00"
 _WIDTH, _LEFT, _RIGHT, _GAP = 16.0, 0.45, 0.15, 0.08
 _HEADER, _BETWEEN, _FOOTER = 1.62, 0.08, 0.15
 """Sizes of the picture and of its margins [inch]."""
-_MARGIN = 32.0
+_MARGIN = 28.0
 """Smallest distance from a mark to the border of a view [px of the camera]."""
 _EDGE = (Stroke(linewidth=4.5, foreground="#0c0e10"), Normal())
 """A dark edge, which makes lines visible on any ground."""
