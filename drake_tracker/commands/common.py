@@ -101,7 +101,9 @@ def add_run(command: ArgumentParser) -> None:
     command.add_argument(
         "--out", type=Path, metavar="DIR", help="run directory, new or empty (default: runs/NAME-TIME)"
     )
-    command.add_argument("--no-record", action="store_true", help="write no 3-D recording, no video and no pictures made from images")
+    command.add_argument(
+        "--no-record", action="store_true", help="write no 3-D recording, no video and no picture made from images"
+    )
     command.add_argument("--meshcat", action="store_true", help="show only the 3-D scene in a browser")
 
 
