@@ -103,8 +103,8 @@ function draw() {
   $("stage").textContent = words;
   $("stage").className = `stage ${kind}`;
   $("time").textContent = state.time.toFixed(2);
-  if (state.p_success !== null) $("success").hidden = false;
-  $("p-success").textContent = state.p_success === null ? "\u2013" : (100 * state.p_success).toFixed(0);
+  $("success").hidden = state.p_success === null;
+  $("p-success").textContent = (100 * state.p_success).toFixed(0);
   $("factor").textContent = state.factor === null ? "\u2013" : state.factor.toFixed(2);
   const running = stage === "running";
   $("pause").disabled = $("step").disabled = !running;
