@@ -54,7 +54,14 @@ class PacketGuardConfig:
 
 @dataclass(frozen=True)
 class Puma560:
-    """The PUMA 560, the arm of the 1991 laboratory. It has a gripper or a cup."""
+    """The PUMA 560, the arm of the 1991 laboratory. It has a gripper or a cup.
+
+    Attributes:
+        markers: whether the fingers of the gripper carry markers by which cameras see where the hand is. The arm then
+            corrects its target by what they tell (`HandEyeConfig`).
+    """
+
+    markers: bool = setting(False, "markers on the fingers, by which the cameras see the hand; for the train only")
 
 
 @dataclass(frozen=True)

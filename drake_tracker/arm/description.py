@@ -7,6 +7,8 @@ from drake_tracker.arm.config import Hand
 
 FINGERS = ("finger_left", "finger_right")
 """The gripper's prismatic joints. Each travels half the opening; the first is driven, the second is coupled to it."""
+MARKERS = ("marker_left", "marker_right")
+"""Links of a hand's model that are markers for cameras, one on each finger (`drake_tracker.vision.hand_markers`)."""
 PROBE_FRAME = "probe"
 """Frame of the cup: the centre of the spherical tip with which it touches the board's marks."""
 
@@ -102,6 +104,9 @@ PUMA560 = ArmDescription(
     q_start=(0.0, 0.8, -2.6, 0.0, -1.3, 0.0),
 )
 """The PUMA 560 with the gripper."""
+
+PUMA560_MARKED = replace(PUMA560, gripper_url="package://drake_tracker_models/gripper/gripper_marked.sdf")
+"""The PUMA 560 with the gripper, whose fingers carry markers."""
 
 CUP: dict[str, Any] = {
     "gripper_url": "package://drake_tracker_models/cup/cup.sdf",

@@ -1,14 +1,16 @@
 """The registry of the arms."""
 
 from drake_tracker.arm.config import Hand, Puma560, SevenJoint
-from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT, ArmDescription
+from drake_tracker.arm.description import PUMA560, PUMA560_CUP, PUMA560_MARKED, SEVEN_JOINT, ArmDescription
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.kinds import Kinds
 
 
 def puma560(settings: Puma560, *, hand: Hand) -> ArmDescription:
-    """Returns the PUMA 560 with a hand."""
-    return _with_hand(settings, (PUMA560, PUMA560_CUP), hand)
+    """Returns the PUMA 560 with a hand. Raises DrakeTrackerError for markers on a cup."""
+    if settings.markers and hand is not Hand.GRIPPER:
+        raise DrakeTrackerError(f"arm.markers: the {hand.value} has no fingers that could carry markers")
+    return _with_hand(settings, (PUMA560_MARKED if settings.markers else PUMA560, PUMA560_CUP), hand)
 
 
 def seven_joint(settings: SevenJoint, *, hand: Hand) -> ArmDescription:
