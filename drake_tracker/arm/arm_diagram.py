@@ -15,6 +15,8 @@ from drake_tracker.arm.packet_guard_system import make_packet_guard_system
 from drake_tracker.arm.servo_system import add_servo
 from drake_tracker.arm.tool_controller import add_tool_controller
 from drake_tracker.arm.tool_motion import ToolMotion
+from drake_tracker.arm.visual_edge import VisualEdge
+from drake_tracker.arm.visual_edge_system import VisualEdgeSystem
 from drake_tracker.core.messages import ArmCommand, message_size
 from drake_tracker.core.timing import SERVO_PERIOD
 
@@ -53,6 +55,7 @@ class ArmDiagram(Diagram):
     - ``arm_effort``: torques of the drives, n values [N m]. Unconnected: the arm has no reflex on collisions.
     - ``jaws``: a `JawState`.
     - ``operator``: an `OperatorCommand`. Unconnected: the operator only supervises.
+    - ``hand_point``, with ``edge`` only: the newest `HandPoint` on the link.
     - ``arm_desired_state``: desired joint positions and velocities, 2 n values [rad, rad/s].
     - ``arm_feedforward``: torques for gravity, friction and acceleration, n values [N m].
     - ``gripper_desired_state``: desired position and velocity of the driven finger, 2 values [m, m/s].
@@ -65,6 +68,8 @@ class ArmDiagram(Diagram):
     - ``goal``: where the hand goes under the operator's control, a `ServoTarget`.
     - ``q_commanded``: joint set-points, n values [rad], for logs.
     - ``limiter_report``: what the limiter of the joints did, a `LimiterReport`, for logs.
+    - ``hand_correction``, with ``edge`` only: how the target was corrected, a `HandCorrection`, for logs. The output
+      ``target`` includes the correction then.
 
     The first three outputs drive the robot; the desired states are continuous in time. The others are updated every
     period in the slots of the servo. Without a hand that has jaws, there are no ports ``jaws`` and
@@ -85,6 +90,7 @@ class ArmDiagram(Diagram):
         period: period of the set-points [s].
         jaw_opening: opening of the jaws at the start [m].
         clearance: distances that the limiter of the joints keeps; None: it keeps none.
+        edge: corrects the target by what the cameras see of the hand; None: nothing does.
 
     Attributes:
         model: as given.
@@ -103,6 +109,7 @@ class ArmDiagram(Diagram):
         *,
         jaw_opening: float = 0.0,
         clearance: ArmClearance | None = None,
+        edge: VisualEdge | None = None,
     ) -> None:
         super().__init__()
         self.set_name("arm")
@@ -117,6 +124,12 @@ class ArmDiagram(Diagram):
             period=period,
         )
         builder.AddSystem(decision)
+        target = servo_system.GetOutputPort("target")
+        if edge is not None:
+            visual_edge = builder.AddNamedSystem("visual_edge", VisualEdgeSystem(edge, model, time_step))
+            builder.Connect(target, visual_edge.GetInputPort("target"))
+            builder.ExportInput(visual_edge.GetInputPort("hand_point"), "hand_point")
+            target = visual_edge.GetOutputPort("corrected")
         command = decision.GetOutputPort("command")
         own_goal = decision.HasOutputPort("object")
         controller = add_tool_controller(
@@ -124,7 +137,7 @@ class ArmDiagram(Diagram):
             motion=ToolMotion(home, period, model.symmetric_hand, moving=not own_goal),
             model=model,
             q_initial=q_initial,
-            target=decision.GetOutputPort("object") if own_goal else servo_system.GetOutputPort("target"),
+            target=decision.GetOutputPort("object") if own_goal else target,
             command=command,
             time_step=time_step,
             period=period,
@@ -160,12 +173,15 @@ class ArmDiagram(Diagram):
 
         builder.ExportInput(controller.inverse_dynamics.get_input_port_estimated_state(), "arm_state")
         builder.ConnectInput("arm_state", controller.reflex.GetInputPort("arm_state"))
+        if edge is not None:
+            builder.ConnectInput("arm_state", visual_edge.GetInputPort("arm_state"))
+            builder.ExportOutput(visual_edge.GetOutputPort("hand_correction"), "hand_correction")
         builder.ExportInput(controller.reflex.GetInputPort("arm_effort"), "arm_effort")
         builder.ExportOutput(controller.spline.GetOutputPort("desired_state"), "arm_desired_state")
         builder.ExportOutput(controller.inverse_dynamics.get_output_port_generalized_force(), "arm_feedforward")
         for name in ("accepted", "packet_report"):
             builder.ExportOutput(packet_guard.GetOutputPort(name), name)
-        builder.ExportOutput(servo_system.GetOutputPort("target"), "target")
+        builder.ExportOutput(target, "target")
         builder.ExportOutput(controller.transform_equation.GetOutputPort("status"), "status")
         for name in ("q_commanded", "limiter_report"):
             builder.ExportOutput(controller.limiter.GetOutputPort(name), name)

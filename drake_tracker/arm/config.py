@@ -53,6 +53,34 @@ class PacketGuardConfig:
 
 
 @dataclass(frozen=True)
+class HandEyeConfig:
+    """How the cameras' view of the hand corrects where the hand is sent. Needs markers on the hand (``arm.markers``).
+
+    Attributes:
+        correct: whether the target is corrected. Without it, the hand is measured and logged only.
+        time_constant: time constant with which the correction follows the measurements [s].
+        largest: largest distance between the hand that is seen and the hand that the joints tell [m]. A measurement
+            beyond it is not used, so that a mistake of vision cannot send the hand farther astray.
+        outlier: distance from the measurements before it from which a measurement counts as an outlier [m].
+        keep: time after the last measurement for which the correction is kept [s]. Then it fades away.
+        reach: largest displacement of a marker from its predicted place at which it is searched for [m].
+    """
+
+    correct: bool = setting(True, "whether the target of the hand is corrected by what the cameras see of the hand")
+    time_constant: float = setting(0.15, "time in which the correction follows the measurements", "s", (0.02, 10.0))
+    largest: float = setting(
+        0.05, "largest distance between the hand seen and the hand measured by its joints", "m", (0.0, 0.2)
+    )
+    outlier: float = setting(
+        0.015, "distance from earlier measurements from which one counts as an outlier", "m", (0.001, 0.2)
+    )
+    keep: float = setting(3.0, "time after the last measurement for which the correction is kept", "s", (0.1, 600.0))
+    reach: float = setting(
+        0.04, "distance from its predicted place up to which a marker is searched for", "m", (0.005, 0.1)
+    )
+
+
+@dataclass(frozen=True)
 class Puma560:
     """The PUMA 560, the arm of the 1991 laboratory. It has a gripper or a cup.
 

@@ -95,6 +95,15 @@ PREDICTION_HEADER = 5
 """Number of fields of a `Prediction` before its first knot."""
 _FIRST_TIME, _SPACING = (Prediction.get_fields().index(name) for name in ("first_time", "spacing"))
 
+HandPoint = namedview("HandPoint", ["stamp", "seq", "x", "y", "z", "gap", "markers", "valid"])
+"""The robot's own hand as the cameras see it: stamp [s], sequence number, tool point p_WT = (x, y, z) [m] in W, gap
+between the two rays [m], number of markers seen in both images together."""
+
+HandCorrection = namedview("HandCorrection", ["time", "x", "y", "z", "used", "accepted", "rejected", "reason"])
+"""What the arm subtracts from the position of its target [m], in W: time [s]; the correction (x, y, z); ``used`` = 0
+while it rests on no recent measurement of the hand; number of measurements accepted so far, and of those rejected; why
+the newest of these was rejected (`arm.visual_edge.Doubt`, 0: none yet)."""
+
 PacketReport = namedview(
     "PacketReport",
     ["received", "rejected", "reason", "not_finite", "malformed", "spacing", "first_time", "future", "past"]

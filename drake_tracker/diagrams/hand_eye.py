@@ -21,11 +21,21 @@ WITH_TRACKS: tuple[Connection, ...] = (
 WITH_MEASURED_TRACKS: tuple[Connection, ...] = (WITH_TRACKS[0], *BETWEEN_SUBSYSTEMS[1:])
 """The same with a measured vision of several objects, which searches for nothing."""
 
+WITH_HAND_POINT: tuple[Connection, ...] = (
+    ("vision", "hand_point", "link", "hand_point"),
+    ("link", "delivered_hand_point", "arm", "hand_point"),
+)
+"""Further connections of a vision that sees the hand (`LinkDiagram` as the link)."""
+
 AT_LAUNCH: Connection = ("arm", "command", "world", "launch")
 """The connection of a world in which something happens when the hand begins to descend."""
 
 SELECTED = "selected"
 """Name of the input of a vision that tracks several objects: the number of the track that the operator selected."""
+
+
+FROM_THE_LINK = ("packet", "hand_point")
+"""Inputs of the arm that the link drives."""
 
 
 class HandEyeDiagram(Diagram):
@@ -71,9 +81,9 @@ class HandEyeDiagram(Diagram):
 
     The block lists the ports of the train; every task has the ports of its own subsystems. A train with further objects
     also has ``truth_object_states``, and ``truth_judged`` where the judge watches several trains. A vision of several
-    objects has ``tracks``, ``regions_left`` and ``regions_right`` as well, and its host ``expected``. With a
-    `PipelinedCamera` the ports ``camera_*``, ``motion_*`` and ``motion_images_*`` are ``world.image_latency`` cycles
-    late.
+    objects has ``tracks``, ``regions_left`` and ``regions_right`` as well, and its host ``expected``. If vision sees
+    the hand, there are ``hand_point``, ``delivered_hand_point`` and ``hand_correction``. With a `PipelinedCamera` the
+    ports ``camera_*``, ``motion_*`` and ``motion_images_*`` are ``world.image_latency`` cycles late.
 
     An output of the world is connected to the input of vision or arm with the same name, and an output of the arm to
     the input of the world with the same name. All outputs of subsystems, except those that drive the world, are outputs
@@ -88,7 +98,7 @@ class HandEyeDiagram(Diagram):
         world: a Diagram with the ports of the sensors, such as `WorldDiagram`.
         vision: a `VisionDiagram`, `MeasuredVisionDiagram` or `BoardVisionDiagram`.
         host: an `EstimatorSystem`.
-        link: a `LinkSystem`.
+        link: a `LinkSystem`, or a `LinkDiagram` for a vision that sees the hand.
         arm: an `ArmDiagram`.
         connections: connections between ports with different names.
 
@@ -122,7 +132,7 @@ class HandEyeDiagram(Diagram):
             for port in inputs(to):
                 if origin.HasOutputPort(port.get_name()):
                     builder.Connect(origin.GetOutputPort(port.get_name()), port)
-                elif (to is arm and port.get_name() != "packet") or port.get_name() == SELECTED:
+                elif (to is arm and port.get_name() not in FROM_THE_LINK) or port.get_name() == SELECTED:
                     builder.ExportInput(port, port.get_name())
         driving = {port.get_name() for port in inputs(world)}
         for subsystem in subsystems.values():

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from drake_tracker.core.messages import Prediction
 from drake_tracker.core.timing import ESTIMATOR_SLOT, vision_slot
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.custom import make_custom
@@ -54,22 +55,23 @@ def make_host(
     return host
 
 
-def link_of(scenario: Any, faults: Sequence[Fault] = ()) -> LinkSystem:
+def link_of(scenario: Any, faults: Sequence[Fault] = (), message: Any = Prediction) -> LinkSystem:
     """Returns the link of a scenario as a System named "link".
 
     Args:
         scenario: a scenario of any task.
         faults: what goes wrong; of these, those of the link.
+        message: type of the packets.
 
     Raises DrakeTrackerError for settings out of range.
     """
 
     def with_faults(link: Link[Any]) -> Link[Any]:
         for fault in faults_at(faults, LinkFault):
-            link = fault.link(link)
+            link = fault.link(link, message)
         return link
 
-    return make_link(scenario.link, seed=scenario.seed, time_step=scenario.time_step, wrap=with_faults)
+    return make_link(scenario.link, seed=scenario.seed, time_step=scenario.time_step, wrap=with_faults, message=message)
 
 
 def check_custom_parts(scenario: Any) -> None:

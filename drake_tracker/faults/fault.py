@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from drake_tracker.core.messages import Prediction
 from drake_tracker.estimation.estimator import Estimator
 from drake_tracker.link.link import Link
 from drake_tracker.vision.camera_model import CameraModel
@@ -165,8 +166,13 @@ class CalibrationFault(Fault):
 class LinkFault(Fault):
     """A fault of the link between host and arm."""
 
-    def link(self, link: Link[Any]) -> Link[Any]:
-        """Returns the link with the fault."""
+    def link(self, link: Link[Any], message: Any = Prediction) -> Link[Any]:
+        """Returns the link with the fault.
+
+        Args:
+            link: the link without it.
+            message: type of its packets.
+        """
         raise NotImplementedError
 
 

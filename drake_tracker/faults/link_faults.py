@@ -30,8 +30,8 @@ class LossyLinkFault(LinkFault):
         assert isinstance(settings, LinkDelay)
         return Lossy(delay=settings.delay)
 
-    def link(self, link: Link[Any]) -> Link[Any]:
-        return SubstitutedLink(link, LossyLink(self.lossy(), self.seed + self.number), self)
+    def link(self, link: Link[Any], message: Any = Prediction) -> Link[Any]:
+        return SubstitutedLink(link, LossyLink(self.lossy(), self.seed + self.number, message), self, message)
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,13 @@ class SubstitutedLink:
         usual: the usual link.
         faulty: the link that takes its place.
         fault: the fault.
+        message: type of the packets.
     """
 
     usual: Link[Any]
     faulty: Link[Any]
     fault: LinkFault
+    message: Any = Prediction
 
     def initial_state(self) -> SubstitutedState:
         """Returns the state before the first packet."""
@@ -77,4 +79,4 @@ class SubstitutedLink:
         """Returns the packet with the newest stamp that has arrived by ``now`` [s]; see `Link.delivered`."""
         packets = [self.usual.delivered(state.usual, now), self.faulty.delivered(state.faulty, now)]
         arrived = (packet for packet in packets if packet is not None)
-        return max(arrived, key=lambda packet: Prediction(packet).stamp, default=None)
+        return max(arrived, key=lambda packet: self.message(packet).stamp, default=None)

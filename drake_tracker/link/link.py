@@ -24,8 +24,8 @@ class Link(Protocol[State]):
 
         Args:
             state: the state before.
-            packet: a `Prediction` vector; all zeros, and the same packet again, are allowed and must be ignored. Any
-                other numbers are allowed, too, NaN included: the receiver judges them.
+            packet: a vector of a message, usually a `Prediction`; all zeros, and the same packet again, are allowed and
+                must be ignored. Any other numbers are allowed, too, NaN included: the receiver judges them.
             now: time [s] on the arm's clock.
         """
         ...

@@ -36,14 +36,20 @@ class LinkSystem(LeafSystem):
         link: decides when each packet arrives, if it does.
         period: sampling period of the input [s].
         offset: time of the first sample [s].
+        message: type of the packets.
     """
 
     def __init__(
-        self, link: Link[Any], *, period: float = VISION_PERIOD, offset: float = vision_slot(LINK_SLOT)
+        self,
+        link: Link[Any],
+        *,
+        period: float = VISION_PERIOD,
+        offset: float = vision_slot(LINK_SLOT),
+        message: Any = Prediction,
     ) -> None:
         LeafSystem.__init__(self)
         self._link = link
-        size = message_size(Prediction)
+        size = message_size(message)
         self._nothing = read_only(np.zeros(size))
         self._packet = self.DeclareVectorInputPort("packet", size)
         self._state_index = self.DeclareAbstractState(AbstractValue.Make(link.initial_state()))
@@ -73,6 +79,7 @@ def make_link(
     time_step: float = TIME_STEP,
     period: float = VISION_PERIOD,
     wrap: Callable[[Link[Any]], Link[Any]] | None = None,
+    message: Any = Prediction,
 ) -> LinkSystem:
     """Returns the System of a link, named "link".
 
@@ -82,13 +89,14 @@ def make_link(
         time_step: the plant's step [s], of which the link's slot is a fraction.
         period: time between two packets [s].
         wrap: makes the link that is used of the one that the settings describe; None uses that one.
+        message: type of the packets.
 
     Raises DrakeTrackerError for settings of no kind, or out of range.
     """
-    arithmetic = LINKS.make(settings, seed=seed)
+    arithmetic = LINKS.make(settings, seed=seed, message=message)
     if wrap is not None:
         arithmetic = wrap(arithmetic)
-    link = LinkSystem(arithmetic, period=period, offset=vision_slot(LINK_SLOT, time_step))
+    link = LinkSystem(arithmetic, period=period, offset=vision_slot(LINK_SLOT, time_step), message=message)
     link.set_name("link")
     return link
 

@@ -8,6 +8,7 @@ whether the packet before it was lost.
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -43,12 +44,14 @@ class LossyLink:
     Attributes:
         settings: losses and delays.
         seed: seed of the random numbers, 0 or more.
+        message: type of the packets, with the fields ``stamp``, ``seq`` and ``valid``.
 
     Raises DrakeTrackerError when a number is out of range.
     """
 
     settings: Lossy = Lossy()
     seed: int = 0
+    message: Any = Prediction
 
     def __post_init__(self) -> None:
         settings = self.settings
@@ -73,16 +76,16 @@ class LossyLink:
 
         Args:
             state: the state before.
-            packet: a `Prediction` vector.
+            packet: a vector of the link's message type.
             now: time [s] on the arm's clock.
         """
-        fields = Prediction(packet)
+        fields = self.message(packet)
         stamp = fields.stamp
         if fields.valid == 0.0 or _same(stamp, state.last_stamp):
             return state
         loss_draw, jitter_draw = self._draw(fields.seq)
         lost = bool(loss_draw < self._loss_probability(state))
-        in_flight = _without_superseded(state.in_flight, now)
+        in_flight = self._without_superseded(state.in_flight, now)
         if not lost:
             arrival = now + self.settings.delay + self.settings.jitter * jitter_draw
             in_flight += ((arrival, read_only(np.array(packet, dtype=float))),)
@@ -95,7 +98,7 @@ class LossyLink:
         host counts its packets from 1 again. A packet whose stamp has no place in this order, because it was later than
         the arm's clock at its arrival or its path was over, is there until the next one arrives.
         """
-        return _newest_arrived(state.in_flight, now)
+        return self._newest_arrived(state.in_flight, now)
 
     def _draw(self, seq: float) -> tuple[float, float]:
         """Returns two uniform random numbers, which decide on the loss and the jitter of a packet."""
@@ -113,32 +116,32 @@ class LossyLink:
         # The first loss of a burst must be this rare for a fraction ``drop`` to be lost in the long run.
         return again if state.last_lost else drop * (1.0 - again) / (1.0 - drop)
 
+    def _newest_arrived(self, in_flight: tuple[tuple[float, np.ndarray], ...], now: float) -> np.ndarray | None:
+        arrived = [item for item in in_flight if item[0] <= now]
+        if not arrived:
+            return None
+        last = max(reversed(arrived), key=lambda item: item[0])
+        if not self._has_order(*last):
+            return last[1]
+        return max((packet for arrival, packet in arrived if self._has_order(arrival, packet)), key=self._stamp)
 
-def _newest_arrived(in_flight: tuple[tuple[float, np.ndarray], ...], now: float) -> np.ndarray | None:
-    arrived = [item for item in in_flight if item[0] <= now]
-    if not arrived:
-        return None
-    last = max(reversed(arrived), key=lambda item: item[0])
-    if not _has_order(*last):
-        return last[1]
-    return max((packet for arrival, packet in arrived if _has_order(arrival, packet)), key=_stamp)
+    def _without_superseded(
+        self, in_flight: tuple[tuple[float, np.ndarray], ...], now: float
+    ) -> tuple[tuple[float, np.ndarray], ...]:
+        """Returns the packets under way, and of those that have arrived the one that is delivered and the newest."""
+        delivered = self._newest_arrived(in_flight, now)
+        if delivered is None:
+            return in_flight
+        ordered = [packet for arrival, packet in in_flight if arrival <= now and self._has_order(arrival, packet)]
+        newest = max(ordered, key=self._stamp, default=None)
+        return tuple(item for item in in_flight if item[0] > now or item[1] is delivered or item[1] is newest)
 
+    def _has_order(self, arrival: float, packet: np.ndarray) -> bool:
+        """Returns whether the stamp of a packet that arrived at ``arrival`` [s] tells which of two packets is newer."""
+        return bool(arrival - PATH_DURATION <= self._stamp(packet) <= arrival)
 
-def _without_superseded(
-    in_flight: tuple[tuple[float, np.ndarray], ...], now: float
-) -> tuple[tuple[float, np.ndarray], ...]:
-    """Returns the packets under way, and of those that have arrived the one that is delivered and the newest."""
-    delivered = _newest_arrived(in_flight, now)
-    if delivered is None:
-        return in_flight
-    ordered = [packet for arrival, packet in in_flight if arrival <= now and _has_order(arrival, packet)]
-    newest = max(ordered, key=_stamp, default=None)
-    return tuple(item for item in in_flight if item[0] > now or item[1] is delivered or item[1] is newest)
-
-
-def _has_order(arrival: float, packet: np.ndarray) -> bool:
-    """Returns whether the stamp of a packet that arrived at ``arrival`` [s] tells which of two packets is newer."""
-    return bool(arrival - PATH_DURATION <= _stamp(packet) <= arrival)
+    def _stamp(self, packet: np.ndarray) -> float:
+        return self.message(packet).stamp
 
 
 def _same(stamp: float, other: float | None) -> bool:
@@ -146,10 +149,6 @@ def _same(stamp: float, other: float | None) -> bool:
     return stamp == other or (other is not None and math.isnan(stamp) and math.isnan(other))
 
 
-def _stamp(packet: np.ndarray) -> float:
-    return Prediction(packet).stamp
-
-
-def perfect_link(settings: Perfect, seed: int = 0) -> LossyLink:
+def perfect_link(settings: Perfect, seed: int = 0, message: Any = Prediction) -> LossyLink:
     """Returns a link that delivers every packet at once. The seed has no effect."""
-    return LossyLink(seed=seed)
+    return LossyLink(seed=seed, message=message)

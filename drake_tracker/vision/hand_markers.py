@@ -1,9 +1,9 @@
 """Finds the markers on the fingers of the robot's own hand in images, near the place that the joint angles predict.
 
 A marker is a drum of three bands round a finger. On the left finger a white band lies between two black ones, on the
-right finger a black band between two white ones. From every side a camera sees the same bands. Each is compared with
-the image by its shape alone: the mean of the pixels that must be white minus the mean of those that must be black. Light
-changes this contrast, but not the place where it is largest.
+right finger a black band between two white ones. A camera sees the same bands from every side. The image is compared
+with their shape alone: the mean of the pixels that must be white minus the mean of those that must be black. The light
+changes this contrast, but hardly the place where it is largest.
 
 The search is for one displacement of both markers from their predicted places. Since the two have opposite bands, a
 marker at the place of the other one counts against it.

@@ -1,6 +1,6 @@
 """Builds the hand-eye diagram of the train from a scenario (Allen et al. 1991)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from pydrake.systems.framework import Diagram, System
@@ -8,10 +8,13 @@ from pydrake.systems.framework import Diagram, System
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.packet_guard import PacketGuard
+from drake_tracker.arm.visual_edge import VisualEdge
+from drake_tracker.core.messages import HandPoint
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.diagrams.hand_eye import (
     AT_LAUNCH,
     BETWEEN_SUBSYSTEMS,
+    WITH_HAND_POINT,
     WITH_MEASURED_TRACKS,
     WITH_TRACKS,
     Connection,
@@ -20,13 +23,22 @@ from drake_tracker.diagrams.hand_eye import (
 from drake_tracker.diagrams.parts import estimator_of, link_of, make_host
 from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
+from drake_tracker.faults.fault import Fault
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspSystem
+from drake_tracker.link.link_diagram import LinkDiagram
+from drake_tracker.link.link_system import LinkSystem
 from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.scenario import Measured, TrainScenario
 from drake_tracker.tasks.train.track_placement import check_track, place_track
-from drake_tracker.tasks.train.vision_parts import RenderedWindow, image_pipeline, make_vision, tracks_several
+from drake_tracker.tasks.train.vision_parts import (
+    RenderedWindow,
+    image_pipeline,
+    make_vision,
+    sees_hand,
+    tracks_several,
+)
 from drake_tracker.tasks.train.world import make_train_world
 from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.plant import table_box
@@ -46,6 +58,8 @@ def make_train_diagram(scenario: TrainScenario) -> HandEyeDiagram:
     connections = BETWEEN_SUBSYSTEMS
     if tracks_several(scenario):
         connections = WITH_MEASURED_TRACKS if isinstance(scenario.vision, Measured) else WITH_TRACKS
+    if sees_hand(scenario):
+        connections = (*connections, *WITH_HAND_POINT)
     return assemble(scenario, vision, windows, train_host(scenario), connections, pipeline)
 
 
@@ -85,7 +99,7 @@ def assemble(
         pipeline=pipeline,
         faults=faults,
     )
-    link = link_of(scenario, faults)
+    link = train_link(scenario, faults)
     grasp = GraspSystem(GraspMachine(scenario.grasp, model, SERVO_PERIOD, reach.home[2]), scenario.time_step)
     grasp.set_name("grasp")
     arm = ArmDiagram(
@@ -98,6 +112,7 @@ def assemble(
         scenario.time_step,
         jaw_opening=scenario.grasp.jaw_opening,
         clearance=ArmClearance(reach.description, [table_box(height=scenario.table_height)]),
+        edge=VisualEdge(scenario.hand_eye) if sees_hand(scenario) else None,
     )
     if world.HasInputPort("launch"):
         connections = (*connections, AT_LAUNCH)
@@ -108,6 +123,17 @@ def train_host(scenario: TrainScenario) -> EstimatorSystem | EstimatorBankSystem
     """Returns the host of a scenario, its estimator as a System. Raises DrakeTrackerError when it cannot be made."""
     estimator = estimator_of(scenario.estimator, scenario.where("estimator"))
     return make_host(estimator, scenario.time_step, train_faults(scenario), tracks_several(scenario))
+
+
+def train_link(scenario: TrainScenario, faults: Sequence[Fault]) -> LinkSystem | LinkDiagram:
+    """Returns the link of a scenario, which also carries the measurements of the hand if vision sees it.
+
+    Args:
+        scenario: the scenario.
+        faults: what goes wrong; of these, those of the link.
+    """
+    link = link_of(scenario, faults)
+    return LinkDiagram(link, link_of(scenario, faults, HandPoint)) if sees_hand(scenario) else link
 
 
 def train_guard(scenario: TrainScenario) -> PacketGuard:

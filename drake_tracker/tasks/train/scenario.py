@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from drake_tracker.arm.config import Hand, PacketGuardConfig, Puma560, ServoConfig
+from drake_tracker.arm.config import Hand, HandEyeConfig, PacketGuardConfig, Puma560, ServoConfig
 from drake_tracker.arm.kinds import ARMS, arms_without
 from drake_tracker.core.colour import COLOUR_RULE, is_colour
 from drake_tracker.core.setting import setting
@@ -125,6 +125,7 @@ class TrainScenario(BaseScenario):
         link: from the host to the controller of the arm.
         guard: which packets the arm follows.
         servo: from packets of predicted path to set-points every 30 ms.
+        hand_eye: how the cameras' view of the hand corrects where it is sent.
         grasp: what the hand does, and when.
         arm: the arm.
         faults: what goes wrong, and when.
@@ -150,6 +151,7 @@ class TrainScenario(BaseScenario):
     )
     guard: PacketGuardConfig = setting(PacketGuardConfig, "which packets the arm follows")
     servo: ServoConfig = setting(ServoConfig, "from packets of predicted path to set-points every 30 ms")
+    hand_eye: HandEyeConfig = setting(HandEyeConfig, "how the cameras' view of a hand with markers corrects its target")
     grasp: GraspConfig = setting(GraspConfig, "what the hand does, and when")
     arm: ARMS.union(Custom, without=arms_without(Hand.GRIPPER)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"
@@ -175,6 +177,8 @@ class TrainScenario(BaseScenario):
             found.append(("cameras.azimuth_deg", "must differ by more than 1 deg, or there is no baseline"))
         if isinstance(self.vision, Rendered):
             found += image_problems("cameras", self.cameras.width, self.cameras.height, cameras=2)
+        if isinstance(self.vision, Measured) and isinstance(self.arm, Puma560) and self.arm.markers:
+            found.append(("arm.markers", "must be false with vision !Measured, which has no images of the hand"))
         late = link_problems(self, self.link, "vision.lag_cycles", lag_of(self.vision.lag_cycles))
         return found + late + ([] if late else grasp_problems(self))
 

@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram
 
 from drake_tracker.arm.arm_shape import ArmShape
+from drake_tracker.arm.marker_kinematics import MarkerKinematics, has_markers
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.diagrams.arms import arm_of
@@ -20,6 +21,8 @@ from drake_tracker.vision.calibration_file import load_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.detectors import make_detector
+from drake_tracker.vision.hand_markers import MarkerSearch
+from drake_tracker.vision.hand_vision_diagram import HandVisionDiagram
 from drake_tracker.vision.measured_error_file import load_error
 from drake_tracker.vision.measured_several_diagram import MeasuredSeveralDiagram
 from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
@@ -33,6 +36,8 @@ from drake_tracker.world.plant import TRAIN_HEIGHT
 
 RenderedWindow = tuple[int, int, int, int]
 """(u0, v0, width, height) of the part of the full image that is rendered [px]."""
+RenderedVision = VisionDiagram | SeveralVisionDiagram | HandVisionDiagram
+"""A vision that reads images."""
 
 
 def image_pipeline(scenario: TrainScenario) -> ImagePipeline | None:
@@ -69,9 +74,7 @@ def make_vision(
     return rendered_vision(scenario, image_latency=0 if pipeline is None else pipeline.latency)
 
 
-def rendered_vision(
-    scenario: TrainScenario, **settings: Any
-) -> tuple[VisionDiagram | SeveralVisionDiagram, dict[str, RenderedWindow]]:
+def rendered_vision(scenario: TrainScenario, **settings: Any) -> tuple[RenderedVision, dict[str, RenderedWindow]]:
     """Returns the vision of a scenario with ``vision: !Rendered`` and the windows to render.
 
     Args:
@@ -87,9 +90,9 @@ def rendered_vision(
 
 
 def rendered_windows(scenario: TrainScenario) -> dict[str, RenderedWindow]:
-    """Returns {side: window of the full image that a scenario renders}."""
+    """Returns {side: window of the full image that a scenario renders}: all of it if vision must see the hand."""
     config = scenario.cameras
-    if not config.render_window:
+    if not config.render_window or sees_hand(scenario):
         return dict.fromkeys(SIDES, (0, 0, config.width, config.height))
     windows = look_windows(scenario, load_cameras(scenario))
     return {side: renderable_window(windows[side].bounds, config.width, config.height) for side in SIDES}
@@ -106,10 +109,36 @@ def look_windows(scenario: TrainScenario, cameras: Mapping[str, CameraModel]) ->
     return {side: project_window(cameras[side], vision.work_volume, vision.outline) for side in SIDES}
 
 
-def image_vision(
+def image_vision(scenario: TrainScenario, rendered: Mapping[str, RenderedWindow], **settings: Any) -> RenderedVision:
+    """Returns the vision of a scenario with ``vision: !Rendered``.
+
+    Args:
+        scenario: the scenario.
+        rendered: {side: window of the full image that the images show}.
+        **settings: further arguments of `VisionDiagram` or `SeveralVisionDiagram`.
+
+    Raises DrakeTrackerError when the train is too slow to be seen, or when the lag is too short for the detector.
+    """
+    vision = object_vision(scenario, rendered, **settings)
+    if not sees_hand(scenario):
+        return vision
+    description = arm_of(scenario)
+    return HandVisionDiagram(
+        vision,
+        MarkerKinematics(description),
+        load_cameras(scenario),
+        rendered,
+        len(description.q_start),
+        MarkerSearch(reach=scenario.hand_eye.reach),
+        lag_cycles=scenario.vision.lag_cycles,
+        image_latency=settings.get("image_latency", 0),
+    )
+
+
+def object_vision(
     scenario: TrainScenario, rendered: Mapping[str, RenderedWindow], **settings: Any
 ) -> VisionDiagram | SeveralVisionDiagram:
-    """Returns the vision of a scenario with ``vision: !Rendered``.
+    """Returns the vision of the object of a scenario with ``vision: !Rendered``.
 
     Args:
         scenario: the scenario.
@@ -139,11 +168,16 @@ def tracks_several(scenario: TrainScenario) -> bool:
     return isinstance(scenario.vision.tracker, Several)
 
 
+def sees_hand(scenario: TrainScenario) -> bool:
+    """Returns whether the vision of a scenario measures the hand by its markers."""
+    return isinstance(scenario.vision, Rendered) and has_markers(arm_of(scenario))
+
+
 def arm_signals(scenario: TrainScenario) -> tuple[str, ...]:
-    """Returns the outputs of the arm that the vision of a scenario reads, in order to mask the arm in the images."""
+    """Returns the outputs of the arm that the vision of a scenario reads, to mask the arm or to find its markers."""
     vision = scenario.vision
     masked = isinstance(vision, Rendered) and isinstance(vision.tracker, Several) and vision.tracker.mask_arm
-    return ("arm_state", "jaws") if masked else ()
+    return ("arm_state", "jaws") if masked or sees_hand(scenario) else ()
 
 
 def several_vision(

@@ -1,0 +1,105 @@
+"""A vision that sees the robot's own hand as well, as a Diagram."""
+
+from collections.abc import Mapping
+
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from drake_tracker.arm.marker_kinematics import MarkerKinematics
+from drake_tracker.core.constants import SIDES
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import JawState, message_size
+from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
+from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.delay_line_system import DelayLineSystem
+from drake_tracker.vision.hand_markers import MarkerSearch
+from drake_tracker.vision.hand_markers_system import HandMarkersSystem
+
+
+class HandVisionDiagram(Diagram):
+    """Adds the markers of the hand to the vision of an object.
+
+    .. pydrake_system::
+
+        name: HandVisionDiagram
+        input_ports:
+        - camera_left
+        - camera_right
+        - arm_state
+        - jaws
+        output_ports:
+        - hand_point
+
+    There are all ports of ``vision`` as well. ``camera_*`` are `ImageRgba8U`. ``arm_state`` and ``jaws`` are the joints
+    (q, v) [rad, rad/s] and a `JawState`. ``hand_point`` is a `HandPoint`, ``lag_cycles`` after the capture of the
+    images.
+
+    Args:
+        vision: a `VisionDiagram` or a `SeveralVisionDiagram`.
+        kinematics: of the hand's markers.
+        cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
+        windows: the same keys, rectangle (u0, v0, width, height) [px] of the full frame that the images cover.
+        num_joints: number n of the arm's joints.
+        search: where to search for markers, and what to accept.
+        lag_cycles: cycles from the capture of an image until the hand that it shows appears.
+        period: of a cycle [s].
+        image_latency: cycles from the capture of an image until the inputs show it, as with a `PipelinedCamera`.
+
+    Raises DrakeTrackerError when the lag is shorter than the latency.
+    """
+
+    def __init__(
+        self,
+        vision: Diagram,
+        kinematics: MarkerKinematics,
+        cameras: Mapping[str, CameraModel],
+        windows: Mapping[str, tuple[int, int, int, int]],
+        num_joints: int,
+        search: MarkerSearch = MarkerSearch(),
+        *,
+        lag_cycles: int = LAG_CYCLES,
+        period: float = VISION_PERIOD,
+        image_latency: int = 0,
+    ) -> None:
+        super().__init__()
+        self.set_name("vision")
+        delay = lag_cycles - image_latency
+        if delay < 0:
+            raise DrakeTrackerError(f"a lag of {lag_cycles} cycles is shorter than the latency of the images")
+        builder = DiagramBuilder()
+        vision.set_name("object_vision")
+        builder.AddSystem(vision)
+        for index in range(vision.num_input_ports()):
+            port = vision.get_input_port(index)
+            builder.ExportInput(port, port.get_name())
+        for index in range(vision.num_output_ports()):
+            output = vision.get_output_port(index)
+            builder.ExportOutput(output, output.get_name())
+        hand = builder.AddNamedSystem(
+            "hand_markers",
+            HandMarkersSystem(
+                kinematics,
+                cameras,
+                windows,
+                num_joints,
+                search,
+                delay_cycles=delay,
+                period=period,
+                image_latency=image_latency,
+            ),
+        )
+        for side in SIDES:
+            builder.ConnectInput(f"camera_{side}", hand.GetInputPort(f"camera_{side}"))
+        for name, size in (("arm_state", 2 * num_joints), ("jaws", message_size(JawState))):
+            port = hand.GetInputPort(name)
+            if image_latency > 0:
+                # Vision reads the line before it takes in the newest sample, hence one step less.
+                delay_line = DelayLineSystem(size, image_latency - 1, period=period)
+                line = builder.AddNamedSystem(f"{name}_of_hand", delay_line)
+                builder.Connect(line.get_output_port(), port)
+                port = line.get_input_port()
+            if vision.HasInputPort(name):
+                builder.ConnectInput(name, port)
+            else:
+                builder.ExportInput(port, name)
+        builder.ExportOutput(hand.GetOutputPort("hand_point"), "hand_point")
+        builder.BuildInto(self)
