@@ -59,6 +59,7 @@ class HandEyeConfig:
     Attributes:
         correct: whether the target is corrected. Without it, the hand is measured and logged only.
         time_constant: time constant with which the correction follows the measurements [s].
+        largest_rate: largest rate at which it follows them [m/s].
         largest: largest distance between the hand that is seen and the hand that the joints tell [m]. A measurement
             beyond it is not used, so that a mistake of vision cannot send the hand farther astray.
         outlier: distance from the measurements before it from which a measurement counts as an outlier [m].
@@ -67,7 +68,8 @@ class HandEyeConfig:
     """
 
     correct: bool = setting(True, "whether the target of the hand is corrected by what the cameras see of the hand")
-    time_constant: float = setting(0.15, "time in which the correction follows the measurements", "s", (0.02, 10.0))
+    time_constant: float = setting(0.06, "time in which the correction follows the measurements", "s", (0.02, 10.0))
+    largest_rate: float = setting(0.1, "largest rate at which the correction changes", "m/s", (0.001, 1.0))
     largest: float = setting(
         0.05, "largest distance between the hand seen and the hand measured by its joints", "m", (0.0, 0.2)
     )

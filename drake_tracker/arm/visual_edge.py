@@ -54,6 +54,7 @@ class VisualEdgeState(FrozenState):
         outliers: number of outliers in a row.
         seen: time at which a measurement was accepted last [s].
         updated: time of the last update [s].
+        goal: what the correction tends to, shape (3,) [m].
         correction: what is subtracted from the target, shape (3,) [m].
         rate: its rate, shape (3,) [m/s].
         used: whether the correction rests on recent measurements.
@@ -69,6 +70,7 @@ class VisualEdgeState(FrozenState):
     outliers: int
     seen: float
     updated: float
+    goal: np.ndarray
     correction: np.ndarray
     rate: np.ndarray
     used: bool
@@ -80,8 +82,8 @@ class VisualEdgeState(FrozenState):
 class VisualEdge:
     """Arithmetic of the correction.
 
-    The correction follows the median of the newest measurements as a critically damped system of second order: its rate
-    never jumps, and stays below ``largest / (e time_constant)``.
+    The correction follows the median of the newest measurements at a limited rate, as a critically damped system of
+    second order: neither the correction nor its rate ever jumps.
 
     Args:
         settings: the filter's time constant, and what counts as implausible.
@@ -94,7 +96,7 @@ class VisualEdge:
         """Returns the state before the first measurement."""
         none, zero = read_only(np.zeros((0, 3))), read_only(np.zeros(3))
         times = read_only(np.zeros(0))
-        return VisualEdgeState(times, none, -math.inf, none, 0, 0.0, 0.0, zero, zero, False, 0, 0, Doubt.NONE)
+        return VisualEdgeState(times, none, -math.inf, none, 0, 0.0, 0.0, zero, zero, zero, False, 0, 0, Doubt.NONE)
 
     def remember(self, state: VisualEdgeState, time: float, p_WT: np.ndarray) -> VisualEdgeState:
         """Returns the state after the joints were measured.
@@ -126,8 +128,8 @@ class VisualEdge:
             state = replace(state, used=False, differences=read_only(np.zeros((0, 3))))
         elif not state.used and len(state.differences) >= LEAST:
             state = replace(state, used=True)
-        goal = np.median(state.differences, axis=0) if state.used else np.zeros(3)
-        return self._step(state, time, goal)
+        wanted = np.median(state.differences, axis=0) if state.used else np.zeros(3)
+        return self._step(state, time, wanted)
 
     def shifted(self, state: VisualEdgeState, target: np.ndarray) -> np.ndarray:
         """Returns a `ServoTarget` vector with the correction subtracted from its position, and its rate from the speed.
@@ -176,15 +178,19 @@ class VisualEdge:
             return Doubt.OUTLIER, nothing
         return Doubt.NONE, difference
 
-    def _step(self, state: VisualEdgeState, time: float, goal: np.ndarray) -> VisualEdgeState:
-        """Returns the state after the correction moved towards a goal, shape (3,) [m], until ``time`` [s]."""
+    def _step(self, state: VisualEdgeState, time: float, wanted: np.ndarray) -> VisualEdgeState:
+        """Returns the state after the correction moved towards the one wanted, shape (3,) [m], until ``time`` [s]."""
         tau, dt = self._settings.time_constant, time - state.updated
+        way = wanted - state.goal
+        goal = state.goal + way * min(1.0, self._settings.largest_rate * dt / max(float(np.linalg.norm(way)), 1e-9))
         away = state.correction - goal
         slope = state.rate + away / tau
         decay = math.exp(-dt / tau)
         correction = goal + (away + slope * dt) * decay
         rate = (state.rate - slope * dt / tau) * decay
-        return replace(state, updated=time, correction=read_only(correction), rate=read_only(rate))
+        return replace(
+            state, updated=time, goal=read_only(goal), correction=read_only(correction), rate=read_only(rate)
+        )
 
 
 def describe_doubt(reason: float) -> str | None:

@@ -96,8 +96,9 @@ PREDICTION_HEADER = 5
 _FIRST_TIME, _SPACING = (Prediction.get_fields().index(name) for name in ("first_time", "spacing"))
 
 HandPoint = namedview("HandPoint", ["stamp", "seq", "x", "y", "z", "gap", "markers", "valid"])
-"""The robot's own hand as the cameras see it: stamp [s], sequence number, tool point p_WT = (x, y, z) [m] in W, gap
-between the two rays [m], number of markers seen in both images together."""
+"""The robot's own hand as the cameras see it: stamp [s], sequence number, tool point p_WT = (x, y, z) [m] in W,
+displaced by vision's error as an object below it would be; gap between the two rays [m]; number of markers seen in both
+images together."""
 
 HandCorrection = namedview("HandCorrection", ["time", "x", "y", "z", "used", "accepted", "rejected", "reason"])
 """What the arm subtracts from the position of its target [m], in W: time [s]; the correction (x, y, z); ``used`` = 0

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.triangulation import intersect_rays
+from drake_tracker.vision.triangulation import triangulate
 
 RADIUS = 0.014
 """Radius of the drums [m], as in ``models/gripper/gripper_marked.sdf``."""
@@ -59,27 +59,27 @@ class FoundMarkers(NamedTuple):
         uv: where the mean of the centres of the markers seen appears, shape (2,) [px, full image].
         p_WM: the predicted mean of their centres, shape (3,) [m].
         contrast: between their white and black bands [grey levels].
-        count: number of markers seen, 1 or 2.
+        markers: number of markers seen, 1 or 2.
     """
 
     uv: np.ndarray
     p_WM: np.ndarray
     contrast: float
-    count: int
+    markers: int
 
 
 class HandPointFound(NamedTuple):
     """The tool point as two cameras see it.
 
     Attributes:
-        p_WT: its position in W, shape (3,) [m].
+        p_WT: its position in W, displaced as an object below it, shape (3,) [m].
         gap: distance between the two rays [m].
-        count: number of markers seen in both images together, 2 to 4.
+        markers: number of markers seen in both images together, 2 to 4.
     """
 
     p_WT: np.ndarray
     gap: float
-    count: int
+    markers: int
 
 
 def marker_template(scale: float, up: np.ndarray, sine: float) -> np.ndarray:
@@ -165,21 +165,23 @@ class HandMarkerFinder:
             p_WM: predicted centres of the markers, shape (2, 3) [m].
             radius: of a drum [px]; responses farther away than its double belong to something else.
         """
-        whole = [response for response in maps if response is not None]
+        whole = {k: response for k, response in enumerate(maps) if response is not None}
         if not whole:
             return None
-        both = sum(whole[1:], whole[0])
+        both = np.sum(list(whole.values()), axis=0)
         row, column = divmod(int(both.argmax()), both.shape[1])
         largest = both[row, column]
-        own = [0.0 if response is None else float(response[row, column]) for response in maps]
-        seen = [k for k, value in enumerate(own) if value >= max(self._search.least_contrast, _OWN_SHARE * max(own))]
+        own = {k: float(response[row, column]) for k, response in whole.items()}
+        seen = [
+            k for k, value in own.items() if value >= max(self._search.least_contrast, _OWN_SHARE * max(own.values()))
+        ]
         if not seen:
             return None
         rows, columns = np.ogrid[: both.shape[0], : both.shape[1]]
         elsewhere = (rows - row) ** 2 + (columns - column) ** 2 > (2.0 * radius) ** 2
         if elsewhere.any() and both[elsewhere].max() > _SECOND_BEST * largest:
             return None
-        response = sum(maps[k] for k in seen)
+        response = np.sum([whole[k] for k in seen], axis=0)
         peak = _refined(response, row, column)
         if peak is None:
             return None
@@ -210,27 +212,34 @@ def _refined(response: np.ndarray, row: int, column: int) -> np.ndarray | None:
 
 
 def triangulate_hand(
-    cameras: Sequence[CameraModel], found: Sequence[FoundMarkers | None], p_WT: np.ndarray, max_gap: float
+    cameras: Sequence[CameraModel],
+    found: Sequence[FoundMarkers | None],
+    p_WT: np.ndarray,
+    height: float,
+    max_gap: float,
 ) -> HandPointFound | None:
     """Returns the tool point as two cameras see it, or None when one of them does not, or when they disagree.
 
-    The joint angles tell how the tool point lies relative to the markers. Each ray is shifted by that, so that the
-    cameras may have seen different markers.
+    A wrong calibration displaces all pixels of an image almost alike, but a point in space by an amount that depends on
+    its height, since rays to a high point are flatter. The displacements of the markers in the images are therefore
+    applied to the point below the tool at the height of the objects. The tool is displaced by as much as this point.
 
     Args:
         cameras: the left and the right camera, calibrated.
         found: what each of them sees.
         p_WT: the predicted tool point, shape (3,) [m].
+        height: z_W of the objects whose positions are to be corrected [m].
         max_gap: largest distance between the two rays [m].
     """
     left, right = found
     if left is None or right is None:
         return None
-    rays = []
+    below = np.array([p_WT[0], p_WT[1], height])
+    pixels = []
     for camera, view in zip(cameras, (left, right)):
-        origin, directions = camera.rays(view.uv)
-        rays.append((origin + p_WT - view.p_WM, directions[0]))
-    meeting = intersect_rays(rays[0], rays[1])
+        expected, here = camera.project([view.p_WM, below])
+        pixels.append(here + view.uv - expected)
+    meeting = triangulate(cameras[0], cameras[1], pixels[0], pixels[1])
     if meeting is None or meeting.gap > max_gap:
         return None
-    return HandPointFound(meeting.p_WQ, meeting.gap, left.count + right.count)
+    return HandPointFound(p_WT + meeting.p_WQ - below, meeting.gap, left.markers + right.markers)

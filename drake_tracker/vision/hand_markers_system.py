@@ -54,6 +54,7 @@ class HandMarkersSystem(LeafSystem):
         kinematics: of the hand's markers.
         cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
         windows: the same keys, rectangle (u0, v0, width, height) [px] of the full frame that the images cover.
+        height: z_W of the objects whose positions are to be corrected [m].
         num_joints: number n of the arm's joints.
         search: where to search for markers, and what to accept.
         delay_cycles: cycles from the update with an image to the output of its result.
@@ -66,6 +67,7 @@ class HandMarkersSystem(LeafSystem):
         kinematics: MarkerKinematics,
         cameras: Mapping[str, CameraModel],
         windows: Mapping[str, tuple[int, int, int, int]],
+        height: float,
         num_joints: int,
         search: MarkerSearch = MarkerSearch(),
         *,
@@ -74,7 +76,7 @@ class HandMarkersSystem(LeafSystem):
         image_latency: int = 0,
     ) -> None:
         super().__init__()
-        self._kinematics, self._search, self._num_joints = kinematics, search, num_joints
+        self._kinematics, self._search, self._num_joints, self._height = kinematics, search, num_joints, height
         self._finders = [HandMarkerFinder(cameras[side], windows[side], search) for side in SIDES]
         self._length, self._period, self._latency = delay_cycles + 1, period, image_latency
         self._images = [
@@ -104,10 +106,11 @@ class HandMarkersSystem(LeafSystem):
             finder.find(cv2.cvtColor(image.Eval(context).data, cv2.COLOR_RGBA2GRAY), places.p_WM, places.up_W)
             for finder, image in zip(self._finders, self._images)
         ]
-        hand = triangulate_hand([finder.camera for finder in self._finders], found, places.p_WT, self._search.max_gap)
+        cameras = [finder.camera for finder in self._finders]
+        hand = triangulate_hand(cameras, found, places.p_WT, self._height, self._search.max_gap)
         if hand is None:
             return self._nothing
-        return read_only(np.array([stamp, seq, *hand.p_WT, hand.gap, hand.count, 1.0]))
+        return read_only(np.array([stamp, seq, *hand.p_WT, hand.gap, hand.markers, 1.0]))
 
     def _calc_hand_point(self, context: Context, output: Any) -> None:
         line = context.get_abstract_state(self._memory).get_value().line

@@ -38,6 +38,7 @@ class HandVisionDiagram(Diagram):
         kinematics: of the hand's markers.
         cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
         windows: the same keys, rectangle (u0, v0, width, height) [px] of the full frame that the images cover.
+        height: z_W of the objects whose positions are to be corrected [m].
         num_joints: number n of the arm's joints.
         search: where to search for markers, and what to accept.
         lag_cycles: cycles from the capture of an image until the hand that it shows appears.
@@ -53,6 +54,7 @@ class HandVisionDiagram(Diagram):
         kinematics: MarkerKinematics,
         cameras: Mapping[str, CameraModel],
         windows: Mapping[str, tuple[int, int, int, int]],
+        height: float,
         num_joints: int,
         search: MarkerSearch = MarkerSearch(),
         *,
@@ -80,6 +82,7 @@ class HandVisionDiagram(Diagram):
                 kinematics,
                 cameras,
                 windows,
+                height,
                 num_joints,
                 search,
                 delay_cycles=delay,

@@ -128,6 +128,7 @@ def image_vision(scenario: TrainScenario, rendered: Mapping[str, RenderedWindow]
         MarkerKinematics(description),
         load_cameras(scenario),
         rendered,
+        0.5 * (scenario.vision.work_volume[0][2] + scenario.vision.work_volume[1][2]),
         len(description.q_start),
         MarkerSearch(reach=scenario.hand_eye.reach),
         lag_cycles=scenario.vision.lag_cycles,
