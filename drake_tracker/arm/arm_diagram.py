@@ -68,8 +68,8 @@ class ArmDiagram(Diagram):
     - ``goal``: where the hand goes under the operator's control, a `ServoTarget`.
     - ``q_commanded``: joint set-points, n values [rad], for logs.
     - ``limiter_report``: what the limiter of the joints did, a `LimiterReport`, for logs.
-    - ``hand_correction``, with ``edge`` only: how the target was corrected, a `HandCorrection`, for logs. The output
-      ``target`` includes the correction then.
+    - ``hand_correction``, with ``edge`` only: what is subtracted from the target on its way to the transform equation,
+      a `HandCorrection`, for logs.
 
     The first three outputs drive the robot; the desired states are continuous in time. The others are updated every
     period in the slots of the servo. Without a hand that has jaws, there are no ports ``jaws`` and
@@ -181,7 +181,7 @@ class ArmDiagram(Diagram):
         builder.ExportOutput(controller.inverse_dynamics.get_output_port_generalized_force(), "arm_feedforward")
         for name in ("accepted", "packet_report"):
             builder.ExportOutput(packet_guard.GetOutputPort(name), name)
-        builder.ExportOutput(target, "target")
+        builder.ExportOutput(servo_system.GetOutputPort("target"), "target")
         builder.ExportOutput(controller.transform_equation.GetOutputPort("status"), "status")
         for name in ("q_commanded", "limiter_report"):
             builder.ExportOutput(controller.limiter.GetOutputPort(name), name)

@@ -64,6 +64,7 @@ class ArmDescription:
         finger_damping: derivative gain of the driven finger [N s/m]; without effect for a hand without fingers.
         q_start: joint positions [rad] from which the home pose is searched, and near which a redundant arm stays.
         fingers: the hand's joints as in `FINGERS`; empty for a hand that cannot move, such as a cup.
+        markers: whether the hand's model has the links `MARKERS`, by which cameras find the hand.
     """
 
     arm_url: str
@@ -78,6 +79,7 @@ class ArmDescription:
     finger_damping: float
     q_start: tuple[float, ...]
     fingers: tuple[str, ...] = FINGERS
+    markers: bool = False
 
     @property
     def has_fingers(self) -> bool:
@@ -105,7 +107,7 @@ PUMA560 = ArmDescription(
 )
 """The PUMA 560 with the gripper."""
 
-PUMA560_MARKED = replace(PUMA560, gripper_url="package://drake_tracker_models/gripper/gripper_marked.sdf")
+PUMA560_MARKED = replace(PUMA560, gripper_url="package://drake_tracker_models/gripper/gripper_marked.sdf", markers=True)
 """The PUMA 560 with the gripper, whose fingers carry markers."""
 
 CUP: dict[str, Any] = {

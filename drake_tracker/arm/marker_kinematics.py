@@ -39,8 +39,8 @@ class MarkerKinematics:
         self._plant = MultibodyPlant(0.0)
         parts = add_arm(self._plant, description=description)
         self._plant.Finalize()
-        if not has_markers(description):
-            raise DrakeTrackerError(f"{description.gripper_url} has no links {' and '.join(MARKERS)}")
+        if not all(self._plant.HasBodyNamed(name, parts.gripper) for name in MARKERS):
+            raise DrakeTrackerError(f"{description.gripper_url} must have the links {' and '.join(MARKERS)}")
         self._arm = parts.arm
         self._tool = self._plant.GetFrameByName(description.tool_frame, parts.gripper)
         self._markers = [self._plant.GetFrameByName(name, parts.gripper) for name in MARKERS]
@@ -63,10 +63,3 @@ class MarkerKinematics:
         return MarkerPlaces(
             np.array([X.translation() for X in X_WM]), np.array([-X.rotation().matrix()[:, 2] for X in X_WM]), p_WT
         )
-
-
-def has_markers(description: Arm) -> bool:
-    """Returns whether the model of an arm's hand has markers."""
-    plant = MultibodyPlant(0.0)
-    parts = add_arm(plant, description=description)
-    return all(plant.HasBodyNamed(name, parts.gripper) for name in MARKERS)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_tracker.arm.visual_edge import describe_doubt
 from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
@@ -55,6 +56,9 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
     - ``table_touched``: whether the arm or the gripper touched the table.
     - ``packets_rejected``, ``packets_rejected_for``: see `packet_findings`.
     - ``set_points_changed``, ``set_points_changed_for``: see `limiter_findings`.
+    - ``hand_eye``: only if the hand has markers. ``used_fraction``: fraction of the run in which a correction rested on
+      recent measurements; ``correction_m``: median length of these corrections; ``accepted`` and ``rejected``: number
+      of measurements; ``last_rejection``: why the last one was rejected.
     - ``tracking``: only if vision tracked several objects: see `tracking_findings`. ``target_object`` and
       ``lifted_object``: "train" for the first train, "objects[k]" for one of the scenario's ``objects``, or None; a
       success is a target that was lifted. ``swaps``: {``time_s``, ``track``, ``before``, ``after``} for each time that
@@ -96,6 +100,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
         **vision,
         **packet_findings(log),
         **limiter_findings(log),
+        **_hand_eye(log),
         **(_several(log, spans, objects) if tracks_several(scenario) else {}),
         "lag_s": lag_of(log, scenario.time_step),
         "closing_onset_error_s": closing_onset_error(scenario, log, spans),
@@ -148,6 +153,23 @@ def _verdict(verdict: Signal) -> dict[str, Any]:
         "hold_s": max(verdict["held"], default=0.0),
         "table_touched": bool(verdict["table_touched"].any()),
         "self_touched": bool(verdict["self_touched"].any()),
+    }
+
+
+def _hand_eye(log: Log) -> dict[str, Any]:
+    if "hand_correction" not in log:
+        return {}
+    report = log["hand_correction"]
+    used = report["used"] > 0
+    lengths = np.linalg.norm(report.view("x", "y", "z")[used], axis=1)
+    return {
+        "hand_eye": {
+            "used_fraction": np.count_nonzero(used) / len(used) if len(used) else None,
+            "correction_m": float(np.median(lengths)) if len(lengths) else None,
+            "accepted": int(max(report["accepted"], default=0)),
+            "rejected": int(max(report["rejected"], default=0)),
+            "last_rejection": describe_doubt(report["reason"][-1]) if len(used) else None,
+        }
     }
 
 

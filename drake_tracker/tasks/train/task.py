@@ -38,8 +38,8 @@ from drake_tracker.tasks.train.strips import TRAIN_STRIPS
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.tasks.train.vision_parts import (
     arm_signals,
-    image_vision,
     load_cameras,
+    object_vision,
     rendered_windows,
     tracks_several,
 )
@@ -236,7 +236,7 @@ class TrainTask(Task[TrainScenario]):
         images: dict[str, tuple[int, int]] = {}
         if start == "images":
             windows = rendered_windows(recorded)
-            vision = image_vision(scenario, windows)
+            vision = object_vision(scenario, windows)
             images = {f"camera_{side}": window[2:] for side, window in windows.items()}
         elif start == "centroids":
             models = load_cameras(scenario)

@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram
 
 from drake_tracker.arm.arm_shape import ArmShape
-from drake_tracker.arm.marker_kinematics import MarkerKinematics, has_markers
+from drake_tracker.arm.marker_kinematics import MarkerKinematics
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.diagrams.arms import arm_of
@@ -171,14 +171,14 @@ def tracks_several(scenario: TrainScenario) -> bool:
 
 def sees_hand(scenario: TrainScenario) -> bool:
     """Returns whether the vision of a scenario measures the hand by its markers."""
-    return isinstance(scenario.vision, Rendered) and has_markers(arm_of(scenario))
+    return isinstance(scenario.vision, Rendered) and arm_of(scenario).markers
 
 
 def arm_signals(scenario: TrainScenario) -> tuple[str, ...]:
-    """Returns the outputs of the arm that the vision of a scenario reads, to mask the arm or to find its markers."""
+    """Returns the outputs of the arm that the vision of a scenario reads, in order to mask the arm in the images."""
     vision = scenario.vision
     masked = isinstance(vision, Rendered) and isinstance(vision.tracker, Several) and vision.tracker.mask_arm
-    return ("arm_state", "jaws") if masked or sees_hand(scenario) else ()
+    return ("arm_state", "jaws") if masked else ()
 
 
 def several_vision(
