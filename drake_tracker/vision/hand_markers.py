@@ -9,7 +9,7 @@ The search is for one displacement of both markers from their predicted places. 
 marker at the place of the other one counts against it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -44,12 +44,35 @@ class MarkerSearch:
     Attributes:
         reach: largest displacement from the predicted place in each direction of the image [m] at the marker.
         least_contrast: least difference between white and black bands [grey levels].
+        least_correlation: least correlation of the image with the bands.
         max_gap: largest distance between the two rays [m].
     """
 
     reach: float = 0.04
     least_contrast: float = 25.0
+    least_correlation: float = 0.7
     max_gap: float = 0.03
+
+
+class _Response(NamedTuple):
+    """How well one marker agrees with the image for each displacement.
+
+    Attributes:
+        contrast: between the pixels that must be white and black, shape (n, n) [grey levels].
+        patch: the part of the image around the predicted place.
+        template: of the marker.
+    """
+
+    contrast: np.ndarray
+    patch: np.ndarray
+    template: np.ndarray
+
+    def correlation(self, row: int, column: int) -> float:
+        """Returns the correlation of the image with the bands at one displacement, an element of ``contrast``."""
+        size = len(self.template)
+        bands = self.template != 0.0
+        image = self.patch[row : row + size, column : column + size][bands]
+        return float(np.corrcoef(image, self.template[bands])[0, 1]) if image.std() > 0.0 else 0.0
 
 
 class FoundMarkers(NamedTuple):
@@ -140,48 +163,45 @@ class HandMarkerFinder:
         rays = p_WM - self.camera.X_WC[:3, 3]
         scale = self.camera.K[0, 0] / (rays @ self.camera.X_CW[2, :3])
         reach = int(np.ceil(self._search.reach * scale.max()))
-        maps: list[np.ndarray | None] = []
+        responses: dict[int, _Response] = {}
         for k, sign in enumerate(SIGNS):
             up = (tips[k] - uv[k]) / np.linalg.norm(tips[k] - uv[k])
             sine = float(-rays[k] @ up_W[k] / np.linalg.norm(rays[k]))
             template = sign * marker_template(scale[k], up, sine)
             half = len(template) // 2
             if ((uv[k] < half) | (uv[k] > self._size - 1 - half)).any():
-                maps.append(None)
                 continue
             side = 2 * (reach + half) + 1
             patch = cv2.getRectSubPix(grey, (side, side), uv[k].tolist(), patchType=cv2.CV_32F)
-            maps.append(cv2.matchTemplate(patch, template, cv2.TM_CCORR))
-        return self._best(maps, uv, p_WM, RADIUS * float(scale.min()))
+            contrast = cv2.matchTemplate(patch, template, cv2.TM_CCORR)
+            responses[k] = _Response(contrast, patch, template)
+        return self._best(responses, uv, p_WM, RADIUS * float(scale.min())) if responses else None
 
     def _best(
-        self, maps: Sequence[np.ndarray | None], uv: np.ndarray, p_WM: np.ndarray, radius: float
+        self, responses: Mapping[int, _Response], uv: np.ndarray, p_WM: np.ndarray, radius: float
     ) -> FoundMarkers | None:
         """Returns the markers at the displacement with the largest response.
 
         Args:
-            maps: response of each marker for each displacement [grey levels], None for one outside of the window.
+            responses: {marker: its response}, without markers outside of the window.
             uv: predicted pixels of the markers in the window, shape (2, 2).
             p_WM: predicted centres of the markers, shape (2, 3) [m].
             radius: of a drum [px]; responses farther away than its double belong to something else.
         """
-        whole = {k: response for k, response in enumerate(maps) if response is not None}
-        if not whole:
-            return None
-        both = np.sum(list(whole.values()), axis=0)
+        both = np.sum([response.contrast for response in responses.values()], axis=0)
         row, column = divmod(int(both.argmax()), both.shape[1])
         largest = both[row, column]
-        own = {k: float(response[row, column]) for k, response in whole.items()}
-        seen = [
-            k for k, value in own.items() if value >= max(self._search.least_contrast, _OWN_SHARE * max(own.values()))
-        ]
-        if not seen:
+        own = {k: float(response.contrast[row, column]) for k, response in responses.items()}
+        least = max(self._search.least_contrast, _OWN_SHARE * max(own.values()))
+        seen = [k for k, value in own.items() if value >= least]
+        alike = [responses[k].correlation(row, column) for k in seen]
+        if not seen or max(alike) < self._search.least_correlation:
             return None
         rows, columns = np.ogrid[: both.shape[0], : both.shape[1]]
         elsewhere = (rows - row) ** 2 + (columns - column) ** 2 > (2.0 * radius) ** 2
         if elsewhere.any() and both[elsewhere].max() > _SECOND_BEST * largest:
             return None
-        response = np.sum([whole[k] for k in seen], axis=0)
+        response = np.sum([responses[k].contrast for k in seen], axis=0)
         peak = _refined(response, row, column)
         if peak is None:
             return None
