@@ -10,6 +10,7 @@
 - calm: nothing happens. How many are lifted, and after how many laps: by the blind descent of 1991, by a guided one,
   and by `train:guided`, which does not wait for a lap.
 
+- pass: the train passes once, on an open track of at most 2 m, and `train:guided` grasps it before its end.
 - calibrated: is the probability of success that the arm computes as frequent as it says? The hand descends at a time
   that is drawn beforehand, however probable success is, on four tracks at speeds that are drawn. Vision is measured.
 
@@ -59,6 +60,17 @@ CALM = {
     for track in ("oval", "circle", "stadium")
     for way in ("blind", "guided", "train:guided")
 }
+OPEN_TRACKS = {
+    "line": (["track.kind=line"], (0.1, 0.2, 0.3, 0.5)),
+    "sinusoid": (["track.kind=sinusoid"], (0.1, 0.15)),
+    "polynomial": (["track.kind=polynomial"], (0.1, 0.15)),
+    "random walk": (
+        ["track.kind=random_walk", "track.length=2.0", "track.corner_radius=0.01", "track.straight_range=[0.05, 0.25]"],
+        (0.05, 0.1),
+    ),
+}
+"""Open tracks: {name: (settings, speeds [m/s])}."""
+PASS = {f"{name} {speed} m/s": (name, speed) for name, (_, speeds) in OPEN_TRACKS.items() for speed in speeds}
 TRACKS = ("oval", "circle", "stadium", "figure_eight")
 DRAWN_SPEEDS, DRAWN_WAITS = (0.08, 0.22), (0.2, 6.0)
 """Speeds [m/s], and times above the train before the launch [s], that the trials of ``calibrated`` draw from."""
@@ -116,6 +128,16 @@ def calm_job(cell, seed, quick):
     return {"lap_s": lap_time(scenario), **line(scenario)}
 
 
+def pass_job(cell, seed, quick):
+    """Returns the line of a run on an open track."""
+    name, speed = PASS[cell]
+    settings, _ = OPEN_TRACKS[name]
+    scenario = load_scenario(
+        "train:guided", seed=seed, overrides=[*COMMON, *settings, f"track.speed={speed}", "track.start=0"]
+    )
+    return line(scenario)
+
+
 def calibrated_job(track, seed, quick):
     """Returns the line of a run whose hand descends at a drawn time."""
     random = np.random.default_rng(seed)
@@ -152,6 +174,7 @@ def summary(rows):
             if row.get("time_to_grasp_s") is not None and math.isfinite(row.get("lap_s", math.nan))
         ],
         "table_touched": sum(bool(row.get("table_touched")) for row in rows),
+        "causes": dict(Counter(str(row.get("cause")) for row in rows if not row["success"]).most_common()),
         "reasons": dict(Counter(row["failure_reason"] for row in rows if not row["success"]).most_common()),
     }
 
@@ -159,6 +182,7 @@ def summary(rows):
 PARTS = {
     "event": Part(event_job, dict.fromkeys(EVENT, 10), 4000, summary, TABLES["event"]),
     "calm": Part(calm_job, dict.fromkeys(CALM, 20), 4100, summary, TABLES["calm"]),
+    "pass": Part(pass_job, dict.fromkeys(PASS, 30), 4200, summary, TABLES["pass"]),
     "calibrated": Part(calibrated_job, dict.fromkeys(TRACKS, 250), 4500, calibrated_summary, TABLES["calibrated"]),
 }
 

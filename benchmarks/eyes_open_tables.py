@@ -50,6 +50,21 @@ def calm_table(cells):
     ]
 
 
+def pass_table(cells):
+    """Returns (header, rows) of the open tracks."""
+    header = ["track, speed", "runs", "first attempt", "Wilson 95 %", "lifted", "median time to grasp"]
+    header += ["median offset along the path", "why not"]
+    return header, [
+        [
+            *_grasps(cell),
+            _median(cell["times_to_grasp_s"], 1.0, "s"),
+            _median(cell["along_m"], 1e3, "mm"),
+            "; ".join(f"{count} x {reason}" for reason, count in cell["causes"].items()),
+        ]
+        for cell in cells
+    ]
+
+
 def calibrated_table(cells):
     """Returns (header, rows) of the probability of success in tenths of all launches, ordered by it."""
     launches = np.array(sorted(launch for cell in cells for launch in cell["launches"]))
@@ -70,4 +85,4 @@ def calibrated_table(cells):
     return header, rows
 
 
-TABLES = {"event": event_table, "calm": calm_table, "calibrated": calibrated_table}
+TABLES = {"event": event_table, "calm": calm_table, "pass": pass_table, "calibrated": calibrated_table}

@@ -13,5 +13,9 @@ def eyes_open_calm() -> str:
     return part("eyes_open", benchmark.TABLES, "calm")
 
 
+def eyes_open_pass() -> str:
+    return part("eyes_open", benchmark.TABLES, "pass")
+
+
 def eyes_open_calibrated() -> str:
     return part("eyes_open", benchmark.TABLES, "calibrated")

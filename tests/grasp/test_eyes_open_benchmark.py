@@ -17,7 +17,7 @@ def test_every_event_is_one():
             assert (event.at, event.after_launch) in ((None, 0.2), (9.5, None)), name
 
 
-@pytest.mark.parametrize("part", ["event", "calm"])
+@pytest.mark.parametrize("part", ["event", "calm", "pass"])
 def test_every_part_has_a_table_of_its_lines(part):
     measured = eyes_open.PARTS[part]
     cell = next(iter(measured.cells))
@@ -50,3 +50,10 @@ def test_launches_are_counted_in_tenths_of_their_probability():
     assert [len(row) for row in rows] == [len(header)] * 10
     assert [row[0] for row in rows] == [4] * 10 and [row[3] for row in rows] == [0] * 5 + [4] * 5
     assert rows[0][2] == "5.0%" and rows[-1][4] == "100.0%"
+
+
+def test_every_open_track_is_one():
+    for settings, speeds in eyes_open.OPEN_TRACKS.values():
+        for speed in speeds:
+            scenario = load_scenario("train:guided", overrides=[*settings, f"track.speed={speed}", "track.start=0"])
+            assert scenario.track.length <= 2.0 and scenario.track.speed == speed
