@@ -5,14 +5,17 @@ from .arm_model import tool_down as tool_down
 from .arm_model import tool_yaw as tool_yaw
 from .arm_shape import ArmShape as ArmShape
 from .config import Hand as Hand
+from .config import HandEyeConfig as HandEyeConfig
 from .config import PacketGuardConfig as PacketGuardConfig
 from .config import Puma560 as Puma560
 from .config import ServoConfig as ServoConfig
 from .config import SevenJoint as SevenJoint
 from .description import FINGERS as FINGERS
+from .description import MARKERS as MARKERS
 from .description import PROBE_FRAME as PROBE_FRAME
 from .description import PUMA560 as PUMA560
 from .description import PUMA560_CUP as PUMA560_CUP
+from .description import PUMA560_MARKED as PUMA560_MARKED
 from .description import SEVEN_JOINT as SEVEN_JOINT
 from .description import Arm as Arm
 from .description import ArmDescription as ArmDescription
@@ -22,6 +25,7 @@ from .joint_servo import add_joint_feedforward as add_joint_feedforward
 from .joint_servo import add_set_point_spline as add_set_point_spline
 from .kinds import ARMS as ARMS
 from .kinds import make_arm as make_arm
+from .marker_kinematics import MarkerKinematics as MarkerKinematics
 from .packet_guard import REASONS as REASONS
 from .packet_guard import PacketGuard as PacketGuard
 from .packet_guard import Rejection as Rejection
@@ -42,3 +46,5 @@ from .tool_controller import add_tool_controller as add_tool_controller
 from .tool_motion import MotionFrame as MotionFrame
 from .tool_motion import ToolMotion as ToolMotion
 from .transform_equation_system import TransformEquationSystem as TransformEquationSystem
+from .visual_edge import VisualEdge as VisualEdge
+from .visual_edge_system import VisualEdgeSystem as VisualEdgeSystem

@@ -27,6 +27,10 @@ from .detectors import make_detector as make_detector
 from .foreground import Foreground as Foreground
 from .foreground_system import ForegroundSystem as ForegroundSystem
 from .frame_difference import FrameDifferenceDetector as FrameDifferenceDetector
+from .hand_markers import HandMarkerFinder as HandMarkerFinder
+from .hand_markers import MarkerSearch as MarkerSearch
+from .hand_markers_system import HandMarkersSystem as HandMarkersSystem
+from .hand_vision_diagram import HandVisionDiagram as HandVisionDiagram
 from .localiser_system import Localiser as Localiser
 from .measured_vision_system import MeasuredVisionDiagram as MeasuredVisionDiagram
 from .motion_centroid_system import LaggedCentroid as LaggedCentroid

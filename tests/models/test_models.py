@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pydrake.geometry import Box
+from pydrake.geometry import Box, Role
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
@@ -16,6 +16,7 @@ MODELS = Path(__file__).resolve().parents[2] / "models"
 PACKAGE = "package://drake_tracker_models/"
 TRAINS = ["plain", "striped", "round", "dark"]
 MODEL_FILES = sorted(path.relative_to(MODELS).as_posix() for path in MODELS.glob("*/*.sdf"))
+MARKED = "gripper/gripper_marked.sdf"
 TABLE_TOP = 0.45
 TRAIN_HEIGHT = 0.035
 X_WT_DOWN = RigidTransform(RotationMatrix(np.diag([1.0, -1.0, -1.0])), [0.56, 0.0, TABLE_TOP + TRAIN_HEIGHT])
@@ -93,7 +94,7 @@ def tilt_deg(X):
 
 def test_each_kind_of_model_is_there():
     expected = ["ball", "cup", "floor", "gripper", "puma560", "seven_joint", "table"]
-    files = [f"{name}/{name}.sdf" for name in expected] + [f"train/train_{body}.sdf" for body in TRAINS]
+    files = [f"{name}/{name}.sdf" for name in expected] + [f"train/train_{body}.sdf" for body in TRAINS] + [MARKED]
     assert sorted(files) == MODEL_FILES
 
 
@@ -103,9 +104,30 @@ def test_model_loads_and_its_bodies_can_exist(path):
     instance = scene.add(path)
     scene.plant.Finalize()
     for index in scene.plant.GetBodyIndices(instance):
-        inertia = scene.plant.get_body(index).default_spatial_inertia()
+        body = scene.plant.get_body(index)
+        inertia = body.default_spatial_inertia()
         assert inertia.IsPhysicallyValid()
-        assert inertia.get_mass() > 0.0 or path.startswith("floor")
+        assert inertia.get_mass() > 0.0 or path.startswith("floor") or body.name().startswith("marker_")
+
+
+def test_markers_change_nothing_but_the_look_of_the_gripper():
+    found = []
+    for path in ("gripper/gripper.sdf", MARKED):
+        scene = Scene()
+        gripper = scene.add(path, weld="hand")
+        context = scene.build()
+        plant, inspector = scene.plant, scene.scene_graph.model_inspector()
+        bodies = plant.GetBodyIndices(gripper)
+        look = sum(len(plant.GetVisualGeometriesForBody(plant.get_body(index))) for index in bodies)
+        mass = plant.CalcMassMatrix(context).tolist(), plant.CalcTotalMass(context)
+        found.append(
+            (
+                (plant.num_positions(), plant.num_actuators(), mass, inspector.NumGeometriesWithRole(Role.kProximity)),
+                look,
+            )
+        )
+    assert found[0][0] == found[1][0]
+    assert found[1][1] == found[0][1] + 6
 
 
 @pytest.mark.parametrize("folder", sorted(path.name for path in MODELS.iterdir() if path.is_dir()))
@@ -139,7 +161,7 @@ def mesh_vertices(path):
 
 @pytest.mark.parametrize("path", MODEL_FILES)
 def test_meshes_and_textures_are_there(path):
-    for url in re.findall(r"<uri>package://drake_tracker_models/(.*?)</uri>", (MODELS / path).read_text()):
+    for url in re.findall(r"<uri>package://drake_tracker_models/(.*?\.obj)</uri>", (MODELS / path).read_text()):
         assert np.all(np.isfinite(mesh_vertices(url))) and np.all(np.isfinite(mesh_rows(url, "vn ")))
         texture = mesh_rows(url, "vt ")
         assert texture.min() >= 0.0 and texture.max() <= 1.0

@@ -111,6 +111,14 @@ def test_measured_vision_is_a_leak_if_the_scenario_does_not_ask_for_it(blind):
     assert any("measured_error" in path and "plant.train_state" in path for path in leaking)
 
 
+def test_markers_on_the_hand_give_the_controller_no_ground_truth():
+    """The hand is found in images, near the place that the arm's own joints tell."""
+    hand_eye = make_diagram(load_scenario("train", overrides=["arm.markers=true"]))
+    leaking, sensors = leaks(hand_eye)
+    assert leaking == []
+    assert sensors == set(measured(hand_eye, False).values())
+
+
 def test_faults_give_the_controller_no_ground_truth():
     """Faults change what the controller reads, but what it reads still comes from the sensors alone."""
     for stand_in, overrides in ((False, []), (True, [MEASURED])):
