@@ -28,7 +28,7 @@ def cameras():
 
 def markers_at(x, y, z, yaw):
     """Centres of the left and the right marker of open jaws, shape (2, 3) [m]."""
-    across = 0.059 * np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+    across = 0.058 * np.array([-np.sin(yaw), np.cos(yaw), 0.0])
     return np.array([x, y, z]) + [across, -across]
 
 

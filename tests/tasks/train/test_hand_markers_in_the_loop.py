@@ -57,8 +57,8 @@ def test_the_markers_are_on_the_fingers():
     q = np.array(PUMA560.q_start)
     narrow, wide = (kinematics.places(q, width) for width in (0.02, 0.08))
     np.testing.assert_allclose(narrow.p_WT, wide.p_WT)
-    np.testing.assert_allclose(np.linalg.norm(wide.p_WM[0] - wide.p_WM[1]), 0.08 + 2 * 0.015)
-    np.testing.assert_allclose(np.linalg.norm(narrow.p_WM[0] - narrow.p_WM[1]), 0.02 + 2 * 0.015)
+    np.testing.assert_allclose(np.linalg.norm(wide.p_WM[0] - wide.p_WM[1]), 0.08 + 2 * 0.014)
+    np.testing.assert_allclose(np.linalg.norm(narrow.p_WM[0] - narrow.p_WM[1]), 0.02 + 2 * 0.014)
     np.testing.assert_allclose((wide.p_WM.mean(axis=0) - wide.p_WT) @ wide.up_W[0], 0.040, atol=1e-9)
     with pytest.raises(DrakeTrackerError, match="marker_left and marker_right"):
         MarkerKinematics(PUMA560)
