@@ -21,6 +21,9 @@ WITH_TRACKS: tuple[Connection, ...] = (
 WITH_MEASURED_TRACKS: tuple[Connection, ...] = (WITH_TRACKS[0], *BETWEEN_SUBSYSTEMS[1:])
 """The same with a measured vision of several objects, which searches for nothing."""
 
+WITH_WRIST: tuple[Connection, ...] = (*WITH_TRACKS, ("host", "prediction", "vision", "prediction"))
+"""The same with a camera on the hand: the host tells vision where it expects the target."""
+
 AT_LAUNCH: Connection = ("arm", "command", "world", "launch")
 """The connection of a world in which something happens when the hand begins to descend."""
 

@@ -56,6 +56,7 @@ class WristReason(IntEnum):
     POOR_MATCH = 6
     AT_THE_EDGE = 7
     DISAGREES = 8
+    JAWS_CLOSED = 9
 
 
 class Expectation(NamedTuple):

@@ -119,7 +119,11 @@ class WristCamera:
     height: int = setting(128, "image height", "px", (16, 1024))
     fov_deg: float = setting(60.0, "vertical field of view", "deg", (10.0, 120.0))
     offset: tuple[float, ...] = setting(
-        [0.06, 0.0, -0.10], "position in the frame of the tool, whose z axis is the approach", "m", (-0.3, 0.3), shape=(3,)
+        [0.06, 0.0, -0.10],
+        "position in the frame of the tool, whose z axis is the approach",
+        "m",
+        (-0.3, 0.3),
+        shape=(3,),
     )
     tilt_deg: float = setting(15.0, "angle between its axis and the approach", "deg", (-60.0, 60.0))
     noise: float = setting(2.0, "standard deviation of the sensor noise", "grey levels", (0.0, 64.0))

@@ -201,7 +201,8 @@ class WorldDiagram(Diagram):
                 further=further,
             )
         for name, camera in self.cameras.items():
-            lens = cameras.wrist if name == WRIST_CAMERA else cameras
+            wrist = cameras.wrist if name == WRIST_CAMERA else None
+            lens = wrist if isinstance(wrist, WristCamera) else cameras
             view = View(name.removeprefix("camera_"), true_camera_model(lens, camera.X_WC), camera.window)
             image_port = add_image_faults(
                 builder,

@@ -1,12 +1,16 @@
 """The camera on the hand: where it is mounted, and what lens it has."""
 
+from typing import Any
+
 import numpy as np
 from pydrake.geometry import FrameId
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
+from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.world.camera_system import CameraOptics
+from drake_tracker.world.cameras import true_camera_model
 from drake_tracker.world.config import LightingConfig, WristCamera
 
 WRIST = "wrist"
@@ -33,6 +37,22 @@ def wrist_camera_pose(config: WristCamera) -> RigidTransform:
     forward = np.cos(tilt) * np.array([0.0, 0.0, 1.0]) - np.sin(tilt) * outward
     right = np.array([-outward[1], outward[0], 0.0])
     return RigidTransform(RotationMatrix(np.column_stack([right, np.cross(forward, right), forward])), config.offset)
+
+
+def describe_wrist(config: WristCamera) -> dict[str, Any]:
+    """Returns {setting: value} of everything on which its calibration depends, as plain numbers and lists."""
+    return {
+        "width": config.width,
+        "height": config.height,
+        "fov_deg": float(config.fov_deg),
+        "offset": [float(x) for x in config.offset],
+        "tilt_deg": float(config.tilt_deg),
+    }
+
+
+def true_wrist_model(config: WristCamera) -> CameraModel:
+    """Returns the `CameraModel` of the simulator itself, relative to the tool: its ``X_CW`` is X_CT."""
+    return true_camera_model(config, wrist_camera_pose(config))
 
 
 def wrist_optics(

@@ -14,6 +14,7 @@ from drake_tracker.diagrams.hand_eye import (
     BETWEEN_SUBSYSTEMS,
     WITH_MEASURED_TRACKS,
     WITH_TRACKS,
+    WITH_WRIST,
     Connection,
     HandEyeDiagram,
 )
@@ -28,6 +29,7 @@ from drake_tracker.tasks.train.scenario import Measured, TrainScenario
 from drake_tracker.tasks.train.track_placement import check_track, place_track
 from drake_tracker.tasks.train.vision_parts import RenderedWindow, image_pipeline, make_vision, tracks_several
 from drake_tracker.tasks.train.world import make_train_world
+from drake_tracker.tasks.train.wrist_parts import has_wrist
 from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.plant import table_box
 
@@ -46,6 +48,8 @@ def make_train_diagram(scenario: TrainScenario) -> HandEyeDiagram:
     connections = BETWEEN_SUBSYSTEMS
     if tracks_several(scenario):
         connections = WITH_MEASURED_TRACKS if isinstance(scenario.vision, Measured) else WITH_TRACKS
+    if has_wrist(scenario):
+        connections = WITH_WRIST
     return assemble(scenario, vision, windows, train_host(scenario), connections, pipeline)
 
 

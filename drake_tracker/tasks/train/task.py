@@ -10,7 +10,7 @@ from pydrake.systems.framework import System
 
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.messages import GraspDiagnosis, JawState, Regions, TrackPoints, Verdict
+from drake_tracker.core.messages import GraspDiagnosis, JawState, Regions, TrackPoints, Verdict, WristPoint
 from drake_tracker.core.timing import PROJECTOR_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, vision_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.diagrams.parts import link_of
@@ -81,6 +81,7 @@ class TrainTask(Task[TrainScenario]):
         "tracks": (VISION_PERIOD, TrackPoints.get_fields()),
         "regions_left": (VISION_PERIOD, Regions.get_fields()),
         "regions_right": (VISION_PERIOD, Regions.get_fields()),
+        "wrist": (VISION_PERIOD, WristPoint.get_fields()),
         "jaws": (VISION_PERIOD, JawState.get_fields()),
         "truth_judged": (VISION_PERIOD, ("train",)),
     }

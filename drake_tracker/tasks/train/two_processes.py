@@ -2,6 +2,7 @@
 
 from pydrake.lcm import DrakeLcm
 
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.diagrams.hand_eye import BETWEEN_SUBSYSTEMS, WITH_MEASURED_TRACKS
@@ -20,6 +21,7 @@ from drake_tracker.tasks.train.vision_parts import (
     rendered_vision,
     tracks_several,
 )
+from drake_tracker.tasks.train.wrist_parts import has_wrist
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
@@ -79,3 +81,7 @@ def check_task(scenario: BaseScenario) -> None:
     """Raises DrakeTrackerError when a scenario cannot be split into two processes."""
     why = "only the train runs in two processes; for the ball, camera and arm find the board together"
     require_task(scenario, "train", why)
+    if isinstance(scenario, TrainScenario) and has_wrist(scenario):
+        raise DrakeTrackerError(
+            f"{scenario.where('cameras.wrist')} must be !NoWristCamera: its images are not sent between processes"
+        )
