@@ -27,15 +27,17 @@ REACH_ALONG, REACH_ACROSS = 0.024, 0.016
 TURN = math.radians(4.0)
 """Step of the search for the object's direction relative to the predicted one [rad]."""
 LARGEST_TURN = math.radians(16.0)
+"""Largest angle between the object's direction and the predicted one that is searched [rad]."""
 LEARNED = 8
 """Images from which a template is known."""
 MEMORY = 40
 """Images over which template and place are averaged, once there are as many."""
 LEAST_CORRELATION = 0.6
+"""Correlation of an image with the template below which the object does not count as found."""
 LEAST_SHARE = 0.3
 """Least share of the template that an image must show."""
-DARKEST_CONTRAST = 6.0
-"""Standard deviation of the grey levels of an image below which it is dark."""
+DARKEST = 10.0
+"""Mean grey level of an image below which it is dark."""
 ALONG_STD, ACROSS_STD, HEIGHT_STD = 0.0025, 0.0015, 0.003
 """Standard deviations of the measured place relative to the learned one [m]."""
 DRIFT = 3.5
@@ -283,7 +285,7 @@ class WristView:
             expected: where the object is predicted.
             fixed: what the fixed cameras measured at the same stamp, None for nothing.
         """
-        if float(image.std()) < DARKEST_CONTRAST:
+        if float(image.mean()) < DARKEST:
             return appearance, nothing(WristReason.DARK)
         if appearance is None:
             if fixed is None:
