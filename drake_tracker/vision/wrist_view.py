@@ -30,7 +30,7 @@ LARGEST_TURN = math.radians(16.0)
 """Largest angle between the object's direction and the predicted one that is searched [rad]."""
 LEARNED = 8
 """Images from which a template is known."""
-MEMORY = 40
+MEMORY = 20
 """Images over which template and place are averaged, once there are as many."""
 LEAST_CORRELATION = 0.6
 """Correlation of an image with the template below which the object does not count as found."""
