@@ -27,6 +27,10 @@ from .detectors import make_detector as make_detector
 from .foreground import Foreground as Foreground
 from .foreground_system import ForegroundSystem as ForegroundSystem
 from .frame_difference import FrameDifferenceDetector as FrameDifferenceDetector
+from .fusion import fuse as fuse
+from .hand_eye_solver import HandEye as HandEye
+from .hand_eye_solver import solve_hand_eye as solve_hand_eye
+from .hand_view import HandView as HandView
 from .localiser_system import Localiser as Localiser
 from .measured_vision_system import MeasuredVisionDiagram as MeasuredVisionDiagram
 from .motion_centroid_system import LaggedCentroid as LaggedCentroid
@@ -73,3 +77,7 @@ from .triangulator_system import add_triangulator as add_triangulator
 from .vision_diagram import VisionDiagram as VisionDiagram
 from .window import Window as Window
 from .window import project_window as project_window
+from .wrist_view import WristMeasurement as WristMeasurement
+from .wrist_view import WristReason as WristReason
+from .wrist_view import WristView as WristView
+from .wrist_view_system import WristViewSystem as WristViewSystem
