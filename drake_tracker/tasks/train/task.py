@@ -35,6 +35,7 @@ from drake_tracker.tasks.train.vision_parts import (
     rendered_windows,
     tracks_several,
 )
+from drake_tracker.tasks.train.wrist_parts import wrist_images
 from drake_tracker.vision.triangulator_system import TriangulatorSystem
 
 _FREE = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT)
@@ -216,7 +217,7 @@ class TrainTask(Task[TrainScenario]):
         if start == "images":
             windows = rendered_windows(recorded)
             vision = image_vision(scenario, windows)
-            images = {f"camera_{side}": window[2:] for side, window in windows.items()}
+            images = {f"camera_{side}": window[2:] for side, window in windows.items()} | wrist_images(recorded)
         elif start == "centroids":
             models = load_cameras(scenario)
             vision = TriangulatorSystem(*(models[side] for side in SIDES), work_volume=scenario.vision.work_volume)

@@ -23,6 +23,12 @@ def has_wrist(scenario: TrainScenario) -> bool:
     return isinstance(scenario.cameras.wrist, WristCamera)
 
 
+def wrist_images(scenario: TrainScenario) -> dict[str, tuple[int, int]]:
+    """Returns {name of the port: (width, height) [px]} of the camera on the hand; empty without one."""
+    config = scenario.cameras.wrist
+    return {WRIST_CAMERA: (config.width, config.height)} if isinstance(config, WristCamera) else {}
+
+
 def wrist_parts(scenario: TrainScenario) -> WristParts:
     """Returns the camera on the hand and what finds the object in its images.
 
