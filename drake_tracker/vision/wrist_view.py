@@ -32,6 +32,9 @@ LEARNED = 8
 """Images from which a template is known."""
 MEMORY = 20
 """Images over which template and place are averaged, once there are as many."""
+FORGOTTEN = 15
+"""Images in a row in which the fixed cameras see the object but the template is not found, after which it is learned
+anew."""
 LEAST_CORRELATION = 0.6
 """Correlation of an image with the template below which the object does not count as found."""
 LEAST_SHARE = 0.3
@@ -100,6 +103,7 @@ class Appearance(FrozenState):
         z: height of the reference point in W [m].
         turn: direction of the object relative to the predicted one, as found in the newest image [rad].
         length: of the object [m].
+        missed: number of images since it was last found, of those in which the fixed cameras saw it.
     """
 
     grey: np.ndarray
@@ -110,6 +114,7 @@ class Appearance(FrozenState):
     z: float
     turn: float
     length: float
+    missed: int = 0
 
 
 class WristMeasurement(NamedTuple):
@@ -296,15 +301,13 @@ class WristView:
         if match.correlation <= -1.0:
             return appearance, nothing(WristReason.OUT_OF_VIEW)
         if match.correlation < LEAST_CORRELATION:
-            reason = WristReason.POOR_MATCH if appearance.count >= LEARNED else WristReason.NOT_LEARNED
-            begun = None if fixed is not None and reason is WristReason.NOT_LEARNED else appearance
-            return begun, nothing(reason, match.correlation)
+            return _missed(appearance, fixed), nothing(WristReason.POOR_MATCH, match.correlation)
         if match.at_edge:
-            return appearance, nothing(WristReason.AT_THE_EDGE, match.correlation)
+            return _missed(appearance, fixed), nothing(WristReason.AT_THE_EDGE, match.correlation)
         yaw = expected.yaw + match.turn
         R = _rotation(yaw)
         middle = origin[:2] + _rotation(expected.yaw) @ (match.along, match.across)
-        learned = replace(appearance, turn=match.turn)
+        learned = replace(appearance, turn=match.turn, missed=0)
         if fixed is not None:
             learned = self._learned(learned, image, seen, camera, middle, yaw, fixed)
         p_WQ = np.array([*(middle + R @ learned.anchor), learned.z])
@@ -411,6 +414,14 @@ def nothing(reason: WristReason, correlation: float = 0.0) -> WristMeasurement:
         correlation: of the image with the template.
     """
     return WristMeasurement(reason, np.zeros(3), np.zeros((3, 3)), correlation)
+
+
+def _missed(appearance: Appearance, fixed: FixedPoint | None) -> Appearance | None:
+    """Returns what is known after an image in which the template was not found, None if it must be learned anew."""
+    if fixed is None:
+        return appearance
+    missed = appearance.missed + 1
+    return None if missed >= FORGOTTEN or appearance.count < LEARNED else replace(appearance, missed=missed)
 
 
 def _rotation(angle: float) -> np.ndarray:

@@ -5,6 +5,7 @@ import pytest
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.wrist_view import (
+    FORGOTTEN,
     LEARNED,
     Expectation,
     FixedPoint,
@@ -135,6 +136,21 @@ def test_reasons_for_no_measurement(learned):
     assert attempt(appearance, image, camera, seen=0.0 * SEEN) is WristReason.OUT_OF_VIEW
     assert attempt(appearance, image, camera, fixed=fixed_at(0.5, 0.05)) is WristReason.DISAGREES
     assert attempt(appearance, image, camera, fixed=fixed_at(0.5, 0.003)) is WristReason.VALID
+
+
+def test_a_template_that_is_not_found_is_learned_anew_while_the_fixed_cameras_see_the_object(learned):
+    view, (appearance, _) = WristView(TABLE, WIDTH), learned
+    camera = camera_at(0.5, 0.0, 0.22, np.pi / 2)
+    expected = Expectation(np.array([0.5, 0.0, Z]), np.pi / 2)
+    image = 255.0 - image_of(camera, 0.5, 0.0, np.pi / 2)  # another light
+    assert view.measure(appearance, image, SEEN, camera, expected, None)[1].reason is WristReason.POOR_MATCH
+    for _ in range(FORGOTTEN):
+        assert appearance is not None
+        appearance, _ = view.measure(appearance, image, SEEN, camera, expected, fixed_at(0.5, 0.0))
+    assert appearance is None
+    for _ in range(LEARNED):
+        appearance, measured = view.measure(appearance, image, SEEN, camera, expected, fixed_at(0.5, 0.0))
+    assert measured.reason is WristReason.VALID
 
 
 def test_cells_that_show_the_hand_do_not_count(learned):
