@@ -164,22 +164,6 @@ def plane_homography(camera: CameraModel, origin: np.ndarray, yaw: float) -> np.
     return camera.K @ camera.X_CW[:3] @ X_WP
 
 
-def stabilised(image: np.ndarray, camera: CameraModel, now: CameraModel, z: float) -> np.ndarray:
-    """Returns an earlier image as the camera would see it from its present place, if all it shows lay in one plane.
-
-    Args:
-        image: the earlier image, without distortion.
-        camera: the camera when it was captured.
-        now: the camera at present.
-        z: height of the plane in W [m].
-
-    What the earlier image does not show is 0.
-    """
-    origin = np.array([0.0, 0.0, z])
-    H = plane_homography(now, origin, 0.0) @ np.linalg.inv(plane_homography(camera, origin, 0.0))
-    return cv2.warpPerspective(image, H, (now.width, now.height), flags=cv2.INTER_LINEAR)
-
-
 def rectified(
     image: np.ndarray, seen: np.ndarray, camera: CameraModel, origin: np.ndarray, yaw: float, half: tuple[float, float]
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from drake_tracker.vision.wrist_view import (
     correlate,
     peak,
     plane_homography,
-    stabilised,
+    rectified,
 )
 from drake_tracker.world.config import WristCamera
 from drake_tracker.world.wrist_camera import true_wrist_model
@@ -71,22 +71,23 @@ def learned():
     return learn(WristView(TABLE, WIDTH))
 
 
-def test_an_earlier_image_is_stabilised_on_the_table():
-    before, now = camera_at(0.5, -0.05, 0.22, 0.1), camera_at(0.52, 0.0, 0.20, 0.3)
-    earlier, image = image_of(before), image_of(now, seed=1)
-    warped = stabilised(earlier, before, now, TABLE)
-    shown = stabilised(np.ones_like(earlier), before, now, TABLE) > 0.99
-    assert shown.mean() > 0.5
-    assert np.abs(warped - image)[shown].mean() < 3.0
-    assert np.abs(earlier - image)[shown].mean() > 6.0
+def test_a_rectified_patch_of_the_table_does_not_move_with_the_hand():
+    middle, patches, images = np.array([0.5, 0.0, TABLE]), [], []
+    for k, camera in enumerate((camera_at(0.5, -0.02, 0.22, 0.1), camera_at(0.53, 0.01, 0.17, 0.3))):
+        images.append(image_of(camera, seed=k))
+        patch, seen = rectified(images[-1], SEEN, camera, middle, 0.5, (0.05, 0.03))
+        assert patch.shape == (31, 51) and seen.all()
+        patches.append(patch)
+    assert np.abs(patches[0] - patches[1]).mean() < 3.0
+    assert np.abs(images[0] - images[1]).mean() > 6.0
 
 
-def test_what_moves_remains_when_the_table_is_stabilised():
-    before, now = camera_at(0.5, -0.05, 0.22), camera_at(0.5, 0.0, 0.22)
-    moved = image_of(now, 0.5, 0.01, np.pi / 2, seed=1)
-    difference = np.abs(stabilised(image_of(before, 0.5, -0.04, np.pi / 2), before, now, TABLE) - moved)
-    u, v = np.rint(now.project([[0.5, 0.05, TOP]])[0]).astype(int)
-    assert difference[v - 3 : v + 4, u - 3 : u + 4].mean() > 20.0
+def test_a_patch_shows_what_is_not_seen():
+    seen = SEEN.copy()
+    seen[:64] = 0.0
+    camera, middle = camera_at(0.5, 0.0, 0.22, 0.0), np.array([0.5, 0.0, TABLE])
+    _, mask = rectified(image_of(camera), seen, camera, middle, 0.0, (0.09, 0.03))
+    assert 0.1 < mask.mean() < 0.9
 
 
 def test_a_template_is_learned_while_the_fixed_cameras_see_the_object(learned):
