@@ -5,3 +5,4 @@ from .rendered_boards import CameraCalibration as CameraCalibration
 from .rendered_boards import calibrate as calibrate
 from .rendered_boards import calibrate_cameras as calibrate_cameras
 from .rendered_boards import calibration_error as calibration_error
+from .wrist_boards import calibrate_wrist as calibrate_wrist

@@ -2,6 +2,7 @@
 
 from argparse import Namespace
 from pathlib import Path
+from typing import Any
 
 from drake_tracker.commands.common import SUCCESS, Commands, add_command, add_overrides, quiet_drake
 from drake_tracker.core.errors import DrakeTrackerError
@@ -26,6 +27,9 @@ def register(commands: Commands) -> None:
     command.add_argument("--board", metavar="CxR", help="number of inner corners of the board, for example 9x6")
     command.add_argument("--square", type=float, metavar="M", help="side of a square of the board [m]")
     command.add_argument(
+        "--wrist", action="store_true", help="calibrate the camera on the hand of a scenario, not its fixed cameras"
+    )
+    command.add_argument(
         "--world",
         action="store_true",
         help="take the board in the first photograph as the world frame, not the left camera",
@@ -43,6 +47,8 @@ def execute(options: Namespace) -> int:
         )
     if board is None:
         scenario = load_scenario(sources[0], overrides=options.overrides)
+        if options.wrist:
+            return _calibrate_wrist(scenario, options.out)
         cameras = getattr(scenario, "cameras", None)  # the ball has none to calibrate, which `calibrate` reports
         if options.out is None and cameras is not None and in_package(cameras.calibration):
             raise DrakeTrackerError("calibrate: -o FILE is missing; the package's own calibration is not overwritten")
@@ -52,6 +58,8 @@ def execute(options: Namespace) -> int:
         quiet_drake()
         calibrate(scenario, options.out)
         return SUCCESS
+    if options.wrist:
+        raise DrakeTrackerError("calibrate: --wrist is for a scenario; it takes no photographs")
     if len(sources) > 2:
         raise DrakeTrackerError(f"calibrate: {len(sources)} image sets; give one or two, and put patterns in quotes")
     if options.overrides:
@@ -61,4 +69,19 @@ def execute(options: Namespace) -> int:
     from drake_tracker.calibration.photographs import calibrate_photographs, parse_board
 
     calibrate_photographs(sources, parse_board(board, options.square), options.out, world=options.world)
+    return SUCCESS
+
+
+def _calibrate_wrist(scenario: Any, out: Path | None) -> int:
+    """Calibrates the camera on the hand; returns the exit code."""
+    from drake_tracker.tasks import in_package
+
+    wrist = getattr(getattr(scenario, "cameras", None), "wrist", None)
+    if out is None and in_package(getattr(wrist, "calibration", "")):
+        raise DrakeTrackerError("calibrate: -o FILE is missing; the package's own calibration is not overwritten")
+
+    from drake_tracker.calibration.wrist_boards import calibrate_wrist
+
+    quiet_drake()
+    calibrate_wrist(scenario, out)
     return SUCCESS

@@ -25,6 +25,7 @@ from .messages import TrackPoint as TrackPoint
 from .messages import TrackPoints as TrackPoints
 from .messages import TrackPredictions as TrackPredictions
 from .messages import Verdict as Verdict
+from .messages import WristPoint as WristPoint
 from .messages import evaluate_prediction as evaluate_prediction
 from .messages import message_rows as message_rows
 from .messages import message_size as message_size

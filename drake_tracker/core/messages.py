@@ -28,6 +28,14 @@ coordinates; number of moving pixels."""
 TrackPoint = namedview("TrackPoint", ["stamp", "x", "y", "z", "gap", "valid"])
 """A measured point: stamp [s]; p_WQ = (x, y, z) [m] in W; gap between the two rays of sight [m]."""
 
+WristPoint = namedview(
+    "WristPoint",
+    ["stamp", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz", "correlation", "reason", "source", "valid"],
+)
+"""What the camera on the hand measures of the target: stamp [s]; p_WQ [m] in W; its covariance [m^2]; correlation of
+the image with the learned appearance; why there is no measurement (`vision.wrist_view.WristReason`); which cameras the
+point of the target comes from (0 none, 1 the fixed ones, 2 the one on the hand, 3 all); valid."""
+
 REGION_SLOTS = 16
 """Regions of one image that a message holds."""
 REGION_FIELDS = ("u", "v", "pixels", "width", "height", "var_u", "var_v", "moving", "share", "track", "shared")

@@ -6,6 +6,7 @@ has its own slot. Every lag therefore has a single value, and the order in which
     slot (fraction of a plant step)   System
     0                                 plant, cameras, motion centroid, delay line; readers of images and ground truth
     1/8                               plane projector (one camera); the triangulator (two) has no state and no slot
+    3/16                              camera on the hand
     1/4                               estimator
     1/2                               link
     5/8                               packet guard
@@ -48,6 +49,7 @@ PATH_DURATION = (KNOT_COUNT - 1) * KNOT_SPACING
 """Time [s] from the stamp of a predicted path to its end."""
 
 PROJECTOR_SLOT = 2 / 16
+WRIST_SLOT = 3 / 16
 ESTIMATOR_SLOT = 4 / 16
 LINK_SLOT = 8 / 16
 GUARD_SLOT = 10 / 16

@@ -26,6 +26,8 @@ WITH_HAND_POINT: tuple[Connection, ...] = (
     ("link", "delivered_hand_point", "arm", "hand_point"),
 )
 """Further connections of a vision that sees the hand (`LinkDiagram` as the link)."""
+WITH_WRIST: tuple[Connection, ...] = (("host", "prediction", "vision", "prediction"),)
+"""Further connections of a camera on the hand: the host tells vision where it expects the target."""
 
 AT_LAUNCH: Connection = ("arm", "command", "world", "launch")
 """The connection of a world in which something happens when the hand begins to descend."""

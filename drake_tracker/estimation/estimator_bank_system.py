@@ -25,8 +25,11 @@ from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.estimation.estimator import Estimator, EstimatorState
 from drake_tracker.estimation.estimator_system import make_packet, predict_path
 from drake_tracker.estimation.point_check import refuse_point
+from drake_tracker.vision.object_track import TrackState
 
-_NUMBER, _X, _SEEN = (TRACK_FIELDS.index(name) for name in ("number", "x", "seen"))
+_NUMBER, _STATE, _X, _SEEN = (TRACK_FIELDS.index(name) for name in ("number", "state", "x", "seen"))
+_UNSEEN = (TrackState.OCCLUDED, TrackState.NOT_OBSERVED, TrackState.OUT_OF_VIEW)
+"""States in which the fixed cameras do not see an object. A camera on the hand may have seen it."""
 _VELOCITY_STEP = 0.01
 """Time step from which the velocity of a predicted path is taken [s]."""
 
@@ -161,7 +164,7 @@ class EstimatorBankSystem(LeafSystem):
         message = np.zeros(message_size(TrackPredictions))
         time = stamp + self._period
         TrackPredictions(message).time = time
-        lost = [int(row[_NUMBER]) for row in rows if row[_SEEN] < stamp]
+        lost = [int(row[_NUMBER]) for row in rows if row[_SEEN] < stamp or row[_STATE] in _UNSEEN]
         for slot, number in zip(message_rows(message, EXPECTED_FIELDS), lost):
             estimate = members[number].estimate
             if self._estimator.ready(estimate):

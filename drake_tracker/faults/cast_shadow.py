@@ -51,7 +51,7 @@ class CastShadowFault(ImageFault, PointFault):
     work_volume: tuple[tuple[float, ...], ...] = ((0.33, -0.30, 0.45), (0.79, 0.30, 0.505))
 
     def hits(self, camera: str) -> bool:
-        return True
+        return camera != "wrist"
 
     def middle(self, time: float) -> float:
         """Returns the place of the band's middle along its motion [m], 0 at `MIDDLE`."""

@@ -7,6 +7,7 @@ from drake_tracker.core.constants import SIDES
 from drake_tracker.core.setting import setting
 
 CAMERAS = ("left", "right", "both")
+IMAGES = (*CAMERAS, "wrist")
 TRAIN, BOTH_TASKS = ("train",), ("train", "ball")
 
 
@@ -30,7 +31,7 @@ class ImageFaultConfig(FaultConfig):
     """When a fault acts, and on which camera. The ball has one camera, so that ``camera`` must be both."""
 
     tasks: ClassVar[tuple[str, ...]] = BOTH_TASKS
-    camera: str = setting("both", "which camera", choices=CAMERAS)
+    camera: str = setting("both", "which camera; both are the fixed ones", choices=IMAGES)
 
 
 @dataclass(frozen=True)

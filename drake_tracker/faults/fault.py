@@ -58,8 +58,8 @@ class Fault:
         return np.random.default_rng([self.seed, FAULT_STREAM, self.number, *counters])
 
     def hits(self, camera: str) -> bool:
-        """Returns whether it concerns a camera: "left", "right", or "both" for the only one."""
-        return self.settings.camera in ("both", camera)
+        """Returns whether it concerns a camera: "left", "right", "wrist", or "both" for the only one of a task."""
+        return self.settings.camera == camera or (self.settings.camera == "both" and camera != "wrist")
 
 
 @dataclass(frozen=True)

@@ -27,9 +27,13 @@ from .detectors import make_detector as make_detector
 from .foreground import Foreground as Foreground
 from .foreground_system import ForegroundSystem as ForegroundSystem
 from .frame_difference import FrameDifferenceDetector as FrameDifferenceDetector
+from .fusion import fuse as fuse
+from .hand_eye_solver import HandEye as HandEye
+from .hand_eye_solver import solve_hand_eye as solve_hand_eye
 from .hand_markers import HandMarkerFinder as HandMarkerFinder
 from .hand_markers import MarkerSearch as MarkerSearch
 from .hand_markers_system import HandMarkersSystem as HandMarkersSystem
+from .hand_view import HandView as HandView
 from .hand_vision_diagram import HandVisionDiagram as HandVisionDiagram
 from .localiser_system import Localiser as Localiser
 from .measured_vision_system import MeasuredVisionDiagram as MeasuredVisionDiagram
@@ -77,3 +81,7 @@ from .triangulator_system import add_triangulator as add_triangulator
 from .vision_diagram import VisionDiagram as VisionDiagram
 from .window import Window as Window
 from .window import project_window as project_window
+from .wrist_view import WristMeasurement as WristMeasurement
+from .wrist_view import WristReason as WristReason
+from .wrist_view import WristView as WristView
+from .wrist_view_system import WristViewSystem as WristViewSystem

@@ -21,6 +21,7 @@ from drake_tracker.vision.tracker import Tracker
 from drake_tracker.vision.tracker_system import TrackerSystem
 from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE
 from drake_tracker.vision.window import Window
+from drake_tracker.vision.wrist_parts import WristParts, add_wrist_view
 
 
 class SeveralVisionDiagram(Diagram):
@@ -50,7 +51,9 @@ class SeveralVisionDiagram(Diagram):
     the host. ``arm_state`` and ``jaws``, which exist with ``arm`` only, are the joints (q, v) [rad, rad/s] and a
     `JawState` at the same instants. ``selected`` is the number of the track that the operator selected, and may stay
     unconnected. The outputs are those of the `TrackerSystem`, ``lag_cycles`` after the capture of the images, and
-    ``motion_*``, the silhouettes of the newest images as `MotionEnergy`. With ``own_stamps`` there are the inputs
+    ``motion_*``, the silhouettes of the newest images as `MotionEnergy`. With ``wrist`` there are the inputs
+    ``camera_wrist`` and ``prediction`` and the output ``wrist``, and the outputs ``point`` and ``tracks`` are those of
+    the `WristViewSystem`, which also needs ``arm_state`` and ``jaws``. With ``own_stamps`` there are the inputs
     ``frame_left`` and ``frame_right`` too, a `FrameInfo` vector each.
 
     Args:
@@ -68,6 +71,7 @@ class SeveralVisionDiagram(Diagram):
         max_gap: largest distance between the two rays of one object [m].
         stamp_tolerance: largest difference of the stamps of the two images [s].
         image_latency: cycles from the capture of an image until the inputs show it, as with a `PipelinedCamera`.
+        wrist: the camera on the hand; None without one.
 
     Raises DrakeTrackerError when the lag is shorter than the latency, or a setting is out of range.
     """
@@ -88,6 +92,7 @@ class SeveralVisionDiagram(Diagram):
         max_gap: float = MAX_GAP,
         stamp_tolerance: float = STAMP_TOLERANCE,
         image_latency: int = 0,
+        wrist: WristParts | None = None,
     ) -> None:
         super().__init__()
         self.set_name("vision")
@@ -129,9 +134,21 @@ class SeveralVisionDiagram(Diagram):
             builder.ExportOutput(system.GetOutputPort("motion_energy"), f"motion_{side}")
         for name in ("expected", "selected"):
             builder.ExportInput(tracking.GetInputPort(name), name)
-        for index in range(tracking.num_output_ports()):
-            port = tracking.get_output_port(index)
-            builder.ExportOutput(port, port.get_name())
+        taken: dict[str, OutputPort] = {}
+        if wrist is not None:
+            taken = add_wrist_view(
+                builder,
+                tracking,
+                wrist,
+                lag_cycles=int(lag_cycles),
+                period=period,
+                image_latency=image_latency,
+                time_step=time_step,
+                shares_arm=arm is not None,
+            )
+        ports = [tracking.get_output_port(index) for index in range(tracking.num_output_ports())]
+        for name, port in ({port.get_name(): port for port in ports} | taken).items():
+            builder.ExportOutput(port, name)
         builder.BuildInto(self)
 
     @staticmethod

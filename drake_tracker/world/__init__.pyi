@@ -28,9 +28,11 @@ from .config import BoardCameraConfig as BoardCameraConfig
 from .config import BoardConfig as BoardConfig
 from .config import CamerasConfig as CamerasConfig
 from .config import LightingConfig as LightingConfig
+from .config import NoWristCamera as NoWristCamera
 from .config import OperatorConfig as OperatorConfig
 from .config import TrackConfig as TrackConfig
 from .config import TrainConfig as TrainConfig
+from .config import WristCamera as WristCamera
 from .disturbance_system import DisturbanceSystem as DisturbanceSystem
 from .disturbance_system import add_disturbance as add_disturbance
 from .driven_objects import DrivenObject as DrivenObject
@@ -74,3 +76,4 @@ from .tracks import make_track as make_track
 from .train_model import add_train as add_train
 from .visual_mesh import add_visual_mesh as add_visual_mesh
 from .world_diagram import WorldDiagram as WorldDiagram
+from .wrist_camera import wrist_camera_pose as wrist_camera_pose

@@ -37,7 +37,7 @@ class CalibrationScene:
         self._body = plant.AddRigidBody("board", SpatialInertia.SolidBoxWithMass(1.0, 1.0, 1.0, 0.01))
         self._plant = plant
         with tempfile.TemporaryDirectory() as folder:
-            _paint_board(plant, self._body, board, folder)
+            paint_board(plant, self._body, board, folder)
             plant.Finalize()
             self._cameras = add_cameras(builder, scene_graph=scene_graph, config=cameras, lighting=lighting, seed=seed)
         self._diagram = builder.Build()
@@ -97,13 +97,23 @@ def held_pose(
     return _centred(board, X_WC.rotation() @ R_CB, centre)
 
 
-def _paint_board(plant: MultibodyPlant, body: RigidBody, board: Chessboard, folder: str) -> None:
-    """Adds to ``body``, whose frame is the board's B, a plate with the squares and a white margin of one square."""
+def paint_board(
+    plant: MultibodyPlant, body: RigidBody, board: Chessboard, folder: str, X_PB: RigidTransform = RigidTransform()
+) -> None:
+    """Adds to a body a plate with the squares and a white margin of one square.
+
+    Args:
+        plant: not yet finalized.
+        body: that carries the board.
+        board: the chessboard.
+        folder: in which the picture of the squares is kept until the renderer has read it.
+        X_PB: pose of the board in the frame of the body.
+    """
     picture = Path(folder) / "board.png"
     cv2.imwrite(str(picture), draw_board(board))
     size = np.array([board.columns + 3, board.rows + 3]) * board.square
     X_BG = RigidTransform([*board.corners()[:, :2].mean(axis=0), BOARD_THICKNESS / 2.0])
-    instance = GeometryInstance(X_BG, Box(*size, BOARD_THICKNESS), "board")
+    instance = GeometryInstance(X_PB @ X_BG, Box(*size, BOARD_THICKNESS), "board")
     properties = PerceptionProperties()
     properties.AddProperty("phong", "diffuse_map", str(picture))
     instance.set_perception_properties(properties)

@@ -8,6 +8,7 @@ from pydrake.geometry import (
     ColorRenderCamera,
     DepthRange,
     DepthRenderCamera,
+    FrameId,
     MakeRenderEngineVtk,
     RenderCameraCore,
     RenderEngineVtkParams,
@@ -28,7 +29,8 @@ from drake_tracker.world.sensor_model import SensorModel, SensorNoise
 from drake_tracker.world.sensor_noise_system import SensorNoiseSystem
 
 RENDERER_NAME = "cameras"
-_CLIPPING = ClippingRange(0.1, 10.0)
+_FARTHEST = 10.0
+"""Distance up to which the renderer shows things [m]."""
 _DEPTH_RANGE = DepthRange(0.1, 9.9)
 
 
@@ -41,7 +43,8 @@ class Camera:
         sensor_port: output port of that System.
         image_port: the colour image with noise and flicker, an `ImageRgba8U` of the window.
         window: part of the full frame that is rendered: pixel (0, 0) of the image is pixel (u0, v0) of the full frame.
-        X_WC: pose of the OpenCV camera frame: ground truth, for judges and pictures only.
+        X_WC: pose of the OpenCV camera frame, or pose in the frame that carries it: ground truth, for judges and
+            pictures only.
         model: from the rendered image to the camera's image.
     """
 
@@ -55,10 +58,10 @@ class Camera:
 
 @dataclass(frozen=True)
 class CameraOptics:
-    """The lens and the sensor of a camera that is fixed to the world.
+    """The lens and the sensor of a camera.
 
     Attributes:
-        X_WC: pose of the OpenCV camera frame: x right, y down, z forward.
+        X_WC: pose of the OpenCV camera frame: x right, y down, z forward. With a ``parent``, in that frame.
         width: of the full image [px].
         height: of the full image [px].
         fov_deg: vertical field of view of the full image.
@@ -70,6 +73,8 @@ class CameraOptics:
         period: time between frames [s]; each frame has its own noise.
         seed: of the sensor noise.
         camera_index: of the sensor noise; two cameras of one seed need two numbers.
+        parent: frame of the scene that carries the camera; None for a camera that is fixed to the world.
+        nearest: distance from which on the renderer shows things [m].
     """
 
     X_WC: RigidTransform
@@ -84,6 +89,8 @@ class CameraOptics:
     period: float = VISION_PERIOD
     seed: int = 0
     camera_index: int = 0
+    parent: FrameId | None = None
+    nearest: float = 0.1
 
     @property
     def rendered(self) -> ImageWindow:
@@ -113,7 +120,7 @@ class CameraOptics:
     def core(self, renderer: str = RENDERER_NAME) -> RenderCameraCore:
         """Returns the camera of the renderer with the given name."""
         info = camera_info(self.width, self.height, self.fov_deg, self.rendered, self.supersampling)
-        return RenderCameraCore(renderer, info, _CLIPPING, RigidTransform())
+        return RenderCameraCore(renderer, info, ClippingRange(self.nearest, _FARTHEST), RigidTransform())
 
 
 def add_renderer(scene_graph: SceneGraph, *, params: RenderEngineVtkParams, name: str = RENDERER_NAME) -> None:
@@ -152,7 +159,7 @@ def add_camera(
     sensor = builder.AddNamedSystem(
         name,
         RgbdSensor(
-            scene_graph.world_frame_id(),
+            optics.parent or scene_graph.world_frame_id(),
             optics.X_WC,
             ColorRenderCamera(core),
             DepthRenderCamera(core, _DEPTH_RANGE),
@@ -193,7 +200,7 @@ def add_late_cameras(
     Returns {name: Camera}.
     """
     mounts = {
-        name: CameraMount(ColorRenderCamera(each.core()), each.X_WC, sensor=each.sensor)
+        name: CameraMount(ColorRenderCamera(each.core()), each.X_WC, each.parent, each.sensor)
         for name, each in optics.items()
     }
     system = add_pipelined_camera(
@@ -222,6 +229,7 @@ def add_cameras(
     windows: Mapping[str, ImageWindow] | None = None,
     pipeline: ImagePipeline | None = None,
     seed: int = 0,
+    further: Mapping[str, CameraOptics] | None = None,
 ) -> dict[str, Camera]:
     """Adds the two cameras of the train, camera_left and camera_right, and the renderer unless there is one.
 
@@ -233,6 +241,7 @@ def add_cameras(
         windows: {name: window} to render only those parts of the images; None renders all of them.
         pipeline: how late the images are, and who makes them; None: they are rendered when they are read.
         seed: of the sensor noise.
+        further: {name: optics} of further cameras.
 
     Returns {name: Camera}.
     """
@@ -251,7 +260,7 @@ def add_cameras(
             camera_index=index,
         )
         for index, (name, X_WC) in enumerate(camera_poses(config).items())
-    }
+    } | dict(further or {})
     if pipeline is not None:
         return add_late_cameras(builder, scene_graph=scene_graph, optics=optics, params=params, pipeline=pipeline)
     add_renderer(scene_graph, params=params)

@@ -133,8 +133,35 @@ class TrainConfig:
 
 
 @dataclass(frozen=True)
+class NoWristCamera:
+    """The hand carries no camera."""
+
+
+@dataclass(frozen=True)
+class WristCamera:
+    """A camera on the hand, which sees the object from above until the jaws hold it.
+
+    It looks along the approach of the hand, tilted towards the axis of the tool. Its pixels are square.
+    """
+
+    width: int = setting(128, "image width", "px", (16, 1024))
+    height: int = setting(128, "image height", "px", (16, 1024))
+    fov_deg: float = setting(60.0, "vertical field of view", "deg", (10.0, 120.0))
+    offset: tuple[float, ...] = setting(
+        [0.06, 0.0, -0.10],
+        "position in the frame of the tool, whose z axis is the approach",
+        "m",
+        (-0.3, 0.3),
+        shape=(3,),
+    )
+    tilt_deg: float = setting(15.0, "angle between its axis and the approach", "deg", (-60.0, 60.0))
+    noise: float = setting(2.0, "standard deviation of the sensor noise", "grey levels", (0.0, 64.0))
+    calibration: str = setting("train_wrist.yaml", "file with its calibrated lens and its pose on the hand")
+
+
+@dataclass(frozen=True)
 class CamerasConfig:
-    """The two fixed cameras, left and right."""
+    """The two fixed cameras, left and right, and the camera on the hand."""
 
     width: int = setting(256, "image width", "px", (16, 2048))
     height: int = setting(256, "image height", "px", (16, 2048))
@@ -151,6 +178,7 @@ class CamerasConfig:
     render_window: bool = setting(True, "render only the window of interest instead of the full image")
     calibration: str = setting("train_cameras.yaml", "file with the calibrated camera models")
     render_processes: str = setting("auto", _RENDER_PROCESSES_HELP, choices=RENDER_PROCESSES)
+    wrist: NoWristCamera | WristCamera = setting(NoWristCamera, "whether the hand carries a camera too")
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.arm_faults_system import add_gripper_faults, add_joint_faults
 from drake_tracker.faults.fault import Fault, SceneFault, View, faults_at
 from drake_tracker.faults.image_faults_system import add_image_faults
-from drake_tracker.world.camera_system import Camera, add_cameras, close_cameras, start_cameras
+from drake_tracker.world.camera_system import Camera, CameraOptics, add_cameras, close_cameras, start_cameras
 from drake_tracker.world.cameras import ImageWindow, true_camera_model
-from drake_tracker.world.config import CamerasConfig, LightingConfig, NoEvent
+from drake_tracker.world.config import CamerasConfig, LightingConfig, NoEvent, WristCamera
 from drake_tracker.world.disturbance_system import add_disturbance
 from drake_tracker.world.grasp_judge_system import add_grasp_judge
 from drake_tracker.world.image_pipeline import ImagePipeline
@@ -27,6 +27,7 @@ from drake_tracker.world.slide import add_moving_body
 from drake_tracker.world.speed_event import SpeedEvent
 from drake_tracker.world.track_visual import add_track_visual
 from drake_tracker.world.tracks import Track
+from drake_tracker.world.wrist_camera import WRIST_CAMERA, hand_mount, wrist_optics
 
 
 class WorldDiagram(Diagram):
@@ -59,6 +60,7 @@ class WorldDiagram(Diagram):
     Only judges, logs and viewers may read ``truth_train_state``, the 13 numbers of the free body; ``truth_verdict``, a
     `Verdict`, updated at 60 Hz from time 0 and all zeros before; ``truth_query``, the scene; and
     ``truth_object_states``, 13 numbers of a free body for each of ``objects``, which exists only if there are any.
+    A hand with a camera (``cameras.wrist``) adds ``camera_wrist``, an image of the same kind, for the controller.
     With ``judge_all`` and further trains there is also ``truth_judged``, the number of the train that the verdict is
     about: 0 for the first, k for the k-th train of ``objects``.
 
@@ -184,6 +186,10 @@ class WorldDiagram(Diagram):
             whole = (0, 0, cameras.width, cameras.height)
             if windows is not None and whole not in windows.values():
                 hide_table_frame(laboratory)
+            further: dict[str, CameraOptics] = {}
+            if isinstance(cameras.wrist, WristCamera):
+                parent, X_PT = hand_mount(plant, laboratory.gripper, description.tool_frame)
+                further[WRIST_CAMERA] = wrist_optics(cameras.wrist, lighting, parent=parent, X_PT=X_PT, seed=seed)
             self.cameras = add_cameras(
                 builder,
                 scene_graph=laboratory.scene_graph,
@@ -192,9 +198,12 @@ class WorldDiagram(Diagram):
                 windows=windows,
                 pipeline=pipeline,
                 seed=seed,
+                further=further,
             )
         for name, camera in self.cameras.items():
-            view = View(name.removeprefix("camera_"), true_camera_model(cameras, camera.X_WC), camera.window)
+            wrist = cameras.wrist if name == WRIST_CAMERA else None
+            lens = wrist if isinstance(wrist, WristCamera) else cameras
+            view = View(name.removeprefix("camera_"), true_camera_model(lens, camera.X_WC), camera.window)
             image_port = add_image_faults(
                 builder,
                 image_port=camera.image_port,

@@ -25,6 +25,7 @@ MEASURED_SEVERAL = "vision=!Measured {tracker: !Several {}}"
 OBJECTS = "objects=[!Train {}, !Ball {}, !Hand {}]"
 BEHIND_THE_SENSORS = {
     *("camera_left_noise", "camera_right_noise", "camera_left_faults", "camera_right_faults", "jaw_sensor"),
+    *("camera_wrist_noise", "camera_wrist_faults"),
 }
 """Systems of the world between a sensor and the port that the controller reads."""
 
@@ -175,6 +176,15 @@ def test_cameras_that_see_several_objects_give_the_controller_no_ground_truth():
     leaking, sensors = leaks(hand_eye)
     assert leaking == []
     assert sensors == set(measured(hand_eye, False).values())
+    for subsystem in controller_subsystems(hand_eye).values():
+        assert truths(subsystem, is_truth) == {}
+
+
+def test_a_camera_on_the_hand_gives_the_controller_no_ground_truth():
+    hand_eye = make_diagram(load_scenario("train:wrist"))
+    leaking, sensors = leaks(hand_eye)
+    assert leaking == []
+    assert sensors == set(measured(hand_eye, False).values()) and "camera_wrist" in sensors
     for subsystem in controller_subsystems(hand_eye).values():
         assert truths(subsystem, is_truth) == {}
 

@@ -17,6 +17,7 @@ from drake_tracker.diagrams.hand_eye import (
     WITH_HAND_POINT,
     WITH_MEASURED_TRACKS,
     WITH_TRACKS,
+    WITH_WRIST,
     Connection,
     HandEyeDiagram,
 )
@@ -40,6 +41,7 @@ from drake_tracker.tasks.train.vision_parts import (
     tracks_several,
 )
 from drake_tracker.tasks.train.world import make_train_world
+from drake_tracker.tasks.train.wrist_parts import has_wrist
 from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.plant import table_box
 
@@ -60,6 +62,8 @@ def make_train_diagram(scenario: TrainScenario) -> HandEyeDiagram:
         connections = WITH_MEASURED_TRACKS if isinstance(scenario.vision, Measured) else WITH_TRACKS
     if sees_hand(scenario):
         connections = (*connections, *WITH_HAND_POINT)
+    if has_wrist(scenario):
+        connections = (*connections, *WITH_WRIST)
     return assemble(scenario, vision, windows, train_host(scenario), connections, pipeline)
 
 

@@ -27,6 +27,7 @@ from drake_tracker.world.config import (
     LightingConfig,
     TrackConfig,
     TrainConfig,
+    WristCamera,
 )
 from drake_tracker.world.object_kinds import OBJECTS
 from drake_tracker.world.objects_config import Train
@@ -119,7 +120,7 @@ class TrainScenario(BaseScenario):
         train: the train.
         objects: further objects that move by themselves.
         lighting: the lamps.
-        cameras: the two cameras.
+        cameras: the two fixed cameras, and one on the hand.
         vision: from images to points.
         estimator: from points to the predicted path.
         link: from the host to the controller of the arm.
@@ -141,7 +142,7 @@ class TrainScenario(BaseScenario):
         [], "further objects that move by themselves"
     )
     lighting: LightingConfig = setting(LightingConfig, "the lamps")
-    cameras: CamerasConfig = setting(CamerasConfig, "the two cameras")
+    cameras: CamerasConfig = setting(CamerasConfig, "the two fixed cameras, and one on the hand")
     vision: Rendered | Measured = setting(Rendered, "from images to points")
     estimator: ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS) = setting(  # type: ignore[valid-type]
         ClosedPath, "from points to the predicted path"
@@ -175,6 +176,10 @@ class TrainScenario(BaseScenario):
         left, right = self.cameras.azimuth_deg
         if math.isclose(left, right, abs_tol=1.0):
             found.append(("cameras.azimuth_deg", "must differ by more than 1 deg, or there is no baseline"))
+        if isinstance(self.cameras.wrist, WristCamera) and not (
+            isinstance(self.vision, Rendered) and isinstance(self.vision.tracker, Several)
+        ):
+            found.append(("cameras.wrist", "a camera on the hand needs vision: !Rendered with tracker: !Several"))
         if isinstance(self.vision, Rendered):
             found += image_problems("cameras", self.cameras.width, self.cameras.height, cameras=2)
         if isinstance(self.vision, Measured) and isinstance(self.arm, Puma560) and self.arm.markers:

@@ -22,6 +22,8 @@ from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.trouble import Cause
 from drake_tracker.tasks.train.trouble_tracking import tell_tracking, tracking_findings
 from drake_tracker.tasks.train.vision_parts import tracks_several
+from drake_tracker.tasks.train.wrist_findings import wrist_findings
+from drake_tracker.tasks.train.wrist_parts import has_wrist
 
 JITTER_WINDOW = 31
 """Number of samples in the moving mean that is subtracted before jitter is measured."""
@@ -64,6 +66,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
       success is a target that was lifted. ``swaps``: {``time_s``, ``track``, ``before``, ``after``} for each time that
       the track of the target went over to another object, see `target_swaps`. ``sentences``: one for each kind of
       trouble, for the user.
+    - ``wrist``: only if the hand carries a camera: see `wrist_findings`.
 
     Args:
         scenario: the scenario of the run.
@@ -102,6 +105,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
         **limiter_findings(log),
         **_hand_eye(log),
         **(_several(log, spans, objects) if tracks_several(scenario) else {}),
+        **({"wrist": wrist_findings(log, spans)} if has_wrist(scenario) else {}),
         "lag_s": lag_of(log, scenario.time_step),
         "closing_onset_error_s": closing_onset_error(scenario, log, spans),
         "simulated_s": simulated,

@@ -18,6 +18,7 @@ from drake_tracker.core.messages import (
     Regions,
     TrackPoints,
     Verdict,
+    WristPoint,
 )
 from drake_tracker.core.timing import PROJECTOR_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, vision_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
@@ -43,6 +44,7 @@ from drake_tracker.tasks.train.vision_parts import (
     rendered_windows,
     tracks_several,
 )
+from drake_tracker.tasks.train.wrist_parts import wrist_images
 from drake_tracker.vision.triangulator_system import TriangulatorSystem
 
 _FREE = (Phase.ACQUIRE, Phase.TRACK, Phase.INTERCEPT)
@@ -90,6 +92,7 @@ class TrainTask(Task[TrainScenario]):
         "tracks": (VISION_PERIOD, TrackPoints.get_fields()),
         "regions_left": (VISION_PERIOD, Regions.get_fields()),
         "regions_right": (VISION_PERIOD, Regions.get_fields()),
+        "wrist": (VISION_PERIOD, WristPoint.get_fields()),
         "jaws": (VISION_PERIOD, JawState.get_fields()),
         "hand_point": (VISION_PERIOD, HandPoint.get_fields()),
         "hand_correction": (VISION_PERIOD, HandCorrection.get_fields()),
@@ -237,7 +240,7 @@ class TrainTask(Task[TrainScenario]):
         if start == "images":
             windows = rendered_windows(recorded)
             vision = object_vision(scenario, windows)
-            images = {f"camera_{side}": window[2:] for side, window in windows.items()}
+            images = {f"camera_{side}": window[2:] for side, window in windows.items()} | wrist_images(recorded)
         elif start == "centroids":
             models = load_cameras(scenario)
             vision = TriangulatorSystem(*(models[side] for side in SIDES), work_volume=scenario.vision.work_volume)

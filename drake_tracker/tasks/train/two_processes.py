@@ -22,6 +22,7 @@ from drake_tracker.tasks.train.vision_parts import (
     sees_hand,
     tracks_several,
 )
+from drake_tracker.tasks.train.wrist_parts import has_wrist
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
@@ -84,4 +85,8 @@ def check_task(scenario: BaseScenario) -> None:
     if isinstance(scenario, TrainScenario) and sees_hand(scenario):
         raise DrakeTrackerError(
             f"{scenario.where('arm.markers')}: markers on the hand need one process; the network carries no hand points"
+        )
+    if isinstance(scenario, TrainScenario) and has_wrist(scenario):
+        raise DrakeTrackerError(
+            f"{scenario.where('cameras.wrist')} must be !NoWristCamera: its images are not sent between processes"
         )

@@ -17,6 +17,7 @@ from drake_tracker.tasks.loader import scenario_file
 from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.looks import object_looks
 from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
+from drake_tracker.tasks.train.wrist_parts import has_wrist, wrist_parts
 from drake_tracker.vision.calibration_file import load_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import Several
@@ -175,10 +176,13 @@ def sees_hand(scenario: TrainScenario) -> bool:
 
 
 def arm_signals(scenario: TrainScenario) -> tuple[str, ...]:
-    """Returns the outputs of the arm that the vision of a scenario reads, in order to mask the arm in the images."""
+    """Returns the outputs of the arm that the vision of a scenario reads.
+
+    It masks the arm in the images, and knows from them where a camera on the hand is.
+    """
     vision = scenario.vision
     masked = isinstance(vision, Rendered) and isinstance(vision.tracker, Several) and vision.tracker.mask_arm
-    return ("arm_state", "jaws") if masked else ()
+    return ("arm_state", "jaws") if masked or has_wrist(scenario) else ()
 
 
 def several_vision(
@@ -195,6 +199,8 @@ def several_vision(
     Raises DrakeTrackerError when a file is missing or a setting is out of range.
     """
     cameras = load_cameras(scenario)
+    if has_wrist(scenario):
+        settings["wrist"] = wrist_parts(scenario)
     arm = None
     if tracker.mask_arm:
         description = arm_of(scenario)
