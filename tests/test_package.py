@@ -41,6 +41,7 @@ ASSEMBLIES = {
         "world/camera_system.py",
         "world/cameras.py",
         "world/calibration_board.py",
+        "world/wrist_calibration_scene.py",
         "world/plant.py",
         "world/scene_copy.py",
         "world/ball_plant.py",

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem, OutputPort, State, System
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.errors import DrakeTrackerError
@@ -88,6 +88,20 @@ class WristMemory(FrozenState):
     point: np.ndarray
     tracks: np.ndarray
     wrist: np.ndarray
+
+
+class WristParts(NamedTuple):
+    """What a camera on the hand needs.
+
+    Attributes:
+        view: finds the object in its images.
+        hand: the camera and the hand.
+        held_width: opening of the jaws up to which they hold or have missed the object [m].
+    """
+
+    view: WristView
+    hand: HandView
+    held_width: float
 
 
 class WristViewSystem(LeafSystem):
@@ -299,3 +313,51 @@ def pack_wrist(stamp: float, measured: WristMeasurement, source: int) -> np.ndar
         [stamp, *measured.p_WQ, *measured.covariance[_UPPER], measured.correlation, measured.reason, source, valid],
         dtype=float,
     )
+
+
+def add_wrist_view(
+    builder: DiagramBuilder,
+    tracking: System,
+    parts: WristParts,
+    *,
+    lag_cycles: int,
+    image_latency: int,
+    period: float,
+    time_step: float,
+    shares_arm: bool,
+) -> dict[str, OutputPort]:
+    """Adds a `WristViewSystem` behind a `TrackerSystem`, and exports its inputs.
+
+    Args:
+        builder: of the vision.
+        tracking: the `TrackerSystem`.
+        parts: the camera and what finds the object.
+        lag_cycles: as for `WristViewSystem`.
+        image_latency: as for `WristViewSystem`.
+        period: of a cycle [s].
+        time_step: the plant's step [s].
+        shares_arm: whether the vision has the inputs ``arm_state`` and ``jaws`` already.
+
+    Returns {name: output port} of the outputs that it adds to those of the tracker, or that take their place.
+    """
+    system = builder.AddNamedSystem(
+        "wrist_view",
+        WristViewSystem(
+            parts.view,
+            parts.hand,
+            held_width=parts.held_width,
+            lag_cycles=lag_cycles,
+            image_latency=image_latency,
+            period=period,
+            offset=vision_slot(WRIST_SLOT, time_step),
+        ),
+    )
+    builder.Connect(tracking.GetOutputPort("tracks"), system.GetInputPort("tracks"))
+    builder.Connect(tracking.GetOutputPort("point"), system.GetInputPort("fixed_point"))
+    for name in ("camera_wrist", "prediction", "arm_state", "jaws"):
+        port = system.GetInputPort(name)
+        if shares_arm and name in ("arm_state", "jaws"):
+            builder.ConnectInput(name, port)
+        else:
+            builder.ExportInput(port, name)
+    return {name: system.GetOutputPort(name) for name in ("point", "tracks", "wrist")}

@@ -19,6 +19,7 @@ from drake_tracker.core.timing import (
     TIME_STEP,
     TRANSFORM_SLOT,
     VISION_PERIOD,
+    WRIST_SLOT,
     delay_cycles,
     lag_of_throughput,
     servo_slot,
@@ -58,7 +59,7 @@ def test_a_plant_step_that_does_not_divide_the_periods_is_rejected(time_step):
 
 
 def test_slots_lie_within_a_plant_step_in_the_order_of_the_data():
-    order = [PROJECTOR_SLOT, ESTIMATOR_SLOT, LINK_SLOT, GUARD_SLOT, REFLEX_SLOT]
+    order = [PROJECTOR_SLOT, WRIST_SLOT, ESTIMATOR_SLOT, LINK_SLOT, GUARD_SLOT, REFLEX_SLOT]
     order += [SERVO_SLOT, GRASP_SLOT, TRANSFORM_SLOT, IK_SLOT, LIMITER_SLOT]
     assert order[0] > 0.0 and order[-1] < 1.0
     assert order == sorted(set(order))
