@@ -1,6 +1,7 @@
 """The camera on the hand as a Drake System: its measurement of the target, fused with that of the fixed cameras."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np

@@ -40,7 +40,7 @@ def test_the_module_holds_exactly_these_messages():
     assert {view.__name__ for view in VIEWS} == {
         *("FrameInfo", "Centroid", "TrackPoint", "Filtered", "Prediction", "ServoTarget", "ArmCommand", "ToolStatus"),
         *("Regions", "TrackPoints", "TrackPredictions"),
-        *("PacketReport", "LimiterReport", "HandPoint", "HandCorrection"),
+        *("PacketReport", "LimiterReport", "HandPoint", "HandCorrection", "WristPoint"),
         *("JawState", "GraspDiagnosis", "OperatorCommand", "CatchDiagnosis", "TouchReport", "Verdict", "CatchVerdict"),
     }
 

@@ -59,11 +59,14 @@ def test_a_good_prediction_is_almost_certain_and_a_bad_one_is_not():
 
 
 def test_what_the_estimator_states_counts_until_predictions_have_been_judged():
-    none, few, many = (
-        success_probability(CONFIG, packet(0.010), HORIZON, STAMP_NOW, judged(lateral=0.02, stated=0.01, **which))
-        for which in ({"count": 0}, {"duration": 0.3}, {"duration": 2.5})
-    )
-    assert none > few > many
+    def probability(**which):
+        return success_probability(CONFIG, packet(0.008), HORIZON, STAMP_NOW, judged(stated=0.008, **which))
+
+    errors = {"lateral": 0.004, "along": 0.004, "turn": 0.1}
+    none, little, much = probability(count=0), probability(**errors, duration=0.0), probability(**errors, duration=9.0)
+    assert 0.75 < none < little < much, "good predictions make a good one more likely"
+    wrong = {name: 8.0 * error for name, error in errors.items()}
+    assert none > probability(**wrong, duration=0.0) > probability(**wrong, duration=9.0), "and bad ones a bad one"
 
 
 def test_an_object_that_stands_keeps_its_direction():

@@ -21,7 +21,7 @@ from drake_tracker.tasks.train.judged_train import RunObjects, about_target, obj
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.trouble import Cause
 from drake_tracker.tasks.train.trouble_tracking import tell_tracking, tracking_findings
-from drake_tracker.tasks.train.vision_parts import tracks_several
+from drake_tracker.tasks.train.vision_parts import sees_hand, tracks_several
 from drake_tracker.tasks.train.wrist_findings import wrist_findings
 from drake_tracker.tasks.train.wrist_parts import has_wrist
 
@@ -103,7 +103,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
         **vision,
         **packet_findings(log),
         **limiter_findings(log),
-        **_hand_eye(log),
+        **(_hand_eye(log) if sees_hand(scenario) else {}),
         **(_several(log, spans, objects) if tracks_several(scenario) else {}),
         **({"wrist": wrist_findings(log, spans)} if has_wrist(scenario) else {}),
         "lag_s": lag_of(log, scenario.time_step),
