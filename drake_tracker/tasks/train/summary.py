@@ -161,8 +161,6 @@ def _verdict(verdict: Signal) -> dict[str, Any]:
 
 
 def _hand_eye(log: Log) -> dict[str, Any]:
-    if "hand_correction" not in log:
-        return {}
     report = log["hand_correction"]
     used = report["used"] > 0
     lengths = np.linalg.norm(report.view("x", "y", "z")[used], axis=1)

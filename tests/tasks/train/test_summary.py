@@ -1,11 +1,16 @@
 """Tests of the summary of a run."""
 
+import dataclasses
 import json
 import math
 
 import numpy as np
 import pytest
 
+from drake_tracker.arm.config import Puma560
+from drake_tracker.arm.visual_edge import Doubt
+from drake_tracker.core.log import Signal
+from drake_tracker.core.messages import HandCorrection
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.results import git_commit, save_summary
 from drake_tracker.tasks.train.summary import jitter, summarise
@@ -37,6 +42,23 @@ def test_the_keys_are_the_same_for_every_run(scenario, episode, nothing):
     empty = summarise(scenario, nothing, 0.0, interrupted=True)
     assert set(empty) == KEYS
     assert empty["success"] is False and empty["prediction_rms_m"] is None and empty["interrupted"] is True
+
+
+def test_a_hand_with_markers_says_how_often_it_was_corrected(scenario, episode, nothing):
+    marked = dataclasses.replace(scenario, arm=Puma560(markers=True))
+    log = episode.log()
+    times, names = log["point"].times, HandCorrection.get_fields()
+    data = np.zeros((len(times), len(names)))
+    late = times >= 0.5 * times[-1]
+    data[late, names.index("used")] = 1.0
+    data[late, names.index("x")] = 0.03
+    data[-1, [names.index(name) for name in ("accepted", "rejected", "reason")]] = 40, 2, Doubt.OUTLIER
+    log["hand_correction"] = Signal(times, data, names)
+    found = summarise(marked, log, 6.0)["hand_eye"]
+    assert found["used_fraction"] == pytest.approx(0.5, abs=0.01) and found["correction_m"] == pytest.approx(0.03)
+    assert (found["accepted"], found["rejected"]) == (40, 2)
+    assert found["last_rejection"] == "it contradicts the measurements before it"
+    assert summarise(marked, nothing, 0.0)["hand_eye"]["used_fraction"] is None
 
 
 def test_a_success(scenario, episode, grasp_phases, known):
