@@ -181,8 +181,9 @@ def arm_signals(scenario: TrainScenario) -> tuple[str, ...]:
     It masks the arm in the images, and knows from them where a camera on the hand is.
     """
     vision = scenario.vision
-    masked = isinstance(vision, Rendered) and isinstance(vision.tracker, Several) and vision.tracker.mask_arm
-    return ("arm_state", "jaws") if masked or has_wrist(scenario) else ()
+    if not (isinstance(vision, Rendered) and isinstance(vision.tracker, Several)):
+        return ()
+    return ("arm_state", "jaws") if vision.tracker.mask_arm or has_wrist(scenario) else ()
 
 
 def several_vision(
