@@ -43,8 +43,9 @@ def test_its_documented_ports_are_its_ports(hand_eye):
 
 
 def test_every_signal_of_the_log_is_a_port_with_as_many_fields(hand_eye):
+    of_other_vision = {*FROM_TRACKER, "truth_judged", "hand_point", "hand_correction", "wrist"}
     for name, (_, fields) in TASK.signals().items():
-        if name in (*FROM_TRACKER, "truth_judged", "hand_point", "hand_correction", "wrist"):  # only with another vision
+        if name in of_other_vision:
             continue
         assert hand_eye.GetOutputPort(name).size() == len(fields), name
 
