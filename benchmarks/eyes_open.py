@@ -32,6 +32,7 @@ from several_worlds import lap_time
 
 from drake_tracker import make_diagram, simulate
 from drake_tracker.campaign.wilson import wilson
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import ArmCommand, Frozen
 from drake_tracker.core.timing import SERVO_PERIOD
@@ -129,13 +130,14 @@ def calm_job(cell, seed, quick):
 
 
 def pass_job(cell, seed, quick):
-    """Returns the line of a run on an open track."""
+    """Returns the line of a run on an open track, which may be refused: a fast train is within reach for too short."""
     name, speed = PASS[cell]
     settings, _ = OPEN_TRACKS[name]
-    scenario = load_scenario(
-        "train:guided", seed=seed, overrides=[*COMMON, *settings, f"track.speed={speed}", "track.start=0"]
-    )
-    return line(scenario)
+    overrides = [*COMMON, *settings, f"track.speed={speed}", "track.start=0"]
+    try:
+        return line(load_scenario("train:guided", seed=seed, overrides=overrides))
+    except DrakeTrackerError as error:
+        return {"success": False, "failure_reason": str(error), "cause": "refused", "along_m": None}
 
 
 def calibrated_job(track, seed, quick):

@@ -57,3 +57,8 @@ def test_every_open_track_is_one():
         for speed in speeds:
             scenario = load_scenario("train:guided", overrides=[*settings, f"track.speed={speed}", "track.start=0"])
             assert scenario.track.length <= 2.0 and scenario.track.speed == speed
+
+
+def test_a_train_that_is_too_fast_is_a_line_of_the_results():
+    row = eyes_open.pass_job("line 0.5 m/s", 1, True)
+    assert not row["success"] and row["cause"] == "refused" and "a grasp takes" in row["failure_reason"]
