@@ -1,7 +1,8 @@
 """The gate before a grasp: every reason to wait a little longer, asked in order.
 
-The hand is committed and blind from the start of the descent until the pads touch. The prediction made at launch must
-hold for the whole *horizon*: the age of the measurement, the descent and the closing.
+In a blind descent the hand is committed until the pads touch. The prediction made at launch must then hold for the
+whole *horizon*: the age of the measurement, the descent and the closing. A guided hand has a shorter one
+(`descent.horizon`).
 """
 
 from enum import IntEnum
