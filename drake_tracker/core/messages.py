@@ -85,6 +85,45 @@ TrackPredictions = namedview(
 """Where the estimators expect the objects that vision has lost sight of: time for which they predict [s], and
 `TRACK_SLOTS` expectations."""
 
+PART_SLOTS = 16
+"""Parts on the belt that a message holds."""
+PART_FIELDS = ("number", "kind", "x", "y", "z", "yaw", "var_along", "var_across", "var_yaw", "seen")
+"""Fields of a part as vision sees it: identity (0: empty slot); `core.part_kinds.PartKind`; p_WP [m]; direction of x_P in
+W [rad]; variances of the position along and across the belt [m^2] and of the direction [rad^2]; stamp at which it was
+last seen [s]."""
+PartTracks = namedview(
+    "PartTracks", ["stamp", "valid"] + [f"{field}{k}" for k in range(PART_SLOTS) for field in PART_FIELDS]
+)
+"""The parts on the belt: stamp [s], valid, and `PART_SLOTS` parts."""
+
+BELT_FIELDS = ("number", "kind", "x", "y", "z", "yaw", "speed", "std", "yaw_std", "clear")
+"""Fields of a part as estimated: identity (0: empty slot); `core.part_kinds.PartKind`; p_WP [m]; direction of x_P in W
+[rad]; its own speed along the belt [m/s]; standard deviations of the position along the belt [m] and of the direction
+[rad]; distance to the outline of the nearest other part [m]."""
+BeltEstimate = namedview(
+    "BeltEstimate",
+    ["stamp", "speed", "speed_std", "valid"] + [f"{field}{k}" for k in range(PART_SLOTS) for field in BELT_FIELDS],
+)
+"""The estimated belt: time for which the estimate holds [s], speed of the belt and its standard deviation [m/s], valid,
+and `PART_SLOTS` parts."""
+
+EncoderReading = namedview("EncoderReading", ["time", "distance", "valid"])
+"""What the belt's encoder measures: time [s] and distance travelled since the start [m]."""
+
+PickOrder = namedview(
+    "PickOrder",
+    ["seq", "number", "kind", "width", "height", "place_x", "place_y", "place_z", "place_yaw", "cell", "valid"],
+)
+"""An order to the arm: sequence number; number of the part to pick (packets say where it is); `core.part_kinds.PartKind`;
+width between the jaws and height [m]; pose in W of the frame P of the part in its cell [m, rad]; number of the cell."""
+
+PickDiagnosis = namedview(
+    "PickDiagnosis", ["phase", "order", "attempts", "picked", "placed", "failed", "gate", "p_success"]
+)
+"""For the log, and for the host: phase; sequence number of the order in work (0: none); numbers of picks begun, of parts
+that the jaws held after the lift, of parts put down, and of orders that failed; why the hand waits (`grasp.gate.Gate`);
+probability that a pick would succeed."""
+
 Filtered = namedview("Filtered", ["stamp", "x", "y", "z", "yaw", "speed", "valid"])
 """The filtered state at the newest stamp [s]: position in W [m], direction of travel (yaw) [rad], speed [m/s]."""
 
@@ -202,20 +241,28 @@ moves); ``lost`` = 1 once it touched table or floor, or is jammed; ``board_touch
 or its table; ``self_touched`` = 1 once two links of the arm touched each other."""
 
 
+_SLOTS = {
+    REGION_FIELDS: REGION_SLOTS,
+    TRACK_FIELDS: TRACK_SLOTS,
+    EXPECTED_FIELDS: TRACK_SLOTS,
+    PART_FIELDS: PART_SLOTS,
+    BELT_FIELDS: PART_SLOTS,
+}
+
+
 def message_size(view: Any) -> int:
     """Returns the number of elements in the vector of a message type."""
     return len(view.get_fields())
 
 
 def message_rows(message: np.ndarray, fields: tuple[str, ...]) -> np.ndarray:
-    """Returns the slots at the end of a `Regions`, `TrackPoints` or `TrackPredictions` vector, shape (slots,
-    len(fields)).
+    """Returns the slots at the end of a message that has slots, such as `Regions`, shape (slots, len(fields)).
 
     Args:
         message: the vector; a view of it is returned.
-        fields: the message's `REGION_FIELDS`, `TRACK_FIELDS` or `EXPECTED_FIELDS`.
+        fields: the message's `REGION_FIELDS`, `TRACK_FIELDS`, `EXPECTED_FIELDS`, `PART_FIELDS` or `BELT_FIELDS`.
     """
-    slots = {REGION_FIELDS: REGION_SLOTS, TRACK_FIELDS: TRACK_SLOTS, EXPECTED_FIELDS: TRACK_SLOTS}[fields]
+    slots = _SLOTS[fields]
     return message[len(message) - slots * len(fields) :].reshape(slots, len(fields))
 
 

@@ -84,6 +84,22 @@ class Slope:
 
 
 @dataclass(frozen=True)
+class Belt:
+    """A filter of all parts on a belt, whose speed they share."""
+
+    speed_noise: float = setting(0.003, "process noise of the belt's speed", "m/s/sqrt(s)", (1e-6, 1.0))
+    drift: float = setting(0.0005, "process noise of the position of a part on the belt", "m/sqrt(s)", (0.0, 0.1))
+    turn_drift: float = setting(0.005, "process noise of the direction of a part", "rad/sqrt(s)", (0.0, 1.0))
+    encoder_std: float = setting(
+        0.0005, "standard deviation of the speed that the encoder measures", "m/s", (1e-6, 0.1)
+    )
+    systematic_std: float = setting(
+        0.002, "standard deviation of the error that the filter cannot observe", "m", (0.0, 0.1)
+    )
+    forget_after: float = setting(0.6, "time after which a part that is not seen is forgotten", "s", (0.05, 60.0))
+
+
+@dataclass(frozen=True)
 class PhaseFilterConfig:
     """The filter of the position along a learned path, which is part of the closed-path estimator."""
 
