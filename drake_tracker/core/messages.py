@@ -88,9 +88,9 @@ TrackPredictions = namedview(
 PART_SLOTS = 16
 """Parts on the belt that a message holds."""
 PART_FIELDS = ("number", "kind", "x", "y", "z", "yaw", "var_along", "var_across", "var_yaw", "seen")
-"""Fields of a part as vision sees it: identity (0: empty slot); `core.part_kinds.PartKind`; p_WP [m]; direction of x_P in
-W [rad]; variances of the position along and across the belt [m^2] and of the direction [rad^2]; stamp at which it was
-last seen [s]."""
+"""Fields of a part as vision sees it: identity (0: empty slot); `core.part_kinds.PartKind`; p_WP [m]; direction of x_P
+in W [rad]; variances of the position along and across the belt [m^2] and of the direction [rad^2]; stamp at which it
+was last seen [s]."""
 PartTracks = namedview(
     "PartTracks", ["stamp", "valid"] + [f"{field}{k}" for k in range(PART_SLOTS) for field in PART_FIELDS]
 )
@@ -114,15 +114,16 @@ PickOrder = namedview(
     "PickOrder",
     ["seq", "number", "kind", "width", "height", "place_x", "place_y", "place_z", "place_yaw", "cell", "valid"],
 )
-"""An order to the arm: sequence number; number of the part to pick (packets say where it is); `core.part_kinds.PartKind`;
-width between the jaws and height [m]; pose in W of the frame P of the part in its cell [m, rad]; number of the cell."""
+"""An order to the arm: sequence number; number of the part to pick (packets say where it is);
+`core.part_kinds.PartKind`; width between the jaws and height [m]; pose in W of the frame P of the part in its cell [m,
+rad]; number of the cell."""
 
 PickDiagnosis = namedview(
     "PickDiagnosis", ["phase", "order", "attempts", "picked", "placed", "failed", "gate", "p_success"]
 )
-"""For the log, and for the host: phase; sequence number of the order in work (0: none); numbers of picks begun, of parts
-that the jaws held after the lift, of parts put down, and of orders that failed; why the hand waits (`grasp.gate.Gate`);
-probability that a pick would succeed."""
+"""For the log, and for the host: phase; sequence number of the order in work (0: none); numbers of picks begun, of
+parts that the jaws held after the lift, of parts put down, and of orders that failed; why the hand waits
+(`grasp.gate.Gate`); probability that a pick would succeed."""
 
 Filtered = namedview("Filtered", ["stamp", "x", "y", "z", "yaw", "speed", "valid"])
 """The filtered state at the newest stamp [s]: position in W [m], direction of travel (yaw) [rad], speed [m/s]."""

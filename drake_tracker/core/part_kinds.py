@@ -45,5 +45,5 @@ PART_SHAPES = {
     PartKind.DISC: PartShape(0.040, 0.040, 0.025, 0, 0.020),
     PartKind.ELL: PartShape(0.050, 0.018, 0.025, 1, 0.0361),
 }
-"""{kind: its dimensions}. The long leg of an `ELL` lies along x_P, from -25 to 25 mm; its short leg begins at the end at
-+x and points along +y_P."""
+"""{kind: its dimensions}. The long leg of an `ELL` lies along x_P, from -25 to 25 mm; its short leg begins at the end
+at +x and points along +y_P."""

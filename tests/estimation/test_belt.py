@@ -35,8 +35,8 @@ def test_all_parts_measure_the_speed_of_the_belt():
         count: np.std([run(lambda t: 0.15 * t, count, 60, seed)[1][-1].speed - 0.15 for seed in range(20)])
         for count in (1, 8)
     }
-    assert errors[8] < 0.6 * errors[1]
-    assert errors[8] < 0.002
+    assert errors[8] < 0.75 * errors[1]
+    assert errors[8] < 0.001
 
 
 def test_the_predicted_path_is_right_and_its_standard_deviation_covers_the_error():
@@ -54,7 +54,8 @@ def test_the_predicted_path_is_right_and_its_standard_deviation_covers_the_error
 def test_a_belt_that_stops_is_noticed_within_a_few_points():
     _, states = run(lambda t: 0.15 * min(t, 1.0), 3, 90)
     assert states[59].speed == pytest.approx(0.15, abs=0.01)
-    assert abs(states[69].speed) < 0.03
+    assert abs(states[69].speed) < 0.04
+    assert abs(states[72].speed) < 0.02
     assert abs(states[-1].speed) < 0.01
 
 
