@@ -21,7 +21,9 @@ FIRST_SPEED_STD = 0.5
 SURPRISE = 9.0
 """Mean square of the normalised innovations from which on the belt is taken to change its speed."""
 SPEED_CHANGE = 0.1
-"""Standard deviation of such a change within a cycle [m/s]."""
+"""Standard deviation of such a change [m/s]."""
+NOTICED_AFTER = 0.03
+"""Time [s] for which the belt has already moved at its new speed when that is noticed."""
 OWN_SPEED = 0.1
 """Standard deviation of the own speed of a part that leaves the others [m/s]."""
 OUTLIER = 5.0
@@ -270,7 +272,9 @@ class BeltEstimator:
             outlying[:] = False
         used = ~outlying
         if not encoder and used.any() and np.mean((innovation[used] / std[used]) ** 2) > SURPRISE:
-            P[0, 0] += SPEED_CHANGE**2
+            change = np.zeros(len(mean))
+            change[0], change[1::2] = SPEED_CHANGE, SPEED_CHANGE * NOTICED_AFTER
+            P += np.outer(change, change)
         parts = list(state.parts)
         for k, each, out in zip(places, points, outlying, strict=True):
             part = _filtered(parts[k], each, state.stamp)
