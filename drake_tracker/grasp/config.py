@@ -4,11 +4,6 @@ from dataclasses import dataclass
 
 from drake_tracker.core.setting import setting
 
-GRIP_CONFIRMED = 0.06
-"""The jaws hold something once they have stood still under force for this long [s]."""
-WIDTH_TOLERANCE = 0.010
-"""Jaws that stop within this distance [m] of the object's width have stopped at the object."""
-
 
 @dataclass(frozen=True)
 class GraspConfig:
@@ -78,9 +73,40 @@ class GraspConfig:
     )
 
 
-def touch_delay(config: GraspConfig) -> float:
-    """Returns the time [s] from the start of closing until the pads touch an object in the middle of the jaws."""
-    return (config.jaw_opening - config.object_width) / config.jaw_speed
+@dataclass(frozen=True)
+class PickConfig:
+    """The motor schema of picking parts from a belt and placing them.
+
+    Heights are those of the tool above the origin of the part, or of its cell: half the height of the part above what
+    it lies on. Each setting is described by its ``help``.
+    """
+
+    jaw_opening: float = setting(0.088, "opening of the jaws before the pick", "m", (0.010, 0.090))
+    jaw_speed: float = setting(0.40, "rate at which the opening changes", "m/s", (0.02, 0.40))
+    grip_force: float = setting(15.0, "force of the gripper on each pad", "N", (1.0, 25.0))
+    hover_height: float = setting(0.09, "height above the part before the descent", "m", (0.04, 0.40))
+    grasp_height: float = setting(0.004, "height at which the jaws close", "m", (-0.01, 0.03))
+    lift_height: float = setting(0.08, "height after the lift", "m", (0.02, 0.40))
+    carry_height: float = setting(0.07, "height above the cell before and after the part is put down", "m", (0.02, 0.4))
+    place_height: float = setting(0.006, "height above the cell at which the jaws open", "m", (-0.01, 0.05))
+    hand_speed: float = setting(0.8, "largest speed of the hand between belt and cell", "m/s", (0.05, 3.0))
+    hand_acceleration: float = setting(4.0, "largest acceleration of the hand", "m/s^2", (0.1, 100.0))
+    hand_turn_speed: float = setting(4.0, "largest rate at which the hand turns", "rad/s", (0.1, 30.0))
+    shortest_motion: float = setting(0.30, "shortest duration of a motion between belt and cell", "s", (0.05, 5.0))
+    descent_duration: float = setting(0.30, "duration of the descent", "s", (0.1, 5.0))
+    closing_lead: float = setting(
+        0.03, "time before the end of the descent at which the jaws begin to close", "s", (0.0, 0.3)
+    )
+    close_timeout: float = setting(0.5, "time after which jaws without a grip have missed", "s", (0.2, 5.0))
+    lift_duration: float = setting(0.30, "duration of the lift", "s", (0.1, 10.0))
+    lower_duration: float = setting(0.30, "duration of putting a part down", "s", (0.1, 10.0))
+    release_duration: float = setting(0.12, "time for the jaws to open", "s", (0.03, 5.0))
+    raise_duration: float = setting(0.25, "duration of leaving the cell", "s", (0.1, 10.0))
+    retreat_duration: float = setting(0.40, "duration of the retreat after a miss", "s", (0.1, 10.0))
+    stop_duration: float = setting(0.25, "time in which the operator's stop brings the hand to rest", "s", (0.05, 2.0))
+    manual_speed: float = setting(0.15, "largest speed of the hand under the operator's control", "m/s", (0.01, 1.0))
+    launch_probability: float = setting(0.9, "probability of success from which on the hand descends", "", (0.0, 1.0))
+    abort_probability: float = setting(0.1, "probability of success below which the hand goes up again", "", (0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -130,3 +156,13 @@ class TouchConfig:
     samples: int = setting(2, "consecutive samples above the threshold that make a touch", "", (1, 100))
     settle: float = setting(0.1, "rest over the mark before the descent", "s", (0.0, 5.0))
     force_time_constant: float = setting(0.005, "time constant of the force's low-pass filter", "s", (0.001, 1.0))
+
+
+def touch_delay(config: GraspConfig) -> float:
+    """Returns the time [s] from the start of closing until the pads touch an object in the middle of the jaws."""
+    return closing_time(config, config.object_width)
+
+
+def closing_time(config: GraspConfig | PickConfig, width: float) -> float:
+    """Returns the time [s] in which the open jaws close to a width [m]."""
+    return (config.jaw_opening - width) / config.jaw_speed

@@ -9,9 +9,10 @@ from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.differential_ik import make_parameters
 from drake_tracker.core.messages import Frozen, packet_target
 from drake_tracker.core.timing import PATH_DURATION
-from drake_tracker.grasp.config import GRIP_CONFIRMED, WIDTH_TOLERANCE, GraspConfig, touch_delay
+from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.descent import behind, horizon, likelihood, time_to_touch
 from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, judge_prediction, judge_probability, stands
+from drake_tracker.grasp.jaws import GRIP_CONFIRMED, closed_on_nothing, feels_grip, next_opening
 from drake_tracker.grasp.motor_schema import since
 from drake_tracker.grasp.operated import STOPPING_SHARE, OperatedMachine, OperatedState, Pace, resting_target
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
@@ -31,8 +32,6 @@ SHORTEST_MOTION = 0.15
 """Shortest duration of a motion under the operator's control [s]."""
 FOLLOW_TOLERANCE = 0.0005
 """Distance [m] that the operator's pose must move before the hand follows."""
-FORCE_SHARE = 0.6
-"""Fraction of the grip force that must be measured for a grip to be accepted."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,7 +125,9 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         state = replace(
             state,
             seen_since=min(state.seen_since, seen.time) if fresh else np.inf,
-            gripped_since=min(state.gripped_since, seen.time) if self._feels_grip(seen) else np.inf,
+            gripped_since=min(state.gripped_since, seen.time)
+            if feels_grip(seen.jaws, self.config.object_width, self.config.grip_force)
+            else np.inf,
         )
         if seen.target.valid and seen.target.stamp > state.newest:
             number = packet_target(seen.target.seq)
@@ -223,7 +224,7 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
 
     def jaws_empty(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether the jaws have closed on nothing, or have found no grip in time."""
-        if seen.jaws.width < self.config.object_width - WIDTH_TOLERANCE:
+        if closed_on_nothing(seen.jaws, self.config.object_width):
             return True
         return state.phase == Phase.CLOSE and self._elapsed(state, seen) > self.config.close_timeout
 
@@ -309,16 +310,9 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
             return replace(self.stop(state, seen), branch=seen.status.branch)
         return replace(state, attempts=state.attempts + (phase == Phase.INTERCEPT))
 
-    def _feels_grip(self, seen: GraspObservation) -> bool:
-        return (
-            abs(seen.jaws.width - self.config.object_width) <= WIDTH_TOLERANCE
-            and seen.jaws.force >= FORCE_SHARE * self.config.grip_force
-        )
-
     def _slew_jaws(self, state: GraspState) -> float:
         """Returns the opening of the jaws that is asked for next [m]."""
         if state.phase in BY_HAND:
             return state.jaw_width
         goal = 0.0 if PROGRAMS[state.phase].jaws_closed else self.config.jaw_opening
-        step = self.config.jaw_speed * self.period
-        return state.jaw_width + min(max(goal - state.jaw_width, -step), step)
+        return next_opening(state.jaw_width, goal, self.config.jaw_speed, self.period)

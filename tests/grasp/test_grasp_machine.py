@@ -23,13 +23,12 @@ from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.grasp_machine import (
-    FORCE_SHARE,
-    GRIP_CONFIRMED,
     LONGEST_WAIT,
     SEEN_FOR,
     GraspMachine,
     GraspObservation,
 )
+from drake_tracker.grasp.jaws import FORCE_SHARE, GRIP_CONFIRMED
 from drake_tracker.grasp.prediction_memory import PredictionMemory
 from drake_tracker.grasp.schema import BY_HAND, PROGRAMS, Phase
 

@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING
 
 from drake_tracker.core.timing import PATH_DURATION
-from drake_tracker.grasp.config import GRIP_CONFIRMED, WIDTH_TOLERANCE, touch_delay
+from drake_tracker.grasp.config import touch_delay
+from drake_tracker.grasp.jaws import GRIP_CONFIRMED, WIDTH_TOLERANCE
 from drake_tracker.tasks.plausible import Problems, lag_of, set_by_user
 from drake_tracker.world.config import LIFTED, TRAIN_WIDTH
 

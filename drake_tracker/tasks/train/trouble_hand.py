@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_tracker.arm.set_point_spline_system import SPLINE_DELAY
 from drake_tracker.core.timing import SERVO_PERIOD
-from drake_tracker.grasp.grasp_machine import FORCE_SHARE, WIDTH_TOLERANCE
+from drake_tracker.grasp.jaws import FORCE_SHARE, WIDTH_TOLERANCE
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, during
 from drake_tracker.tasks.train.scenario import TrainScenario
