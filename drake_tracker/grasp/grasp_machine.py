@@ -122,6 +122,7 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         # While the arm is blind nothing is seen: what was seen before the descent does not count after it.
         blind = PROGRAMS[state.phase].blind
         fresh = bool(seen.target.valid) and not seen.target.stale and not blind
+        gripping = feels_grip(seen.jaws, self.config.object_width, self.config.grip_force)
         state = replace(
             state,
             seen_since=min(state.seen_since, seen.time) if fresh else np.inf,

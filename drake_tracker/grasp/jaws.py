@@ -1,0 +1,44 @@
+"""What a hand knows about its jaws, and how it moves them."""
+
+from typing import Any
+
+WIDTH_TOLERANCE = 0.010
+"""Jaws that stop within this distance [m] of the object's width have stopped at the object."""
+FORCE_SHARE = 0.6
+"""Fraction of the grip force that must be measured for a grip to be accepted."""
+GRIP_CONFIRMED = 0.06
+"""The jaws hold something once they have stood still under force for this long [s]."""
+
+
+def feels_grip(jaws: Any, width: float, grip_force: float) -> bool:
+    """Returns whether the jaws press on an object.
+
+    Args:
+        jaws: a `JawState`.
+        width: of the object between the jaws [m].
+        grip_force: largest force of the drive on each pad [N].
+    """
+    return abs(jaws.width - width) <= WIDTH_TOLERANCE and jaws.force >= FORCE_SHARE * grip_force
+
+
+def closed_on_nothing(jaws: Any, width: float) -> bool:
+    """Returns whether the jaws are closer together than an object between them would let them be.
+
+    Args:
+        jaws: a `JawState`.
+        width: of the object between the jaws [m].
+    """
+    return bool(jaws.width < width - WIDTH_TOLERANCE)
+
+
+def next_opening(opening: float, goal: float, speed: float, period: float) -> float:
+    """Returns the opening of the jaws that is asked for at the next tick [m].
+
+    Args:
+        opening: the one that is asked for now [m].
+        goal: the one at the end [m].
+        speed: rate at which the opening changes [m/s].
+        period: time between ticks [s].
+    """
+    step = speed * period
+    return opening + min(max(goal - opening, -step), step)
