@@ -119,11 +119,11 @@ PickOrder = namedview(
 rad]; number of the cell."""
 
 PickDiagnosis = namedview(
-    "PickDiagnosis", ["phase", "order", "attempts", "picked", "placed", "failed", "gate", "p_success"]
+    "PickDiagnosis", ["phase", "order", "done", "attempts", "picked", "placed", "failed", "gate", "p_success"]
 )
-"""For the log, and for the host: phase; sequence number of the order in work (0: none); numbers of picks begun, of
-parts that the jaws held after the lift, of parts put down, and of orders that failed; why the hand waits
-(`grasp.gate.Gate`); probability that a pick would succeed."""
+"""For the log, and for the host: phase; sequence number of the order in work (0: none), and of the last one that was
+carried out or failed; numbers of picks begun, of parts that the jaws held after the lift, of parts put down, and of
+orders that failed; why the hand waits (`grasp.gate.Gate`); probability that a pick would succeed."""
 
 Filtered = namedview("Filtered", ["stamp", "x", "y", "z", "yaw", "speed", "valid"])
 """The filtered state at the newest stamp [s]: position in W [m], direction of travel (yaw) [rad], speed [m/s]."""

@@ -126,9 +126,7 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         state = replace(
             state,
             seen_since=min(state.seen_since, seen.time) if fresh else np.inf,
-            gripped_since=min(state.gripped_since, seen.time)
-            if feels_grip(seen.jaws, self.config.object_width, self.config.grip_force)
-            else np.inf,
+            gripped_since=min(state.gripped_since, seen.time) if gripping else np.inf,
         )
         if seen.target.valid and seen.target.stamp > state.newest:
             number = packet_target(seen.target.seq)

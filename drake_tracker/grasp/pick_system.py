@@ -95,7 +95,7 @@ class PickSystem(LeafSystem):
         state = self._value(context)
         working = PickOrder(state.order).seq if PickOrder(state.order).seq > state.done else 0.0
         counts = [state.attempts, state.picked, state.placed, state.failed]
-        output.SetFromVector([state.phase, working, *counts, state.gate, state.p_success])
+        output.SetFromVector([state.phase, working, state.done, *counts, state.gate, state.p_success])
 
     def _calc_goal(self, context: Context, output: Any) -> None:
         output.SetFromVector(self._machine.goal_target(self._value(context)))

@@ -1,0 +1,163 @@
+"""The orders that the host gives to the arm: which part, into which cell, and what became of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.dispatch.candidate import Candidate, Cell, Hand
+from drake_tracker.dispatch.cycle_time import CycleModel, motion_time
+from drake_tracker.dispatch.dispatcher import Dispatcher, Plan
+
+
+@dataclass(frozen=True)
+class Order:
+    """An order.
+
+    Attributes:
+        seq: sequence number, from 1.
+        number: of the part.
+        kind: of the part, a `core.part_kinds.PartKind` as a number.
+        cell: number of the cell.
+    """
+
+    seq: int
+    number: int
+    kind: int
+    cell: int
+
+
+@dataclass(frozen=True)
+class ArmReport:
+    """What the arm says about its work.
+
+    Attributes:
+        x: of the tool in W [m].
+        y: of the tool in W [m].
+        done: sequence number of the last order that was carried out or failed.
+        placed: number of parts put down.
+        seeking: whether the hand seeks or follows the part of its order, and has not yet begun to descend.
+        carrying: whether the hand carries a part or puts it down, so that it will take the next order soon.
+    """
+
+    x: float
+    y: float
+    done: int
+    placed: int
+    seeking: bool
+    carrying: bool
+
+
+@dataclass(frozen=True)
+class OrderBook(FrozenState):
+    """What the host remembers of its orders.
+
+    Attributes:
+        seq: sequence number of the newest order.
+        order: the order that the arm works on, or will work on next; None without one.
+        placing: the order before it, whose part the arm is putting down; None when it is not.
+        filled: numbers of the cells that have a part.
+        placed: number of parts put down when an order was last closed.
+        lifted_at: time at which the arm began to carry a part [s].
+        picked: numbers of the parts that the arm has taken.
+        plan: the newest plan.
+    """
+
+    seq: int = 0
+    order: Order | None = None
+    placing: Order | None = None
+    filled: frozenset[int] = frozenset()
+    placed: int = 0
+    lifted_at: float = 0.0
+    picked: frozenset[int] = frozenset()
+    plan: Plan = Plan()
+
+
+class OrderClerk:
+    """Arithmetic of the orders.
+
+    Args:
+        dispatcher: decides which part is next.
+        model: the arm's cycle.
+        cells: the cells, in the order in which they are filled.
+    """
+
+    def __init__(self, dispatcher: Dispatcher, model: CycleModel, cells: Sequence[Cell]) -> None:
+        self.dispatcher, self.model, self.cells = dispatcher, model, tuple(cells)
+
+    def update(self, book: OrderBook, arm: ArmReport, candidates: Sequence[Candidate], now: float) -> OrderBook:
+        """Returns the book after looking at the arm and at the belt.
+
+        A part is chosen while the arm still puts down the one before. The choice may change until the hand is free;
+        then it stays, unless the part can no longer be picked.
+
+        Args:
+            book: before.
+            arm: what the arm says.
+            candidates: the parts on the belt now.
+            now: the time [s].
+        """
+        book = self._closed(book, arm)
+        if book.order is not None and arm.carrying and book.placing is None:
+            taken = book.picked | {book.order.number}
+            book = replace(book, placing=book.order, order=None, lifted_at=now, picked=taken)
+        offered = [each for each in candidates if each.number not in book.picked]
+        hand = self._hand(book, arm, now)
+        if book.order is not None and not arm.carrying:
+            if not arm.seeking:
+                return book
+            part = next((each for each in offered if each.number == book.order.number), None)
+            if part is not None and self.model.pick_time(hand, part, now) is not None:
+                return book
+        cells = [k for k in range(len(self.cells)) if k not in self._taken(book)]
+        plan = self.dispatcher.choose(hand, offered, [self.cells[k] for k in cells], now) if cells else Plan()
+        if plan.number is None:
+            return replace(book, order=None, plan=plan)
+        if book.order is not None and plan.number == book.order.number:
+            return replace(book, plan=plan)
+        kind = next(each.kind for each in offered if each.number == plan.number)
+        order = Order(book.seq + 1, plan.number, kind, cells[0])
+        return replace(book, seq=order.seq, order=order, plan=plan)
+
+    def _closed(self, book: OrderBook, arm: ArmReport) -> OrderBook:
+        """Returns the book without the orders that the arm has carried out, or has failed to carry out."""
+        if book.placing is not None and arm.done >= book.placing.seq:
+            filled = book.filled | {book.placing.cell} if arm.placed > book.placed else book.filled
+            book = replace(book, placing=None, filled=filled, placed=arm.placed)
+        if book.order is not None and arm.done >= book.order.seq:
+            book = replace(book, order=None, placed=arm.placed)
+        return book
+
+    @staticmethod
+    def _taken(book: OrderBook) -> frozenset[int]:
+        return book.filled | ({book.placing.cell} if book.placing is not None else set())
+
+    def _hand(self, book: OrderBook, arm: ArmReport, now: float) -> Hand:
+        """Returns where and when the hand will be free."""
+        if book.placing is None:
+            return Hand(arm.x, arm.y, now)
+        cycle, cell = self.model.cycle, self.cells[book.placing.cell]
+        whole = cycle.lower + cycle.release + cycle.rise
+        carry = motion_time(abs(complex(cell.x - arm.x, cell.y - arm.y)), cycle.carry_speed, cycle.carry_acceleration)
+        elapsed = now - book.lifted_at
+        return Hand(cell.x, cell.y, now + max(carry + whole - max(elapsed - carry, 0.0), 0.0))
+
+
+def report_of(diagnosis: Any, status: Any, seeking: Sequence[int], carrying: Sequence[int]) -> ArmReport:
+    """Returns what the messages of the arm say.
+
+    Args:
+        diagnosis: a `PickDiagnosis`.
+        status: a `ToolStatus`.
+        seeking: phases in which the hand has not yet begun to descend.
+        carrying: phases in which it carries a part, puts it down or comes back.
+    """
+    phase = int(diagnosis.phase)
+    return ArmReport(
+        float(status.x),
+        float(status.y),
+        int(diagnosis.done),
+        int(diagnosis.placed),
+        phase in seeking,
+        phase in carrying,
+    )
