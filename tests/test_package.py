@@ -19,13 +19,15 @@ PACKAGE = Path(drake_tracker.core.errors.__file__).parents[1]
 REPOSITORY = PACKAGE.parent
 MODULES = sorted(PACKAGE.rglob("*.py"))
 SCRIPTS = sorted(path for folder in ("benchmarks", "docs", "models") for path in (REPOSITORY / folder).rglob("*.py"))
-SUBSYSTEMS = ("core", "world", "vision", "estimation", "link", "arm", "grasp", "footage", "network", "faults")
+SUBSYSTEMS = (
+    *("core", "world", "vision", "estimation", "dispatch", "link", "arm", "grasp", "footage", "network", "faults"),
+)
 TASKS = ("scenarios", "diagrams", "tasks")
 APPLICATIONS = (
     *("run", "replay", "live", "report", "campaign", "calibration", "tracking", "figures", "commands"),
     *("cli", "__main__", "__init__"),
 )
-CONTROLLER = ("vision", "estimation", "link", "arm", "grasp", "network")
+CONTROLLER = ("vision", "estimation", "dispatch", "link", "arm", "grasp", "network")
 FORBIDDEN = {
     **dict.fromkeys(SUBSYSTEMS, (*TASKS, *APPLICATIONS)),
     **dict.fromkeys(TASKS, APPLICATIONS),

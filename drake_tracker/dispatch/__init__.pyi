@@ -1,0 +1,15 @@
+from .candidate import Candidate as Candidate
+from .candidate import Cell as Cell
+from .candidate import Hand as Hand
+from .config import CycleTime as CycleTime
+from .config import Eligibility as Eligibility
+from .config import FirstInFirstOut as FirstInFirstOut
+from .config import Greedy as Greedy
+from .config import LookAhead as LookAhead
+from .config import NearestDeadline as NearestDeadline
+from .config import Window as Window
+from .cycle_time import CycleModel as CycleModel
+from .dispatcher import Dispatcher as Dispatcher
+from .dispatcher import Plan as Plan
+from .kinds import DISPATCHERS as DISPATCHERS
+from .kinds import make_dispatcher as make_dispatcher

@@ -1,0 +1,70 @@
+"""Settings of the dispatchers and of the arm's cycle. The name of a dispatcher's class is its YAML tag."""
+
+from dataclasses import dataclass
+
+from drake_tracker.core.setting import setting
+
+
+@dataclass(frozen=True)
+class Window:
+    """The piece of the belt on which parts may be picked. A part must be in it when the jaws have closed."""
+
+    y_first: float = setting(-0.40, "where picking begins, along the belt", "m", (-2.0, 2.0))
+    y_last: float = setting(0.35, "where picking ends, along the belt", "m", (-2.0, 2.0))
+
+
+@dataclass(frozen=True)
+class Eligibility:
+    """Which parts are offered to a dispatcher. Each setting is described by its ``help``."""
+
+    min_clear: float = setting(0.012, "least distance to the nearest other part, for the jaws", "m", (0.0, 0.2))
+    max_std: float = setting(0.006, "largest standard deviation of the position", "m", (0.0, 0.1))
+
+
+@dataclass(frozen=True)
+class CycleTime:
+    """How long the arm takes to pick a part and to put it into a cell.
+
+    The hand approaches from rest to rest at a constant acceleration up to a constant speed, and carries in the same
+    way. All other phases have constant durations. Each setting is described by its ``help``.
+    """
+
+    approach_speed: float = setting(0.6, "largest speed of the hand on the way to a part", "m/s", (0.05, 5.0))
+    approach_acceleration: float = setting(2.5, "its acceleration", "m/s^2", (0.1, 50.0))
+    descent: float = setting(0.36, "duration of the descent, above the moving part", "s", (0.0, 10.0))
+    close: float = setting(0.20, "time in which the jaws close", "s", (0.0, 5.0))
+    lift: float = setting(0.36, "duration of the lift", "s", (0.0, 10.0))
+    carry_speed: float = setting(0.6, "largest speed of the hand on the way to a cell", "m/s", (0.05, 5.0))
+    carry_acceleration: float = setting(2.5, "its acceleration", "m/s^2", (0.1, 50.0))
+    lower: float = setting(0.36, "duration of lowering the part into the cell", "s", (0.0, 10.0))
+    release: float = setting(0.15, "time in which the jaws open", "s", (0.0, 5.0))
+    rise: float = setting(0.30, "duration of the rise out of the cell", "s", (0.0, 10.0))
+
+
+@dataclass(frozen=True)
+class FirstInFirstOut:
+    """Picks the part that was seen first."""
+
+
+@dataclass(frozen=True)
+class NearestDeadline:
+    """Picks the part that leaves the window first."""
+
+
+@dataclass(frozen=True)
+class Greedy:
+    """Picks the part after which the hand is free again first."""
+
+
+@dataclass(frozen=True)
+class LookAhead:
+    """Plans the sequence with the most picks, and among those the one that ends first.
+
+    All sequences are compared for up to ``exact_up_to`` parts. For more parts, a beam search keeps the ``width`` best
+    beginnings of each length.
+    """
+
+    horizon: float = setting(30.0, "time from now on within which picks are planned", "s", (0.1, 600.0))
+    depth: int = setting(8, "largest number of picks that are planned", "", (1, 16))
+    exact_up_to: int = setting(8, "number of parts up to which all sequences are compared", "", (1, 12))
+    width: int = setting(64, "number of beginnings that the beam search keeps", "", (1, 10000))

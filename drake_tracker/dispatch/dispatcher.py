@@ -1,0 +1,46 @@
+"""The interface of a dispatcher: parts on the belt go in, the part to pick next comes out.
+
+A dispatcher is functional: it has no memory, and the same arguments give the same plan.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from drake_tracker.dispatch.candidate import Candidate, Cell, Hand
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The parts that the arm is to pick, in this order.
+
+    A dispatcher that does not look ahead plans one pick only.
+
+    Attributes:
+        numbers: their numbers; empty when no part can be picked.
+        pick_times: when the jaws will have closed on each of them [s].
+    """
+
+    numbers: tuple[int, ...] = ()
+    pick_times: tuple[float, ...] = ()
+
+    @property
+    def number(self) -> int | None:
+        """Number of the part to pick next, None when there is none."""
+        return self.numbers[0] if self.numbers else None
+
+
+@runtime_checkable
+class Dispatcher(Protocol):
+    """Decides which part the arm picks next."""
+
+    def choose(self, hand: Hand, candidates: Sequence[Candidate], cells: Sequence[Cell], now: float) -> Plan:
+        """Returns the plan. Only its first pick is binding.
+
+        Args:
+            hand: where and when the hand is free.
+            candidates: the parts on the belt, as they are at ``now``, in any order.
+            cells: the free cells in the order in which they are filled.
+            now: the time [s].
+        """
+        ...

@@ -1,0 +1,94 @@
+"""A dispatcher that plans the next picks.
+
+The n-th pick goes into the n-th free cell. Where the hand is after a set of picks, therefore, depends on their number
+only, and of all orders in which the same set can be picked only the one that ends first matters: the dynamic programme
+of Held and Karp (1962) over sets, here with windows of time.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from drake_tracker.dispatch.candidate import Candidate, Cell, Hand
+from drake_tracker.dispatch.config import Eligibility, LookAhead
+from drake_tracker.dispatch.cycle_time import CycleModel
+from drake_tracker.dispatch.dispatcher import Plan
+from drake_tracker.dispatch.rules import eligible
+
+
+@dataclass(frozen=True)
+class _Sequence:
+    """The beginning of a plan.
+
+    Attributes:
+        hand: the hand after the last pick.
+        numbers: numbers of the parts in the order of the picks.
+        pick_times: times of the picks [s].
+    """
+
+    hand: Hand
+    numbers: tuple[int, ...] = ()
+    pick_times: tuple[float, ...] = ()
+
+    @property
+    def order(self) -> tuple[float, tuple[int, ...]]:
+        """What makes one sequence better than another of the same length: it ends earlier."""
+        return self.hand.free_at, self.numbers
+
+
+class LookAheadDispatcher:
+    """Plans the sequence with the most picks, and among those the one that ends first.
+
+    Args:
+        settings: depth of the plan, and when the search is exact.
+        model: the arm's cycle.
+        eligibility: which parts are offered.
+    """
+
+    def __init__(self, settings: LookAhead, model: CycleModel, eligibility: Eligibility) -> None:
+        self.settings = settings
+        self.model = model
+        self.eligibility = eligibility
+
+    def choose(self, hand: Hand, candidates: Sequence[Candidate], cells: Sequence[Cell], now: float) -> Plan:
+        """Returns the plan; see `drake_tracker.dispatch.dispatcher.Dispatcher`."""
+        parts = self._within_reach(hand, candidates, now)
+        width = None if len(parts) <= self.settings.exact_up_to else self.settings.width
+        layer = {0: _Sequence(hand)}
+        best = layer[0]
+        for cell in cells[: self.settings.depth]:
+            layer = self._next_layer(layer, parts, cell, now)
+            if not layer:
+                break
+            best = min(layer.values(), key=lambda sequence: sequence.order)
+            if width is not None and len(layer) > width:
+                kept = sorted(layer.items(), key=lambda item: item[1].order)[:width]
+                layer = dict(kept)
+        return Plan(best.numbers, best.pick_times)
+
+    def _within_reach(self, hand: Hand, candidates: Sequence[Candidate], now: float) -> list[Candidate]:
+        """Returns the parts that could be picked next, within the horizon."""
+        reach = []
+        for candidate in eligible(candidates, self.eligibility):
+            pick = self.model.pick_time(hand, candidate, now)
+            if pick is not None and pick <= now + self.settings.horizon:
+                reach.append(candidate)
+        return reach
+
+    def _next_layer(
+        self, layer: dict[int, _Sequence], parts: Sequence[Candidate], cell: Cell, now: float
+    ) -> dict[int, _Sequence]:
+        """Returns {set of parts as bits: its best sequence} for all sets with one more pick."""
+        longer: dict[int, _Sequence] = {}
+        for chosen, sequence in layer.items():
+            for i, part in enumerate(parts):
+                if chosen >> i & 1:
+                    continue
+                done = self.model.after(sequence.hand, part, cell, now)
+                if done is None or done[0] > now + self.settings.horizon:
+                    continue
+                pick, hand = done
+                found = _Sequence(hand, (*sequence.numbers, part.number), (*sequence.pick_times, pick))
+                known = longer.get(chosen | 1 << i)
+                if known is None or found.order < known.order:
+                    longer[chosen | 1 << i] = found
+        return longer
