@@ -1,0 +1,243 @@
+"""The host of the conveyor as a System: parts on the belt in, orders and packets of predicted path out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+
+from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.messages import (
+    BELT_FIELDS,
+    KNOT_COUNT,
+    KNOT_SPACING,
+    PART_FIELDS,
+    TARGET_STRIDE,
+    BeltEstimate,
+    EncoderReading,
+    PartTracks,
+    PickDiagnosis,
+    PickOrder,
+    Prediction,
+    ToolStatus,
+    message_rows,
+    message_size,
+    pack_prediction,
+)
+from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
+from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
+from drake_tracker.dispatch.candidate import Candidate
+from drake_tracker.dispatch.clearance import jaw_clearance
+from drake_tracker.dispatch.encoder_history import EncoderHistory
+from drake_tracker.dispatch.order_book import OrderBook, OrderClerk, report_of
+from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPoint, Travel
+
+FREE = 1.0
+"""Clearance of a part without neighbours [m]."""
+_KNOTS = KNOT_SPACING * np.arange(KNOT_COUNT)
+
+
+@dataclass(frozen=True)
+class CellPose:
+    """Where a part belongs.
+
+    Attributes:
+        x: middle of the cell in W [m].
+        y: middle of the cell in W [m].
+        floor: z_W of its floor [m].
+        yaw: direction of x_P of a part in it [rad].
+    """
+
+    x: float
+    y: float
+    floor: float
+    yaw: float
+
+
+@dataclass(frozen=True, eq=False)
+class HostMemory(FrozenState):
+    """State of a `PickHostSystem`.
+
+    Attributes:
+        belt: the estimate.
+        encoder: readings of the encoder.
+        book: the orders.
+        seq: number of packets made so far.
+        packet: the newest `Prediction` vector, read-only.
+        order: the newest `PickOrder` vector, read-only.
+        estimate: the newest `BeltEstimate` vector, read-only.
+    """
+
+    belt: BeltState = BeltState()
+    encoder: EncoderHistory = EncoderHistory()
+    book: OrderBook = OrderBook()
+    seq: int = 0
+    packet: np.ndarray = field(default_factory=lambda: read_only(np.zeros(message_size(Prediction))))
+    order: np.ndarray = field(default_factory=lambda: read_only(np.zeros(message_size(PickOrder))))
+    estimate: np.ndarray = field(default_factory=lambda: read_only(np.zeros(message_size(BeltEstimate))))
+
+
+class PickHostSystem(LeafSystem):
+    """Estimates where the parts are, and tells the arm which one to pick.
+
+    .. pydrake_system::
+
+        name: PickHostSystem
+        input_ports:
+        - parts
+        - encoder
+        - diagnosis
+        - status
+        output_ports:
+        - prediction
+        - order
+        - belt
+
+    - ``parts``: a `PartTracks` vector, read at each update.
+    - ``encoder``: an `EncoderReading` of the present time. Left unconnected: the belt has no encoder.
+    - ``diagnosis``: the arm's `PickDiagnosis`, and ``status``: its `ToolStatus`: what it works on, and where it is.
+    - ``prediction``: a `Prediction` of the part that the arm is to pick.
+    - ``order``: a `PickOrder`; not valid while there is nothing to pick.
+    - ``belt``: a `BeltEstimate` for the present, for logs and displays.
+
+    The System is updated every ``period``, after ``offset``. All outputs depend on the state alone.
+
+    Args:
+        estimator: of the belt.
+        clerk: makes the orders.
+        cells: poses of the cells, in the order of those of the clerk.
+        seeking: phases of the arm in which it has not yet begun to descend.
+        carrying: phases of the arm in which it carries a part, puts it down or comes back.
+        period: period of the update [s].
+        offset: time of the first update [s].
+    """
+
+    def __init__(
+        self,
+        estimator: BeltEstimator,
+        clerk: OrderClerk,
+        cells: Sequence[CellPose],
+        seeking: Sequence[int],
+        carrying: Sequence[int],
+        *,
+        period: float = VISION_PERIOD,
+        offset: float = vision_slot(ESTIMATOR_SLOT),
+    ) -> None:
+        super().__init__()
+        self._estimator, self._clerk, self._cells = estimator, clerk, tuple(cells)
+        self._seeking, self._carrying = tuple(seeking), tuple(carrying)
+        self._parts = self.DeclareVectorInputPort("parts", message_size(PartTracks))
+        self._encoder = self.DeclareVectorInputPort("encoder", message_size(EncoderReading))
+        self._diagnosis = self.DeclareVectorInputPort("diagnosis", message_size(PickDiagnosis))
+        self._status = self.DeclareVectorInputPort("status", message_size(ToolStatus))
+        state = self.DeclareAbstractState(AbstractValue.Make(HostMemory()))
+        ticket = {self.abstract_state_ticket(state)}
+        for name, attribute, view in (
+            ("prediction", "packet", Prediction),
+            ("order", "order", PickOrder),
+            ("belt", "estimate", BeltEstimate),
+        ):
+
+            def calc(context: Context, output: BasicVector, attribute: str = attribute) -> None:
+                output.SetFromVector(getattr(context.get_abstract_state(0).get_value(), attribute))
+
+            self.DeclareVectorOutputPort(name, message_size(view), calc, ticket)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, offset, self._update)
+
+    def _update(self, context: Context, state: State) -> None:
+        memory: HostMemory = state.get_abstract_state(0).get_value()
+        now = context.get_time()
+        encoder = memory.encoder
+        if self._encoder.HasValue(context):
+            encoder = encoder.extended(EncoderReading(self._encoder.Eval(context)))
+        belt = self._updated(memory.belt, encoder, self._parts.Eval(context))
+        travel = encoder.travel(belt.stamp, now)
+        candidates = self._candidates(belt, travel, now)
+        report = report_of(
+            PickDiagnosis(self._diagnosis.Eval(context)),
+            ToolStatus(self._status.Eval(context)),
+            self._seeking,
+            self._carrying,
+        )
+        book = self._clerk.update(memory.book, report, candidates, now)
+        seq, packet = memory.seq, memory.packet
+        if book.order is not None and book.order.number in belt.numbers and belt.stamp > memory.belt.stamp:
+            seq += 1
+            packet = self._packet(belt, encoder, book.order.number, seq, now)
+        order = self._order(book, belt)
+        estimate = self._estimate(belt, candidates, now)
+        state.get_mutable_abstract_state(0).set_value(
+            HostMemory(belt, encoder, book, seq, read_only(packet), read_only(order), read_only(estimate))
+        )
+
+    def _updated(self, belt: BeltState, encoder: EncoderHistory, message: np.ndarray) -> BeltState:
+        header = PartTracks(message)
+        if not header.valid or not header.stamp > belt.stamp:
+            return belt
+        points = [
+            PartPoint(int(row[0]), PartKind(int(row[1])), *row[2:9].tolist())
+            for row in message_rows(message, PART_FIELDS)
+            if row[0] > 0.0 and row[9] >= header.stamp and np.isfinite(row).all()
+        ]
+        return self._estimator.update(belt, float(header.stamp), points, encoder.travel(belt.stamp, header.stamp))
+
+    def _candidates(self, belt: BeltState, travel: Travel | None, now: float) -> list[Candidate]:
+        """Returns the parts as they are now."""
+        places = []
+        for k, part in enumerate(belt.parts):
+            path = self._estimator.predict(belt, part.number, np.array([now]), travel)
+            speed = travel.speed if travel is not None else belt.speed
+            places.append((part, path.rows[0], path.std[0], speed + belt.mean[2 + 2 * k]))
+        candidates = []
+        for part, (x, y, _, yaw), std, speed in places:
+            clear = min(
+                (
+                    jaw_clearance(x, y, yaw, *row[:2], PART_SHAPES[other.kind].radius)
+                    for other, row, _, _ in places
+                    if other.number != part.number
+                ),
+                default=FREE,
+            )
+            candidates.append(Candidate(part.number, int(part.kind), x, y, yaw, float(speed), float(std), clear))
+        return candidates
+
+    def _packet(self, belt: BeltState, encoder: EncoderHistory, number: int, seq: int, now: float) -> np.ndarray:
+        """Returns the packet of a part, whose first knot is at the stamp of the estimate."""
+        times = belt.stamp + _KNOTS
+        travel = encoder.travel(belt.stamp, now)
+        if travel is None:
+            path = self._estimator.predict(belt, number, times)
+            return pack_prediction(belt.stamp, number * TARGET_STRIDE + seq, np.column_stack(path))
+        rows, std = np.empty((KNOT_COUNT, 4)), np.empty(KNOT_COUNT)
+        for k, time in enumerate(times.tolist()):  # the encoder knows how far the belt went until now
+            measured = min(time, now)
+            then = encoder.travel(belt.stamp, measured)
+            path = self._estimator.predict(belt, number, np.array([measured, time]), then)
+            rows[k], std[k] = path.rows[1], path.std[1]
+        return pack_prediction(belt.stamp, number * TARGET_STRIDE + seq, np.column_stack([rows, std]))
+
+    def _order(self, book: OrderBook, belt: BeltState) -> np.ndarray:
+        """Returns the `PickOrder` vector of a book."""
+        vector = np.zeros(message_size(PickOrder))
+        message = PickOrder(vector)
+        message.seq = book.seq
+        if book.order is not None:
+            cell, shape = self._cells[book.order.cell], PART_SHAPES[PartKind(book.order.kind)]
+            message.number, message.kind, message.cell = book.order.number, book.order.kind, book.order.cell
+            message.width, message.height = shape.width, shape.height
+            message.place_x, message.place_y, message.place_yaw = cell.x, cell.y, cell.yaw
+            message.place_z = cell.floor + 0.5 * shape.height
+            message.valid = 1.0
+        return vector
+
+    @staticmethod
+    def _estimate(belt: BeltState, candidates: Sequence[Candidate], now: float) -> np.ndarray:
+        """Returns the `BeltEstimate` vector of the present."""
+        vector = np.zeros(message_size(BeltEstimate))
+        message = BeltEstimate(vector)
+        message.stamp, message.speed, message.speed_std, message.valid = now, belt.speed, belt.speed_std, 1.0
+        for slot, each, part in zip(message_rows(vector, BELT_FIELDS), candidates, belt.parts):
+            yaw_std = part.yaw_var**0.5
+            slot[:] = [each.number, each.kind, each.x, each.y, part.z, each.yaw, each.v, each.std, yaw_std, each.clear]
+        return vector
