@@ -193,7 +193,7 @@ class PickHostSystem(LeafSystem):
         for part, (x, y, _, yaw), std, speed in places:
             clear = min(
                 (
-                    jaw_clearance(x, y, yaw, *row[:2], PART_SHAPES[other.kind].radius)
+                    jaw_clearance(x, y, yaw, float(row[0]), float(row[1]), PART_SHAPES[other.kind].radius)
                     for other, row, _, _ in places
                     if other.number != part.number
                 ),
