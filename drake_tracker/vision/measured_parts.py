@@ -1,0 +1,131 @@
+"""The stand-in for cameras that see the parts on a belt: their true poses plus a random error, late."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import DiscreteTimeDelay
+
+from drake_tracker.core.messages import PART_FIELDS, PartTracks, message_rows, message_size
+from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.vision.config import MeasuredParts
+
+STREAM = 54
+"""Stream of random numbers: default_rng([seed, STREAM, cycle])."""
+PARTS_PORT = "truth_part_states"
+"""The only input through which the controller of the conveyor may read truth, and only with ``vision: !MeasuredParts``."""
+_STATE_SIZE = 13
+_ON_BELT = 0.010
+"""A part is on the belt up to this height above the place where it rests [m]."""
+
+
+class MeasuredPartsSystem(LeafSystem):
+    """Adds a random error to the true poses of the parts that are on the belt, in view.
+
+    .. pydrake_system::
+
+        name: MeasuredPartsSystem
+        input_ports:
+        - truth_part_states
+        output_ports:
+        - parts
+
+    ``truth_part_states``: 13 numbers per part, as of a free body. ``parts``: a `PartTracks` of the present cycle, without
+    the lag; when there are more parts in view than slots, those farthest downstream. There is no state.
+
+    Each part has a constant error, as of its shape, and a new one in every cycle. It has the same number throughout:
+    measured vision never confuses two parts.
+
+    Args:
+        settings: standard deviations of the errors.
+        kinds: of all parts of the run.
+        belt_height: z_W of the belt's upper face [m].
+        view: lowest and highest corner (x, y) in W of what the cameras see of the belt, shape (2, 2) [m].
+        seed: of all random numbers.
+        period: of a cycle [s].
+    """
+
+    def __init__(
+        self,
+        settings: MeasuredParts,
+        kinds: Sequence[PartKind],
+        *,
+        belt_height: float,
+        view: np.ndarray,
+        seed: int,
+        period: float = VISION_PERIOD,
+    ) -> None:
+        super().__init__()
+        self._settings, self._kinds, self._height = settings, tuple(kinds), belt_height
+        self._low, self._high = np.asarray(view, dtype=float)
+        self._seed, self._period = seed, period
+        self._constant = np.random.default_rng([seed, STREAM]).standard_normal((len(self._kinds), 3))
+        self._truth = self.DeclareVectorInputPort(PARTS_PORT, _STATE_SIZE * len(self._kinds))
+        self.DeclareVectorOutputPort(
+            "parts", message_size(PartTracks), self._calc, {self.time_ticket(), self._truth.ticket()}
+        )
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        cycle = round(context.get_time() / self._period)
+        vector = np.zeros(message_size(PartTracks))
+        if cycle > 0:
+            header = PartTracks(vector)
+            header.stamp, header.valid = cycle * self._period, 1.0
+            states = self._truth.Eval(context).reshape(-1, _STATE_SIZE)
+            seen = self._visible(states)
+            slots = message_rows(vector, PART_FIELDS)
+            seen = sorted(seen, key=lambda k: -states[k, 5])[: len(slots)]
+            random = np.random.default_rng([self._seed, STREAM, cycle]).standard_normal((len(self._kinds), 3))
+            for slot, k in zip(slots, seen):
+                slot[:] = self._row(k, states[k], random[k], header.stamp)
+        output.SetFromVector(vector)
+
+    def _visible(self, states: np.ndarray) -> list[int]:
+        """Returns the parts that lie on the belt, in view."""
+        rest = self._height + 0.5 * np.array([PART_SHAPES[kind].height for kind in self._kinds])
+        xy = states[:, 4:6]
+        inside = ((xy >= self._low) & (xy <= self._high)).all(axis=1)
+        return np.flatnonzero(inside & (np.abs(states[:, 6] - rest) <= _ON_BELT)).tolist()
+
+    def _row(self, k: int, state: np.ndarray, random: np.ndarray, stamp: float) -> list[float]:
+        """Returns the slot of part k: its number is k + 1."""
+        settings = self._settings
+        qw, qx, qy, qz, x, y, z = state[:7]
+        yaw = np.arctan2(2.0 * (qx * qy + qw * qz), qw**2 + qx**2 - qy**2 - qz**2)
+        bias, noise = settings.bias_std, settings.noise_std
+        turn_bias, turn_noise = np.deg2rad(settings.turn_bias_std_deg), np.deg2rad(settings.turn_noise_std_deg)
+        dx, dy = bias * self._constant[k, :2] + noise * random[:2]
+        turn = turn_bias * self._constant[k, 2] + turn_noise * random[2]
+        return [
+            k + 1, self._kinds[k], x + dx, y + dy, z, yaw + turn, noise**2, noise**2, max(turn_noise, 1e-3) ** 2, stamp
+        ]  # fmt: skip
+
+
+class MeasuredPartsDiagram(Diagram):
+    """Takes the place of the cameras of the conveyor: `MeasuredPartsSystem`, some cycles late.
+
+    .. pydrake_system::
+
+        name: MeasuredPartsDiagram
+        input_ports:
+        - truth_part_states
+        output_ports:
+        - parts
+
+    Args:
+        system: sees the parts.
+        lag_cycles: cycles from capture to output, 0 or more.
+        period: of a cycle [s].
+    """
+
+    def __init__(self, system: MeasuredPartsSystem, lag_cycles: int, *, period: float = VISION_PERIOD) -> None:
+        super().__init__()
+        self.set_name("vision")
+        builder = DiagramBuilder()
+        builder.AddNamedSystem("measured_parts", system)
+        lag = builder.AddNamedSystem("lag", DiscreteTimeDelay(period, lag_cycles, message_size(PartTracks)))
+        builder.ExportInput(system.GetInputPort(PARTS_PORT), PARTS_PORT)
+        builder.Connect(system.GetOutputPort("parts"), lag.get_input_port())
+        builder.ExportOutput(lag.get_output_port(), "parts")
+        builder.BuildInto(self)
