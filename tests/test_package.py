@@ -45,6 +45,7 @@ ASSEMBLIES = {
         "world/calibration_board.py",
         "world/wrist_calibration_scene.py",
         "world/plant.py",
+        "world/conveyor_plant.py",
         "world/scene_copy.py",
         "world/ball_plant.py",
     ),

@@ -1,7 +1,6 @@
 """The laboratory of the train as a Diagram: everything that is real, and the only place that holds the ground truth."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -10,12 +9,12 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from drake_tracker.arm.description import Arm
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.arm_faults_system import add_gripper_faults, add_joint_faults
-from drake_tracker.faults.fault import Fault, SceneFault, View, faults_at
-from drake_tracker.faults.image_faults_system import add_image_faults
-from drake_tracker.world.camera_system import Camera, CameraOptics, add_cameras, close_cameras, start_cameras
-from drake_tracker.world.cameras import ImageWindow, true_camera_model
-from drake_tracker.world.config import CamerasConfig, LightingConfig, NoEvent, WristCamera
+from drake_tracker.faults.fault import Fault, SceneFault, faults_at
+from drake_tracker.world.camera_system import Camera, close_cameras, start_cameras
+from drake_tracker.world.cameras import ImageWindow
+from drake_tracker.world.config import CamerasConfig, LightingConfig, NoEvent
 from drake_tracker.world.disturbance_system import add_disturbance
+from drake_tracker.world.faulty_cameras_system import add_faulty_cameras
 from drake_tracker.world.grasp_judge_system import add_grasp_judge
 from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
@@ -27,7 +26,6 @@ from drake_tracker.world.slide import add_moving_body
 from drake_tracker.world.speed_event import SpeedEvent
 from drake_tracker.world.track_visual import add_track_visual
 from drake_tracker.world.tracks import Track
-from drake_tracker.world.wrist_camera import WRIST_CAMERA, hand_mount, wrist_optics
 
 
 class WorldDiagram(Diagram):
@@ -186,33 +184,19 @@ class WorldDiagram(Diagram):
             whole = (0, 0, cameras.width, cameras.height)
             if windows is not None and whole not in windows.values():
                 hide_table_frame(laboratory)
-            further: dict[str, CameraOptics] = {}
-            if isinstance(cameras.wrist, WristCamera):
-                parent, X_PT = hand_mount(plant, laboratory.gripper, description.tool_frame)
-                further[WRIST_CAMERA] = wrist_optics(cameras.wrist, lighting, parent=parent, X_PT=X_PT, seed=seed)
-            self.cameras = add_cameras(
+            self.cameras = add_faulty_cameras(
                 builder,
+                plant=plant,
                 scene_graph=laboratory.scene_graph,
+                gripper=laboratory.gripper,
+                tool_frame=description.tool_frame,
                 config=cameras,
                 lighting=lighting,
                 windows=windows,
                 pipeline=pipeline,
-                seed=seed,
-                further=further,
-            )
-        for name, camera in self.cameras.items():
-            wrist = cameras.wrist if name == WRIST_CAMERA else None
-            lens = wrist if isinstance(wrist, WristCamera) else cameras
-            view = View(name.removeprefix("camera_"), true_camera_model(lens, camera.X_WC), camera.window)
-            image_port = add_image_faults(
-                builder,
-                image_port=camera.image_port,
-                view=view,
                 faults=faults,
-                latency=self.image_latency,
-                name=f"{name}_faults",
+                seed=seed,
             )
-            self.cameras[name] = replace(camera, image_port=image_port)
         jaws = add_jaw_sensor(builder, plant=plant, gripper=laboratory.gripper)
         others = [
             (body, each.motion.track)

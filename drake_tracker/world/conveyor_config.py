@@ -1,0 +1,77 @@
+"""Settings of the simulated conveyor: the belt, the parts that it brings, and the trays."""
+
+from dataclasses import dataclass
+
+from drake_tracker.core.setting import setting
+
+BELT_MOTIONS = ("running", "stop_and_go", "two_speed")
+ARRIVAL_PATTERNS = ("poisson", "bunches")
+
+
+@dataclass(frozen=True)
+class BeltConfig:
+    """The belt: where it lies, and how it moves. It carries the parts along +y of the world.
+
+    It starts from rest at time 0. The controller knows where it lies, but not how it moves.
+    """
+
+    speed: float = setting(0.15, "speed of the belt", "m/s", (0.05, 0.4))
+    motion: str = setting(
+        "running",
+        "running: always at speed; stop_and_go: at speed, then at rest, and so on; two_speed: at speed, then at "
+        "second_speed, and so on",
+        choices=BELT_MOTIONS,
+    )
+    first_duration: float = setting(
+        6.0, "for stop_and_go and two_speed: time at speed before each change", "s", (0.1, 3600.0)
+    )
+    second_duration: float = setting(
+        2.0, "for stop_and_go and two_speed: time at rest or at second_speed", "s", (0.1, 3600.0)
+    )
+    second_speed: float = setting(0.25, "for two_speed: the other speed", "m/s", (0.0, 0.4))
+    acceleration: float = setting(0.5, "acceleration from one speed to another", "m/s^2", (0.05, 3.0))
+    middle: float = setting(0.60, "x of the middle of the belt", "m", (0.3, 1.0))
+    width: float = setting(0.24, "width of the belt", "m", (0.1, 0.5))
+    height: float = setting(0.45, "height of the upper face of the belt", "m", (0.3, 0.8))
+    entry: float = setting(-0.45, "y at which a part arrives", "m", (-1.0, 0.0))
+    end: float = setting(0.50, "y at which a part that is still on the belt is missed", "m", (0.0, 1.0))
+    encoder: bool = setting(False, "whether an encoder measures the distance that the belt has travelled")
+
+
+@dataclass(frozen=True)
+class ArrivalsConfig:
+    """The parts that the belt brings. When, which and how they lie is drawn from the seed."""
+
+    rate: float = setting(12.0, "mean number of parts that arrive", "1/min", (0.5, 60.0))
+    pattern: str = setting(
+        "poisson", "whether parts arrive independently of each other or in bunches", choices=ARRIVAL_PATTERNS
+    )
+    bunch_size: float = setting(3.0, "for bunches: mean number of parts in a bunch", "", (1.0, 20.0))
+    mix: tuple[float, ...] = setting(
+        [1.0, 1.0, 1.0], "how often boxes, discs and ells come, relative to each other", "", (0.0, 100.0), shape=(3,)
+    )
+    gap: float = setting(0.015, "smallest distance along the belt between parts that do not touch", "m", (0.005, 0.5))
+    touching: float = setting(0.0, "share of the parts that touch the part before them", "", (0.0, 0.9))
+    lateral: float = setting(0.05, "largest distance of a part from the middle of the belt", "m", (0.0, 0.2))
+
+
+@dataclass(frozen=True)
+class TrayConfig:
+    """The two trays, which lie between the arm and the belt, one on each side of the arm.
+
+    A tray is a grid of square cells with their floors at the height of the belt's upper face. Columns run along x, away
+    from the arm; rows run along y, away from the arm's middle.
+    """
+
+    columns: int = setting(2, "columns of a tray", "", (1, 6))
+    rows: int = setting(6, "rows of a tray", "", (1, 12))
+    pitch: float = setting(0.065, "distance between the centres of neighbouring cells", "m", (0.05, 0.2))
+    cell: float = setting(0.062, "side of a cell between its walls", "m", (0.04, 0.2))
+    wall_height: float = setting(0.012, "height of the walls above the floors of the cells", "m", (0.002, 0.05))
+    first_cell: tuple[float, ...] = setting(
+        [0.345, 0.19],
+        "x and distance from the x axis of the centre of the cell in the first column and row",
+        "m",
+        (0.0, 1.5),
+        shape=(2,),
+    )
