@@ -112,18 +112,19 @@ EncoderReading = namedview("EncoderReading", ["time", "distance", "valid"])
 
 PickOrder = namedview(
     "PickOrder",
-    ["seq", "number", "kind", "width", "height", "place_x", "place_y", "place_z", "place_yaw", "cell", "valid"],
+    ["stamp", "seq", "job", "number", "kind", "width", "height", "place_x", "place_y", "place_z", "place_yaw"]
+    + ["cell", "valid"],
 )
-"""An order to the arm: sequence number; number of the part to pick (packets say where it is);
-`core.part_kinds.PartKind`; width between the jaws and height [m]; pose in W of the frame P of the part in its cell [m,
-rad]; number of the cell."""
+"""What the arm is to do: time at which the host says so [s]; sequence number of the message, which is repeated; number
+of the job; number of the part to pick (packets say where it is; 0: none); `core.part_kinds.PartKind`; width between the
+jaws and height [m]; pose in W of the frame P of the part in its cell [m, rad]; number of the cell."""
 
 PickDiagnosis = namedview(
-    "PickDiagnosis", ["phase", "order", "done", "attempts", "picked", "placed", "failed", "gate", "p_success"]
+    "PickDiagnosis", ["phase", "job", "done", "attempts", "picked", "placed", "failed", "gate", "p_success"]
 )
-"""For the log, and for the host: phase; sequence number of the order in work (0: none), and of the last one that was
-carried out or failed; numbers of picks begun, of parts that the jaws held after the lift, of parts put down, and of
-orders that failed; why the hand waits (`grasp.gate.Gate`); probability that a pick would succeed."""
+"""For the log, and for the host: phase; number of the job in work (0: none), and of the last one that was done or
+failed; numbers of picks begun, of parts that the jaws held after the lift, of parts put down, and of jobs that failed;
+why the hand waits (`grasp.gate.Gate`); probability that a pick would succeed."""
 
 Filtered = namedview("Filtered", ["stamp", "x", "y", "z", "yaw", "speed", "valid"])
 """The filtered state at the newest stamp [s]: position in W [m], direction of travel (yaw) [rad], speed [m/s]."""

@@ -29,6 +29,18 @@ WITH_HAND_POINT: tuple[Connection, ...] = (
 WITH_WRIST: tuple[Connection, ...] = (("host", "prediction", "vision", "prediction"),)
 """Further connections of a camera on the hand: the host tells vision where it expects the target."""
 
+WITH_ORDERS: tuple[Connection, ...] = (
+    ("vision", "parts", "host", "parts"),
+    ("arm", "diagnosis", "host", "diagnosis"),
+    ("arm", "status", "host", "status"),
+    *BETWEEN_SUBSYSTEMS[1:],
+    ("host", "order", "link", "order"),
+    ("link", "delivered_order", "arm", "order"),
+)
+"""Connections of a host that gives orders to the arm, which reports what it does (`LinkDiagram` as the link)."""
+WITH_ENCODER: tuple[Connection, ...] = (("world", "encoder", "host", "encoder"),)
+"""Further connections of a belt with an encoder."""
+
 AT_LAUNCH: Connection = ("arm", "command", "world", "launch")
 """The connection of a world in which something happens when the hand begins to descend."""
 
@@ -36,7 +48,7 @@ SELECTED = "selected"
 """Name of the input of a vision that tracks several objects: the number of the track that the operator selected."""
 
 
-FROM_THE_LINK = ("packet", "hand_point")
+FROM_THE_LINK = ("packet", "hand_point", "order")
 """Inputs of the arm that the link drives."""
 
 

@@ -98,7 +98,7 @@ class PickHostSystem(LeafSystem):
     - ``encoder``: an `EncoderReading` of the present time. Left unconnected: the belt has no encoder.
     - ``diagnosis``: the arm's `PickDiagnosis`, and ``status``: its `ToolStatus`: what it works on, and where it is.
     - ``prediction``: a `Prediction` of the part that the arm is to pick.
-    - ``order``: a `PickOrder`; not valid while there is nothing to pick.
+    - ``order``: a `PickOrder`, repeated in every period. All zeros: no order yet.
     - ``belt``: a `BeltEstimate` for the present, for logs and displays.
 
     The System is updated every ``period``, after ``offset``. All outputs depend on the state alone.
@@ -165,7 +165,7 @@ class PickHostSystem(LeafSystem):
         if book.order is not None and book.order.number in belt.numbers and belt.stamp > memory.belt.stamp:
             seq += 1
             packet = self._packet(belt, encoder, book.order.number, seq, now)
-        order = self._order(book, belt)
+        order = self._order(book, memory.order, now)
         estimate = self._estimate(belt, candidates, now)
         state.get_mutable_abstract_state(0).set_value(
             HostMemory(belt, encoder, book, seq, read_only(packet), read_only(order), read_only(estimate))
@@ -217,18 +217,19 @@ class PickHostSystem(LeafSystem):
             rows[k], std[k] = path.rows[1], path.std[1]
         return pack_prediction(belt.stamp, number * TARGET_STRIDE + seq, np.column_stack([rows, std]))
 
-    def _order(self, book: OrderBook, belt: BeltState) -> np.ndarray:
-        """Returns the `PickOrder` vector of a book."""
+    def _order(self, book: OrderBook, last: np.ndarray, now: float) -> np.ndarray:
+        """Returns the `PickOrder` vector of a book, all zeros before the first order."""
         vector = np.zeros(message_size(PickOrder))
+        if book.seq == 0:
+            return vector
         message = PickOrder(vector)
-        message.seq = book.seq
+        message.stamp, message.seq, message.job, message.valid = now, PickOrder(last).seq + 1.0, book.seq, 1.0
         if book.order is not None:
             cell, shape = self._cells[book.order.cell], PART_SHAPES[PartKind(book.order.kind)]
             message.number, message.kind, message.cell = book.order.number, book.order.kind, book.order.cell
             message.width, message.height = shape.width, shape.height
             message.place_x, message.place_y, message.place_yaw = cell.x, cell.y, cell.yaw
             message.place_z = cell.floor + 0.5 * shape.height
-            message.valid = 1.0
         return vector
 
     @staticmethod

@@ -43,7 +43,7 @@ class PickState(OperatedState):
     Attributes:
         phase: the phase.
         order: the `PickOrder` vector in work, read-only; all zeros without one.
-        done: sequence number of the last order that was carried out or failed.
+        done: number of the last job that was done or failed.
         gripped_since: time since when the jaws have measured a grip [s], infinity while they do not.
         attempts: number of picks begun.
         picked: number of parts that the jaws held after the lift.
@@ -168,7 +168,7 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
                 state,
                 placed=state.placed + finished,
                 failed=state.failed + (before in (PickPhase.RETREAT, PickPhase.TRACK)),
-                done=int(order.seq),
+                done=int(order.job),
                 duration=self._duration(state, self.home[:3], self.home[3], np.zeros(3), seen),
             )
         return state
@@ -177,11 +177,11 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
 
     def order_waits(self, state: PickState, seen: PickObservation) -> bool:
         """Returns whether there is an order that was not yet carried out, and packets about its part."""
-        return PickOrder(state.order).seq > state.done and self._about_order(state, seen)
+        return PickOrder(state.order).job > state.done and self._about_order(state, seen)
 
     def order_withdrawn(self, state: PickState, seen: PickObservation) -> bool:
         """Returns whether the host has replaced or cancelled the order."""
-        return bool(seen.order.seq != PickOrder(state.order).seq) or not seen.order.valid
+        return bool(seen.order.job != PickOrder(state.order).job) or not seen.order.number
 
     def part_lost(self, state: PickState, seen: PickObservation) -> bool:
         """Returns whether the part cannot be followed."""
@@ -229,7 +229,7 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
 
     @staticmethod
     def _is_new(state: PickState, order: Any) -> bool:
-        return bool(order.valid) and order.seq > max(PickOrder(state.order).seq, state.done)
+        return bool(order.valid) and order.number > 0.0 and order.job > max(PickOrder(state.order).job, state.done)
 
     @staticmethod
     def _about_order(state: PickState, seen: PickObservation) -> bool:

@@ -93,7 +93,7 @@ class PickSystem(LeafSystem):
 
     def _calc_diagnosis(self, context: Context, output: Any) -> None:
         state = self._value(context)
-        working = PickOrder(state.order).seq if PickOrder(state.order).seq > state.done else 0.0
+        working = PickOrder(state.order).job if PickOrder(state.order).job > state.done else 0.0
         counts = [state.attempts, state.picked, state.placed, state.failed]
         output.SetFromVector([state.phase, working, state.done, *counts, state.gate, state.p_success])
 

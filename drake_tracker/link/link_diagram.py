@@ -8,35 +8,36 @@ from drake_tracker.link.link_system import LinkSystem
 
 
 class LinkDiagram(Diagram):
-    """Delivers packets of predicted path and measurements of the hand from the host to the arm.
+    """Delivers packets of predicted path, and messages of a second kind, from the host to the arm.
 
     .. pydrake_system::
 
         name: LinkDiagram
         input_ports:
         - packet
-        - hand_point
+        - (second)
         output_ports:
         - delivered
-        - delivered_hand_point
+        - delivered_(second)
 
-    The ports are those of two `LinkSystem`. ``packet`` and ``delivered`` are `Prediction` vectors, ``hand_point`` and
-    ``delivered_hand_point`` `HandPoint` vectors.
+    The ports are those of two `LinkSystem`. ``packet`` and ``delivered`` are `Prediction` vectors. The names of the
+    other two follow from that of the second message: ``hand_point``, a `HandPoint`, or ``order``, a `PickOrder`.
 
     Args:
         packets: the link of the packets.
-        hand_points: the link of the measurements of the hand.
+        others: the link of the second message.
+        name: of the second message.
     """
 
-    def __init__(self, packets: LinkSystem, hand_points: LinkSystem) -> None:
+    def __init__(self, packets: LinkSystem, others: LinkSystem, name: str = "hand_point") -> None:
         super().__init__()
         self.set_name("link")
         builder: Any = DiagramBuilder()
-        for name, link, input_, output in (
+        for link_name, link, input_, output in (
             ("packets", packets, "packet", "delivered"),
-            ("hand_points", hand_points, "hand_point", "delivered_hand_point"),
+            (f"{name}s", others, name, f"delivered_{name}"),
         ):
-            link.set_name(name)
+            link.set_name(link_name)
             builder.AddSystem(link)
             builder.ExportInput(link.GetInputPort("packet"), input_)
             builder.ExportOutput(link.GetOutputPort("delivered"), output)

@@ -148,3 +148,20 @@ class Several:
     coast_time: float = setting(2.0, "time after which a track that is not seen is deleted", "s", (0.05, 60.0))
     largest_std: float = setting(0.03, "largest standard deviation of a point that is used", "m", (0.001, 1.0))
     mask_arm: bool = setting(True, "ignore the pixels where the robot's own arm is, as its joint angles tell")
+
+
+@dataclass(frozen=True)
+class MeasuredParts:
+    """Vision of the parts on a belt without images: their true poses plus random errors."""
+
+    noise_std: float = setting(
+        0.001, "standard deviation of the position that changes in every cycle", "m", (0.0, 0.05)
+    )
+    bias_std: float = setting(0.001, "standard deviation of the position that each part keeps", "m", (0.0, 0.05))
+    turn_noise_std_deg: float = setting(
+        1.0, "standard deviation of the direction that changes in every cycle", "deg", (0.0, 45.0)
+    )
+    turn_bias_std_deg: float = setting(
+        1.0, "standard deviation of the direction that each part keeps", "deg", (0.0, 45.0)
+    )
+    lag_cycles: int = setting(15, "time from the capture of an image to the parts in it", "cycles", (0, 120))

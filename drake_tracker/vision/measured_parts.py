@@ -14,7 +14,7 @@ from drake_tracker.vision.config import MeasuredParts
 STREAM = 54
 """Stream of random numbers: default_rng([seed, STREAM, cycle])."""
 PARTS_PORT = "truth_part_states"
-"""The only input through which the controller of the conveyor may read truth, and only with ``vision: !MeasuredParts``."""
+"""The only input through which the controller of the conveyor may read truth, with ``vision: !MeasuredParts``."""
 _STATE_SIZE = 13
 _ON_BELT = 0.010
 """A part is on the belt up to this height above the place where it rests [m]."""
@@ -31,8 +31,8 @@ class MeasuredPartsSystem(LeafSystem):
         output_ports:
         - parts
 
-    ``truth_part_states``: 13 numbers per part, as of a free body. ``parts``: a `PartTracks` of the present cycle, without
-    the lag; when there are more parts in view than slots, those farthest downstream. There is no state.
+    ``truth_part_states``: 13 numbers per part, as of a free body. ``parts``: a `PartTracks` of the present cycle,
+    without the lag; when there are more parts in view than slots, those farthest downstream. There is no state.
 
     Each part has a constant error, as of its shape, and a new one in every cycle. It has the same number throughout:
     measured vision never confuses two parts.

@@ -6,10 +6,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem
 
-from drake_tracker.core.messages import message_size
+from drake_tracker.core.messages import EncoderReading, message_size
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.world.belt_motion import BeltMotion
-from drake_tracker.world.pick_messages import EncoderReading
 
 ENCODER_STEP = 1e-4
 """Distance between two counts of the encoder [m]."""

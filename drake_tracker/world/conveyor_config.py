@@ -67,7 +67,7 @@ class TrayConfig:
     rows: int = setting(6, "rows of a tray", "", (1, 12))
     pitch: float = setting(0.065, "distance between the centres of neighbouring cells", "m", (0.05, 0.2))
     cell: float = setting(0.062, "side of a cell between its walls", "m", (0.04, 0.2))
-    wall_height: float = setting(0.012, "height of the walls above the floors of the cells", "m", (0.002, 0.05))
+    wall_height: float = setting(0.004, "height of the walls above the floors of the cells", "m", (0.002, 0.05))
     first_cell: tuple[float, ...] = setting(
         [0.345, 0.19],
         "x and distance from the x axis of the centre of the cell in the first column and row",

@@ -4,9 +4,6 @@ from enum import IntEnum
 
 from pydrake.common.containers import namedview
 
-EncoderReading = namedview("EncoderReading", ["time", "distance", "valid"])
-"""What the belt's encoder measures: time [s] and distance travelled since the start [m]."""
-
 
 class PartFate(IntEnum):
     """What has become of a part.

@@ -1,0 +1,145 @@
+"""Builds the hand-eye diagram of the conveyor from a scenario."""
+
+import numpy as np
+
+from drake_tracker.arm.arm_clearance import ArmClearance
+from drake_tracker.arm.arm_diagram import ArmDiagram
+from drake_tracker.arm.arm_model import make_arm_model, tool_down
+from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.arm.packet_guard import PacketGuard
+from drake_tracker.core.messages import PickOrder
+from drake_tracker.core.timing import ESTIMATOR_SLOT, SERVO_PERIOD, vision_slot
+from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.diagrams.hand_eye import WITH_ENCODER, WITH_ORDERS, HandEyeDiagram
+from drake_tracker.diagrams.parts import link_of
+from drake_tracker.dispatch.candidate import Cell
+from drake_tracker.dispatch.cycle_time import CycleModel
+from drake_tracker.dispatch.kinds import make_dispatcher
+from drake_tracker.dispatch.order_book import OrderClerk
+from drake_tracker.dispatch.pick_host_system import CellPose, PickHostSystem
+from drake_tracker.estimation.belt import BeltEstimator
+from drake_tracker.grasp.pick_machine import PickMachine
+from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.grasp.pick_system import PickSystem
+from drake_tracker.link.link_diagram import LinkDiagram
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.vision.measured_parts import MeasuredPartsDiagram, MeasuredPartsSystem
+from drake_tracker.world.arrivals import Arrival, draw_arrivals
+from drake_tracker.world.belt_motion import make_belt_motion
+from drake_tracker.world.conveyor_plant import TABLE_BELOW
+from drake_tracker.world.conveyor_world_diagram import ConveyorWorldDiagram
+from drake_tracker.world.plant import table_box
+from drake_tracker.world.tray import cell_centres
+
+SEEKING = (PickPhase.WAIT, PickPhase.TRACK)
+"""Phases in which the hand has not yet begun to descend."""
+CARRYING = (PickPhase.CARRY, PickPhase.LOWER, PickPhase.RELEASE, PickPhase.RAISE)
+"""Phases in which it carries a part, puts it down or comes back."""
+PART_HEIGHT = 0.015
+"""Height of the origin of a part above the belt, for the pose in which the hand waits [m]."""
+BESIDE_BELT = 0.02
+"""Distance beside and above the belt up to which a packet may begin [m]."""
+
+
+def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
+    """Returns the hand-eye diagram of a scenario.
+
+    Args:
+        scenario: the scenario. All random numbers are drawn from its ``seed``.
+
+    Raises DrakeTrackerError when the scenario cannot be built.
+    """
+    arrivals = arrivals_of(scenario)
+    description = arm_of(scenario)
+    model = make_arm_model(description)
+    home = home_reference(scenario)
+    over_home = tool_down(home[:3] + [0.0, 0.0, scenario.pick.hover_height], home[3])
+    q_initial = joints_for(model, description.q_start, over_home)
+    world = ConveyorWorldDiagram(
+        description=description,
+        q_initial=q_initial,
+        arrivals=arrivals,
+        duration=scenario.duration,
+        belt=scenario.belt,
+        tray=scenario.tray,
+        grip_force=scenario.pick.grip_force,
+        jaw_opening=scenario.pick.jaw_opening,
+        cameras=scenario.cameras,
+        lighting=scenario.lighting,
+        windows={},
+        seed=scenario.seed,
+        time_step=scenario.time_step,
+    )
+    link = LinkDiagram(link_of(scenario), link_of(scenario, message=PickOrder), "order")
+    decision = PickSystem(PickMachine(scenario.pick, model, SERVO_PERIOD, home), scenario.time_step)
+    decision.set_name("pick")
+    arm = ArmDiagram(
+        decision,
+        conveyor_guard(scenario),
+        scenario.servo,
+        model,
+        q_initial,
+        home,
+        scenario.time_step,
+        jaw_opening=scenario.pick.jaw_opening,
+        clearance=ArmClearance(description, [table_box(height=scenario.belt.height - TABLE_BELOW)]),
+    )
+    connections = (*WITH_ORDERS, *WITH_ENCODER) if scenario.belt.encoder else WITH_ORDERS
+    return HandEyeDiagram(world, conveyor_vision(scenario, arrivals), conveyor_host(scenario), link, arm, connections)
+
+
+def arrivals_of(scenario: ConveyorScenario) -> tuple[Arrival, ...]:
+    """Returns the parts that arrive in a run, in the order of their arrival."""
+    motion = make_belt_motion(scenario.belt)
+    return draw_arrivals(
+        scenario.arrivals, belt=scenario.belt, motion=motion, duration=scenario.duration, seed=scenario.seed
+    )
+
+
+def home_reference(scenario: ConveyorScenario) -> np.ndarray:
+    """Returns the reference (x, y, z, yaw) in W over which the hand waits [m, rad], shape (4,)."""
+    middle = 0.5 * (scenario.window.y_first + scenario.window.y_last)
+    return np.array([scenario.belt.middle, middle, scenario.belt.height + PART_HEIGHT, np.pi])
+
+
+def conveyor_vision(scenario: ConveyorScenario, arrivals: tuple[Arrival, ...]) -> MeasuredPartsDiagram:
+    """Returns the vision of a scenario, which sees the belt from its entry to its end."""
+    belt, half = scenario.belt, 0.5 * scenario.belt.width
+    view = np.array([[belt.middle - half, belt.entry], [belt.middle + half, belt.end]])
+    system = MeasuredPartsSystem(
+        scenario.vision,
+        [arrival.kind for arrival in arrivals],
+        belt_height=belt.height,
+        view=view,
+        seed=scenario.seed,
+    )
+    return MeasuredPartsDiagram(system, scenario.vision.lag_cycles)
+
+
+def conveyor_host(scenario: ConveyorScenario) -> PickHostSystem:
+    """Returns the host of a scenario: estimator, dispatcher and orders as a System."""
+    centres = cell_centres(scenario.tray)
+    model = CycleModel(scenario.cycle, scenario.window)
+    clerk = OrderClerk(
+        make_dispatcher(scenario.dispatch, model, scenario.eligibility), model, [Cell(x, y) for x, y in centres]
+    )
+    host = PickHostSystem(
+        BeltEstimator(scenario.estimator),
+        clerk,
+        [CellPose(x, y, scenario.belt.height, 0.5 * np.pi) for x, y in centres],
+        SEEKING,
+        CARRYING,
+        offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step),
+    )
+    host.set_name("host")
+    return host
+
+
+def conveyor_guard(scenario: ConveyorScenario) -> PacketGuard:
+    """Returns the receiver of a scenario's packets. Their paths begin on the belt, where it is seen."""
+    belt, half = scenario.belt, 0.5 * scenario.belt.width + BESIDE_BELT
+    volume = [
+        [belt.middle - half, belt.entry, belt.height],
+        [belt.middle + half, belt.end, belt.height + BESIDE_BELT],
+    ]
+    return PacketGuard(scenario.guard, np.array(volume), belt.height)
