@@ -26,7 +26,7 @@ def part_outline(kind: PartKind) -> np.ndarray:
             ]
         )
     tip, inner = ELL_LEG - half_width, half_length - shape.width
-    return np.array(
+    corners = np.array(
         [
             [-half_length, -half_width],
             [half_length, -half_width],
@@ -36,6 +36,7 @@ def part_outline(kind: PartKind) -> np.ndarray:
             [-half_length, half_width],
         ]
     )
+    return corners + [shape.middle, 0.0]
 
 
 def placed_outline(kind: PartKind, x: float, y: float, yaw: float) -> np.ndarray:
