@@ -1,11 +1,12 @@
 """A run of the conveyor without physics: the belt, the arm's cycle and a dispatcher, event by event."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from drake_tracker.dispatch.arrivals import Arrival
 from drake_tracker.dispatch.candidate import Cell, Hand
-from drake_tracker.dispatch.cycle_time import CycleModel
+from drake_tracker.dispatch.cycle_time import CycleModel, motion_time
 from drake_tracker.dispatch.dispatcher import Dispatcher
 
 
@@ -56,12 +57,13 @@ def simulate_queue(
     cells: Sequence[Cell],
     y_seen: float,
     duration: float,
+    wait: tuple[float, float] | None = None,
 ) -> QueueRun:
     """Runs a dispatcher on a queue of parts.
 
     The dispatcher is asked whenever the hand is free, and knows the parts that are in view by then. Its choice is
-    final. When no part can be picked, it is asked again as the next part comes into view. Full trays are replaced at
-    once.
+    final. When no part can be picked, the hand goes to where it waits, and the dispatcher is asked again as the next
+    part comes into view. Full trays are replaced at once.
 
     Args:
         dispatcher: the dispatcher.
@@ -71,6 +73,9 @@ def simulate_queue(
         cells: the cells of the trays, in the order in which they are filled.
         y_seen: where the view begins, along the belt [m].
         duration: duration of the run [s].
+        wait: where the hand waits while no part can be picked, as x and y [m]; None: where it is.
+
+    Raises ValueError when the dispatcher chooses a part that cannot be picked.
     """
     picks: list[Pick] = []
     taken: set[int] = set()
@@ -88,12 +93,12 @@ def simulate_queue(
             later = [arrival.time for arrival in arrivals if arrival.time > now]
             if not later:
                 break
-            now = min(later)
+            hand, now = _waiting(hand, wait, model), min(later)
             continue
         part = candidates[number]
         done = model.after(hand, part, free[0], now)
         if done is None:
-            raise ValueError(f"the dispatcher chose part {number}, which cannot be picked")
+            raise ValueError(f"time {now:.3f} s: part {number} cannot be picked")
         time, after = done
         if time > duration:
             break
@@ -106,3 +111,13 @@ def simulate_queue(
         if arrival.number not in taken and model.in_window(arrival.candidate(y_seen, duration), duration)[1] < duration
     )
     return QueueRun(tuple(picks), missed, duration)
+
+
+def _waiting(hand: Hand, wait: tuple[float, float] | None, model: CycleModel) -> Hand:
+    """Returns the hand after its motion to where it waits."""
+    if wait is None or wait == (hand.x, hand.y):
+        return hand
+    cycle = model.cycle
+    distance = math.hypot(wait[0] - hand.x, wait[1] - hand.y)
+    motion = motion_time(distance, cycle.approach_speed, cycle.approach_acceleration)
+    return Hand(*wait, hand.free_at + motion)
