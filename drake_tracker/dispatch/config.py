@@ -65,6 +65,6 @@ class LookAhead:
     """
 
     horizon: float = setting(30.0, "time from now on within which picks are planned", "s", (0.1, 600.0))
-    depth: int = setting(8, "largest number of picks that are planned", "", (1, 16))
+    depth: int = setting(4, "largest number of picks that are planned", "", (1, 16))
     exact_up_to: int = setting(8, "number of parts up to which all sequences are compared", "", (1, 12))
     width: int = setting(64, "number of beginnings that the beam search keeps", "", (1, 10000))

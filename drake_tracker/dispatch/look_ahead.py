@@ -66,7 +66,11 @@ class LookAheadDispatcher:
         return Plan(best.numbers, best.pick_times)
 
     def _within_reach(self, hand: Hand, candidates: Sequence[Candidate], now: float) -> list[Candidate]:
-        """Returns the parts that could be picked next, within the horizon."""
+        """Returns the parts that could be picked next, within the horizon.
+
+        The others could not be picked after another part either, unless the hand carried much faster than it
+        approaches.
+        """
         reach = []
         for candidate in eligible(candidates, self.eligibility):
             pick = self.model.pick_time(hand, candidate, now)

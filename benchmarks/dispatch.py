@@ -1,0 +1,114 @@
+"""Compares the dispatchers on random arrivals, without physics, with an arm that knows all arrivals.
+
+    python benchmarks/dispatch.py                 all cases, 50 seeds each: some minutes
+    python benchmarks/dispatch.py --seeds 5       a quick look; nothing is written
+
+All runs have 120 s and 0.8 parts per second, more than twice what the arm can pick. "clairvoyant" is the largest number
+of picks of an arm that knows all arrivals; where its search was not exact, the upper bound is given. Intervals are 95 %
+bootstrap intervals over the seeds of the ratio of two means; the seeds are resampled in pairs.
+"""
+
+import argparse
+
+import common
+import numpy as np
+
+from drake_tracker.dispatch import (
+    DISPATCHERS,
+    Belt,
+    Cell,
+    CycleModel,
+    CycleTime,
+    Eligibility,
+    Hand,
+    Window,
+    bunched_arrivals,
+    clairvoyant,
+    make_dispatcher,
+    poisson_arrivals,
+    simulate_queue,
+)
+
+RESULTS = common.RESULTS / "dispatch.json"
+DURATION, RATE = 120.0, 0.8
+SPEEDS, BUNCHES = (0.10, 0.06), (1, 4)
+"""A bunch of one part stands for Poisson arrivals."""
+ROWS = [0.19 + 0.065 * row for row in range(6)]
+CELLS = tuple(Cell(x, side * y) for side in (1, -1) for y in ROWS for x in (0.345, 0.410))
+START, WAIT = Hand(0.60, -0.35, 0.0), (0.60, -0.35)
+RESAMPLES = 2000
+
+
+def picks_of(belt, bunch, seed):
+    """Returns {name of a dispatcher, or "clairvoyant": number of picks}, and whether the bound is exact."""
+    if bunch == 1:
+        arrivals = poisson_arrivals(belt, RATE, DURATION, seed)
+    else:
+        arrivals = bunched_arrivals(belt, RATE, bunch, DURATION, seed)
+    model = CycleModel(CycleTime(), Window())
+    arguments = (arrivals, START, CELLS, belt.y_seen, DURATION)
+    picks = {}
+    for name, kind in DISPATCHERS.names.items():
+        dispatcher = make_dispatcher(kind(), model, Eligibility())
+        picks[name] = len(simulate_queue(dispatcher, model, *arguments, WAIT).picks)
+    bound = clairvoyant(model, *arguments)
+    picks["clairvoyant"] = bound.upper
+    return picks, bound.upper == len(bound.numbers)
+
+
+def ratio(numbers, over):
+    """Returns the ratio of two means and its bootstrap interval."""
+    rng = np.random.default_rng(0)
+    sample = rng.integers(0, len(numbers), (RESAMPLES, len(numbers)))
+    ratios = numbers[sample].mean(axis=1) / over[sample].mean(axis=1)
+    return [float(value) for value in (numbers.mean() / over.mean(), *np.quantile(ratios, (0.025, 0.975)))]
+
+
+def compare(speed, bunch, seeds):
+    """Returns the result of a case."""
+    runs = [picks_of(Belt(speed=speed), bunch, seed) for seed in seeds]
+    counts = {name: np.array([picks[name] for picks, _ in runs], float) for name in runs[0][0]}
+    ones = np.ones(len(runs))
+    return {
+        "speed": speed,
+        "bunch": bunch,
+        "exact_bounds": sum(exact for _, exact in runs),
+        "per_minute": {name: ratio(60.0 / DURATION * count, ones) for name, count in counts.items()},
+        "of_clairvoyant": {name: ratio(count, counts["clairvoyant"]) for name, count in counts.items()},
+        "of_first_in_first_out": {name: ratio(count, counts["first_in_first_out"]) for name, count in counts.items()},
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=50, help="runs of each case")
+    options = parser.parse_args()
+    seeds = range(options.seeds)
+    rows, results = [], []
+    for speed in SPEEDS:
+        for bunch in BUNCHES:
+            result = compare(speed, bunch, seeds)
+            results.append(result)
+            names = (*DISPATCHERS.names, "clairvoyant")
+            means = [f"{result['per_minute'][name][0]:.1f}" for name in names]
+            share = "{:.1%} ({:.1%} to {:.1%})".format(*result["of_clairvoyant"]["look_ahead"])
+            gain = "{:+.1%} ({:+.1%} to {:+.1%})".format(
+                *(value - 1.0 for value in result["of_first_in_first_out"]["look_ahead"])
+            )
+            rows.append([speed, bunch, *means, share, gain, f"{result['exact_bounds']}/{len(seeds)}"])
+            print(*rows[-1], flush=True)
+    header = [
+        "belt [m/s]",
+        "bunch",
+        *DISPATCHERS.names,
+        "clairvoyant",
+        "look_ahead / clairvoyant",
+        "over FIFO",
+        "exact",
+    ]
+    common.print_table(header, rows)
+    common.save_json({"cases": results}, RESULTS if options.seeds == 50 else None, seeds)
+
+
+if __name__ == "__main__":
+    main()
