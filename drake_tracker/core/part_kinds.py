@@ -28,6 +28,7 @@ class PartShape:
         height: extent along z_P [m].
         turns: number of orientations about z_P that look the same; 0: any orientation does.
         radius: distance from the origin to the farthest corner, seen from above [m].
+        middle: x_P of the middle of its length [m].
     """
 
     length: float
@@ -35,6 +36,7 @@ class PartShape:
     height: float
     turns: int
     radius: float
+    middle: float = 0.0
 
 
 ELL_LEG = 0.035
@@ -43,7 +45,8 @@ ELL_LEG = 0.035
 PART_SHAPES = {
     PartKind.BOX: PartShape(0.050, 0.030, 0.030, 2, 0.0292),
     PartKind.DISC: PartShape(0.040, 0.040, 0.025, 0, 0.020),
-    PartKind.ELL: PartShape(0.050, 0.018, 0.025, 1, 0.0361),
+    PartKind.ELL: PartShape(0.050, 0.018, 0.025, 1, 0.0494, 0.017),
 }
-"""{kind: its dimensions}. The long leg of an `ELL` lies along x_P, from -25 to 25 mm; its short leg begins at the end
-at +x and points along +y_P."""
+"""{kind: its dimensions}. The long leg of an `ELL` lies along x_P, from -8 to 42 mm; its short leg begins at the end
+at +x and points along +y_P. The jaws, 40 mm long, have no room beside the short leg: they hold the other end of the
+long leg and reach beyond it."""

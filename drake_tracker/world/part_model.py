@@ -36,11 +36,12 @@ def solids(kind: PartKind) -> tuple[tuple[tuple[float, float], tuple[float, floa
     A disc has one, which contains it.
     """
     shape = PART_SHAPES[kind]
-    long_leg = ((0.0, 0.0), (shape.length, shape.width))
+    long_leg = ((shape.middle, 0.0), (shape.length, shape.width))
     if kind is not PartKind.ELL:
         return (long_leg,)
     reach = ELL_LEG - shape.width
-    return long_leg, ((0.5 * (shape.length - shape.width), 0.5 * (shape.width + reach)), (shape.width, reach))
+    centre = (shape.middle + 0.5 * (shape.length - shape.width), 0.5 * (shape.width + reach))
+    return long_leg, (centre, (shape.width, reach))
 
 
 def part_inertia(kind: PartKind) -> SpatialInertia:
