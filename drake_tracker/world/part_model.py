@@ -40,8 +40,8 @@ def solids(kind: PartKind) -> tuple[tuple[tuple[float, float], tuple[float, floa
     if kind is not PartKind.ELL:
         return (long_leg,)
     reach = ELL_LEG - shape.width
-    centre = (shape.middle + 0.5 * (shape.length - shape.width), 0.5 * (shape.width + reach))
-    return long_leg, (centre, (shape.width, reach))
+    short_leg = ((shape.middle + 0.5 * (shape.length - shape.width), 0.5 * (shape.width + reach)), (shape.width, reach))
+    return long_leg, short_leg
 
 
 def part_inertia(kind: PartKind) -> SpatialInertia:

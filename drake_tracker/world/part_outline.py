@@ -19,9 +19,26 @@ def part_outline(kind: PartKind) -> np.ndarray:
     back, front = shape.middle - 0.5 * shape.length, shape.middle + 0.5 * shape.length
     base = [[back, -half_width], [front, -half_width]]
     if kind is PartKind.BOX:
-        return np.array([*base, [front, half_width], [back, half_width]])
-    tip, inner = ELL_LEG - half_width, front - shape.width
-    return np.array([*base, [front, tip], [inner, tip], [inner, half_width], [back, half_width]])
+        return np.array(
+            [
+                [-half_length, -half_width],
+                [half_length, -half_width],
+                [half_length, half_width],
+                [-half_length, half_width],
+            ]
+        )
+    tip, inner = ELL_LEG - half_width, half_length - shape.width
+    corners = np.array(
+        [
+            [-half_length, -half_width],
+            [half_length, -half_width],
+            [half_length, tip],
+            [inner, tip],
+            [inner, half_width],
+            [-half_length, half_width],
+        ]
+    )
+    return corners + [shape.middle, 0.0]
 
 
 def placed_outline(kind: PartKind, x: float, y: float, yaw: float) -> np.ndarray:
