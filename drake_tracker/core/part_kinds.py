@@ -30,7 +30,6 @@ class PartShape:
         height: extent along z_P [m].
         turns: number of orientations about z_P that look the same; 0: any orientation does.
         radius: distance from the origin to the farthest corner, seen from above [m].
-        middle: x_P of the middle of its length [m].
     """
 
     length: float
@@ -39,7 +38,6 @@ class PartShape:
     height: float
     turns: int
     radius: float
-    middle: float = 0.0
 
 
 ELL_LEG = 0.035

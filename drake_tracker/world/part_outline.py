@@ -12,12 +12,10 @@ _STEP = 0.00025
 def part_outline(kind: PartKind) -> np.ndarray:
     """Returns the corners of the outline of a part, counter-clockwise in P, shape (n, 2) [m]."""
     shape = PART_SHAPES[kind]
-    half_width = 0.5 * shape.width
+    half_length, half_width = 0.5 * shape.length, 0.5 * shape.width
     if kind is PartKind.DISC:
         angle = np.linspace(0.0, 2.0 * np.pi, _SIDES, endpoint=False)
         return half_width * np.column_stack([np.cos(angle), np.sin(angle)])
-    back, front = shape.middle - 0.5 * shape.length, shape.middle + 0.5 * shape.length
-    base = [[back, -half_width], [front, -half_width]]
     if kind is PartKind.BOX:
         return np.array(
             [
