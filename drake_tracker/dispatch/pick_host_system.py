@@ -228,7 +228,9 @@ class PickHostSystem(LeafSystem):
             cell, shape = self._cells[book.order.cell], PART_SHAPES[PartKind(book.order.kind)]
             message.number, message.kind, message.cell = book.order.number, book.order.kind, book.order.cell
             message.width, message.height = shape.width, shape.height
-            message.place_x, message.place_y, message.place_yaw = cell.x, cell.y, cell.yaw
+            message.place_x = cell.x - shape.middle * np.cos(cell.yaw)
+            message.place_y = cell.y - shape.middle * np.sin(cell.yaw)
+            message.place_yaw = cell.yaw
             message.place_z = cell.floor + 0.5 * shape.height
         return vector
 

@@ -1,3 +1,5 @@
+from .arrivals import Arrival as Arrival
+from .arrivals import draw_arrivals as draw_arrivals
 from .ball_board import draw_board_pose as draw_board_pose
 from .ball_board import draw_pegs as draw_pegs
 from .ball_board import draw_placing_errors as draw_placing_errors
@@ -11,6 +13,10 @@ from .ball_plant import add_ball as add_ball
 from .ball_plant import add_ball_laboratory as add_ball_laboratory
 from .ball_plant import add_floor as add_floor
 from .ball_world_diagram import BallWorldDiagram as BallWorldDiagram
+from .belt_motion import BeltMotion as BeltMotion
+from .belt_motion import make_belt_motion as make_belt_motion
+from .belt_system import BeltSystem as BeltSystem
+from .belt_system import add_belt_drive as add_belt_drive
 from .camera_system import Camera as Camera
 from .camera_system import CameraOptics as CameraOptics
 from .camera_system import add_camera as add_camera
@@ -33,11 +39,18 @@ from .config import OperatorConfig as OperatorConfig
 from .config import TrackConfig as TrackConfig
 from .config import TrainConfig as TrainConfig
 from .config import WristCamera as WristCamera
+from .conveyor_config import ArrivalsConfig as ArrivalsConfig
+from .conveyor_config import BeltConfig as BeltConfig
+from .conveyor_config import TrayConfig as TrayConfig
+from .conveyor_plant import ConveyorLaboratory as ConveyorLaboratory
+from .conveyor_plant import add_conveyor_laboratory as add_conveyor_laboratory
+from .conveyor_world_diagram import ConveyorWorldDiagram as ConveyorWorldDiagram
 from .disturbance_system import DisturbanceSystem as DisturbanceSystem
 from .disturbance_system import add_disturbance as add_disturbance
 from .driven_objects import DrivenObject as DrivenObject
 from .driven_objects import RollingBall as RollingBall
 from .driven_objects import WavingHand as WavingHand
+from .faulty_cameras_system import add_faulty_cameras as add_faulty_cameras
 from .grasp_judge_system import GraspJudgeSystem as GraspJudgeSystem
 from .grasp_judge_system import add_grasp_judge as add_grasp_judge
 from .image_pipeline import ImagePipeline as ImagePipeline
@@ -53,6 +66,9 @@ from .objects_system import ObjectStatesSystem as ObjectStatesSystem
 from .objects_system import add_object_motion as add_object_motion
 from .objects_system import add_object_states as add_object_states
 from .other_train import OtherTrain as OtherTrain
+from .part_model import add_part as add_part
+from .pick_judge_system import PickJudgeSystem as PickJudgeSystem
+from .pick_judge_system import add_pick_judge as add_pick_judge
 from .pipelined_camera_system import CameraMount as CameraMount
 from .pipelined_camera_system import PipelinedCamera as PipelinedCamera
 from .pipelined_camera_system import add_pipelined_camera as add_pipelined_camera
@@ -74,6 +90,8 @@ from .track_visual import add_track_visual as add_track_visual
 from .tracks import Track as Track
 from .tracks import make_track as make_track
 from .train_model import add_train as add_train
+from .tray import cell_at as cell_at
+from .tray import cell_centres as cell_centres
 from .visual_mesh import add_visual_mesh as add_visual_mesh
 from .world_diagram import WorldDiagram as WorldDiagram
 from .wrist_camera import wrist_camera_pose as wrist_camera_pose

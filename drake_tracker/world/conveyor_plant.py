@@ -15,6 +15,7 @@ from drake_tracker.arm.plant import add_arm, couple_fingers, set_servo_gains
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.belt_motion import BeltMotion
+from drake_tracker.world.belt_visual import add_belt_visual
 from drake_tracker.world.conveyor_config import BeltConfig, TrayConfig
 from drake_tracker.world.part_model import FRICTION, add_part, rest_height
 from drake_tracker.world.plant import add_plant, add_table
@@ -29,6 +30,8 @@ BEYOND = 0.4
 """Length of the belt beyond its end and beyond the last part [m]."""
 _SLAB_MASS, _BANDWIDTH, _FORCE = 10.0, 60.0, 2000.0
 _FLOOR = (8.0, 8.0, 0.1)
+SUNK = 0.001
+"""Depth of the slab's visual geometry below the textured face, so that no two faces coincide [m]."""
 BELT_COLOUR = (0.10, 0.11, 0.12, 1.0)
 TRAY_COLOUR = (0.30, 0.33, 0.37, 1.0)
 
@@ -151,7 +154,10 @@ def add_belt(plant: MultibodyPlant, *, belt: BeltConfig, travel: float) -> Rigid
     body = plant.AddRigidBody("belt", instance, SpatialInertia.SolidBoxWithMass(_SLAB_MASS, *size))
     X_BG = RigidTransform([0.0, 0.5 * (low + high), -0.5 * SLAB_THICKNESS])
     plant.RegisterCollisionGeometry(body, X_BG, Box(*size), "slab", CoulombFriction(FRICTION, FRICTION))
-    plant.RegisterVisualGeometry(body, X_BG, Box(*size), "look", np.array(BELT_COLOUR))
+    # The box shows the sides, below the textured face.
+    X_BSides = RigidTransform(X_BG.translation() - [0.0, 0.0, SUNK])
+    plant.RegisterVisualGeometry(body, X_BSides, Box(*size), "sides", np.array(BELT_COLOUR))
+    add_belt_visual(plant, body=body, width=belt.width, low=low, high=high)
     add_slide(
         plant,
         name="belt",

@@ -1,5 +1,6 @@
 """What becomes of a part, decided from its true state and its contacts."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from drake_tracker.world.pick_messages import PartFate
 from drake_tracker.world.tray import cell_at
 
 HELD_HEIGHT = 0.010
-"""Height [m] above its place on the belt from which a part between both fingers counts as held."""
+"""Height [m] above its place on the belt from which a part that the fingers touch counts as held."""
 AT_REST = 0.02
 """Speed [m/s] below which a part rests."""
 REST_TIME = 0.2
@@ -30,7 +31,7 @@ class PartView:
         rise: height of the origin of P above its place on the belt [m].
         tilt: angle between z_P and the vertical [rad].
         speed: of the origin of P [m/s].
-        fingers: number of fingers that touch it.
+        fingers: numbers of the fingers that touch it, 0 and 1.
         on_belt: whether it touches the belt.
     """
 
@@ -39,41 +40,45 @@ class PartView:
     rise: float
     tilt: float
     speed: float
-    fingers: int
+    fingers: frozenset[int]
     on_belt: bool
 
 
-def is_held(view: PartView) -> bool:
-    """Returns whether both fingers hold a part off the belt."""
-    return view.fingers == 2 and not view.on_belt and view.rise >= HELD_HEIGHT
+def held_parts(views: Sequence[PartView]) -> list[int]:
+    """Returns the indices of the parts that the fingers hold off the belt: more than one part if they are between them.
+
+    Args:
+        views: of all parts.
+    """
+    carried = [k for k, view in enumerate(views) if view.fingers and not view.on_belt and view.rise >= HELD_HEIGHT]
+    fingers = frozenset().union(*(views[k].fingers for k in carried))
+    return carried if len(fingers) == 2 else []
 
 
-def is_carried(view: PartView) -> bool:
-    """Returns whether a finger at least carries a part off the belt."""
-    return view.fingers > 0 and not view.on_belt and view.rise >= HELD_HEIGHT
-
-
-def next_fate(fate: PartFate, view: PartView, *, rested: float, belt: BeltConfig, tray: TrayConfig) -> PartFate:
+def next_fate(
+    fate: PartFate, view: PartView, *, held: bool, rested: float, belt: BeltConfig, tray: TrayConfig
+) -> PartFate:
     """Returns the fate of a part.
 
     Args:
         fate: until now.
         view: of the part now.
+        held: whether the fingers hold it, as `held_parts` says.
         rested: time for which the part has rested [s].
         belt: where the belt lies.
         tray: where the trays lie.
     """
-    if is_held(view):
+    if held:
         return PartFate.HELD
     if fate is PartFate.UPSTREAM:
         return PartFate.ON_BELT if view.y >= belt.entry else fate
     if view.on_belt:
         if fate is PartFate.ON_BELT and view.y > belt.end:
             return PartFate.MISSED
-        if fate in (PartFate.HELD, PartFate.PLACED) and view.fingers == 0:
+        if fate in (PartFate.HELD, PartFate.PLACED) and not view.fingers:
             return PartFate.DROPPED
         return fate
-    if view.fingers == 0 and rested >= REST_TIME:
+    if not view.fingers and rested >= REST_TIME:
         if stands_in_cell(view, tray):
             return PartFate.PLACED
         if fate is not PartFate.MISSED and not _over_belt(view, belt):

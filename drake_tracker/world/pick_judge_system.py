@@ -19,7 +19,7 @@ from drake_tracker.world.contacts import touching_pairs
 from drake_tracker.world.conveyor_config import BeltConfig, TrayConfig
 from drake_tracker.world.conveyor_plant import ConveyorLaboratory
 from drake_tracker.world.objects_system import STATE_SIZE
-from drake_tracker.world.part_fates import AT_REST, PartView, is_carried, is_held, next_fate
+from drake_tracker.world.part_fates import AT_REST, PartView, held_parts, next_fate
 from drake_tracker.world.part_model import rest_height
 from drake_tracker.world.pick_messages import PartFate, PickVerdict
 
@@ -80,7 +80,7 @@ class PickJudgeSystem(LeafSystem):
         self._fates = self.DeclareDiscreteState(count)
         self._rested = self.DeclareDiscreteState(count)
         self._picked = self.DeclareDiscreteState(count)
-        self._carried = self.DeclareDiscreteState(1)
+        self._held = self.DeclareDiscreteState(1)
         self.DeclareStateOutputPort("verdict", self._findings)
         self.DeclareStateOutputPort("fates", self._fates)
         self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._update)
@@ -93,13 +93,13 @@ class PickJudgeSystem(LeafSystem):
         fates, rested, picked = value(self._fates), value(self._rested), value(self._picked)
         touching = touching_pairs(self._contacts.Eval(context))
         views = self._views(self._states.Eval(context).reshape(-1, STATE_SIZE), touching)
+        held = held_parts(views)
         for k, view in enumerate(views):
             rested[k] = rested[k] + self._period if view.speed <= AT_REST else 0.0
-            fates[k] = next_fate(PartFate(int(fates[k])), view, rested=rested[k], belt=self._belt, tray=self._tray)
+            fate = PartFate(int(fates[k]))
+            fates[k] = next_fate(fate, view, held=k in held, rested=rested[k], belt=self._belt, tray=self._tray)
             picked[k] = max(picked[k], float(fates[k] == PartFate.HELD))
-        held = [k for k, view in enumerate(views) if is_held(view)]
-        carried = sum(map(is_carried, views)) if held else 0
-        verdict.doubles += max(carried - max(value(self._carried)[0], 1.0), 0.0)
+        verdict.doubles += max(len(held) - max(value(self._held)[0], 1.0), 0.0)
         verdict.held = held[0] + 1 if held else 0
         verdict.arrived = np.sum(fates != PartFate.UPSTREAM)
         verdict.picked = picked.sum()
@@ -115,7 +115,7 @@ class PickJudgeSystem(LeafSystem):
         state.set_value(self._fates, fates)
         state.set_value(self._rested, rested)
         state.set_value(self._picked, picked)
-        state.set_value(self._carried, [carried])
+        state.set_value(self._held, [len(held)])
 
     def _views(self, states: np.ndarray, touching: set[frozenset[BodyIndex]]) -> list[PartView]:
         """Returns what there is to see of each part.
@@ -139,7 +139,9 @@ class PickJudgeSystem(LeafSystem):
                     rise=z - self._places[k],
                     tilt=float(tilt[k]),
                     speed=float(speed[k]),
-                    fingers=sum(frozenset((part, finger)) in touching for finger in self._fingers),
+                    fingers=frozenset(
+                        number for number, finger in enumerate(self._fingers) if frozenset((part, finger)) in touching
+                    ),
                     on_belt=frozenset((part, self._belt_body)) in touching,
                 )
             )
