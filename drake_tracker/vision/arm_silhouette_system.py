@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+import cv2
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, ValueProducer
 
@@ -46,7 +47,7 @@ class ArmSilhouetteSystem(LeafSystem):
 
             def calc(context: Context, output: AbstractValue, silhouette: ArmSilhouette = silhouette) -> None:
                 mask = silhouette.mask(self._pieces.Eval(context))
-                output.set_value(read_only(mask) if mask.any() else None)
+                output.set_value(read_only(mask) if cv2.countNonZero(mask) else None)
 
             self.DeclareAbstractOutputPort(
                 f"hidden_{side}", lambda: AbstractValue.Make(object()), calc, {self._pieces.ticket()}
