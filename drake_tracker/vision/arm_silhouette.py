@@ -109,7 +109,7 @@ class ArmSilhouette:
         return uv + self._camera.K[:2, :2] @ (xy - within) - self._first
 
     def _seen(self) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the lowest and the highest normalised image coordinates (x, y), shape (2, 1), that the window shows."""
+        """Returns the lowest and the highest normalised image coordinates of the window, shape (2, 1) each."""
         height, width = self._shape
         side = np.linspace(0.0, 1.0, _POINTS_PER_SIDE)
         grid = np.array([(i, j) for i in side for j in side])

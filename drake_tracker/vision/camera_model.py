@@ -131,6 +131,11 @@ class CameraModel:
                 x, y = x * radial, y * radial
         return x * fx + cx, y * fy + cy
 
+    @property
+    def focal_lengths(self) -> tuple[float, float]:
+        """Focal lengths along u and v [px]."""
+        return self._lens[0], self._lens[1]
+
     @cached_property
     def _lens(self) -> tuple[float, ...]:
         """Focal lengths and principal point [px], and coefficients of the distortion: fx, fy, cx, cy, k1, ..., k3."""

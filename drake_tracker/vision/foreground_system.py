@@ -146,13 +146,16 @@ class ForegroundSystem(LeafSystem):
             # learned: the camera may have been moved, and its calibration be wrong.
             background, alignment = self._model.start(image), self._alignment.start()
         else:
-            alignment, seen = self._alignment.update(alignment, background, image, hidden)
+            difference = self._model.difference(background, image)
+            alignment, seen = self._alignment.update(alignment, background, image, difference, hidden)
             usable, other_light = seen.verdict is not Verdict.UNUSABLE, seen.reason is Reason.LIGHT
             if usable:
                 unseen = hidden if seen.missing is None else seen.missing
                 if hidden is not None and seen.missing is not None:
                     unseen = cv2.bitwise_or(hidden, seen.missing)
-                background, usable = self._model.update(background, seen.image, unseen, seen.tolerance)
+                background, usable = self._model.update(
+                    background, seen.image, unseen, seen.tolerance, difference if seen.image is image else None
+                )
                 other_light = not usable
         found = Foreground(
             stamp,

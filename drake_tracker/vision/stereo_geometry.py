@@ -43,11 +43,11 @@ class StereoGeometry:
     ) -> None:
         self.cameras = (cameras[0], cameras[1])
         self._max_gap = max_gap
-        self._box: tuple[np.ndarray, np.ndarray] | None = None
+        self._box: tuple[list[float], list[float]] | None = None
         self.middle_height: float | None = None
         if work_volume is not None:
             lower, upper = check_box(work_volume)
-            self._box = (lower - margin, upper + margin)
+            self._box = ((lower - margin).tolist(), (upper + margin).tolist())
             self.middle_height = 0.5 * float(lower[2] + upper[2])
 
     def measure(self, left: Region, right: Region) -> Measurement | None:
@@ -119,8 +119,7 @@ class StereoGeometry:
         """Returns whether a point lies in the work volume, shape (3,) [m]."""
         if self._box is None:
             return True
-        lower, upper = self._box
-        return bool((p_WQ >= lower).all() and (p_WQ <= upper).all())
+        return all(low <= x <= high for low, x, high in zip(self._box[0], p_WQ.tolist(), self._box[1]))
 
     def height_error(self, p_WQ: np.ndarray) -> float:
         """Returns the vertical distance of a point from the middle of the work volume [m]."""
@@ -129,7 +128,6 @@ class StereoGeometry:
 
 def projection_jacobian(camera: CameraModel, p_WQ: np.ndarray) -> np.ndarray:
     """Returns the derivative of the pixel (u, v) by the position p_WQ, shape (2, 3) [px/m], without lens distortion."""
-    R_CW = camera.X_CW[:3, :3]
+    R_CW, (fx, fy) = camera.X_CW[:3, :3], camera.focal_lengths
     x, y, z = R_CW @ p_WQ + camera.X_CW[:3, 3]
-    fx, fy = camera.K[0, 0], camera.K[1, 1]
     return np.array([[fx / z, 0.0, -fx * x / z**2], [0.0, fy / z, -fy * y / z**2]]) @ R_CW

@@ -217,14 +217,15 @@ class Tracker:
             and track.distance_squared(measurement) <= 2 * GATE
         ):
             divided = any(region is not None and not region.whole for region in regions)
-            track = replace(track.updated(measurement, divided), places=places)
+            track = track.updated(measurement, divided, places)
             track = learn_look(track, self._geometry.cameras, regions, measurement.p_WQ)
             if track.stamp < track.guessed_until:
                 return track.without_point()
             moving = track.speed > STANDING_SPEED or any(
                 region.moving > 0.02 for region in regions if region is not None
             )
-            return replace(track, state=TrackState.MOVING if moving else TrackState.STANDING)
+            state = TrackState.MOVING if moving else TrackState.STANDING
+            return track if track.state is state else replace(track, state=state)
         state = unseen_state(foregrounds, windows)
         return replace(track, state=state, misses=track.misses + 1, places=(-1, -1))
 
