@@ -29,21 +29,20 @@ class HandVisionDiagram(Diagram):
         output_ports:
         - hand_point
 
-    There are all ports of ``vision`` as well. ``camera_*`` are `ImageRgba8U`. ``arm_state`` and ``jaws`` are the joints
-    (q, v) [rad, rad/s] and a `JawState`. ``hand_point`` is a `HandPoint`, ``lag_cycles`` after the capture of the
-    images.
+    There are all ports of ``vision`` as well. Ports and arguments are those of the `HandMarkersSystem`, except that
+    ``arm_state`` and ``jaws`` are the present ones, and that ``hand_point`` is ``lag_cycles`` later than its images.
 
     Args:
         vision: a `VisionDiagram` or a `SeveralVisionDiagram`.
-        kinematics: of the hand's markers.
-        cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
-        windows: the same keys, rectangle (u0, v0, width, height) [px] of the full frame that the images cover.
-        height: z_W of the objects whose positions are to be corrected [m].
-        num_joints: number n of the arm's joints.
-        search: where to search for markers, and what to accept.
+        kinematics: as for `HandMarkersSystem`.
+        cameras: as for `HandMarkersSystem`.
+        windows: as for `HandMarkersSystem`.
+        height: as for `HandMarkersSystem`.
+        num_joints: as for `HandMarkersSystem`.
+        search: as for `HandMarkersSystem`.
         lag_cycles: cycles from the capture of an image until the hand that it shows appears.
-        period: of a cycle [s].
-        image_latency: cycles from the capture of an image until the inputs show it, as with a `PipelinedCamera`.
+        period: as for `HandMarkersSystem`.
+        image_latency: as for `HandMarkersSystem`.
 
     Raises DrakeTrackerError when the lag is shorter than the latency.
     """

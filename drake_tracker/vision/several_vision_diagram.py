@@ -21,7 +21,7 @@ from drake_tracker.vision.tracker import Tracker
 from drake_tracker.vision.tracker_system import TrackerSystem
 from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE
 from drake_tracker.vision.window import Window
-from drake_tracker.vision.wrist_view_system import WristParts, add_wrist_view
+from drake_tracker.vision.wrist_view_diagram import WristParts, add_wrist_view
 
 
 class SeveralVisionDiagram(Diagram):
