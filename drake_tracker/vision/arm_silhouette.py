@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from drake_tracker.vision.camera_model import CameraModel
 
@@ -39,19 +40,22 @@ class ArmSilhouette:
         self._kernel = np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)
         self._lower, self._upper = self._seen()
 
-    def mask(self, pieces: Sequence[np.ndarray]) -> np.ndarray:
+    def mask(self, pieces: Sequence[np.ndarray], displacement: ArrayLike = (0.0, 0.0)) -> np.ndarray:
         """Returns the mask of the window, uint8 of shape (height, width), 255 where a piece appears.
 
         Args:
             pieces: corners of each convex piece, p_WQ of shape (n, 3) [m], as from `ArmShape.pieces`.
+            displacement: of the silhouette to the right and downwards from where the camera model projects the pieces,
+                shape (2,) [px].
 
         Pieces behind the camera or outside of the window are skipped. A piece that crosses the camera's plane is cut
         `NEAREST` in front of it.
         """
         canvas = np.zeros(self._shape, np.uint8)
-        seen = self._in_camera(pieces)
+        moved = np.asarray(displacement, float)
+        seen = self._in_camera(pieces, moved)
         if seen:
-            corners = (self._pixels(np.concatenate(seen)) - self._first).astype(np.float32)
+            corners = (self._pixels(np.concatenate(seen)) + moved - self._first).astype(np.float32)
             for own in np.split(corners, np.cumsum([len(piece) for piece in seen[:-1]])):
                 outline = np.rint(cv2.convexHull(own) * (1 << _SHIFT)).astype(np.int32)
                 cv2.fillConvexPoly(canvas, outline, 255, lineType=cv2.LINE_8, shift=_SHIFT)
@@ -59,8 +63,13 @@ class ArmSilhouette:
         height, width = self._shape
         return np.ascontiguousarray(canvas[self._margin : height - self._margin, self._margin : width - self._margin])
 
-    def _in_camera(self, pieces: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """Returns p_CQ (n, 3) of those pieces that can appear in the window; cut where they come too near."""
+    def _in_camera(self, pieces: Sequence[np.ndarray], displacement: np.ndarray) -> list[np.ndarray]:
+        """Returns p_CQ (n, 3) of those pieces that can appear in the window; cut where they come too near.
+
+        Args:
+            pieces: corners of each piece, p_WQ of shape (n, 3) [m].
+            displacement: of the silhouette, shape (2,) [px].
+        """
         if not pieces:
             return []
         X_CW = self._camera.X_CW
@@ -70,7 +79,8 @@ class ArmSilhouette:
         farthest = np.maximum.reduceat(p_CQ[:, 2], starts[:-1])
         xy = p_CQ[:, :2] / np.maximum(p_CQ[:, 2:], NEAREST)
         lowest, highest = np.minimum.reduceat(xy, starts[:-1]), np.maximum.reduceat(xy, starts[:-1])
-        meets = ((lowest <= self._upper) & (highest >= self._lower)).all(axis=1)
+        moved = displacement / np.diag(self._camera.K)[:2]
+        meets = ((lowest + moved <= self._upper) & (highest + moved >= self._lower)).all(axis=1)
         cut = (nearest < NEAREST) & (farthest > NEAREST)
         whole = (nearest >= NEAREST) & meets
         return [

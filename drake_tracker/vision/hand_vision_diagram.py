@@ -29,8 +29,9 @@ class HandVisionDiagram(Diagram):
         output_ports:
         - hand_point
 
-    There are all ports of ``vision`` as well. Ports and arguments are those of the `HandMarkersSystem`, except that
-    ``arm_state`` and ``jaws`` are the present ones, and that ``hand_point`` is ``lag_cycles`` later than its images.
+    There are all ports of ``vision`` as well, except ``displacement_*``: if it masks the arm, the mask is displaced by
+    what the markers show. Other ports and the arguments are those of the `HandMarkersSystem`, except that ``arm_state``
+    and ``jaws`` are the present ones, and that ``hand_point`` is ``lag_cycles`` later than its images.
 
     Args:
         vision: a `VisionDiagram` or a `SeveralVisionDiagram`.
@@ -40,6 +41,7 @@ class HandVisionDiagram(Diagram):
         height: as for `HandMarkersSystem`.
         num_joints: as for `HandMarkersSystem`.
         search: as for `HandMarkersSystem`.
+        keep: as for `HandMarkersSystem`.
         lag_cycles: cycles from the capture of an image until the hand that it shows appears.
         period: as for `HandMarkersSystem`.
         image_latency: as for `HandMarkersSystem`.
@@ -57,6 +59,7 @@ class HandVisionDiagram(Diagram):
         num_joints: int,
         search: MarkerSearch = MarkerSearch(),
         *,
+        keep: float = 3.0,
         lag_cycles: int = LAG_CYCLES,
         period: float = VISION_PERIOD,
         image_latency: int = 0,
@@ -66,12 +69,10 @@ class HandVisionDiagram(Diagram):
         delay = lag_cycles - image_latency
         if delay < 0:
             raise DrakeTrackerError(f"a lag of {lag_cycles} cycles is shorter than the latency of the images")
+        displacements = {f"displacement_{side}" for side in SIDES}
         builder = DiagramBuilder()
         vision.set_name("object_vision")
         builder.AddSystem(vision)
-        for index in range(vision.num_input_ports()):
-            port = vision.get_input_port(index)
-            builder.ExportInput(port, port.get_name())
         for index in range(vision.num_output_ports()):
             output = vision.get_output_port(index)
             builder.ExportOutput(output, output.get_name())
@@ -84,11 +85,18 @@ class HandVisionDiagram(Diagram):
                 height,
                 num_joints,
                 search,
+                keep=keep,
                 delay_cycles=delay,
                 period=period,
                 image_latency=image_latency,
             ),
         )
+        for index in range(vision.num_input_ports()):
+            port = vision.get_input_port(index)
+            if port.get_name() in displacements:
+                builder.Connect(hand.GetOutputPort(port.get_name()), port)
+            else:
+                builder.ExportInput(port, port.get_name())
         for side in SIDES:
             builder.ConnectInput(f"camera_{side}", hand.GetInputPort(f"camera_{side}"))
         for name, size in (("arm_state", 2 * num_joints), ("jaws", message_size(JawState))):
