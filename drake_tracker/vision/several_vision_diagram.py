@@ -135,6 +135,7 @@ class SeveralVisionDiagram(Diagram):
                 builder.ExportInput(system.GetInputPort("frame"), f"frame_{side}")
             if side in hidden:
                 builder.Connect(hidden[side], system.GetInputPort("hidden"))
+                builder.ConnectInput(f"displacement_{side}", system.GetInputPort("displacement"))
             builder.Connect(system.GetOutputPort("delayed"), tracking.GetInputPort(f"foreground_{side}"))
             builder.ExportOutput(system.GetOutputPort("motion_energy"), f"motion_{side}")
         for name in ("expected", "selected"):
