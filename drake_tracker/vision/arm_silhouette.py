@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from drake_tracker.vision.camera_model import CameraModel
 
@@ -40,11 +41,13 @@ class ArmSilhouette:
         self._kernel = np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)
         self._lower, self._upper = self._seen()
 
-    def mask(self, pieces: Sequence[np.ndarray]) -> np.ndarray:
+    def mask(self, pieces: Sequence[np.ndarray], displacement: ArrayLike = (0.0, 0.0)) -> np.ndarray:
         """Returns the mask of the window, uint8 of shape (height, width), 255 where a piece appears.
 
         Args:
             pieces: corners of each convex piece, p_WQ of shape (n, 3) [m], as from `ArmShape.pieces`.
+            displacement: of the silhouette to the right and downwards from where the camera model projects the pieces,
+                shape (2,) [px].
 
         Pieces behind the camera or outside of the window are skipped. A piece that crosses the camera's plane is cut
         `NEAREST` in front of it.
@@ -52,30 +55,38 @@ class ArmSilhouette:
         height, width = self._shape
         inner = slice(self._margin, height - self._margin), slice(self._margin, width - self._margin)
         canvas = np.zeros(self._shape, np.uint8)
-        outlines = self._outlines(pieces)
+        outlines = self._outlines(pieces, np.asarray(displacement, float))
         if outlines:
             for outline in outlines:
                 cv2.fillConvexPoly(canvas, outline, 255, lineType=cv2.LINE_8, shift=_SHIFT)
             canvas = cv2.dilate(canvas, self._kernel)
         return np.ascontiguousarray(canvas[inner])
 
-    def _outlines(self, pieces: Sequence[np.ndarray]) -> list[np.ndarray]:
+    def _outlines(self, pieces: Sequence[np.ndarray], displacement: np.ndarray) -> list[np.ndarray]:
         """Returns the outlines of those pieces that can appear in the window, in pixels of the grown mask.
 
         The corners are whole numbers with `_SHIFT` fractional bits.
+
+        Args:
+            pieces: corners of each piece, p_WQ of shape (n, 3) [m].
+            displacement: of the silhouette, shape (2,) [px].
         """
-        seen = self._in_camera(pieces)
+        seen = self._in_camera(pieces, displacement)
         if not seen:
             return []
-        corners = self._pixels(np.hstack(seen)).T.astype(np.float32)
+        corners = (self._pixels(np.hstack(seen)).T + displacement).astype(np.float32)
         ends = np.cumsum([xy.shape[1] for xy in seen]).tolist()
         hulls = [cv2.convexHull(corners[start:end]) for start, end in zip([0, *ends], ends)]
         return [np.rint(hull * (1 << _SHIFT)).astype(np.int32) for hull in hulls]
 
-    def _in_camera(self, pieces: Sequence[np.ndarray]) -> list[np.ndarray]:
+    def _in_camera(self, pieces: Sequence[np.ndarray], displacement: np.ndarray) -> list[np.ndarray]:
         """Returns normalised image coordinates (2, n) of those pieces that can appear in the window.
 
         A piece that comes too near is cut.
+
+        Args:
+            pieces: corners of each piece, p_WQ of shape (n, 3) [m].
+            displacement: of the silhouette, shape (2,) [px].
         """
         if not pieces:
             return []
@@ -85,7 +96,8 @@ class ArmSilhouette:
         projected = p_CQ.copy()
         projected[:2] /= np.maximum(p_CQ[2], NEAREST)
         lowest, highest = (each.reduceat(projected, starts[:-1], axis=1) for each in (np.minimum, np.maximum))
-        meets = ((lowest[:2] <= self._upper) & (highest[:2] >= self._lower)).all(axis=0)
+        moved = (displacement / np.diag(self._camera.K)[:2])[:, np.newaxis]
+        meets = ((lowest[:2] + moved <= self._upper) & (highest[:2] + moved >= self._lower)).all(axis=0)
         cut = (lowest[2] < NEAREST) & (highest[2] > NEAREST)
         whole = (lowest[2] >= NEAREST) & meets
         found = []
