@@ -119,6 +119,23 @@ class CoordinatedTurnEstimator:
         held = read_only(state.mean * [1.0, 1.0, 1.0, 0.0, 0.0])
         return replace(self.initial_state(), stamp=state.stamp, mean=held, height=read_only(state.height * [1.0, 0.0]))
 
+    def with_speed(self, state: CoordinatedTurnState, gain: float, std: float) -> CoordinatedTurnState:
+        """Returns the state of an object that has just changed its speed.
+
+        Args:
+            state: the state before.
+            gain: change of the speed [m/s].
+            std: standard deviation of the new speed [m/s].
+        """
+        mean, covariance = np.array(state.mean), np.array(state.covariance)
+        mean[SPEED] += gain
+        covariance[SPEED, :] = covariance[:, SPEED] = 0.0
+        covariance[SPEED, SPEED] = std**2
+        from drake_tracker.estimation.phase_filter import RAMP
+        d = gain * RAMP * np.array([math.cos(mean[HEADING]), math.sin(mean[HEADING])])
+        covariance[:2, :2] += np.outer(d, d)
+        return replace(state, mean=read_only(mean), covariance=read_only(covariance), drift=0.0)
+
     def ready(self, state: CoordinatedTurnState) -> bool:
         """Returns whether there is enough data for a prediction."""
         return state.ready
