@@ -102,7 +102,9 @@ class AdaptiveTurnEstimator:
 
         What was predicted before says nothing about the bends.
         """
-        gentle, sharp = (f.with_speed(s, gain, std) for f, s in ((self._gentle, state.gentle), (self._sharp, state.sharp)))
+        gentle, sharp = (
+            f.with_speed(s, gain, std) for f, s in ((self._gentle, state.gentle), (self._sharp, state.sharp))
+        )
         return AdaptiveTurnState(gentle, sharp, (), state.squares)
 
     def ready(self, state: AdaptiveTurnState) -> bool:

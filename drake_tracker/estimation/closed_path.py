@@ -196,7 +196,7 @@ class ClosedPathEstimator:
         stamps, _, points = state.history.since(state.distance - 2.0 * following.path.length)
         if following.cruising < CRUISING or len(stamps) < MIN_POINTS or stamps[-1] != state.stamp:
             return state
-        if state.changed > stamps[0]:
+        if state.changed > stamps[0]:  # the speed changed in between
             return state
         length, variance = following.path.length, following.noise.variance
         lap_time = length / following.cruise_speed

@@ -19,6 +19,7 @@ from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.coverage import HORIZON, Coverage
 from drake_tracker.estimation.drift import adapted_speed_noise, update_drift
+from drake_tracker.estimation.motions import CHANGE_TIME
 from drake_tracker.estimation.parameters import check_positive, check_settings
 from drake_tracker.estimation.turn_model import (
     CURVATURE,
@@ -131,9 +132,8 @@ class CoordinatedTurnEstimator:
         mean[SPEED] += gain
         covariance[SPEED, :] = covariance[:, SPEED] = 0.0
         covariance[SPEED, SPEED] = std**2
-        from drake_tracker.estimation.phase_filter import RAMP
-        d = gain * RAMP * np.array([math.cos(mean[HEADING]), math.sin(mean[HEADING])])
-        covariance[:2, :2] += np.outer(d, d)
+        along = gain * CHANGE_TIME * np.array([math.cos(mean[HEADING]), math.sin(mean[HEADING])])
+        covariance[: Y + 1, : Y + 1] += np.outer(along, along)
         return replace(state, mean=read_only(mean), covariance=read_only(covariance), drift=0.0)
 
     def ready(self, state: CoordinatedTurnState) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_tracker.estimation.config import PhaseFilterConfig
-from drake_tracker.estimation.motions import Motion, fading_acceleration, white_acceleration
+from drake_tracker.estimation.motions import CHANGE_TIME, Motion, fading_acceleration, white_acceleration
 from drake_tracker.estimation.parameters import check_settings
 
 CRUISE, MANOEUVRE, STOP = range(3)
@@ -24,7 +24,6 @@ SOJOURN = (1000.0, 6.0, 1.0)
 """Mean time that an object stays in each mode [s]; it changes to either of the others with equal probability."""
 AFTER_CHANGE = 0.01
 """Probability of each of the other modes than constant speed just after a sudden change of speed."""
-RAMP = 0.02
 MIN_PROBABILITY = 1e-9
 """Smallest probability of a mode."""
 
@@ -115,7 +114,7 @@ class PhaseFilter:
             std: standard deviation of the new speed [m/s].
         """
         s, variance = mixed_moments(modes)
-        variance += (gain * RAMP)**2
+        variance += (gain * CHANGE_TIME) ** 2
         speed = sum([mode.probability * mode.mean[1] for mode in modes]) + gain
         probabilities = (1.0 - 2.0 * AFTER_CHANGE, AFTER_CHANGE, AFTER_CHANGE)
         return tuple(

@@ -1,9 +1,9 @@
-"""A test for a sudden change of speed: did the object leave the motion that was expected a few points ago?
+"""A test for a sudden change of speed, from the motion that was expected a few points ago.
 
-The offsets of the newest points along the expected path are explained in three ways: by noise alone, by a change of the
-speed, after which the offset grows steadily, or by a jump, after which it stays. Time and size of the change are
-unknown, so each time is tried with its most likely size: a generalised likelihood ratio test (Willsky and Jones 1976).
-A drift takes a few points to show, because a filter that averages over many of them is replaced by one that does not.
+The offsets of the newest points along the expected path are explained in three ways: by noise alone; by a change of the
+speed, after which the offset grows steadily; or by a jump, after which it stays. Time and size of a change are unknown,
+so each time is tried with its most likely size: a generalised likelihood ratio test (Willsky and Jones 1976). An
+outlier is a jump at the newest point.
 """
 
 from typing import NamedTuple
@@ -13,11 +13,11 @@ import numpy as np
 REFERENCE_NOISE = 0.001
 """Noise of a point that the test assumes [m]. The true noise only scales its statistic."""
 PLACE_STD = 0.001
-"""Standard deviation of the expected place of the object before the change, in units of the same noise [m]."""
+"""Standard deviation of the expected place of the object while the noise is that [m]."""
 SPEED_STD = 0.010
-"""The same of its expected speed [m/s]."""
+"""Standard deviation of its expected speed while the noise is that [m/s]."""
 FEWEST_AFTER = 3
-"""Number of points after a change that are needed to tell it from a jump or from outliers."""
+"""Number of points after a change that are needed to tell it from a jump."""
 
 
 class SpeedChange(NamedTuple):
@@ -26,14 +26,12 @@ class SpeedChange(NamedTuple):
     Attributes:
         last: index of the last point before the change.
         gain: change of the speed [m/s].
-        std: its standard deviation if the noise is `REFERENCE_NOISE` [m/s].
-        evidence: twice the logarithm of the likelihood ratio of the change and no change, for the same noise.
+        evidence: twice the logarithm of the likelihood ratio of the change and no change, for `REFERENCE_NOISE`.
         margin: the same of the change and the most likely jump.
     """
 
     last: int
     gain: float
-    std: float
     evidence: float
     margin: float
 
@@ -51,14 +49,13 @@ def most_likely_change(times: np.ndarray, along: np.ndarray) -> SpeedChange | No
     covariance = PLACE_STD**2 + SPEED_STD**2 * np.outer(times, times)
     covariance[np.diag_indices(count)] += REFERENCE_NOISE**2
     # A change after point k adds a ramp that begins there, a jump after point k a step.
-    after = times[:, None] - times[None, : count - 1]
-    ramps, steps = np.maximum(after, 0.0), (after > 0.0).astype(float)
-    weighted = np.linalg.solve(covariance, np.column_stack([along, ramps, steps]))
-    information = np.sum(np.column_stack([ramps, steps]) * weighted[:, 1:], axis=0)
-    sizes = (along @ weighted[:, 1:]) / information
+    after = np.maximum(times[:, None] - times[: count - 1], 0.0)
+    shapes = np.hstack([after[:, : count - FEWEST_AFTER], np.sign(after)])
+    weighted = np.linalg.solve(covariance, shapes)
+    information = np.sum(shapes * weighted, axis=0)
+    sizes = (along @ weighted) / information
     evidence = sizes**2 * information
-    kinks = evidence[: count - FEWEST_AFTER]
-    last = int(np.argmax(kinks))
-    best = float(kinks[last])
-    margin = best - float(np.max(evidence[count - 1 :]))
-    return SpeedChange(last, float(sizes[last]), float(information[last] ** -0.5), best, margin)
+    changes, jumps = evidence[: count - FEWEST_AFTER], evidence[count - FEWEST_AFTER :]
+    last = int(np.argmax(changes))
+    best = float(changes[last])
+    return SpeedChange(last, float(sizes[last]), best, best - float(np.max(jumps)))
