@@ -52,11 +52,12 @@ def calm_table(cells):
 
 def pass_table(cells):
     """Returns (header, rows) of the open tracks."""
-    header = ["track, speed", "runs", "first attempt", "Wilson 95 %", "lifted", "median time to grasp"]
-    header += ["median offset along the path", "why not"]
+    header = ["track, speed", "runs", "first attempt", "Wilson 95 %", "lifted", "of these, moving"]
+    header += ["median time to grasp", "median offset along the path", "why not"]
     return header, [
         [
             *_grasps(cell),
+            cell["lifted_moving"],
             _median(cell["times_to_grasp_s"], 1.0, "s"),
             _median(cell["along_m"], 1e3, "mm"),
             "; ".join(f"{count} x {reason}" for reason, count in cell["causes"].items()),

@@ -10,6 +10,9 @@ from drake_tracker.core.log import Signal
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.episode import PhaseSpan
+from drake_tracker.tasks.train.open_track import shortest_grasp, time_within_reach
+from drake_tracker.tasks.train.reach import Reach
+from drake_tracker.tasks.train.track_placement import check_track, place_track
 
 LINE = {"first_attempt_success": True, "failure_reason": None, "along_m": -0.004, "time_to_grasp_s": 6.0, "lap_s": 8.0}
 
@@ -127,6 +130,27 @@ def test_every_open_track_is_one():
             assert scenario.track.length <= 2.0 and scenario.track.speed == speed
 
 
-def test_a_train_that_is_too_fast_is_a_line_of_the_results():
-    row = eyes_open.pass_job("line 0.5 m/s", 1, True)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_fastest_line_is_within_reach_for_long_enough(seed):
+    settings, speeds = eyes_open.OPEN_TRACKS["line"]
+    overrides = [*settings, f"track.speed={max(speeds)}", "track.start=0"]
+    scenario = load_scenario("train:guided", seed=seed, overrides=overrides)
+    reach = Reach(scenario)
+    track, start = place_track(scenario, reach)
+    check_track(scenario, track, start, reach)
+    assert time_within_reach(scenario, track, start, reach) >= shortest_grasp(scenario)
+
+
+def test_trains_that_were_lifted_where_they_stood_are_told_apart():
+    lines = [
+        {"cell": "c", "seed": k, "success": k < 3, **LINE, "launch_speed": v}
+        for k, v in enumerate((0.3, 0.0, None, 0.3))
+    ]
+    (cell,) = parts.of_cells(lines, eyes_open.PARTS["pass"].summary)
+    assert (cell["lifted"], cell["lifted_moving"]) == (3, 1)
+
+
+def test_a_train_that_is_too_fast_is_a_line_of_the_results(monkeypatch):
+    monkeypatch.setitem(eyes_open.PASS, "line 1.0 m/s", ("line", 1.0))
+    row = eyes_open.pass_job("line 1.0 m/s", 1, True)
     assert not row["success"] and row["cause"] == "refused" and "a grasp takes" in row["failure_reason"]
