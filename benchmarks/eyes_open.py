@@ -10,11 +10,15 @@
 - calm: nothing happens. How many are lifted, and after how many laps: by the blind descent of 1991, by a guided one,
   and by `train:guided`, which does not wait for a lap.
 
-- pass: the train passes once, on an open track of at most 2 m, and `train:guided` grasps it before its end.
+- pass: the train passes once, on an open track of at most 2 m, and stops at its end. `train:guided` grasps it on the
+  way when success is likely enough, and otherwise where it stands.
 - calibrated: is the probability of success that the arm computes as frequent as it says? The hand descends at a time
   that is drawn beforehand, however probable success is, on four tracks at speeds that are drawn. Vision is measured.
+- hand: the calibration of a camera is wrong by 1 deg and 10 mm, with and without markers on the hand. Which camera, and
+  in which direction, is drawn by the seed.
+- wrist: a camera on the hand (`train:wrist`), also while a camera is dark during the descent.
 
-The images are rendered in the other parts. Seeds 4000 to 4749 are used nowhere else.
+The images are rendered in all parts but one. Seeds 4000 to 4749 are used nowhere else.
 """
 
 import math
@@ -25,6 +29,7 @@ from pathlib import Path
 import common
 import numpy as np
 import parts
+from eyes_open_measures import place_errors, relative_errors
 from eyes_open_tables import TABLES
 from parts import Part
 from pydrake.systems.analysis import Simulator
@@ -36,6 +41,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import ArmCommand, Frozen
 from drake_tracker.core.timing import SERVO_PERIOD
+from drake_tracker.grasp.schema import Phase
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.train.closing import offset_at_touch
@@ -61,8 +67,10 @@ CALM = {
     for track in ("oval", "circle", "stadium")
     for way in ("blind", "guided", "train:guided")
 }
+VISIBLE = "vision.work_volume=[[0.33, -0.42, 0.45], [0.79, 0.42, 0.505]]"
+"""A work volume that is as long as both cameras see: a fast train on a line leaves the default one too soon."""
 OPEN_TRACKS = {
-    "line": (["track.kind=line"], (0.1, 0.2, 0.3, 0.5)),
+    "line": (["track.kind=line", VISIBLE], (0.1, 0.2, 0.3, 0.5)),
     "sinusoid": (["track.kind=sinusoid"], (0.1, 0.15)),
     "polynomial": (["track.kind=polynomial"], (0.1, 0.15)),
     "random walk": (
@@ -75,6 +83,24 @@ PASS = {f"{name} {speed} m/s": (name, speed) for name, (_, speeds) in OPEN_TRACK
 TRACKS = ("oval", "circle", "stadium", "figure_eight")
 DRAWN_SPEEDS, DRAWN_WAITS = (0.08, 0.22), (0.2, 6.0)
 """Speeds [m/s], and times above the train before the launch [s], that the trials of ``calibrated`` draw from."""
+HAND = {"without markers": [], "with markers": ["arm.markers=true"]}
+WRONG = "[!CalibrationWrong {camera: %s, angle_deg: %g, distance: %g}]"
+WRONG_ANGLE, WRONG_DISTANCE = 1.0, 0.01
+"""Errors of the calibration [deg, m] in part ``hand``. They have opposite signs, so that they displace the image to the
+same side."""
+HAND_HEIGHT, WRIST_HEIGHT = 0.17, 0.2
+"""Heights of the tool above the middle of the train from which on errors are measured, until contact [m]."""
+WRIST = {
+    "train:wrist": ("train:wrist", None),
+    "train:wrist with the camera on the hand dark": ("train:wrist", "wrist"),
+    "train:wrist with the left camera dark": ("train:wrist", "left"),
+    "train:guided": ("train:guided", None),
+}
+"""{cell of part ``wrist``: (scenario, camera that is dark during the descent)}."""
+DARK = 2.0
+"""Time from the launch for which a camera is dark [s]."""
+STANDING = 0.02
+"""Speed [m/s] up to which a train counts as standing when the hand descends."""
 AFTER = 8.0
 """A run with an event ends this long after the launch [s]."""
 
@@ -90,13 +116,19 @@ def launch_time(scenario):
     return None
 
 
-def line(scenario):
+def line(scenario, measures=None):
     """Runs a scenario; returns what its summary and its log say about the grasp, ``p_success`` at the first launch
-    included."""
+    included.
+
+    Args:
+        scenario: the scenario.
+        measures: function of (log, phases) that returns further fields as a dict.
+    """
     with tempfile.TemporaryDirectory() as folder:
         summary = simulate(scenario, out=f"{folder}/run", options=RunOptions(record=False))
         log = load_log(f"{folder}/run/log.npz")
-        offset = offset_at_touch(scenario, log, phase_spans(log, scenario.time_step))
+        spans = phase_spans(log, scenario.time_step)
+        offset = offset_at_touch(scenario, log, spans)
     wanted = ("success", "first_attempt_success", "attempts", "aborted_attempts", "time_to_grasp_s", "failure_reason")
     diagnosis = log["diagnosis"]
     launched = diagnosis["attempts"] > 0
@@ -105,8 +137,20 @@ def line(scenario):
         "p_success": float(diagnosis["p_success"][launched.argmax()]) if launched.any() else None,
         "along_m": None if offset is None else offset[0],
         "across_m": None if offset is None else offset[1],
+        "launch_speed": speed_at_launch(log, spans),
         "table_touched": summary["table_touched"],
+        **(measures(log, spans) if measures else {}),
     }
+
+
+def speed_at_launch(log, spans):
+    """Returns the speed of the train at the beginning of the last descent [m/s], None without one."""
+    starts = [span.start for span in spans if span.phase == Phase.INTERCEPT]
+    if not starts:
+        return None
+    train = log["truth_train_state"]
+    k = max(int(np.searchsorted(train.times, starts[-1], side="right")) - 1, 0)
+    return float(np.hypot(train["vx"][k], train["vy"][k]))
 
 
 def event_job(cell, seed, quick):
@@ -149,6 +193,33 @@ def calibrated_job(track, seed, quick):
     return line(load_scenario("train:guided", seed=seed, overrides=settings))
 
 
+def hand_job(cell, seed, quick):
+    """Returns the line of a run with a wrong calibration that is drawn by the seed."""
+    random = np.random.default_rng(seed)
+    camera, sign = ("left", "right")[random.integers(2)], (-1.0, 1.0)[random.integers(2)]
+    faults = f"faults={WRONG % (camera, sign * WRONG_ANGLE, -sign * WRONG_DISTANCE)}"
+    scenario = load_scenario("train:guided", seed=seed, overrides=[*COMMON, *HAND[cell], faults])
+    return line(scenario, lambda log, spans: {"relative_m": relative_errors(log, spans, HAND_HEIGHT)})
+
+
+def wrist_job(cell, seed, quick):
+    """Returns the line of a run in which a camera may be dark during the descent."""
+    name, camera = WRIST[cell]
+    scenario = load_scenario(name, seed=seed, overrides=COMMON)
+    if camera is not None:
+        launch = launch_time(scenario)
+        if launch is None:
+            return {"success": False, "failure_reason": "no launch", "along_m": None}
+        faults = f"faults=[!CameraDark {{camera: {camera}, at: {launch}, for: {DARK}}}]"
+        scenario = load_scenario(name, seed=seed, overrides=[*COMMON, faults])
+
+    def measures(log, spans):
+        errors, cycles = place_errors(log, spans, WRIST_HEIGHT)
+        return {"errors_m": errors, "cycles": cycles}
+
+    return line(scenario, measures)
+
+
 def calibrated_summary(rows):
     """Returns the results of a track: [probability at the launch, whether the first attempt lifted] of every run."""
     launched = [row for row in rows if row["p_success"] is not None]
@@ -167,6 +238,7 @@ def summary(rows):
         "first_attempt": first,
         "first_attempt_wilson": wilson(first, len(rows)),
         "lifted": sum(bool(row["success"]) for row in rows),
+        "lifted_moving": sum(bool(row["success"]) and (row.get("launch_speed") or 0.0) > STANDING for row in rows),
         "aborted": sum(row.get("aborted_attempts", 0) for row in rows),
         "along_m": [abs(row["along_m"]) for row in rows if row["along_m"] is not None],
         "times_to_grasp_s": [row["time_to_grasp_s"] for row in rows if row.get("time_to_grasp_s") is not None],
@@ -181,10 +253,35 @@ def summary(rows):
     }
 
 
+def median_and_p95(values):
+    """Returns the median and the 95th percentile of the sizes of values as a list, None without values."""
+    return np.percentile(np.abs(values), [50, 95]).tolist() if len(values) else None
+
+
+def hand_summary(rows):
+    """Returns the results of a cell with the errors of the vector from hand to train in all runs."""
+    errors = [error for row in rows for error in row.get("relative_m", [])]
+    return {**summary(rows), "relative_m": median_and_p95(errors), "measured": len(errors)}
+
+
+def wrist_summary(rows):
+    """Returns the results of a cell with the errors of the train's position in all runs."""
+    errors = np.array([error for row in rows for error in row.get("errors_m", [])]).reshape(-1, 2)
+    return {
+        **summary(rows),
+        "errors_along_m": median_and_p95(errors[:, 0]),
+        "errors_across_m": median_and_p95(errors[:, 1]),
+        "measured": len(errors),
+        "cycles": sum(row.get("cycles", 0) for row in rows),
+    }
+
+
 PARTS = {
     "event": Part(event_job, dict.fromkeys(EVENT, 10), 4000, summary, TABLES["event"]),
     "calm": Part(calm_job, dict.fromkeys(CALM, 20), 4100, summary, TABLES["calm"]),
     "pass": Part(pass_job, dict.fromkeys(PASS, 30), 4200, summary, TABLES["pass"]),
+    "hand": Part(hand_job, dict.fromkeys(HAND, 20), 4300, hand_summary, TABLES["hand"]),
+    "wrist": Part(wrist_job, dict.fromkeys(WRIST, 20), 4400, wrist_summary, TABLES["wrist"]),
     "calibrated": Part(calibrated_job, dict.fromkeys(TRACKS, 250), 4500, calibrated_summary, TABLES["calibrated"]),
 }
 

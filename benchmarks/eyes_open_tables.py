@@ -52,11 +52,12 @@ def calm_table(cells):
 
 def pass_table(cells):
     """Returns (header, rows) of the open tracks."""
-    header = ["track, speed", "runs", "first attempt", "Wilson 95 %", "lifted", "median time to grasp"]
-    header += ["median offset along the path", "why not"]
+    header = ["track, speed", "runs", "first attempt", "Wilson 95 %", "lifted", "of these, moving"]
+    header += ["median time to grasp", "median offset along the path", "why not"]
     return header, [
         [
             *_grasps(cell),
+            cell["lifted_moving"],
             _median(cell["times_to_grasp_s"], 1.0, "s"),
             _median(cell["along_m"], 1e3, "mm"),
             "; ".join(f"{count} x {reason}" for reason, count in cell["causes"].items()),
@@ -85,4 +86,42 @@ def calibrated_table(cells):
     return header, rows
 
 
-TABLES = {"event": event_table, "calm": calm_table, "pass": pass_table, "calibrated": calibrated_table}
+def _lifted(cell):
+    """Returns the columns that the tables of the cameras begin with."""
+    return [cell["cell"], cell["runs"], cell["lifted"], interval(cell["lifted"], cell["runs"])]
+
+
+def _two(values):
+    """Returns a median and a 95th percentile in mm, empty without values."""
+    return [f"{1e3 * value:.1f} mm" for value in values] if values else ["", ""]
+
+
+def hand_table(cells):
+    """Returns (header, rows) of the wrong calibrations."""
+    header = ["hand", "runs", "lifted", "Wilson 95 %", "relative error, median", "95th percentile", "measurements"]
+    return header, [[*_lifted(cell), *_two(cell["relative_m"]), cell["measured"]] for cell in cells]
+
+
+def wrist_table(cells):
+    """Returns (header, rows) of the camera on the hand."""
+    header = ["scenario", "runs", "lifted", "Wilson 95 %", "error across, median", "95th percentile"]
+    header += ["error along, median", "95th percentile", "train measured"]
+    return header, [
+        [
+            *_lifted(cell),
+            *_two(cell["errors_across_m"]),
+            *_two(cell["errors_along_m"]),
+            f"{cell['measured'] / cell['cycles']:.0%}" if cell["cycles"] else "",
+        ]
+        for cell in cells
+    ]
+
+
+TABLES = {
+    "event": event_table,
+    "calm": calm_table,
+    "pass": pass_table,
+    "hand": hand_table,
+    "wrist": wrist_table,
+    "calibrated": calibrated_table,
+}

@@ -17,5 +17,13 @@ def eyes_open_pass() -> str:
     return part("eyes_open", benchmark.TABLES, "pass")
 
 
+def eyes_open_hand() -> str:
+    return part("eyes_open", benchmark.TABLES, "hand")
+
+
+def eyes_open_wrist() -> str:
+    return part("eyes_open", benchmark.TABLES, "wrist")
+
+
 def eyes_open_calibrated() -> str:
     return part("eyes_open", benchmark.TABLES, "calibrated")

@@ -57,13 +57,15 @@ class HandEyeConfig:
     """How the cameras' view of the hand corrects where the hand is sent. Needs markers on the hand (``arm.markers``).
 
     Attributes:
-        correct: whether the target is corrected. Without it, the hand is measured and logged only.
+        correct: whether the target is corrected. Without it, what the cameras see of the hand is logged, and displaces
+            the mask of the arm in the images.
         time_constant: time constant with which the correction follows the measurements [s].
         largest_rate: largest rate at which it follows them [m/s].
         largest: largest distance between the hand that is seen and the hand that the joints tell [m]. A measurement
             beyond it is not used, so that a mistake of vision cannot send the hand farther astray.
         outlier: distance from the measurements before it from which a measurement counts as an outlier [m].
-        keep: time after the last measurement for which the correction is kept [s]. Then it fades away.
+        keep: time after the last measurement for which the correction is kept [s]. Then it fades away. The mask of the
+            arm in the images is displaced for as long.
         reach: largest displacement of a marker from its predicted place at which it is searched for [m].
     """
 

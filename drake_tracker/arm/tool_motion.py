@@ -26,6 +26,8 @@ class MotionFrame(IntEnum):
 
 JUMP_DISTANCE, JUMP_ANGLE = 0.03, 0.35
 """A reference that moves by more than this [m], [rad] in one period is approached anew instead of followed."""
+GUIDED_JUMP = 0.10
+"""The same distance in a guided descent [m]. There is no time for a new approach, and the object is the same."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,7 @@ class ToolMotion:
             q6: set-point of joint 6 [rad] that belongs to the tool pose of the last tick.
         """
         state = self._follow_reference(state, command, target)
-        if command.motion != state.motion or self._jumped(state):
+        if command.motion != state.motion or self._jumped(state, command):
             state = self._begin(state, time, command, target, q6)
         elif self.symmetric and not _flip_locked(command) and not self.flipping(state, time) and must_flip(q6):
             state = self._flip(state, time, q6, target.yaw_rate)
@@ -131,11 +133,12 @@ class ToolMotion:
             past = state.reference
         return replace(state, reference=reference, previous_reference=past, frame=frame)
 
-    def _jumped(self, state: ToolMotionState) -> bool:
+    def _jumped(self, state: ToolMotionState, command: Any) -> bool:
         """Returns whether the reference moved farther in one period than an object does: vision lost it, and found it
         again."""
         step = state.reference - state.previous_reference
-        return bool(np.linalg.norm(step[:3]) > JUMP_DISTANCE or abs(step[3]) > JUMP_ANGLE)
+        farthest = GUIDED_JUMP if command.frozen == Frozen.GUIDED else JUMP_DISTANCE
+        return bool(np.linalg.norm(step[:3]) > farthest or abs(step[3]) > JUMP_ANGLE)
 
     def _step(self, target: Any) -> np.ndarray:
         """Returns how far a target moves in a period, (x, y, z, yaw), shape (4,) [m, rad]."""
@@ -149,7 +152,7 @@ class ToolMotion:
         state = replace(state, branch=branch, previous_branch=branch, flip_start=-np.inf)
         if not self.moving or state.frame == MotionFrame.GOAL:
             state = replace(state, previous_reference=state.reference)
-        elif self._jumped(state):  # its last step does not tell how it moves
+        elif self._jumped(state, command):  # its last step does not tell how it moves
             state = replace(state, previous_reference=state.reference - self._step(target))
         before_last = 2 * state.previous_reference - state.reference
         drive = self._solve(state.tool, state.previous_reference, command.height, branch)

@@ -33,8 +33,8 @@ WristPoint = namedview(
     ["stamp", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz", "correlation", "reason", "source", "valid"],
 )
 """What the camera on the hand measures of the target: stamp [s]; p_WQ [m] in W; its covariance [m^2]; correlation of
-the image with the learned appearance; why there is no measurement (`vision.wrist_view.WristReason`); which cameras the
-point of the target comes from (0 none, 1 the fixed ones, 2 the one on the hand, 3 all); valid."""
+the image with the learned appearance; why there is no measurement (`vision.wrist_measurement.WristReason`); which
+cameras the point of the target comes from (0 none, 1 the fixed ones, 2 the one on the hand, 3 all); valid."""
 
 REGION_SLOTS = 16
 """Regions of one image that a message holds."""

@@ -97,6 +97,16 @@ class AdaptiveTurnEstimator:
         """Returns the state before the first point."""
         return AdaptiveTurnState(self._gentle.initial_state(), self._sharp.initial_state())
 
+    def with_speed(self, state: AdaptiveTurnState, gain: float, std: float) -> AdaptiveTurnState:
+        """Returns the state of an object that has just changed its speed, see `CoordinatedTurnEstimator.with_speed`.
+
+        What was predicted before says nothing about the bends.
+        """
+        gentle, sharp = (
+            f.with_speed(s, gain, std) for f, s in ((self._gentle, state.gentle), (self._sharp, state.sharp))
+        )
+        return AdaptiveTurnState(gentle, sharp, (), state.squares)
+
     def ready(self, state: AdaptiveTurnState) -> bool:
         """Returns whether there is enough data for a prediction."""
         return state.gentle.ready or state.sharp.ready

@@ -31,6 +31,8 @@ CRUISING = 0.9
 """Probability of a constant speed above which two laps count as driven at constant speed."""
 MIN_POINTS = 120
 """Points needed to learn the path from two laps."""
+SETTLING = 0.4
+"""No closure is searched for so shortly after a sudden change of speed [s]: the speed would be estimated anew."""
 DIRECT = 0.6
 """An object that reappears at a straight-line distance of at least this fraction of the distance it travelled unseen
 cannot have completed a lap meanwhile."""
@@ -50,6 +52,7 @@ class ClosedPathState(FrozenState):
         relearned: whether the path has been learned again from two laps.
         shortest: laps up to this length have been refuted [m].
         jumped: time at which the coordinated-turn filter last met an outlier [s].
+        changed: time of the last sudden change of speed [s].
     """
 
     turn: CoordinatedTurnState
@@ -61,6 +64,7 @@ class ClosedPathState(FrozenState):
     relearned: bool = False
     shortest: float = closure.SHORTEST_LAP
     jumped: float = -math.inf
+    changed: float = -math.inf
 
     @property
     def stamp(self) -> float:
@@ -137,16 +141,39 @@ class ClosedPathEstimator:
             following = self._follower.step(following, point, dt, turn.sigma)
         left = state.path if following is None else None
         state = ClosedPathState(
-            turn, distance, history, following, state.count + 1, state.closed_at, state.relearned, shortest, jumped
+            turn,
+            distance,
+            history,
+            following,
+            state.count + 1,
+            state.closed_at,
+            state.relearned,
+            shortest,
+            jumped,
+            state.changed,
         )
         if left is not None:
             return self._leave(state, left.length)
         if following is not None:
             due = learns and not state.relearned and distance - state.closed_at >= following.path.length
             return self._learn_again(state, following) if due else state
-        if learns and state.count % SEARCH_EVERY == 0:
+        if learns and state.count % SEARCH_EVERY == 0 and stamp - state.changed > SETTLING:
             return self._search(state)
         return state
+
+    def with_speed(self, state: ClosedPathState, gain: float, std: float) -> ClosedPathState:
+        """Returns the state of an object that has just changed its speed.
+
+        Args:
+            state: the state before.
+            gain: change of the speed [m/s].
+            std: standard deviation of the new speed [m/s].
+        """
+        following = state.following
+        if following is not None:
+            following = self._follower.with_speed(following, gain, std)
+        turn = self._turn.with_speed(state.turn, gain, std)
+        return replace(state, turn=turn, following=following, changed=state.stamp)
 
     def _search(self, state: ClosedPathState) -> ClosedPathState:
         """Searches for a closure, and learns the path when there is one."""
@@ -168,6 +195,8 @@ class ClosedPathEstimator:
         state = replace(state, relearned=True)
         stamps, _, points = state.history.since(state.distance - 2.0 * following.path.length)
         if following.cruising < CRUISING or len(stamps) < MIN_POINTS or stamps[-1] != state.stamp:
+            return state
+        if state.changed > stamps[0]:  # the speed changed in between
             return state
         length, variance = following.path.length, following.noise.variance
         lap_time = length / following.cruise_speed

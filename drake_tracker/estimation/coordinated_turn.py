@@ -19,6 +19,7 @@ from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.coverage import HORIZON, Coverage
 from drake_tracker.estimation.drift import adapted_speed_noise, update_drift
+from drake_tracker.estimation.motions import CHANGE_TIME
 from drake_tracker.estimation.parameters import check_positive, check_settings
 from drake_tracker.estimation.turn_model import (
     CURVATURE,
@@ -118,6 +119,22 @@ class CoordinatedTurnEstimator:
         """Returns a fresh state that keeps only the stamp, position, heading and height."""
         held = read_only(state.mean * [1.0, 1.0, 1.0, 0.0, 0.0])
         return replace(self.initial_state(), stamp=state.stamp, mean=held, height=read_only(state.height * [1.0, 0.0]))
+
+    def with_speed(self, state: CoordinatedTurnState, gain: float, std: float) -> CoordinatedTurnState:
+        """Returns the state of an object that has just changed its speed.
+
+        Args:
+            state: the state before.
+            gain: change of the speed [m/s].
+            std: standard deviation of the new speed [m/s].
+        """
+        mean, covariance = np.array(state.mean), np.array(state.covariance)
+        mean[SPEED] += gain
+        covariance[SPEED, :] = covariance[:, SPEED] = 0.0
+        covariance[SPEED, SPEED] = std**2
+        along = gain * CHANGE_TIME * np.array([math.cos(mean[HEADING]), math.sin(mean[HEADING])])
+        covariance[: Y + 1, : Y + 1] += np.outer(along, along)
+        return replace(state, mean=read_only(mean), covariance=read_only(covariance), drift=0.0)
 
     def ready(self, state: CoordinatedTurnState) -> bool:
         """Returns whether there is enough data for a prediction."""

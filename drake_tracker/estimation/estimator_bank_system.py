@@ -1,7 +1,7 @@
 """A bank of estimators as a Drake System: one for each tracked object."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import (
     EXPECTED_FIELDS,
+    KNOT_FIELDS,
     TARGET_STRIDE,
     TRACK_FIELDS,
     Filtered,
@@ -20,11 +21,13 @@ from drake_tracker.core.messages import (
     TrackPredictions,
     message_rows,
     message_size,
+    prediction_knots,
 )
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.estimation.estimator import Estimator, EstimatorState
 from drake_tracker.estimation.estimator_system import make_packet, predict_path
 from drake_tracker.estimation.point_check import refuse_point
+from drake_tracker.estimation.trail import NO_TRAIL, heading_at_rest, passed
 from drake_tracker.vision.object_track import TrackState
 
 _NUMBER, _STATE, _X, _SEEN = (TRACK_FIELDS.index(name) for name in ("number", "state", "x", "seen"))
@@ -41,10 +44,12 @@ class BankMember(FrozenState):
     Attributes:
         estimate: state of the estimator.
         stamp: newest stamp offered to the estimator [s].
+        trail: the last places (x, y) in W that the object passed, shape (n, 2) [m].
     """
 
     estimate: EstimatorState
     stamp: float = -math.inf
+    trail: np.ndarray = field(default_factory=lambda: NO_TRAIL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +91,7 @@ class EstimatorBankSystem(LeafSystem):
     - ``prediction`` and ``filtered``: as those of `EstimatorSystem`, for the target. When another track becomes the
       target, the next packet is one of that track. The number of packets so far goes on counting; ``seq`` is this
       number plus `TARGET_STRIDE` times the number of the track, so that the arm knows which object a packet is about.
+      The direction of an object that stands is that of the last piece of its path (`trail.heading_at_rest`).
     - ``expected``: a `TrackPredictions` vector for vision, with the tracks that were not seen at the newest stamp and
       whose estimators are ready.
 
@@ -128,7 +134,7 @@ class EstimatorBankSystem(LeafSystem):
         if not header.valid or not np.isfinite([header.stamp, header.target]).all():
             return
         rows = [row for row in message_rows(message, TRACK_FIELDS) if np.isfinite(row[_NUMBER]) and row[_NUMBER] > 0.0]
-        members, updated = {}, set()
+        members, updated, standing = {}, set(), {}
         for row in rows:
             number = int(row[_NUMBER])
             member = memory.members.get(number) or BankMember(self._estimator.initial_state())
@@ -136,11 +142,15 @@ class EstimatorBankSystem(LeafSystem):
             if newest is not member:
                 updated.add(number)
             members[number] = newest
+            if row[_STATE] == TrackState.STANDING:
+                standing[number] = row[_X : _X + 2]
         target = int(header.target)
         seq, packet, filtered = memory.seq, memory.packet, memory.filtered
         if target in updated and self._estimator.ready(members[target].estimate):
             seq += 1
             packet, filtered = make_packet(self._estimator, members[target].estimate, target * TARGET_STRIDE + seq)
+            if target in standing:
+                packet, filtered = at_rest(packet, filtered, members[target].trail, standing[target])
         expected = self._expected(members, rows, header.stamp)
         state.get_mutable_abstract_state(0).set_value(
             BankMemory(members, target, seq, read_only(packet), read_only(filtered), read_only(expected))
@@ -157,7 +167,9 @@ class EstimatorBankSystem(LeafSystem):
             or refuse_point(point[:], time, self._period)
         ):
             return member
-        return BankMember(self._estimator.update(member.estimate, stamp, p_WQ), stamp)
+        moves = row[_STATE] != TrackState.STANDING
+        trail = passed(member.trail, float(p_WQ[0]), float(p_WQ[1])) if moves else member.trail
+        return BankMember(self._estimator.update(member.estimate, stamp, p_WQ), stamp, trail)
 
     def _expected(self, members: dict[int, BankMember], rows: list[np.ndarray], stamp: float) -> np.ndarray:
         """Returns the `TrackPredictions` of the tracks that were not seen at a stamp [s], for the next one."""
@@ -172,3 +184,22 @@ class EstimatorBankSystem(LeafSystem):
                 velocity = (path[1, :3] - path[0, :3]) / _VELOCITY_STEP
                 slot[:] = [number, *path[0, :3], *velocity, std[0]]
         return message
+
+
+def at_rest(
+    packet: np.ndarray, filtered: np.ndarray, trail: np.ndarray, place: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the packet and the filtered state of an object that stands, with the direction that its trail tells.
+
+    Args:
+        packet: a `Prediction` vector.
+        filtered: the `Filtered` vector that belongs to it.
+        trail: the last places that the object passed, shape (n, 2) [m].
+        place: where it is seen, shape (2,) [m]. The filter may still be on its way to that place.
+    """
+    packet, filtered = packet.copy(), filtered.copy()
+    state = Filtered(filtered)
+    turn = heading_at_rest(trail, float(place[0]), float(place[1]), state.yaw) - state.yaw
+    prediction_knots(packet)[:, KNOT_FIELDS.index("yaw")] += turn
+    state.yaw += turn
+    return packet, filtered

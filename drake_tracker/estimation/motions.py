@@ -6,6 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
+CHANGE_TIME = 0.02
+"""How well the time of a sudden change of speed is known, which also takes a while [s]."""
 MAX_STEP = 10.0
 """Over more than this many time constants of the acceleration the matrix exponential loses its digits."""
 

@@ -220,6 +220,17 @@ class PathFollower:
             noise = noise.update(across, 1.0 - math.exp(-dt / NOISE_TIME))
         return Following(path, modes, noise, surprise)
 
+    def with_speed(self, following: Following, gain: float, std: float) -> Following:
+        """Returns the state of an object that has just changed its speed.
+
+        Args:
+            following: the state before.
+            gain: change of the speed [m/s].
+            std: standard deviation of the new speed [m/s].
+        """
+        stretch = Place(following.path, following.s).stretch
+        return replace(following, modes=self._phase.with_speed(following.modes, gain / stretch, std / stretch))
+
     def predict(self, following: Following, taus: np.ndarray) -> np.ndarray:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad].
 

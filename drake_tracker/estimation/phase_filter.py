@@ -15,13 +15,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_tracker.estimation.config import PhaseFilterConfig
-from drake_tracker.estimation.motions import Motion, fading_acceleration, white_acceleration
+from drake_tracker.estimation.motions import CHANGE_TIME, Motion, fading_acceleration, white_acceleration
 from drake_tracker.estimation.parameters import check_settings
 
 CRUISE, MANOEUVRE, STOP = range(3)
 """The modes: constant speed, gentle change of speed, stopping or starting."""
 SOJOURN = (1000.0, 6.0, 1.0)
 """Mean time that an object stays in each mode [s]; it changes to either of the others with equal probability."""
+AFTER_CHANGE = 0.01
+"""Probability of each of the other modes than constant speed just after a sudden change of speed."""
 MIN_PROBABILITY = 1e-9
 """Smallest probability of a mode."""
 
@@ -100,6 +102,23 @@ class PhaseFilter:
         return tuple(
             Mode(mean, covariance, min(max(weight / total, MIN_PROBABILITY), 1.0))
             for (mean, covariance), weight in zip(corrected, weights, strict=True)
+        )
+
+    @staticmethod
+    def with_speed(modes: Modes, gain: float, std: float) -> Modes:
+        """Returns the modes of an object that has just changed its speed, which it will now keep.
+
+        Args:
+            modes: the modes before.
+            gain: change of the speed [m/s].
+            std: standard deviation of the new speed [m/s].
+        """
+        s, variance = mixed_moments(modes)
+        variance += (gain * CHANGE_TIME) ** 2
+        speed = sum([mode.probability * mode.mean[1] for mode in modes]) + gain
+        probabilities = (1.0 - 2.0 * AFTER_CHANGE, AFTER_CHANGE, AFTER_CHANGE)
+        return tuple(
+            Mode((s, speed, 0.0), (variance, 0.0, 0.0, std**2, 0.0, 0.0), probability) for probability in probabilities
         )
 
     @staticmethod

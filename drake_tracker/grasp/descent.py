@@ -8,7 +8,7 @@ import numpy as np
 from drake_tracker.core.messages import evaluate_prediction
 from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.prediction_memory import PredictionMemory, recent
-from drake_tracker.grasp.success import Offset, success_probability
+from drake_tracker.grasp.success import Offset, no_surprise, success_probability
 
 JUDGED_FOR = 1.5
 """Time [s] over which predictions are judged."""
@@ -55,8 +55,13 @@ def likelihood(
     if not target.valid:
         return 0.0
     offset = miss(packet, target, remaining, height <= BESIDE)
-    judged = lately_judged(config, memory, target)
-    return success_probability(config, packet, horizon(config, target), target.stamp, judged, offset)
+    judged, ahead = lately_judged(config, memory, target), horizon(config, target)
+    probability = success_probability(config, packet, ahead, target.stamp, judged, offset)
+    if config.descent != "guided":
+        return probability
+    x0, y0 = evaluate_prediction(packet, target.stamp)[:2]
+    x, y = evaluate_prediction(packet, target.stamp + ahead)[:2]
+    return probability * no_surprise(config, memory.records, ahead, math.hypot(x - x0, y - y0))
 
 
 def lately_judged(config: GraspConfig, memory: PredictionMemory, target: Any) -> np.ndarray:

@@ -12,7 +12,7 @@ from drake_tracker.core.timing import PATH_DURATION
 from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.descent import behind, horizon, likelihood, time_to_touch
 from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, judge_prediction, judge_probability, stands
-from drake_tracker.grasp.jaws import GRIP_CONFIRMED, closed_on_nothing, feels_grip, next_opening
+from drake_tracker.grasp.jaws import GRIP_CONFIRMED, WIDTH_TOLERANCE, closed_on_nothing, feels_grip, next_opening
 from drake_tracker.grasp.motor_schema import since
 from drake_tracker.grasp.operated import STOPPING_SHARE, OperatedMachine, OperatedState, Pace, resting_target
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
@@ -139,7 +139,7 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         state = self.advance(state, seen)
         if state.phase == Phase.MANUAL:
             state = self.obey(state, seen)
-        return self.with_tool(replace(state, jaw_width=self._slew_jaws(state)), seen)
+        return self.with_tool(replace(state, jaw_width=self._slew_jaws(state, seen)), seen)
 
     def height(self, state: GraspState) -> float:
         """Returns the height of the tool above the object's reference point [m]; by hand, above its place at rest."""
@@ -217,6 +217,10 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
             return abs(behind(seen.packet, seen.target).along) <= CAUGHT_UP
         return late >= 0.0
 
+    def misses_before_touch(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether success has become unlikely while closing jaws are still wide open."""
+        return self.success_unlikely(state, seen) and self._wide_open(state, seen)
+
     def jaws_hold(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether the grip is confirmed."""
         return since(state.gripped_since, seen.time) >= GRIP_CONFIRMED
@@ -246,6 +250,8 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         remaining = time_to_touch(self.config)
         if state.phase == Phase.INTERCEPT:
             remaining = max(remaining - self._elapsed(state, seen), touch_delay(self.config))
+        elif state.phase == Phase.CLOSE and self.config.descent == "guided":  # the jaws may have waited
+            remaining = (state.jaw_width - self.config.object_width) / self.config.jaw_speed
         elif state.phase == Phase.CLOSE:
             remaining = touch_delay(self.config) - self._elapsed(state, seen)
         height = seen.status.z - seen.target.z
@@ -309,9 +315,22 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
             return replace(self.stop(state, seen), branch=seen.status.branch)
         return replace(state, attempts=state.attempts + (phase == Phase.INTERCEPT))
 
-    def _slew_jaws(self, state: GraspState) -> float:
+    def _wide_open(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether the object still has room between the jaws, which have not touched it."""
+        return min(state.jaw_width, seen.jaws.width) > self.config.object_width + WIDTH_TOLERANCE
+
+    def _jaws_wait(self, state: GraspState, seen: GraspObservation) -> bool:
+        """Returns whether closing jaws wait for a guided hand that catches up."""
+        if self.config.descent != "guided" or state.phase != Phase.CLOSE or not self._wide_open(state, seen):
+            return False
+        late = abs(behind(seen.packet, seen.target).along) > CAUGHT_UP
+        return late and self._elapsed(state, seen) < LONGEST_WAIT
+
+    def _slew_jaws(self, state: GraspState, seen: GraspObservation) -> float:
         """Returns the opening of the jaws that is asked for next [m]."""
         if state.phase in BY_HAND:
+            return state.jaw_width
+        if self._jaws_wait(state, seen):
             return state.jaw_width
         goal = 0.0 if PROGRAMS[state.phase].jaws_closed else self.config.jaw_opening
         return next_opening(state.jaw_width, goal, self.config.jaw_speed, self.period)

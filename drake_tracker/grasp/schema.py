@@ -60,7 +60,11 @@ TRANSITIONS = operated(
             ("may_intercept", Phase.INTERCEPT),
         ),
         Phase.INTERCEPT: (("success_unlikely", Phase.RETREAT), ("time_to_close", Phase.CLOSE)),
-        Phase.CLOSE: (("jaws_empty", Phase.RETREAT), ("jaws_hold", Phase.LIFT)),
+        Phase.CLOSE: (
+            ("jaws_empty", Phase.RETREAT),
+            ("jaws_hold", Phase.LIFT),
+            ("misses_before_touch", Phase.RETREAT),
+        ),
         Phase.LIFT: (("jaws_empty", Phase.RETREAT), ("lift_done", Phase.HOLD)),
         Phase.HOLD: (("jaws_empty", Phase.RETREAT),),
         Phase.RETREAT: (("retreat_done", Phase.ACQUIRE),),

@@ -14,7 +14,7 @@ from scipy.special import stdtr
 
 from drake_tracker.core.messages import evaluate_prediction
 from drake_tracker.grasp.config import GraspConfig
-from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TURN
+from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TURN, X, Y
 
 REACH = 0.060
 """Largest error along the path at which the jaws still hold a train [m]: half of its length."""
@@ -68,7 +68,7 @@ def success_probability(
     turn = 2.0 / travelled if travelled > SHORTEST else 0.0
     # Errors of predictions that overlap in time are nearly the same error.
     count = 1.0 + np.ptp(judged[:, STAMP]) / horizon if len(judged) else 0.0
-    room = 0.5 * (config.jaw_opening - config.object_width)
+    room = _room(config)
     errors, stated = judged[:, [LATERAL, ALONG, TURN]], judged[:, [STD]] * [1.0, 1.0, turn]
     squares = np.sum(errors**2, axis=0), np.sum(stated**2, axis=0)
     probability = 1.0
@@ -79,6 +79,35 @@ def success_probability(
         scale = now * math.sqrt((TRUST + count * ratio) / (TRUST + count))
         probability *= _within(limit, centre, scale, TRUST + count)
     return probability
+
+
+def no_surprise(config: GraspConfig, records: np.ndarray, horizon: float, distance: float) -> float:
+    """Returns the probability that the object does nothing unforeseen on its way to the grasp.
+
+    A corner that begins unannounced is in no standard deviation. How often that happens is a property of the object's
+    path. A *surprise* is an earlier prediction so wrong, across the path or in direction, that a grasp would have
+    missed. A change of speed is none, since the hand catches up. Surprises count as a Poisson process over the distance
+    travelled, of unknown rate with the prior density 1/rate. An object that has not surprised so far is not expected
+    to, and one that stands still cannot.
+
+    Args:
+        config: opening of the jaws and width of the object.
+        records: all records about the object, oldest first, shape (n, 11).
+        horizon: time for which the predictions were made [s]. Errors less than this apart have the same cause.
+        distance: distance that the object will travel from the measurement to the touch [m].
+    """
+    wrong = (np.abs(records[:, LATERAL]) > _room(config)) | (np.abs(records[:, TURN]) > OBLIQUE)
+    stamps = records[wrong, STAMP]
+    count = int(np.count_nonzero(np.diff(stamps, prepend=-np.inf) > horizon))
+    if count == 0:
+        return 1.0
+    travelled = float(np.sum(np.hypot(np.diff(records[:, X]), np.diff(records[:, Y]))))
+    return (travelled / (travelled + distance)) ** count if travelled > 0.0 else 0.0
+
+
+def _room(config: GraspConfig) -> float:
+    """Returns the largest error across the path at which both pads come down beside the object [m]."""
+    return 0.5 * (config.jaw_opening - config.object_width)
 
 
 def _within(limit: float, centre: float, scale: float, freedom: float) -> float:

@@ -1,9 +1,11 @@
 """The silhouette of the robot's own arm in an image, so that its motion is not taken for the object's."""
 
+import itertools
 from collections.abc import Sequence
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from drake_tracker.vision.camera_model import CameraModel
 
@@ -34,72 +36,100 @@ class ArmSilhouette:
         self._camera = camera
         self._margin = margin
         u0, v0, width, height = window
-        self._first = np.array([u0 - margin, v0 - margin])
+        self._first = np.array([[u0 - margin], [v0 - margin]])
         self._shape = (height + 2 * margin, width + 2 * margin)
         self._kernel = np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)
         self._lower, self._upper = self._seen()
 
-    def mask(self, pieces: Sequence[np.ndarray]) -> np.ndarray:
+    def mask(self, pieces: Sequence[np.ndarray], displacement: ArrayLike = (0.0, 0.0)) -> np.ndarray:
         """Returns the mask of the window, uint8 of shape (height, width), 255 where a piece appears.
 
         Args:
             pieces: corners of each convex piece, p_WQ of shape (n, 3) [m], as from `ArmShape.pieces`.
+            displacement: of the silhouette to the right and downwards from where the camera model projects the pieces,
+                shape (2,) [px].
 
         Pieces behind the camera or outside of the window are skipped. A piece that crosses the camera's plane is cut
         `NEAREST` in front of it.
         """
+        height, width = self._shape
+        inner = slice(self._margin, height - self._margin), slice(self._margin, width - self._margin)
         canvas = np.zeros(self._shape, np.uint8)
-        seen = self._in_camera(pieces)
-        if seen:
-            corners = (self._pixels(np.concatenate(seen)) - self._first).astype(np.float32)
-            for own in np.split(corners, np.cumsum([len(piece) for piece in seen[:-1]])):
-                outline = np.rint(cv2.convexHull(own) * (1 << _SHIFT)).astype(np.int32)
+        outlines = self._outlines(pieces, np.asarray(displacement, float))
+        if outlines:
+            for outline in outlines:
                 cv2.fillConvexPoly(canvas, outline, 255, lineType=cv2.LINE_8, shift=_SHIFT)
             canvas = cv2.dilate(canvas, self._kernel)
-        height, width = self._shape
-        return np.ascontiguousarray(canvas[self._margin : height - self._margin, self._margin : width - self._margin])
+        return np.ascontiguousarray(canvas[inner])
 
-    def _in_camera(self, pieces: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """Returns p_CQ (n, 3) of those pieces that can appear in the window; cut where they come too near."""
+    def _outlines(self, pieces: Sequence[np.ndarray], displacement: np.ndarray) -> list[np.ndarray]:
+        """Returns the outlines of those pieces that can appear in the window, in pixels of the grown mask.
+
+        The corners are whole numbers with `_SHIFT` fractional bits.
+
+        Args:
+            pieces: corners of each piece, p_WQ of shape (n, 3) [m].
+            displacement: of the silhouette, shape (2,) [px].
+        """
+        seen = self._in_camera(pieces, displacement)
+        if not seen:
+            return []
+        corners = (self._pixels(np.hstack(seen)).T + displacement).astype(np.float32)
+        ends = np.cumsum([xy.shape[1] for xy in seen]).tolist()
+        hulls = [cv2.convexHull(corners[start:end]) for start, end in zip([0, *ends], ends)]
+        return [np.rint(hull * (1 << _SHIFT)).astype(np.int32) for hull in hulls]
+
+    def _in_camera(self, pieces: Sequence[np.ndarray], displacement: np.ndarray) -> list[np.ndarray]:
+        """Returns normalised image coordinates (2, n) of those pieces that can appear in the window.
+
+        A piece that comes too near is cut.
+
+        Args:
+            pieces: corners of each piece, p_WQ of shape (n, 3) [m].
+            displacement: of the silhouette, shape (2,) [px].
+        """
         if not pieces:
             return []
         X_CW = self._camera.X_CW
-        starts = np.cumsum([0] + [len(piece) for piece in pieces])
-        p_CQ = np.concatenate(pieces) @ X_CW[:3, :3].T + X_CW[:3, 3]
-        nearest = np.minimum.reduceat(p_CQ[:, 2], starts[:-1])
-        farthest = np.maximum.reduceat(p_CQ[:, 2], starts[:-1])
-        xy = p_CQ[:, :2] / np.maximum(p_CQ[:, 2:], NEAREST)
-        lowest, highest = np.minimum.reduceat(xy, starts[:-1]), np.maximum.reduceat(xy, starts[:-1])
-        meets = ((lowest <= self._upper) & (highest >= self._lower)).all(axis=1)
-        cut = (nearest < NEAREST) & (farthest > NEAREST)
-        whole = (nearest >= NEAREST) & meets
-        return [
-            _cut(p_CQ[starts[k] : starts[k + 1]]) if cut[k] else p_CQ[starts[k] : starts[k + 1]]
-            for k in np.flatnonzero(whole | cut)
-        ]
+        starts = list(itertools.accumulate(map(len, pieces), initial=0))
+        p_CQ = X_CW[:3, :3] @ np.concatenate(pieces).T + X_CW[:3, 3:]
+        projected = p_CQ.copy()
+        projected[:2] /= np.maximum(p_CQ[2], NEAREST)
+        lowest, highest = (each.reduceat(projected, starts[:-1], axis=1) for each in (np.minimum, np.maximum))
+        moved = (displacement / np.diag(self._camera.K)[:2])[:, np.newaxis]
+        meets = ((lowest[:2] + moved <= self._upper) & (highest[:2] + moved >= self._lower)).all(axis=0)
+        cut = (lowest[2] < NEAREST) & (highest[2] > NEAREST)
+        whole = (lowest[2] >= NEAREST) & meets
+        found = []
+        for k in np.flatnonzero(whole | cut).tolist():
+            own = slice(starts[k], starts[k + 1])
+            if cut[k]:
+                near = _cut(p_CQ[:, own].T).T
+                found.append(near[:2] / near[2])
+            else:
+                found.append(projected[:2, own])
+        return found
 
-    def _pixels(self, p_CQ: np.ndarray) -> np.ndarray:
-        """Returns the pixels (n, 2) of points in front of the camera, p_CQ (n, 3) [m].
+    def _pixels(self, xy: np.ndarray) -> np.ndarray:
+        """Returns the pixels (2, n) of normalised image coordinates (2, n), from the first pixel of the grown mask on.
 
         The lens is applied within the window only. What is outside of it has the displacement of the nearest point of
         the window, as a model of distortion is not valid far outside the image.
         """
-        xy = p_CQ[:, :2] / p_CQ[:, 2:]
-        within = np.clip(xy, self._lower, self._upper)
-        points = np.column_stack([within, np.ones(len(xy))])
-        uv = cv2.projectPoints(points, np.zeros(3), np.zeros(3), self._camera.K, self._camera.distortion)[0][:, 0]
-        return uv + (xy - within) @ self._camera.K[:2, :2].T
+        within = np.minimum(np.maximum(xy, self._lower), self._upper)
+        uv = np.stack(self._camera.pixels(*within))
+        return uv + self._camera.K[:2, :2] @ (xy - within) - self._first
 
     def _seen(self) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the lowest and the highest normalised image coordinates (x, y) that the window shows."""
+        """Returns the lowest and the highest normalised image coordinates of the window, shape (2, 1) each."""
         height, width = self._shape
         side = np.linspace(0.0, 1.0, _POINTS_PER_SIDE)
         grid = np.array([(i, j) for i in side for j in side])
         rim = grid[((grid == 0.0) | (grid == 1.0)).any(axis=1)]
-        _, directions = self._camera.rays(self._first - 0.5 + rim * (width, height))
+        _, directions = self._camera.rays(self._first.T - 0.5 + rim * (width, height))
         directions_C = directions @ self._camera.X_CW[:3, :3].T
         xy = directions_C[:, :2] / directions_C[:, 2:]
-        return xy.min(axis=0), xy.max(axis=0)
+        return xy.min(axis=0)[:, None], xy.max(axis=0)[:, None]
 
 
 def _cut(p_CQ: np.ndarray) -> np.ndarray:

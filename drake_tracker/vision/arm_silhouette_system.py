@@ -2,8 +2,10 @@
 
 from collections.abc import Mapping
 
+import cv2
+import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, LeafSystem, ValueProducer
+from pydrake.systems.framework import Context, InputPort, LeafSystem, ValueProducer
 
 from drake_tracker.arm.arm_shape import ArmShape
 from drake_tracker.core.frozen_state import read_only
@@ -12,7 +14,7 @@ from drake_tracker.vision.arm_silhouette import ArmSilhouette
 
 
 class ArmSilhouetteSystem(LeafSystem):
-    """Draws where the arm is in each image, as its joint angles tell.
+    """Draws where the arm is in each image, as its joint angles tell, and its markers where they are seen.
 
     .. pydrake_system::
 
@@ -20,13 +22,16 @@ class ArmSilhouetteSystem(LeafSystem):
         input_ports:
         - arm_state
         - jaws
+        - displacement_left
+        - displacement_right
         output_ports:
         - hidden_left
         - hidden_right
 
-    ``arm_state`` is (q, v) [rad, rad/s] at the capture of the images, and ``jaws`` a `JawState`. ``hidden_*`` is a
-    uint8 array of the image's shape, 255 where the arm is, or None when it is in no pixel. There is no state and no
-    period: the outputs follow the inputs at once.
+    ``arm_state`` is (q, v) [rad, rad/s] at the capture of the images, and ``jaws`` a `JawState`.
+    ``displacement_*`` is by how much the hand is displaced to the right and downwards in each image, shape (2,) [px];
+    unconnected, it is not displaced. ``hidden_*`` is a uint8 array of the image's shape, 255 where the arm is, or None
+    when it is in no pixel. There is no state and no period: the outputs follow the inputs at once.
 
     Args:
         shape: the arm.
@@ -43,13 +48,23 @@ class ArmSilhouetteSystem(LeafSystem):
         producer = ValueProducer(lambda: AbstractValue.Make([]), self._calc_pieces)
         self._pieces = self.DeclareCacheEntry("pieces", producer, inputs)
         for side, silhouette in silhouettes.items():
+            displacement = self.DeclareVectorInputPort(f"displacement_{side}", 2)
 
-            def calc(context: Context, output: AbstractValue, silhouette: ArmSilhouette = silhouette) -> None:
-                mask = silhouette.mask(self._pieces.Eval(context))
-                output.set_value(read_only(mask) if mask.any() else None)
+            def calc(
+                context: Context,
+                output: AbstractValue,
+                silhouette: ArmSilhouette = silhouette,
+                displacement: InputPort = displacement,
+            ) -> None:
+                moved = displacement.Eval(context) if displacement.HasValue(context) else np.zeros(2)
+                mask = silhouette.mask(self._pieces.Eval(context), moved)
+                output.set_value(read_only(mask) if cv2.countNonZero(mask) else None)
 
             self.DeclareAbstractOutputPort(
-                f"hidden_{side}", lambda: AbstractValue.Make(object()), calc, {self._pieces.ticket()}
+                f"hidden_{side}",
+                lambda: AbstractValue.Make(object()),
+                calc,
+                {self._pieces.ticket(), displacement.ticket()},
             )
 
     def _calc_pieces(self, context: Context, output: AbstractValue) -> None:

@@ -40,8 +40,11 @@ def is_shared(silhouette: Silhouette, windows: Sequence[ObjectWindow]) -> bool:
     if len(silhouette.members) != 1:
         return len(silhouette.members) > 1
     window = windows[silhouette.members[0]]
+    if not window.settled:
+        return False
     _, _, width, height = cv2.boundingRect(silhouette.pixels)
-    return window.settled and bool((np.array([width, height]) > OVERSIZE * window.extents + 4.0).any())
+    expected_width, expected_height = window.extents.tolist()
+    return width > OVERSIZE * expected_width + 4.0 or height > OVERSIZE * expected_height + 4.0
 
 
 def place_objects(images: Sequence[Silhouettes], covariances: Sequence[np.ndarray]) -> list[dict[int, np.ndarray]]:

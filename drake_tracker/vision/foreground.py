@@ -1,6 +1,6 @@
 """What one image shows in front of the background."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,6 +23,7 @@ class Foreground(FrozenState):
         camera: whether the camera itself moved; its motion is compensated in what the other attributes hold.
         displacement: of the camera's images by that motion [px].
         missing: uint8 (h, w), 255 where the image shows nothing, because the camera has turned away, or None.
+        hand: by how much the markers show the hand displaced to the right and downwards, shape (2,) [px].
     """
 
     stamp: float
@@ -35,6 +36,7 @@ class Foreground(FrozenState):
     camera: Verdict = Verdict.STILL
     displacement: float = 0.0
     missing: np.ndarray | None = None
+    hand: np.ndarray = field(default_factory=lambda: np.zeros(2))
 
     def shows(self, u: float, v: float) -> bool:
         """Returns whether the image contains the pixel at (u, v) of the full frame."""

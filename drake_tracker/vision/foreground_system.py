@@ -52,15 +52,17 @@ class ForegroundSystem(LeafSystem):
         input_ports:
         - color_image
         - hidden
+        - displacement
         output_ports:
         - foreground
         - delayed
         - motion_energy
 
     ``color_image`` is an `ImageRgba8U`, read every ``period`` at offset 0 in an unrestricted update. ``hidden`` is the
-    silhouette of the robot's own arm in this image, a uint8 array of the image's shape or None; it may stay
-    unconnected. ``foreground`` is the `Foreground` of the newest image, and ``delayed`` that of some cycles ago, each
-    None while there is none. ``motion_energy`` is the newest silhouette as a `MotionEnergy`, for pictures.
+    silhouette of the robot's own arm in this image, a uint8 array of the image's shape or None, and ``displacement`` is
+    by how much the hand is displaced in it, shape (2,) [px]; both may stay unconnected. ``foreground`` is the
+    `Foreground` of the newest image, and ``delayed`` that of some cycles ago, each None while there is none.
+    ``motion_energy`` is the newest silhouette as a `MotionEnergy`, for pictures.
 
     With ``own_stamps`` there is the input ``frame``, a `FrameInfo`: in a cycle without a fresh image there is no
     result.
@@ -97,6 +99,7 @@ class ForegroundSystem(LeafSystem):
         self._image_offset = (int(image_offset[0]), int(image_offset[1]))
         self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
         self._hidden = self.DeclareAbstractInputPort("hidden", AbstractValue.Make(object()))
+        self._displacement = self.DeclareVectorInputPort("displacement", 2)
         self._frame = self.DeclareVectorInputPort("frame", message_size(FrameInfo)) if own_stamps else None
         self._memory = self.DeclareAbstractState(AbstractValue.Make(_Memory(None, self._alignment.start(), 0, ())))
         ticket = {self.abstract_state_ticket(self._memory)}
@@ -122,6 +125,8 @@ class ForegroundSystem(LeafSystem):
             image = self._model.smooth(cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2RGB))
             stamp = time if frame is None else float(frame.stamp)
             memory, found = self._segmented(memory, image, hidden, stamp)
+            if self._displacement.HasValue(context):
+                found = replace(found, hand=read_only(self._displacement.Eval(context)))
         line = (*memory.line, found)[-self._length :]
         state.get_mutable_abstract_state(self._memory).set_value(
             replace(memory, line=line, newest=found or memory.newest)
@@ -146,13 +151,16 @@ class ForegroundSystem(LeafSystem):
             # learned: the camera may have been moved, and its calibration be wrong.
             background, alignment = self._model.start(image), self._alignment.start()
         else:
-            alignment, seen = self._alignment.update(alignment, background, image, hidden)
+            difference = self._model.difference(background, image)
+            alignment, seen = self._alignment.update(alignment, background, image, difference, hidden)
             usable, other_light = seen.verdict is not Verdict.UNUSABLE, seen.reason is Reason.LIGHT
             if usable:
                 unseen = hidden if seen.missing is None else seen.missing
                 if hidden is not None and seen.missing is not None:
                     unseen = cv2.bitwise_or(hidden, seen.missing)
-                background, usable = self._model.update(background, seen.image, unseen, seen.tolerance)
+                background, usable = self._model.update(
+                    background, seen.image, unseen, seen.tolerance, difference if seen.image is image else None
+                )
                 other_light = not usable
         found = Foreground(
             stamp,

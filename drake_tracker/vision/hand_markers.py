@@ -80,13 +80,13 @@ class FoundMarkers(NamedTuple):
 
     Attributes:
         uv: where the mean of the centres of the markers seen appears, shape (2,) [px, full image].
-        p_WM: the predicted mean of their centres, shape (3,) [m].
+        predicted: where it is predicted to appear, shape (2,) [px, full image].
         contrast: between their white and black bands [grey levels].
         markers: number of markers seen, 1 or 2.
     """
 
     uv: np.ndarray
-    p_WM: np.ndarray
+    predicted: np.ndarray
     contrast: float
     markers: int
 
@@ -208,7 +208,7 @@ class HandMarkerFinder:
         centre = 0.5 * (np.array(response.shape[::-1]) - 1.0)
         found = uv[seen].mean(axis=0) + peak - centre + self._first
         contrast = sum(own[k] for k in seen) / len(seen)
-        return FoundMarkers(found, p_WM[seen].mean(axis=0), contrast, len(seen))
+        return FoundMarkers(found, self.camera.project(p_WM[seen].mean(axis=0))[0], contrast, len(seen))
 
 
 def _refined(response: np.ndarray, row: int, column: int) -> np.ndarray | None:
@@ -257,8 +257,7 @@ def triangulate_hand(
     below = np.array([p_WT[0], p_WT[1], height])
     pixels = []
     for camera, view in zip(cameras, (left, right)):
-        expected, here = camera.project([view.p_WM, below])
-        pixels.append(here + view.uv - expected)
+        pixels.append(camera.project(below)[0] + view.uv - view.predicted)
     meeting = triangulate(cameras[0], cameras[1], pixels[0], pixels[1])
     if meeting is None or meeting.gap > max_gap:
         return None

@@ -29,21 +29,22 @@ class HandVisionDiagram(Diagram):
         output_ports:
         - hand_point
 
-    There are all ports of ``vision`` as well. ``camera_*`` are `ImageRgba8U`. ``arm_state`` and ``jaws`` are the joints
-    (q, v) [rad, rad/s] and a `JawState`. ``hand_point`` is a `HandPoint`, ``lag_cycles`` after the capture of the
-    images.
+    There are all ports of ``vision`` as well, except ``displacement_*``: if it masks the arm, the mask is displaced by
+    what the markers show. Other ports and the arguments are those of the `HandMarkersSystem`, except that ``arm_state``
+    and ``jaws`` are the present ones, and that ``hand_point`` is ``lag_cycles`` later than its images.
 
     Args:
         vision: a `VisionDiagram` or a `SeveralVisionDiagram`.
-        kinematics: of the hand's markers.
-        cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
-        windows: the same keys, rectangle (u0, v0, width, height) [px] of the full frame that the images cover.
-        height: z_W of the objects whose positions are to be corrected [m].
-        num_joints: number n of the arm's joints.
-        search: where to search for markers, and what to accept.
+        kinematics: as for `HandMarkersSystem`.
+        cameras: as for `HandMarkersSystem`.
+        windows: as for `HandMarkersSystem`.
+        height: as for `HandMarkersSystem`.
+        num_joints: as for `HandMarkersSystem`.
+        search: as for `HandMarkersSystem`.
+        keep: as for `HandMarkersSystem`.
         lag_cycles: cycles from the capture of an image until the hand that it shows appears.
-        period: of a cycle [s].
-        image_latency: cycles from the capture of an image until the inputs show it, as with a `PipelinedCamera`.
+        period: as for `HandMarkersSystem`.
+        image_latency: as for `HandMarkersSystem`.
 
     Raises DrakeTrackerError when the lag is shorter than the latency.
     """
@@ -58,6 +59,7 @@ class HandVisionDiagram(Diagram):
         num_joints: int,
         search: MarkerSearch = MarkerSearch(),
         *,
+        keep: float = 3.0,
         lag_cycles: int = LAG_CYCLES,
         period: float = VISION_PERIOD,
         image_latency: int = 0,
@@ -67,12 +69,10 @@ class HandVisionDiagram(Diagram):
         delay = lag_cycles - image_latency
         if delay < 0:
             raise DrakeTrackerError(f"a lag of {lag_cycles} cycles is shorter than the latency of the images")
+        displacements = {f"displacement_{side}" for side in SIDES}
         builder = DiagramBuilder()
         vision.set_name("object_vision")
         builder.AddSystem(vision)
-        for index in range(vision.num_input_ports()):
-            port = vision.get_input_port(index)
-            builder.ExportInput(port, port.get_name())
         for index in range(vision.num_output_ports()):
             output = vision.get_output_port(index)
             builder.ExportOutput(output, output.get_name())
@@ -85,11 +85,18 @@ class HandVisionDiagram(Diagram):
                 height,
                 num_joints,
                 search,
+                keep=keep,
                 delay_cycles=delay,
                 period=period,
                 image_latency=image_latency,
             ),
         )
+        for index in range(vision.num_input_ports()):
+            port = vision.get_input_port(index)
+            if port.get_name() in displacements:
+                builder.Connect(hand.GetOutputPort(port.get_name()), port)
+            else:
+                builder.ExportInput(port, port.get_name())
         for side in SIDES:
             builder.ConnectInput(f"camera_{side}", hand.GetInputPort(f"camera_{side}"))
         for name, size in (("arm_state", 2 * num_joints), ("jaws", message_size(JawState))):

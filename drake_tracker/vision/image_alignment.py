@@ -38,7 +38,7 @@ REFERENCE_AGE = 300
 """Images after which the reference is prepared again from the background, when it is needed."""
 RESIDUAL_SHIFT = 0.25
 """Displacement that is left after the alignment [px]."""
-_AROUND = np.ones((9, 9), np.uint8)
+_AROUND, _BESIDE = np.ones((9, 9), np.uint8), np.ones((3, 9), np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,12 @@ class ImageAlignment:
         return Alignment(self._detector.initial_state())
 
     def update(
-        self, state: Alignment, background: Background, image: np.ndarray, hidden: np.ndarray | None = None
+        self,
+        state: Alignment,
+        background: Background,
+        image: np.ndarray,
+        difference: np.ndarray,
+        hidden: np.ndarray | None = None,
     ) -> tuple[Alignment, AlignedImage]:
         """Returns the state after an image, and the image aligned with the background.
 
@@ -101,11 +106,12 @@ class ImageAlignment:
             state: the state before.
             background: the background and the silhouettes of the previous image.
             image: smoothed, uint8 (h, w, 3).
+            difference: from the background, uint8 (h, w), as from `BackgroundModel.difference`.
             hidden: uint8 (h, w), 255 where the robot's own arm is, or None.
         """
         same = AlignedImage(image, None, None, Verdict.STILL, 0.0)
         moved = state.motion.steady > 0 or state.motion.unusable > 0
-        if not moved and not suggests_motion(background, image, hidden):
+        if not moved and not suggests_motion(background, difference, hidden):
             return state, same
         if state.reference is None or background.count - state.prepared > REFERENCE_AGE:
             grey = cv2.cvtColor(background.picture, cv2.COLOR_RGB2GRAY)
@@ -127,23 +133,20 @@ class ImageAlignment:
         return state, AlignedImage(aligned, found.missing, tolerance, found.verdict, found.displacement)
 
 
-def suggests_motion(background: Background, image: np.ndarray, hidden: np.ndarray | None) -> bool:
+def suggests_motion(background: Background, difference: np.ndarray, hidden: np.ndarray | None) -> bool:
     """Returns whether more of an image differs from the background than objects explain.
 
     Args:
         background: the background and the silhouettes of the previous image.
-        image: smoothed, uint8 (h, w, 3).
+        difference: of the image from the background, uint8 (h, w), as from `BackgroundModel.difference`.
         hidden: uint8 (h, w), 255 where the robot's own arm is, or None.
     """
     known = background.known[::ROWS]
     if cv2.countNonZero(known) < KNOWN_SHARE * known.size:
         return False
-    red, green, blue = cv2.split(cv2.absdiff(image[::ROWS], background.picture[::ROWS]))
-    differs = cv2.threshold(
-        cv2.max(cv2.max(red, green), blue), max(DIFFERENT, 6.0 * background.noise), 255, cv2.THRESH_BINARY
-    )[1]
+    differs = cv2.threshold(difference[::ROWS], max(DIFFERENT, 6.0 * background.noise), 255, cv2.THRESH_BINARY)[1]
     if hidden is not None:
         differs = cv2.subtract(differs, hidden[::ROWS])
-    objects = cv2.dilate(background.mask[::ROWS], np.ones((3, 9), np.uint8))
+    objects = cv2.dilate(background.mask[::ROWS], _BESIDE)
     unexplained = cv2.countNonZero(cv2.subtract(cv2.bitwise_and(differs, known), objects))
     return unexplained > UNEXPLAINED_SHARE * known.size

@@ -148,11 +148,10 @@ class ObjectTrack(FrozenState):
         c, s = math.cos(self.turn_rate * step), math.sin(self.turn_rate * step)
         mean[3:5] = c * mean[3] - s * mean[4], s * mean[3] + c * mean[4]
         covariance = F @ self.covariance @ F.T
-        for axis in range(3):
-            covariance[axis, axis] += noise * step**2 / 3.0
-            covariance[axis, axis + 3] += noise * step / 2.0
-            covariance[axis + 3, axis] += noise * step / 2.0
-            covariance[axis + 3, axis + 3] += noise
+        for block, growth in zip(
+            _blocks(covariance), (noise * step**2 / 3.0, noise * step / 2.0, noise * step / 2.0, noise)
+        ):
+            block += growth
         return replace(
             self,
             stamp=stamp,
@@ -208,7 +207,9 @@ class ObjectTrack(FrozenState):
         S = self.covariance[:3, :3] + measurement.covariance
         return float(innovation @ np.linalg.solve(S, innovation))
 
-    def updated(self, measurement: Measurement, shared: bool = False) -> "ObjectTrack":
+    def updated(
+        self, measurement: Measurement, shared: bool = False, places: tuple[int, int] = (-1, -1)
+    ) -> "ObjectTrack":
         """Returns the track after a measurement of its stamp.
 
         The turn rate is not learned from merged silhouettes: it carries the track through the time in which they are.
@@ -216,6 +217,7 @@ class ObjectTrack(FrozenState):
         Args:
             measurement: the measurement.
             shared: whether a silhouette it comes from is merged with that of another object.
+            places: as in `ObjectTrack`.
         """
         P, R = self.covariance, measurement.covariance * (CORRELATED if shared else 1.0)
         gain = np.linalg.solve(P[:3, :3] + R, P[:3]).T
@@ -230,16 +232,23 @@ class ObjectTrack(FrozenState):
             hits=self.hits + 1,
             misses=0,
             measurement=measurement.reported(shared, float(self.shape.dimensions[2])),
+            places=places,
         )
 
     def _turn_rate_to(self, velocity: np.ndarray) -> float:
         """Returns the turn rate [rad/s] after the velocity was corrected, shape (3,) [m/s]."""
-        (x, y), (new_x, new_y) = self.mean[3:5], velocity[:2]
+        (x, y), (new_x, new_y) = self.mean[3:5].tolist(), velocity[:2].tolist()
         square = x * x + y * y
         if square < HEADING_SPEED**2:
             return 0.0
         rate = self.turn_rate + (x * new_y - y * new_x) / square / TURN_TIME
-        return float(np.clip(rate, -FASTEST_TURN, FASTEST_TURN))
+        return min(max(rate, -FASTEST_TURN), FASTEST_TURN)
+
+
+def _blocks(covariance: np.ndarray) -> list[np.ndarray]:
+    """Returns the diagonals of the four blocks of a covariance (6, 6): views that change it."""
+    flat = covariance.reshape(-1)
+    return [flat[first : first + 15 : 7] for first in (0, 3, 18, 21)]
 
 
 def new_track(

@@ -8,10 +8,13 @@ What the robot's arm covers counts neither for nor against a place.
 
 import math
 from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import cv2
 import numpy as np
+
+from drake_tracker.core.frozen_state import read_only
 
 ROUNDS = 6
 """How often every object is moved at most."""
@@ -106,6 +109,7 @@ class _Border(NamedTuple):
         empty: the same of the view's, or None.
         width: of the border [px].
         templates: the outlines, filled.
+        known: what `covered` has returned, by all that it depends on. From some round on, no object moves by a pixel.
     """
 
     view: ImageView
@@ -113,6 +117,7 @@ class _Border(NamedTuple):
     empty: np.ndarray | None
     width: int
     templates: Sequence[np.ndarray]
+    known: dict[tuple[tuple[int, int], ...], np.ndarray]
 
     @classmethod
     def about(cls, view: ImageView) -> "_Border":
@@ -122,29 +127,44 @@ class _Border(NamedTuple):
         around = (width, width, width, width, cv2.BORDER_CONSTANT)
         silhouette = cv2.copyMakeBorder(view.silhouette, *around)
         empty = None if view.empty is None else cv2.copyMakeBorder(view.empty, *around)
-        return cls(view, silhouette, empty, width, templates)
+        return cls(view, silhouette, empty, width, templates, {})
 
-    def centre(self, k: int, displacement: np.ndarray) -> np.ndarray:
-        """Returns the centre of a displaced object, not outside the image, shape (2,) [px]."""
-        limits = np.array(self.view.silhouette.shape[::-1], float) - 1.0
-        place = self.view.centres[k] + self.view.jacobians[k] @ displacement
-        return np.clip(place, 0.0, limits) + self.width
+    def pixel(self, k: int, displacement: np.ndarray) -> tuple[int, int]:
+        """Returns the pixel (u, v) at the centre of a displaced object, not outside the image."""
+        height, width = self.view.silhouette.shape
+        u, v = (self.view.centres[k] + self.view.jacobians[k] @ displacement).tolist()
+        # As in rint, halves are rounded to the even number, which depends on the border.
+        return (
+            round(min(max(u, 0.0), width - 1.0) + self.width),
+            round(min(max(v, 0.0), height - 1.0) + self.width),
+        )
 
-    def covered(self, k: int, displacements: np.ndarray, reach: int) -> np.ndarray:
-        """Returns what an object covers if it moves from its place by up to ``reach`` pixels, shape (2 r + 1,) * 2.
+    def covered(self, k: int, displacements: np.ndarray, reach: int) -> tuple[np.ndarray, tuple[int, int]]:
+        """Returns what an object covers if it moves from its place by up to ``reach`` pixels, and the first pixel.
 
-        A pixel that no other object covers counts twice, and one that is known to be empty is subtracted.
+        A pixel that no other object covers counts twice, and one that is known to be empty is subtracted. The result
+        has shape (2 r + 1,) * 2 and begins at the pixel (u, v).
         """
-        alone = self.silhouette.copy()
-        for other, template in enumerate(self.templates):
-            if other != k:
-                _erase(alone, template, self.centre(other, displacements[other]))
+        pixels = [self.pixel(each, displacement) for each, displacement in enumerate(displacements)]
+        first = pixels[k][0] - reach, pixels[k][1] - reach
+        key = ((k, reach), *pixels)
+        if key not in self.known:
+            self.known[key] = self._covered(k, pixels, reach)
+        return self.known[key], first
+
+    def _covered(self, k: int, pixels: Sequence[tuple[int, int]], reach: int) -> np.ndarray:
+        """Returns what an object covers, as in `covered`, with the centres of all objects at some pixels."""
+        alone = self.silhouette
+        if len(pixels) > 1:
+            alone = alone.copy()
+            for other, template in enumerate(self.templates):
+                if other != k:
+                    _erase(alone, template, pixels[other])
         template = self.templates[k]
         height, width = template.shape
-        u, v = np.rint(self.centre(k, displacements[k])).astype(int)
-        top, left = v - reach - height // 2, u - reach - width // 2
+        left, top = pixels[k][0] - reach - width // 2, pixels[k][1] - reach - height // 2
         near = slice(top, top + height + 2 * reach), slice(left, left + width + 2 * reach)
-        covered = cv2.matchTemplate(cv2.add(alone, self.silhouette)[near], template, cv2.TM_CCORR)
+        covered = cv2.matchTemplate(cv2.add(alone[near], self.silhouette[near]), template, cv2.TM_CCORR)
         return covered if self.empty is None else covered - cv2.matchTemplate(self.empty[near], template, cv2.TM_CCORR)
 
 
@@ -164,9 +184,9 @@ def _best_place(
     trials = start + steps.reshape(-1, len(start))
     total = -np.einsum("ni,ij,nj->n", trials, precision, trials)
     for border in borders:
-        covered = border.covered(k, displacements, reach + 1)
+        covered, first = border.covered(k, displacements, reach + 1)
         places = border.view.centres[k] + trials @ border.view.jacobians[k].T + border.width
-        places -= np.rint(border.centre(k, start)) - (reach + 1)
+        places -= first
         total += _interpolated(covered, places)
     total = total.reshape(steps.shape[:-1])
     best = np.unravel_index(int(total.argmax()), total.shape)
@@ -183,8 +203,14 @@ def _steps(borders: Sequence[_Border], k: int, reach: int, size: int) -> tuple[n
     The grid reaches ``reach`` pixels in the plane, and a single pixel upwards and downwards.
     """
     step = 1.0 / math.sqrt(max(float(np.square(border.view.jacobians[k]).sum(axis=0).max()) for border in borders))
-    axes = [step * np.arange(-each, each + 1) for each in (reach, reach, 1)[:size]]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1), step
+    return step * _grid((reach, reach, 1)[:size]), step
+
+
+@cache
+def _grid(reaches: tuple[int, ...]) -> np.ndarray:
+    """Returns all whole numbers up to some reaches in either direction, shape (2 r + 1, ..., m)."""
+    axes = [np.arange(-reach, reach + 1) for reach in reaches]
+    return read_only(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1))
 
 
 def _interpolated(values: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -208,11 +234,11 @@ def _template(outline: np.ndarray) -> np.ndarray:
     return template
 
 
-def _erase(image: np.ndarray, template: np.ndarray, place: np.ndarray) -> None:
-    """Sets the pixels under a template to 0."""
+def _erase(image: np.ndarray, template: np.ndarray, pixel: tuple[int, int]) -> None:
+    """Sets the pixels under a template to 0 whose centre is at a pixel."""
     height, width = template.shape
-    u, v = np.rint(place).astype(int) - (width // 2, height // 2)
-    view = image[v : v + height, u : u + width]
+    left, top = pixel[0] - width // 2, pixel[1] - height // 2
+    view = image[top : top + height, left : left + width]
     np.multiply(view, 1 - template, out=view)
 
 

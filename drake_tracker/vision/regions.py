@@ -147,11 +147,13 @@ def _region(part: Part, silhouettes: Silhouettes, number: int | None, colours: b
         u, v = part.centre
     moving = cv2.countNonZero(cv2.bitwise_and(piece, foreground.moving[box][inner])) / pixels
     share = 1.0 if window is None or window.pixels <= 0.0 else min(pixels / window.pixels, 1.0)
-    extents = np.array([width, height], float)
+    extents = (float(width), float(height))
     if window is not None:
-        extents = np.maximum(extents, window.extents)
+        expected_width, expected_height = window.extents.tolist()
+        extents = (max(extents[0], expected_width), max(extents[1], expected_height))
     covered = _touches(foreground.hidden, part.pixels, box) if window is None else number in silhouettes.covered
-    var_u, var_v = JITTER**2 + _error(share, part.shared, covered) * extents**2
+    error = _error(share, part.shared, covered)
+    var_u, var_v = (JITTER**2 + error * (extent * extent) for extent in extents)
     colour = NO_COLOUR
     if colours:
         colour = cv2.mean(foreground.image[box][inner], mask=piece)[:3]
@@ -161,8 +163,8 @@ def _region(part: Part, silhouettes: Silhouettes, number: int | None, colours: b
         pixels=pixels,
         width=float(width),
         height=float(height),
-        var_u=float(var_u),
-        var_v=float(var_v),
+        var_u=var_u,
+        var_v=var_v,
         moving=moving,
         share=share,
         track=0 if window is None else window.track,

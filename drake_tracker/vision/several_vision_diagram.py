@@ -21,7 +21,7 @@ from drake_tracker.vision.tracker import Tracker
 from drake_tracker.vision.tracker_system import TrackerSystem
 from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE
 from drake_tracker.vision.window import Window
-from drake_tracker.vision.wrist_view_system import WristParts, add_wrist_view
+from drake_tracker.vision.wrist_view_diagram import WristParts, add_wrist_view
 
 
 class SeveralVisionDiagram(Diagram):
@@ -37,6 +37,8 @@ class SeveralVisionDiagram(Diagram):
         - arm_state
         - jaws
         - selected
+        - displacement_left
+        - displacement_right
         output_ports:
         - point
         - tracks
@@ -48,13 +50,16 @@ class SeveralVisionDiagram(Diagram):
         - motion_right
 
     ``camera_*`` are `ImageRgba8U`, read every ``period`` at offset 0. ``expected`` is a `TrackPredictions` vector of
-    the host. ``arm_state`` and ``jaws``, which exist with ``arm`` only, are the joints (q, v) [rad, rad/s] and a
-    `JawState` at the same instants. ``selected`` is the number of the track that the operator selected, and may stay
-    unconnected. The outputs are those of the `TrackerSystem`, ``lag_cycles`` after the capture of the images, and
-    ``motion_*``, the silhouettes of the newest images as `MotionEnergy`. With ``wrist`` there are the inputs
-    ``camera_wrist`` and ``prediction`` and the output ``wrist``, and the outputs ``point`` and ``tracks`` are those of
-    the `WristViewSystem`, which also needs ``arm_state`` and ``jaws``. With ``own_stamps`` there are the inputs
-    ``frame_left`` and ``frame_right`` too, a `FrameInfo` vector each.
+    the host. ``selected`` is the number of the track that the operator selected, and may stay unconnected. The outputs
+    are those of the `TrackerSystem`, ``lag_cycles`` after the capture of the images, and ``motion_*``, the silhouettes
+    of the newest images as `MotionEnergy`.
+
+    With ``arm`` only, there are ``arm_state``, ``jaws`` and ``displacement_*``: the joints (q, v) [rad, rad/s] and a
+    `JawState` at the same instants, and by how much the hand is displaced in the images (`ArmSilhouetteSystem`), which
+    may stay unconnected. With ``wrist`` there are the inputs ``camera_wrist`` and ``prediction`` and the output
+    ``wrist``, and the outputs ``point`` and ``tracks`` are those of the `WristViewSystem`, which also needs
+    ``arm_state`` and ``jaws``. With ``own_stamps`` there are the inputs ``frame_left`` and ``frame_right`` too, a
+    `FrameInfo` vector each.
 
     Args:
         cameras: {"left": `CameraModel`, "right": `CameraModel`}, calibrated.
@@ -130,6 +135,7 @@ class SeveralVisionDiagram(Diagram):
                 builder.ExportInput(system.GetInputPort("frame"), f"frame_{side}")
             if side in hidden:
                 builder.Connect(hidden[side], system.GetInputPort("hidden"))
+                builder.ConnectInput(f"displacement_{side}", system.GetInputPort("displacement"))
             builder.Connect(system.GetOutputPort("delayed"), tracking.GetInputPort(f"foreground_{side}"))
             builder.ExportOutput(system.GetOutputPort("motion_energy"), f"motion_{side}")
         for name in ("expected", "selected"):
@@ -172,4 +178,6 @@ class SeveralVisionDiagram(Diagram):
             line = builder.AddNamedSystem(f"{name}_at_capture", DelayLineSystem(size, latency - 1, period=period))
             builder.ExportInput(line.get_input_port(), name)
             builder.Connect(line.get_output_port(), system.GetInputPort(name))
+        for side in SIDES:
+            builder.ExportInput(system.GetInputPort(f"displacement_{side}"), f"displacement_{side}")
         return {side: system.GetOutputPort(f"hidden_{side}") for side in SIDES}

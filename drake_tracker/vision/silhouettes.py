@@ -3,11 +3,13 @@
 import math
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
+from drake_tracker.core.frozen_state import read_only
 from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.object_window import ObjectWindow
 
@@ -58,11 +60,12 @@ class Silhouettes:
     apart: Set[int]
     covered: Set[int]
 
-    @property
+    @cached_property
     def offset(self) -> np.ndarray:
         """Full-frame coordinates of the top left pixel of the box, shape (2,) [px]."""
         rows, columns = self.box
-        return np.array(self.foreground.image_offset, float) + (columns.start, rows.start)
+        u0, v0 = self.foreground.image_offset
+        return read_only(np.array([u0 + columns.start, v0 + rows.start], float))
 
 
 def find_silhouettes(foreground: Foreground, windows: Sequence[ObjectWindow] = (), min_pixels: int = 25) -> Silhouettes:
@@ -80,7 +83,8 @@ def find_silhouettes(foreground: Foreground, windows: Sequence[ObjectWindow] = (
         return Silhouettes(foreground, windows, box, (), (), frozenset(), covered)
     count, labels, statistics, _ = cv2.connectedComponentsWithStats(foreground.mask[box], connectivity=8)
     offset = np.array([u0 + foreground.image_offset[0], v0 + foreground.image_offset[1]], float)
-    fragments = [label for label in range(1, count) if statistics[label, cv2.CC_STAT_AREA] >= FRAGMENT_PIXELS]
+    areas = statistics[:, cv2.CC_STAT_AREA].tolist()
+    fragments = [label for label in range(1, count) if areas[label] >= FRAGMENT_PIXELS]
     claims: dict[int, list[int]] = {}
     for label in fragments:
         claimed = _claimed_by(statistics[label], offset, windows)
@@ -95,9 +99,7 @@ def find_silhouettes(foreground: Foreground, windows: Sequence[ObjectWindow] = (
     owned = {label for mine in own.values() for label in mine}
     apart = frozenset(number for number, mine in claims.items() if set(mine) - owned)
     others = [
-        _pixels_of(labels, {label}, count)
-        for label in fragments
-        if label not in owned and statistics[label, cv2.CC_STAT_AREA] >= min_pixels
+        _pixels_of(labels, {label}, count) for label in fragments if label not in owned and areas[label] >= min_pixels
     ]
     expected = []
     pending = set(own)
@@ -141,8 +143,9 @@ def _sharing(number: int, claims: Mapping[int, Sequence[int]]) -> set[int]:
 
 def _claimed_by(statistics: np.ndarray, offset: np.ndarray, windows: Sequence[ObjectWindow]) -> list[int]:
     """Returns the places in ``windows`` of those that claim a fragment, from its row of component statistics."""
-    left, top, width, height, pixels = (float(value) for value in statistics)
-    left, top = left + offset[0], top + offset[1]
+    left, top, width, height, pixels = statistics.tolist()
+    u0, v0 = offset.tolist()
+    left, top = left + u0, top + v0
     right, bottom = left + width - 1.0, top + height - 1.0
     found = []
     for number, window in enumerate(windows):
@@ -176,8 +179,9 @@ def covered_share(hidden: np.ndarray, offset: np.ndarray, window: ObjectWindow) 
         offset: full-frame coordinates of its top left pixel, shape (2,) [px].
         window: the window.
     """
-    (width, height), (u, v) = 0.5 * window.extents, window.centre - offset
-    left, right = max(round(u - width), 0), max(round(u + width) + 1, 0)
-    top, bottom = max(round(v - height), 0), max(round(v + height) + 1, 0)
+    (width, height), (u0, v0) = window.extents.tolist(), offset.tolist()
+    u, v = window.u - u0, window.v - v0
+    left, right = max(round(u - 0.5 * width), 0), max(round(u + 0.5 * width) + 1, 0)
+    top, bottom = max(round(v - 0.5 * height), 0), max(round(v + 0.5 * height) + 1, 0)
     view = hidden[top:bottom, left:right]
     return cv2.countNonZero(view) / view.size if view.size else 0.0

@@ -43,11 +43,11 @@ class StereoGeometry:
     ) -> None:
         self.cameras = (cameras[0], cameras[1])
         self._max_gap = max_gap
-        self._box: tuple[np.ndarray, np.ndarray] | None = None
+        self._box: tuple[list[float], list[float]] | None = None
         self.middle_height: float | None = None
         if work_volume is not None:
             lower, upper = check_box(work_volume)
-            self._box = (lower - margin, upper + margin)
+            self._box = ((lower - margin).tolist(), (upper + margin).tolist())
             self.middle_height = 0.5 * float(lower[2] + upper[2])
 
     def measure(self, left: Region, right: Region) -> Measurement | None:
@@ -61,8 +61,26 @@ class StereoGeometry:
             information += (J.T / (region.var_u, region.var_v)) @ J
         return Measurement(meeting.p_WQ, np.linalg.inv(information), meeting.gap, min(left.share, right.share))
 
+    def offsets(self, p_WQ: np.ndarray, displacements: Sequence[np.ndarray]) -> np.ndarray:
+        """Returns by how much a point appears beside where the cameras project it, shape (2, 2) [px], left and right.
+
+        If the calibration is wrong, the rays to one point do not meet. These are the differences between its pixels and
+        those of the triangulated point.
+
+        Args:
+            p_WQ: a point near it, shape (3,) [m].
+            displacements: of the left and the right image by the error of the calibration, shape (2,) [px] each.
+        """
+        if not np.any(displacements):
+            return np.zeros((2, 2))
+        seen = [camera.project(p_WQ)[0] + each for camera, each in zip(self.cameras, displacements)]
+        meeting = triangulate(*self.cameras, *seen)
+        if meeting is None:
+            return np.zeros((2, 2))
+        return np.array(seen) - [camera.project(meeting.p_WQ)[0] for camera in self.cameras]
+
     def measure_at_height(
-        self, start: np.ndarray, height: float, regions: Sequence[Region | None]
+        self, start: np.ndarray, height: float, regions: Sequence[Region | None], offsets: np.ndarray
     ) -> Measurement | None:
         """Returns the point that agrees best with the regions of an object whose height is known.
 
@@ -73,33 +91,47 @@ class StereoGeometry:
             start: a point near it, shape (3,) [m].
             height: z_W of the point [m].
             regions: the region in the left and in the right image, None where there is none.
+            offsets: as from `offsets`, shape (2, 2) [px].
 
         Returns None when the regions contradict each other.
         """
         p_WQ = np.array([start[0], start[1], height])
-        views = [(camera, region) for camera, region in zip(self.cameras, regions) if region is not None]
+        views = [
+            (camera, region, (region.u, region.v) - offset)
+            for camera, region, offset in zip(self.cameras, regions, offsets)
+            if region is not None
+        ]
         for _ in range(2):
             information, vector = np.diag([0.0, 0.0, HEIGHT_STD**-2]), np.zeros(3)
             vector[2] = (height - p_WQ[2]) / HEIGHT_STD**2
-            for camera, region in views:
+            for camera, region, uv in views:
                 J = projection_jacobian(camera, p_WQ)
                 weighted = J.T / (region.var_u, region.var_v)
                 information += weighted @ J
-                vector += weighted @ ((region.u, region.v) - camera.project(p_WQ)[0])
+                vector += weighted @ (uv - camera.project(p_WQ)[0])
             p_WQ = p_WQ + np.linalg.solve(information, vector)
-        for camera, region in views:
-            residual = (region.u, region.v) - camera.project(p_WQ)[0]
+        for camera, region, uv in views:
+            residual = uv - camera.project(p_WQ)[0]
             if not residual @ (residual / (region.var_u, region.var_v)) <= GATE:
                 return None
-        share = min(region.share for _, region in views)
+        share = min(region.share for _, region, _ in views)
         return Measurement(p_WQ, np.linalg.inv(information), 0.0, share)
 
-    def windows(self, tracks: Sequence[ObjectTrack], side: int) -> list[ObjectWindow]:
-        """Returns the windows of all tracks in one image; a track behind the camera has none that can be reached."""
+    def windows(
+        self, tracks: Sequence[ObjectTrack], side: int, offsets: Sequence[np.ndarray] | None = None
+    ) -> list[ObjectWindow]:
+        """Returns the windows of all tracks in one image; a track behind the camera has none that can be reached.
+
+        Args:
+            tracks: the tracks.
+            side: 0 for the left image, 1 for the right one.
+            offsets: of each track, as from `offsets`, shape (2, 2) [px]; None for zeros.
+        """
         if not tracks:
             return []
         camera = self.cameras[side]
-        views = camera.project([track.position for track in tracks]).tolist()
+        places = camera.project([track.position for track in tracks])
+        views = (places if offsets is None else places + [each[side] for each in offsets]).tolist()
         windows = []
         for track, (u, v) in zip(tracks, views):
             J = projection_jacobian(camera, track.position)
@@ -119,8 +151,7 @@ class StereoGeometry:
         """Returns whether a point lies in the work volume, shape (3,) [m]."""
         if self._box is None:
             return True
-        lower, upper = self._box
-        return bool((p_WQ >= lower).all() and (p_WQ <= upper).all())
+        return all(low <= x <= high for low, x, high in zip(self._box[0], p_WQ.tolist(), self._box[1]))
 
     def height_error(self, p_WQ: np.ndarray) -> float:
         """Returns the vertical distance of a point from the middle of the work volume [m]."""
@@ -129,7 +160,6 @@ class StereoGeometry:
 
 def projection_jacobian(camera: CameraModel, p_WQ: np.ndarray) -> np.ndarray:
     """Returns the derivative of the pixel (u, v) by the position p_WQ, shape (2, 3) [px/m], without lens distortion."""
-    R_CW = camera.X_CW[:3, :3]
+    R_CW, (fx, fy) = camera.X_CW[:3, :3], camera.focal_lengths
     x, y, z = R_CW @ p_WQ + camera.X_CW[:3, 3]
-    fx, fy = camera.K[0, 0], camera.K[1, 1]
     return np.array([[fx / z, 0.0, -fx * x / z**2], [0.0, fy / z, -fy * y / z**2]]) @ R_CW

@@ -139,7 +139,8 @@ class Tracker:
                 usable=False,
                 cameras=cameras,
             )
-        windows = [self._geometry.windows(tracks, side) for side in range(2)]
+        offsets = [self._geometry.offsets(track.position, [each.hand for each in foregrounds]) for track in tracks]
+        windows = [self._geometry.windows(tracks, side, offsets) for side in range(2)]
         silhouettes = [
             find_silhouettes(foreground, views, self.settings.min_pixels)
             for foreground, views in zip(foregrounds, windows)
@@ -148,7 +149,9 @@ class Tracker:
         found = [make_regions(each, centres) for each, centres in zip(silhouettes, stands)]
         places = [self._assign(tracks, views, regions) for views, regions in zip(windows, found)]
         tracks = [
-            self._observe(track, (places[0][k], places[1][k]), found, foregrounds, (windows[0][k], windows[1][k]))
+            self._observe(
+                track, (places[0][k], places[1][k]), found, foregrounds, (windows[0][k], windows[1][k]), offsets[k]
+            )
             for k, track in enumerate(tracks)
         ]
         tracks = [relearning(track, tracks) for track in tracks]
@@ -205,30 +208,34 @@ class Tracker:
         found: Sequence[Sequence[Region]],
         foregrounds: Sequence[Foreground],
         windows: Sequence[ObjectWindow],
+        offsets: np.ndarray,
     ) -> ObjectTrack:
         """Returns a track after its regions, or without a measurement if it has none that agree."""
         shown = [place >= 0 and _shows(found[side][place], track) for side, place in enumerate(places)]
         places = (places[0] if shown[0] else -1, places[1] if shown[1] else -1)
         regions = [found[side][place] if place >= 0 else None for side, place in enumerate(places)]
-        measurement = self._measured(track, regions)
+        measurement = self._measured(track, regions, offsets)
         if (
             measurement is not None
             and self._geometry.contains(measurement.p_WQ)
             and track.distance_squared(measurement) <= 2 * GATE
         ):
             divided = any(region is not None and not region.whole for region in regions)
-            track = replace(track.updated(measurement, divided), places=places)
+            track = track.updated(measurement, divided, places)
             track = learn_look(track, self._geometry.cameras, regions, measurement.p_WQ)
             if track.stamp < track.guessed_until:
                 return track.without_point()
             moving = track.speed > STANDING_SPEED or any(
                 region.moving > 0.02 for region in regions if region is not None
             )
-            return replace(track, state=TrackState.MOVING if moving else TrackState.STANDING)
+            state = TrackState.MOVING if moving else TrackState.STANDING
+            return track if track.state is state else replace(track, state=state)
         state = unseen_state(foregrounds, windows)
         return replace(track, state=state, misses=track.misses + 1, places=(-1, -1))
 
-    def _measured(self, track: ObjectTrack, regions: Sequence[Region | None]) -> Measurement | None:
+    def _measured(
+        self, track: ObjectTrack, regions: Sequence[Region | None], offsets: np.ndarray
+    ) -> Measurement | None:
         """Returns the measurement of a track, None without one."""
         left, right = regions
         if left is not None and right is not None and left.whole and right.whole:
@@ -237,7 +244,7 @@ class Tracker:
             return None
         if left is None and right is None:
             return None
-        measurement = self._geometry.measure_at_height(track.position, track.height, regions)
+        measurement = self._geometry.measure_at_height(track.position, track.height, regions, offsets)
         if measurement is None or np.trace(measurement.covariance) > self.settings.largest_std**2:
             return None
         return measurement

@@ -59,9 +59,4 @@ def triangulate(
         uv_left: (u, v) [px] in the first image; whole numbers are pixel centres.
         uv_right: (u, v) [px] in the second image.
     """
-    return intersect_rays(_ray(camera_left, uv_left), _ray(camera_right, uv_right))
-
-
-def _ray(camera: CameraModel, uv: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
-    origin, directions = camera.rays([uv])
-    return origin, directions[0]
+    return intersect_rays(camera_left.ray(*uv_left), camera_right.ray(*uv_right))

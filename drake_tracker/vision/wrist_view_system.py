@@ -1,49 +1,29 @@
 """The camera on the hand as a Drake System: its measurement of the target, fused with that of the fixed cameras."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import cv2
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem, OutputPort, State, System
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.messages import (
-    TRACK_FIELDS,
     JawState,
     Prediction,
     TrackPoint,
     TrackPoints,
     WristPoint,
-    evaluate_prediction,
-    message_rows,
     message_size,
-    packet_target,
-    prediction_end,
 )
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD, WRIST_SLOT, capture_time, vision_slot
-from drake_tracker.vision.fusion import fuse
+from drake_tracker.vision.appearance import Appearance
 from drake_tracker.vision.hand_view import HandView
-from drake_tracker.vision.target import Reason
-from drake_tracker.vision.wrist_view import (
-    Appearance,
-    Expectation,
-    FixedPoint,
-    WristMeasurement,
-    WristReason,
-    WristView,
-    nothing,
-)
-
-_NUMBER, _X, _XX, _GAP, _SEEN, _SIZE = (
-    TRACK_FIELDS.index(name) for name in ("number", "x", "xx", "gap", "seen", "size")
-)
-_UPPER = np.triu_indices(3)
-FIXED, WRIST = 1, 2
-"""Sources of a point; their sum means both."""
+from drake_tracker.vision.wrist_measurement import Expectation, FixedPoint, WristMeasurement, WristReason, nothing
+from drake_tracker.vision.wrist_messages import expectation, fixed_point, fused, pack_wrist, track_row
+from drake_tracker.vision.wrist_view import WristView
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,20 +69,6 @@ class WristMemory(FrozenState):
     point: np.ndarray
     tracks: np.ndarray
     wrist: np.ndarray
-
-
-class WristParts(NamedTuple):
-    """What a camera on the hand needs.
-
-    Attributes:
-        view: finds the object in its images.
-        hand: the camera and the hand.
-        held_width: opening of the jaws up to which they hold or have missed the object [m].
-    """
-
-    view: WristView
-    hand: HandView
-    held_width: float
 
 
 class WristViewSystem(LeafSystem):
@@ -206,7 +172,7 @@ class WristViewSystem(LeafSystem):
         target = int(header.target)
         appearance = memory.appearance if target == memory.target else None
         lines: WristLines = context.get_abstract_state(self._lines).get_value()
-        row = next((row for row in message_rows(tracks, TRACK_FIELDS) if target and row[_NUMBER] == target), None)
+        row = track_row(tracks, target)
         measured, found = nothing(WristReason.NO_PREDICTION), None
         if row is not None:
             found = fixed_point(row, header.stamp)
@@ -238,127 +204,3 @@ class WristViewSystem(LeafSystem):
             return appearance, nothing(WristReason.JAWS_CLOSED)
         image, seen = shot.image.astype(np.float32), self._hand.scene(width)
         return self._view.measure(appearance, image, seen, self._hand.at(np.array(q)), expected, fixed)
-
-
-def expectation(packet: np.ndarray | None, target: int, stamp: float) -> Expectation | None:
-    """Returns where a packet predicts an object, None if it does not.
-
-    Args:
-        packet: a `Prediction` vector, or None.
-        target: number of the object's track.
-        stamp: time of the prediction [s].
-    """
-    if packet is None or not Prediction(packet).valid or packet_target(Prediction(packet).seq) != target:
-        return None
-    if not Prediction(packet).stamp <= stamp <= prediction_end(packet):
-        return None
-    x, y, z, yaw, _ = evaluate_prediction(packet, stamp)
-    return Expectation(np.array([x, y, z]), float(yaw))
-
-
-def fixed_point(row: np.ndarray, stamp: float) -> FixedPoint | None:
-    """Returns what the fixed cameras measured of a track, None if they did not see it at a stamp [s].
-
-    Args:
-        row: the track, with the fields `TRACK_FIELDS`.
-        stamp: of the message [s].
-    """
-    if row[_SEEN] < stamp or not np.isfinite(row).all():
-        return None
-    covariance = np.zeros((3, 3))
-    covariance[_UPPER] = row[_XX : _XX + 6]
-    covariance = covariance + np.triu(covariance, 1).T
-    return FixedPoint(row[_X : _X + 3].copy(), covariance, float(row[_SIZE]))
-
-
-def fused(
-    tracks: np.ndarray, point: np.ndarray, target: int, fixed: FixedPoint | None, measured: WristMeasurement
-) -> tuple[np.ndarray, np.ndarray, int]:
-    """Returns the tracks and the point of the target with the measurement of the camera on the hand.
-
-    Args:
-        tracks: a `TrackPoints` vector of the fixed cameras.
-        point: a `TrackPoint` vector of theirs.
-        target: number of the target's track, 0 without one.
-        fixed: what they measured of the target, None for nothing.
-        measured: what the camera on the hand measured.
-
-    Returns (tracks, point, source): vectors of the same types, and the sum of `FIXED` and `WRIST`, each if it was used.
-    """
-    if measured.reason is not WristReason.VALID:
-        return tracks.copy(), point.copy(), FIXED if fixed is not None else 0
-    both = [(measured.p_WQ, measured.covariance)]
-    if fixed is not None:
-        both.append((fixed.p_WQ, fixed.covariance))
-    p_WQ, covariance = fuse(both)
-    tracks, stamp = tracks.copy(), TrackPoints(tracks).stamp
-    TrackPoints(tracks).reason = Reason.NONE
-    for row in message_rows(tracks, TRACK_FIELDS):
-        if row[_NUMBER] == target:
-            row[_X : _X + 3], row[_XX : _XX + 6], row[_SEEN] = p_WQ, covariance[_UPPER], stamp
-            gap = row[_GAP]
-    fused_point = np.array([stamp, *p_WQ, gap, 1.0])
-    return tracks, fused_point, WRIST + (FIXED if fixed is not None else 0)
-
-
-def pack_wrist(stamp: float, measured: WristMeasurement, source: int) -> np.ndarray:
-    """Returns the `WristPoint` vector of a measurement.
-
-    Args:
-        stamp: of the image [s].
-        measured: what the camera on the hand measured.
-        source: what the point of the target comes from.
-    """
-    valid = measured.reason is WristReason.VALID
-    return np.array(
-        [stamp, *measured.p_WQ, *measured.covariance[_UPPER], measured.correlation, measured.reason, source, valid],
-        dtype=float,
-    )
-
-
-def add_wrist_view(
-    builder: DiagramBuilder,
-    tracking: System,
-    parts: WristParts,
-    *,
-    lag_cycles: int,
-    image_latency: int,
-    period: float,
-    time_step: float,
-    shares_arm: bool,
-) -> dict[str, OutputPort]:
-    """Adds a `WristViewSystem` behind a `TrackerSystem`, and exports its inputs.
-
-    Args:
-        builder: of the vision.
-        tracking: the `TrackerSystem`.
-        parts: the camera and what finds the object.
-        lag_cycles: as for `WristViewSystem`.
-        image_latency: as for `WristViewSystem`.
-        period: of a cycle [s].
-        time_step: the plant's step [s].
-        shares_arm: whether the vision has the inputs ``arm_state`` and ``jaws`` already.
-
-    Returns {name: output port} of the outputs that it adds to those of the tracker, or that take their place.
-    """
-    system = builder.AddNamedSystem(
-        "wrist_view",
-        WristViewSystem(
-            parts.view,
-            parts.hand,
-            held_width=parts.held_width,
-            lag_cycles=lag_cycles,
-            image_latency=image_latency,
-            period=period,
-            offset=vision_slot(WRIST_SLOT, time_step),
-        ),
-    )
-    builder.Connect(tracking.GetOutputPort("tracks"), system.GetInputPort("tracks"))
-    builder.Connect(tracking.GetOutputPort("point"), system.GetInputPort("fixed_point"))
-    for name in ("camera_wrist", "prediction", "arm_state", "jaws"):
-        port = system.GetInputPort(name)
-        if shares_arm and name in ("arm_state", "jaws"):
-            builder.ConnectInput(name, port)
-        else:
-            builder.ExportInput(port, name)
-    return {name: system.GetOutputPort(name) for name in ("point", "tracks", "wrist")}

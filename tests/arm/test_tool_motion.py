@@ -5,7 +5,7 @@ from arm_plants import joint6_at
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.differential_ik import SPEED_SHARE, joints_for, make_parameters, step_joints
-from drake_tracker.arm.tool_motion import JUMP_DISTANCE, MotionFrame, ToolMotion
+from drake_tracker.arm.tool_motion import GUIDED_JUMP, JUMP_DISTANCE, MotionFrame, ToolMotion
 from drake_tracker.arm.tool_yaw import FLIP_ANGLE, flip_duration
 from drake_tracker.core.messages import ArmCommand, Frozen, ServoTarget
 from drake_tracker.core.timing import SERVO_PERIOD
@@ -242,6 +242,19 @@ def test_a_step_below_the_jump_distance_is_followed_at_once():
         run.tick(command(), target([0.6, 0.0, 0.485, np.pi]))
     tool = run.tick(command(), target([0.6 + 0.9 * JUMP_DISTANCE, 0.0, 0.485, np.pi]))
     assert tool[0] == pytest.approx(0.6 + 0.9 * JUMP_DISTANCE)
+
+
+@pytest.mark.parametrize("frozen", Frozen)
+def test_a_guided_descent_follows_a_step_that_is_approached_anew_otherwise(frozen):
+    """A train that changes its speed moves the predicted place by 30 mm and more at once."""
+    run = Run()
+    for _ in range(60):
+        run.tick(command(frozen=frozen), target([0.6, 0.0, 0.485, np.pi]))
+    step = 0.5 * (JUMP_DISTANCE + GUIDED_JUMP)
+    moved = run.tick(command(frozen=frozen), target([0.6 + step, 0.0, 0.485, np.pi]))[0] - 0.6
+    assert moved == pytest.approx(step) if frozen == Frozen.GUIDED else moved < 0.1 * step
+    moved = run.tick(command(frozen=frozen), target([0.6 + step + 1.1 * GUIDED_JUMP, 0.0, 0.485, np.pi]))[0] - 0.6
+    assert moved < step + 0.8 * GUIDED_JUMP
 
 
 def test_held_stands_where_the_object_was_when_the_motion_began():

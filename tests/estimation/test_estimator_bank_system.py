@@ -175,6 +175,25 @@ def test_an_object_that_stands_is_a_point_as_well():
     assert stamp == pytest.approx(stamps[0] + 10 * VISION_PERIOD)
 
 
+def test_an_object_that_stops_after_a_corner_has_the_direction_of_its_last_piece_of_path():
+    """At 0.1 m/s it turns left by a right angle, goes on for 25 mm and stops. The filter does not see the new direction
+    in time."""
+    corner, rest = 60, 75
+
+    def track(cycle):
+        x, y = 0.1 * stamp_of(min(cycle, corner)), 0.1 * stamp_of(min(max(cycle - corner, 0), rest - corner))
+        return (np.array([0.4 + x, y, 0.485]), STANDING if cycle > rest else MOVING, cycle)
+
+    runner = bank("coordinated_turn")
+    runner.follow(LAG_CYCLES + rest + 20, lambda cycle: {1: track(cycle)})
+    packet = runner.packet()
+    yaw = evaluate_prediction(packet[:], packet.stamp)[3]
+    assert abs(yaw - np.pi / 2) < np.deg2rad(15.0) and runner.output("filtered")[4] == pytest.approx(yaw)
+    (member,) = runner.members().values()
+    own = make_estimator("coordinated_turn").predict(member.estimate, np.array([packet.stamp]))[0, 3]
+    assert abs(own - np.pi / 2) > np.deg2rad(25.0)
+
+
 def lost_from(first, track):
     """A track that is not seen from a cycle on: its position stays in the message."""
     return lambda cycle: (track(min(cycle, first - 1)), LOST if cycle >= first else MOVING, min(cycle, first - 1))

@@ -566,3 +566,38 @@ def test_the_jaws_wait_for_a_hand_that_catches_up(arm_model, descent):
     while bench.time < bench.state.entered + times[0] + 0.1:
         bench.tick(ahead=0.03)
     assert bench.tick() == Phase.CLOSE
+
+
+def close_wide_open(arm_model, descent, **late):
+    """Closes the jaws for 0.09 s and then sees something else; returns the bench."""
+    bench = Bench(arm_model, replace(PARAMETERS, descent=descent))
+    bench.remember_well()
+    bench.put(Phase.CLOSE)
+    for _ in range(3):
+        bench.tick()
+    before = bench.state.jaw_width
+    assert WIDTH + 0.01 < before < OPENING
+    bench.tick(**late)
+    assert bench.state.phase != Phase.CLOSE or (bench.state.jaw_width == before) == (descent == "guided")
+    return bench
+
+
+@pytest.mark.parametrize("descent", ["blind", "guided"])
+def test_closing_jaws_wait_for_a_hand_that_catches_up(arm_model, descent):
+    bench = close_wide_open(arm_model, descent, ahead=0.03)
+    width = bench.state.jaw_width
+    bench.tick()
+    assert bench.state.jaw_width < width, "it has caught up"
+    bench = close_wide_open(arm_model, descent, ahead=0.03)
+    while bench.time < bench.state.entered + LONGEST_WAIT + 0.05:
+        bench.tick(ahead=0.03)
+    assert bench.state.jaw_width < width, "they do not wait for ever"
+
+
+@pytest.mark.parametrize("descent", ["blind", "guided"])
+def test_jaws_that_are_still_wide_open_let_an_object_go_that_leaves(arm_model, descent):
+    bench = close_wide_open(arm_model, descent, ahead=0.25)
+    assert bench.state.phase == (Phase.RETREAT if descent == "guided" else Phase.CLOSE)
+    bench = Bench(arm_model, replace(PARAMETERS, descent=descent))
+    bench.put(Phase.CLOSE, jaw_width=WIDTH)
+    assert bench.tick(width=WIDTH, ahead=0.25) == Phase.CLOSE, "they touch it already"

@@ -5,8 +5,8 @@ from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, p
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.descent import BESIDE, CATCHING_UP, RESPONSE, horizon, likelihood, miss, time_to_touch
 from drake_tracker.grasp.gate import FEWEST_JUDGED, Gate, judge_probability
-from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TURN, PredictionMemory
-from drake_tracker.grasp.success import OBLIQUE, REACH, TRUST, Offset, success_probability
+from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TURN, PredictionMemory, X
+from drake_tracker.grasp.success import OBLIQUE, REACH, TRUST, Offset, no_surprise, success_probability
 
 CONFIG = GraspConfig()
 HORIZON, STAMP_NOW, SPEED = 0.5, 3.0, 0.15
@@ -93,6 +93,55 @@ def test_the_likelihood_is_that_of_recent_predictions():
     nothing = success_probability(config, packet(0.01), ahead, STAMP_NOW, memory.records[:0])
     assert likely(old, target()) == pytest.approx(nothing) != pytest.approx(expected), "they are too old"
     assert likely(memory, ServoTarget(np.zeros(14))) == 0.0, "there is no target"
+
+
+def walk(*surprises, error=LATERAL, size=0.03, travelled=1.0):
+    """Records of 10 s in which an object travelled [m] at constant speed. Predictions made in the 0.2 s before each of
+    the times [s] were wrong."""
+    rows = judged(count=501, duration=10.0)
+    rows[:, X] = np.linspace(0.0, travelled, len(rows))
+    for time in surprises:
+        ages = time - (rows[:, STAMP] - rows[0, STAMP])
+        rows[(ages >= 0.0) & (ages < 0.2), error] = size
+    return rows
+
+
+def test_an_object_that_has_surprised_will_do_so_again():
+    """The share of the surprises of a Poisson process with the prior 1/rate."""
+    for surprises in ((), (2.0,), (2.0, 4.0, 7.0)):
+        found = no_surprise(CONFIG, walk(*surprises), HORIZON, 0.05)
+        assert found == pytest.approx((1.0 / 1.05) ** len(surprises)), surprises
+    assert no_surprise(CONFIG, walk(2.0, 2.3), HORIZON, 0.05) == pytest.approx(1.0 / 1.05), "they have the same cause"
+    assert no_surprise(CONFIG, walk(2.0, travelled=0.1), HORIZON, 0.05) == pytest.approx(0.1 / 0.15)
+    assert no_surprise(CONFIG, walk(2.0), HORIZON, 0.0) == 1.0, "an object that stands does not"
+    assert no_surprise(CONFIG, np.zeros((0, 11)), HORIZON, 0.05) == 1.0, "nothing is known"
+
+
+def test_a_surprise_is_an_error_by_which_a_grasp_would_miss():
+    for error, size, surprise in (
+        (LATERAL, 0.9 * ROOM, False),
+        (LATERAL, -1.1 * ROOM, True),
+        (TURN, 0.9 * OBLIQUE, False),
+        (TURN, -1.1 * OBLIQUE, True),
+        (ALONG, 2.0 * REACH, False),
+    ):
+        assert (no_surprise(CONFIG, walk(5.0, error=error, size=size), HORIZON, 0.05) < 1.0) == surprise
+
+
+def test_surprises_count_for_a_guided_descent_only():
+    for descent in ("blind", "guided"):
+        config = GraspConfig(descent=descent)
+        # The surprise is older than the predictions that are judged now.
+        rows = walk(1.0)
+        rows[:, STAMP] += STAMP_NOW - 0.5 - rows[-1, STAMP]
+        memory, ahead = PredictionMemory((), rows), horizon(config, target())
+        found, calm = (
+            likelihood(config, each, packet(), target(), time_to_touch(config), config.hover_height)
+            for each in (memory, PredictionMemory((), rows[rows[:, STAMP] > rows[0, STAMP] + 2.0]))
+        )
+        factor = no_surprise(config, rows, ahead, SPEED * ahead) if descent == "guided" else 1.0
+        assert found == pytest.approx(factor * calm)
+        assert (factor < 0.96) == (descent == "guided")
 
 
 def test_the_gate_needs_judged_predictions_and_a_likely_success():

@@ -52,6 +52,14 @@ def test_what_is_just_outside_the_window_grows_into_it():
     assert drawn(square, margin=3)[24:35, 0].all() and not drawn(square, margin=3)[:, 3:].any()
 
 
+def test_a_displaced_square_is_that_of_another_place():
+    square, elsewhere = box([0.0, 0.0, 1.0], [0.2, 0.1, 0.0]), box([0.08, -0.05, 1.0], [0.2, 0.1, 0.0])
+    silhouette = ArmSilhouette(camera(), WINDOW, margin=0)
+    assert np.array_equal(silhouette.mask([square], (8.0, -5.0)), drawn(elsewhere))
+    beside = box([-0.36, 0.0, 1.0], [0.1, 0.1, 0.0])
+    assert silhouette.mask([beside], (5.0, 0.0)).any() and not silhouette.mask([square], (60.0, 0.0)).any()
+
+
 def test_several_pieces_and_none():
     near, far = box([-0.1, 0.0, 1.0], [0.05, 0.05, 0.05]), box([0.1, 0.0, 2.0], [0.05, 0.05, 0.05])
     assert np.array_equal(drawn(near, far), drawn(near) | drawn(far))

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.vision import background_model
 from drake_tracker.vision.background_model import BackgroundModel
 from drake_tracker.vision.config import Silhouettes
 
@@ -320,3 +321,10 @@ def test_bad_settings_are_refused():
         BackgroundModel(Silhouettes(threshold=0.0))
     with pytest.raises(DrakeTrackerError, match="silhouettes: the window of interest is empty"):
         BackgroundModel(window=np.zeros((HEIGHT, WIDTH), np.uint8))
+
+
+@pytest.mark.parametrize("count", [1, 2, 101, 102])
+def test_the_median_is_that_of_numpy(count):
+    values = np.random.default_rng(count).integers(0, 255, count).astype(np.uint8)
+    expected = float(np.median(values))
+    assert background_model._median(values) == expected

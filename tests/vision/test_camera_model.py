@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 
@@ -69,3 +70,14 @@ def test_the_arrays_are_the_models_own():
 def test_refuses_other_shapes():
     with pytest.raises(ValueError, match=r"distortion has shape \(4,\)"):
         CameraModel(K, np.zeros(4), np.eye(4), 256, 192)
+
+
+@pytest.mark.parametrize("distortion", [[0.0] * 5, [0.003, 0.0, 0.0, 0.0, 0.0], LENS])
+def test_the_lens_and_single_rays_are_computed_as_by_the_general_functions(distortion):
+    camera = CameraModel(K, distortion, np.eye(4), 256, 192)
+    p_CQ = np.random.default_rng(0).uniform([-0.3, -0.3, 0.8], [0.3, 0.3, 1.6], (100, 3))
+    expected = cv2.projectPoints(p_CQ, np.zeros(3), np.zeros(3), camera.K, camera.distortion)[0][:, 0]
+    np.testing.assert_allclose(camera.project(p_CQ), expected, rtol=1e-14)
+    for point, pixel in zip(p_CQ, expected):
+        np.testing.assert_allclose(camera.project(point)[0], pixel, rtol=1e-14)
+        np.testing.assert_array_equal(camera.ray(*pixel)[1], camera.rays([pixel])[1][0])

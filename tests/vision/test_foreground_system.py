@@ -244,7 +244,7 @@ def test_a_camera_that_begins_to_pan_is_noticed_after_two_pixels():
 
 
 def test_a_displacement_that_a_shadow_can_feign_is_no_motion_of_a_camera_at_rest(monkeypatch):
-    monkeypatch.setattr(image_alignment, "suggests_motion", lambda background, image, hidden: True)
+    monkeypatch.setattr(image_alignment, "suggests_motion", lambda background, difference, hidden: True)
     found = last_of(panned(0.3))
     assert found.camera is Verdict.STILL and found.usable and found.missing is None
     assert last_of(panned(2.0, 0.3)).camera is Verdict.COMPENSATED

@@ -3,19 +3,12 @@ import numpy as np
 import pytest
 
 from drake_tracker.arm.arm_model import tool_down
+from drake_tracker.vision.appearance import FORGOTTEN, LEARNED
 from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.wrist_view import (
-    FORGOTTEN,
-    LEARNED,
-    Expectation,
-    FixedPoint,
-    WristReason,
-    WristView,
-    correlate,
-    peak,
-    plane_homography,
-    rectified,
-)
+from drake_tracker.vision.rectified_patch import plane_homography, rectified
+from drake_tracker.vision.template_match import correlate, peak
+from drake_tracker.vision.wrist_measurement import Expectation, FixedPoint, WristReason
+from drake_tracker.vision.wrist_view import WristView
 from drake_tracker.world.config import WristCamera
 from drake_tracker.world.wrist_camera import true_wrist_model
 

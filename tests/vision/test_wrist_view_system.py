@@ -21,8 +21,9 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.vision.fusion import fuse
 from drake_tracker.vision.target import Reason
-from drake_tracker.vision.wrist_view import FixedPoint, WristMeasurement, WristReason, nothing
-from drake_tracker.vision.wrist_view_system import FIXED, WRIST, WristViewSystem, expectation, fixed_point, fused
+from drake_tracker.vision.wrist_measurement import FixedPoint, WristMeasurement, WristReason, nothing
+from drake_tracker.vision.wrist_messages import FIXED, WRIST, expectation, fixed_point, fused
+from drake_tracker.vision.wrist_view_system import WristViewSystem
 
 PERIOD = 1.0 / 60.0
 SEEN_AT = np.array([0.5, 0.1, 0.48])

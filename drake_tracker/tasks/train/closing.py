@@ -122,10 +122,27 @@ def offset_at_touch(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan
     return None if np.isnan(along[0] + across[0]) else (float(along[0]), float(across[0]))
 
 
-def aborted_launches(spans: Sequence[PhaseSpan]) -> tuple[float, ...]:
-    """Returns when the descents began that were aborted before the jaws closed [s]."""
-    pairs = zip(spans, spans[1:])
-    return tuple(a.start for a, b in pairs if a.phase == Phase.INTERCEPT and b.phase == Phase.RETREAT)
+def aborted_launches(spans: Sequence[PhaseSpan], log: Log, object_width: float) -> tuple[float, ...]:
+    """Returns when the descents began that were aborted before the jaws were as close as the object is wide [s].
+
+    Args:
+        spans: phases of the run.
+        log: {name: Signal} of the run.
+        object_width: width of the object between the jaws [m].
+    """
+    command = log["command"]
+    found = []
+    for k, span in enumerate(spans[:-1]):
+        later = [each.phase for each in spans[k + 1 : k + 3]]
+        if span.phase != Phase.INTERCEPT:
+            continue
+        if later[0] == Phase.CLOSE and later[1:] == [Phase.RETREAT]:
+            closing = (command.times > spans[k + 1].start) & (command.times < spans[k + 1].end)
+            if command["jaw_width"][closing].min(initial=np.inf) > object_width:
+                found.append(span.start)
+        elif later[0] == Phase.RETREAT:
+            found.append(span.start)
+    return tuple(found)
 
 
 def last_closing(spans: Sequence[PhaseSpan]) -> tuple[PhaseSpan, PhaseSpan] | tuple[None, None]:

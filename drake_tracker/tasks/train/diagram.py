@@ -24,6 +24,7 @@ from drake_tracker.diagrams.hand_eye import (
 from drake_tracker.diagrams.parts import estimator_of, link_of, make_host
 from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
+from drake_tracker.estimation.sudden_change import noticing
 from drake_tracker.faults.fault import Fault
 from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspSystem
@@ -124,8 +125,13 @@ def assemble(
 
 
 def train_host(scenario: TrainScenario) -> EstimatorSystem | EstimatorBankSystem:
-    """Returns the host of a scenario, its estimator as a System. Raises DrakeTrackerError when it cannot be made."""
+    """Returns the host of a scenario, its estimator as a System. Raises DrakeTrackerError when it cannot be made.
+
+    For a guided descent the estimator also notices sudden changes of speed (`SuddenChangeEstimator`).
+    """
     estimator = estimator_of(scenario.estimator, scenario.where("estimator"))
+    if scenario.grasp.descent == "guided":  # a blind descent could not use what it notices
+        estimator = noticing(estimator)
     return make_host(estimator, scenario.time_step, train_faults(scenario), tracks_several(scenario))
 
 

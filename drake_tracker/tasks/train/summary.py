@@ -94,7 +94,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
         "failure_reason": None if failure is None else failure.reason,
         "cause": None if failure is None else str(failure.cause),
         "attempts": attempts,
-        "aborted_attempts": len(aborted_launches(spans)),
+        "aborted_attempts": len(aborted_launches(spans, log, scenario.grasp.object_width)),
         "first_attempt_success": success and attempts == 1,
         "time_to_grasp_s": lifts[-1] if success and lifts else None,
         **_verdict(verdict),

@@ -132,6 +132,7 @@ def image_vision(scenario: TrainScenario, rendered: Mapping[str, RenderedWindow]
         0.5 * (scenario.vision.work_volume[0][2] + scenario.vision.work_volume[1][2]),
         len(description.q_start),
         MarkerSearch(reach=scenario.hand_eye.reach),
+        keep=scenario.hand_eye.keep,
         lag_cycles=scenario.vision.lag_cycles,
         image_latency=settings.get("image_latency", 0),
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, during
-from drake_tracker.vision.wrist_view import WristReason
+from drake_tracker.vision.wrist_measurement import WristReason
 
 SOURCES = ("none", "fixed", "wrist", "both")
 """Words for `WristPoint.source`, in its order."""

@@ -10,7 +10,7 @@ from drake_tracker.vision.calibration_file import load_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.hand_view import HandView
 from drake_tracker.vision.wrist_view import WristView
-from drake_tracker.vision.wrist_view_system import WristParts
+from drake_tracker.vision.wrist_view_diagram import WristParts
 from drake_tracker.world.config import WristCamera
 from drake_tracker.world.wrist_camera import WRIST_CAMERA, describe_wrist
 

@@ -1,5 +1,7 @@
 """Tests of the sentence that says why the train was not lifted."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -102,9 +104,24 @@ def test_an_aborted_attempt(episode, grasp_phases):
     before = grasp_phases[:3]
     episode.phases = [*before, (Phase.RETREAT, grasp_phases[3][1])]
     assert reason(episode) == "attempt 1 was aborted during the descent: success had become unlikely"
-    assert aborted_launches(phase_spans(episode.log())) == (pytest.approx(before[-1][1], abs=0.01),)
+    assert aborted(episode) == (pytest.approx(before[-1][1], abs=0.01),)
     episode.phases = grasp_phases
-    assert aborted_launches(phase_spans(episode.log())) == ()
+    assert aborted(episode) == ()
+
+
+def test_an_attempt_aborted_while_the_jaws_begin_to_close(episode, grasp_phases):
+    episode.phases = [*grasp_phases[:4], (Phase.RETREAT, grasp_phases[3][1] + 0.1)]
+    assert aborted(episode, jaw_width=0.08) == (pytest.approx(grasp_phases[2][1], abs=0.01),)
+    assert aborted(episode, jaw_width=0.03) == ()
+
+
+def aborted(episode, jaw_width=0.04):
+    """Returns the launches that were aborted, if the jaws are asked for this opening [m] throughout."""
+    log = episode.log()
+    command = log["command"]
+    data = command.data.copy()
+    data[:, command.names.index("jaw_width")] = jaw_width
+    return aborted_launches(phase_spans(log), {**log, "command": replace(command, data=data)}, 0.04)
 
 
 @pytest.mark.parametrize(

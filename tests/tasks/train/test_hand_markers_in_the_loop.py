@@ -52,6 +52,29 @@ def test_rendered_cameras_measure_the_hand_and_the_error_of_their_calibration():
     assert 0.02 < np.linalg.norm(error[:2]) < 0.045 and abs(error[2]) < 0.015
 
 
+def test_the_mask_of_the_arm_moves_to_where_a_wrongly_calibrated_camera_sees_the_hand():
+    fault = "faults=[!CalibrationWrong {camera: right, angle_deg: 1.0, distance: -0.01}]"
+    true, wrong = (masks_of_the_right_camera([*MARKED, *more]) for more in ([], [fault]))
+    before, after = (
+        ((here & there).sum() / here.sum(), (there & ~here).sum() / here.sum()) for here, there in zip(true, wrong)
+    )
+    assert before[0] < 0.9 and before[1] > 0.2
+    assert after[0] > 0.97 and after[1] < 0.01
+
+
+def masks_of_the_right_camera(settings):
+    """Where the mask of the arm is at the start and when the markers have been seen, bool of shape (h, w) each."""
+    hand_eye = make_diagram(load_scenario("train", overrides=[*settings, "vision.tracker=!Several {}"]))
+    simulator = Simulator(hand_eye, hand_eye.CreateDefaultContext())
+    silhouette = hand_eye.vision.GetSubsystemByName("object_vision").GetSubsystemByName("arm_silhouette")
+    context = silhouette.GetMyContextFromRoot(simulator.get_context())
+    masks = []
+    for time in (0.0, 0.25):
+        simulator.AdvanceTo(time)
+        masks.append(silhouette.GetOutputPort("hidden_right").Eval(context) > 0)
+    return masks
+
+
 def test_the_markers_are_on_the_fingers():
     kinematics = MarkerKinematics(PUMA560_MARKED)
     q = np.array(PUMA560.q_start)

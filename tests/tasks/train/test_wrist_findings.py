@@ -10,7 +10,7 @@ from drake_tracker.tasks.episode import PhaseSpan
 from drake_tracker.tasks.train.two_processes import check_task
 from drake_tracker.tasks.train.wrist_findings import wrist_findings
 from drake_tracker.tasks.train.wrist_parts import load_wrist_camera
-from drake_tracker.vision.wrist_view import WristReason
+from drake_tracker.vision.wrist_measurement import WristReason
 
 SPANS = [PhaseSpan(Phase.TRACK, 0.0, 1.0), PhaseSpan(Phase.INTERCEPT, 1.0, 2.0), PhaseSpan(Phase.LIFT, 2.0, 3.0)]
 

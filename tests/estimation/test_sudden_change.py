@@ -1,0 +1,125 @@
+"""Sudden changes of speed, noticed by an estimator that wraps another one."""
+
+import numpy as np
+import pytest
+
+from drake_tracker.estimation.check import check_estimator
+from drake_tracker.estimation.kinds import make_estimator
+from drake_tracker.estimation.sudden_change import WINDOW, SuddenChangeEstimator, noticing
+
+PERIOD = 1.0 / 60.0
+RADIUS = 0.15
+SPEED = 0.2
+BRAKING = 2.4
+"""How fast the train of the laboratory changes its speed [m/s^2]."""
+AHEAD = 0.3
+KINDS = ("closed_path", "coordinated_turn")
+
+
+def driven(times, factor, at):
+    """Returns distances (n,) [m]: the speed changes by a factor at a time [s], as fast as the train can."""
+    fine = np.arange(0.0, times[-1] + 1.0, 1e-3)
+    change = np.clip((fine - at) * BRAKING, 0.0, abs(factor - 1.0) * SPEED)
+    return np.interp(times, fine, np.cumsum(SPEED + np.sign(factor - 1.0) * change) * 1e-3)
+
+
+def places(distances):
+    """Returns points on a circle, shape (n, 3) [m]."""
+    angles = np.asarray(distances) / RADIUS
+    return np.column_stack([0.56 + RADIUS * np.cos(angles), RADIUS * np.sin(angles), np.full(len(angles), 0.485)])
+
+
+def run(estimator, factor=1.0, at=np.inf, duration=8.0, sigma=0.001, seed=0, offset=None):
+    """Feeds points on a circle; yields (stamp, state)."""
+    times = PERIOD * np.arange(1, round(duration / PERIOD))
+    points = places(driven(times, factor, at))
+    points += sigma * np.random.default_rng(seed).standard_normal(points.shape)
+    if offset is not None:
+        points += offset(times)[:, None] * [1.0, 0.0, 0.0]
+    state = estimator.initial_state()
+    for stamp, point in zip(times, points, strict=True):
+        state = estimator.update(state, stamp, point)
+        yield stamp, state
+
+
+def errors_after(estimator, factor, at, seed):
+    """Returns the errors [m] of positions predicted `AHEAD` from 6 to 12 points after a change."""
+    errors = []
+    for stamp, state in run(estimator, factor, at, at + 0.22, seed=seed):
+        if stamp >= at + 6 * PERIOD:
+            expected = places(driven(np.array([stamp + AHEAD]), factor, at))[0, :2]
+            errors.append(np.hypot(*(estimator.predict(state, np.array([stamp + AHEAD]))[0, :2] - expected)))
+    return errors
+
+
+@pytest.mark.parametrize("at", [3.02, 7.51], ids=["before the path closes", "afterwards"])
+@pytest.mark.parametrize("factor", [0.5, 1.5, 0.0])
+def test_six_points_after_a_change_of_speed_it_predicts_the_new_one(factor, at):
+    plain = make_estimator("closed_path")
+    new, old = (
+        np.concatenate([errors_after(estimator, factor, at, seed) for seed in range(8)])
+        for estimator in (noticing(plain), plain)
+    )
+    assert np.median(new) < 0.009
+    assert np.median(new) < 0.6 * np.median(old)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_at_constant_speed_it_notices_nothing_and_predicts_the_same(kind):
+    """Twelve runs of 8 s, nearly 6000 tests of the newest points."""
+    plain = make_estimator(kind)
+    for seed in range(12):
+        states = [state for _, state in run(noticing(plain), seed=seed)]
+        assert all(state.changed is None for state in states)
+        state, (stamp, same) = states[-1], list(run(plain, seed=seed))[-1]
+        times = stamp + np.array([0.0, 0.3, 1.0])
+        np.testing.assert_array_equal(noticing(plain).predict(state, times), plain.predict(same, times))
+        np.testing.assert_array_equal(noticing(plain).predict_std(state, times), plain.predict_std(same, times))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_change_becomes_the_past_and_the_next_one_is_noticed(kind):
+    estimator = noticing(make_estimator(kind))
+    noticed = [(stamp, state) for stamp, state in run(estimator, 0.5, 6.5, 7.5, seed=2)]
+    changed = [stamp for stamp, state in noticed if state.changed is not None]
+    assert 6.5 + 3 * PERIOD < changed[0] < 6.5 + 8 * PERIOD
+    assert changed[-1] < 6.5 + (WINDOW + 4) * PERIOD
+    rate = np.diff(estimator.predict(noticed[-1][1], 7.5 + np.array([0.0, 0.1]))[:, :2], axis=0)
+    assert np.hypot(*rate[0]) == pytest.approx(0.01, abs=0.001)
+    assert all(len(state.recent) <= WINDOW + 1 for _, state in noticed)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_jump_and_outliers_are_no_change_of_speed(kind):
+    def jump(times):
+        return 0.004 * (times > 6.5)
+
+    def outliers(times):
+        return 0.02 * (np.arange(len(times)) % 97 == 0)
+
+    for offset in (jump, outliers):
+        noticed = [state.changed is not None for _, state in run(noticing(make_estimator(kind)), offset=offset)]
+        assert sum(noticed) == 0
+
+
+def test_the_closed_path_is_not_learned_while_the_speed_changes():
+    """The speed that is estimated when the path has just closed would be that before the change."""
+    plain = make_estimator("closed_path")
+    closes = next(stamp for stamp, state in run(plain) if state.following is not None)
+    at = closes - 4.5 * PERIOD
+    for stamp, state in run(noticing(plain), 0.5, at, at + 1.0):
+        if state.changed is not None and stamp < at + 0.2:
+            assert state.present.following is None
+    assert state.present.following is not None
+
+
+def test_an_estimator_that_cannot_be_told_the_speed_stays_as_it_is():
+    for kind in ("arc_length", "alpha_beta_gamma"):
+        estimator = make_estimator(kind, period=PERIOD)
+        assert noticing(estimator) is estimator
+    assert isinstance(noticing(make_estimator("closed_path")), SuddenChangeEstimator)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_satisfies_the_interface(kind):
+    check_estimator(noticing(make_estimator(kind)), kind)
