@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from pydrake.geometry import GeometryInstance, IllustrationProperties, PerceptionProperties
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
@@ -15,7 +16,6 @@ TILE = 0.30
 """Length along the belt of one tile of the texture [m]."""
 _TEXTURE = "rubber.png"
 _MATERIAL = f"newmtl rubber\nKa 0 0 0\nKd 1 1 1\nKs 0 0 0\nmap_Kd {_TEXTURE}\n"
-_WHITE = np.ones(4)
 
 
 def add_belt_visual(plant: MultibodyPlant, *, body: RigidBody, width: float, low: float, high: float) -> None:
@@ -31,7 +31,10 @@ def add_belt_visual(plant: MultibodyPlant, *, body: RigidBody, width: float, low
     image = (models_path() / "belt" / _TEXTURE).read_bytes()
     files = {"belt.mtl": _MATERIAL.encode(), _TEXTURE: image}
     mesh = memory_mesh("belt.obj", belt_text(width, low, high).encode(), files, np.ones(3))
-    plant.RegisterVisualGeometry(body, RigidTransform(), mesh, "look", _WHITE)
+    look = GeometryInstance(RigidTransform(), mesh, "look")
+    look.set_illustration_properties(IllustrationProperties())
+    look.set_perception_properties(PerceptionProperties())
+    plant.RegisterVisualGeometry(body, look)
 
 
 def belt_text(width: float, low: float, high: float) -> str:

@@ -21,6 +21,7 @@ from drake_tracker.world.part_model import FRICTION, add_part, rest_height
 from drake_tracker.world.plant import add_plant, add_table
 from drake_tracker.world.slide import add_slide
 from drake_tracker.world.tray import SIDES, cell_centres
+from drake_tracker.world.visual_mesh import add_visual_mesh, merge, prism, rectangle
 
 SLAB_THICKNESS = 0.02
 """Thickness of the belt [m]."""
@@ -28,12 +29,13 @@ TABLE_BELOW = 0.03
 """Distance of the table's top below the upper face of the belt, which is also the thickness of a tray's floor [m]."""
 BEYOND = 0.4
 """Length of the belt beyond its end and beyond the last part [m]."""
-_SLAB_MASS, _BANDWIDTH, _FORCE = 10.0, 60.0, 2000.0
+_SLAB_MASS, _BANDWIDTH, _FORCE = 10.0, 200.0, 2000.0
 _FLOOR = (8.0, 8.0, 0.1)
 SUNK = 0.001
 """Depth of the slab's visual geometry below the textured face, so that no two faces coincide [m]."""
 BELT_COLOUR = (0.10, 0.11, 0.12, 1.0)
-TRAY_COLOUR = (0.30, 0.33, 0.37, 1.0)
+TRAY_COLOUR = (0.24, 0.27, 0.31, 1.0)
+WALL_COLOUR = (0.45, 0.48, 0.52, 1.0)
 
 
 @dataclass(frozen=True)
@@ -202,5 +204,14 @@ def add_trays(plant: MultibodyPlant, *, tray: TrayConfig, height: float) -> Mode
         for part, (place, extent) in enumerate(zip(places, extents)):
             X_BG = RigidTransform(place)
             plant.RegisterCollisionGeometry(body, X_BG, Box(*extent), f"solid_{part}", friction)
-            plant.RegisterVisualGeometry(body, X_BG, Box(*extent), f"look_{part}", np.array(TRAY_COLOUR))
+        walls = merge(
+            [prism(rectangle(place[:2], *extent[:2]), 0.0, tray.wall_height) for place, extent in zip(places, extents)][
+                1:
+            ]
+        )
+        for look, mesh, colour in (
+            ("floor", prism(rectangle((0.0, 0.0), *size), -TABLE_BELOW, 0.0), TRAY_COLOUR),
+            ("walls", walls, WALL_COLOUR),
+        ):
+            add_visual_mesh(plant, body=body, X_BG=RigidTransform(), mesh=mesh, name=look, colour=colour)
     return instance
