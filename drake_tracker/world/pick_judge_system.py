@@ -101,7 +101,8 @@ class PickJudgeSystem(LeafSystem):
         carried = sum(map(is_carried, views)) if held else 0
         verdict.doubles += max(carried - max(value(self._carried)[0], 1.0), 0.0)
         verdict.held = held[0] + 1 if held else 0
-        verdict.arrived = np.sum(fates != PartFate.UPSTREAM)
+        verdict.coming = np.sum(fates == PartFate.UPSTREAM)
+        verdict.arrived = len(fates) - verdict.coming
         verdict.picked = picked.sum()
         verdict.placed, verdict.missed, verdict.dropped = (
             np.sum(fates == fate) for fate in (PartFate.PLACED, PartFate.MISSED, PartFate.DROPPED)
