@@ -13,7 +13,7 @@ from drake_tracker.tasks.conveyor.diagram import arrivals_of
 from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.world.pick_messages import PartFate
 
-DURATION, SEED = 9.0, 3
+DURATION, SEED = 9.0, 5
 
 
 class Episode:
