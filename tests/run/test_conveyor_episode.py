@@ -62,7 +62,8 @@ def test_vision_is_late_by_its_lag(episode):
     tracks, states = episode.log["parts"], episode.log["truth_part_states"]
     row = np.flatnonzero((tracks["stamp"] > 2.0) & (tracks["number0"] > 0))[0]
     stamp = PartTracks(tracks.data[row]).stamp
-    assert tracks.times[row] - stamp == pytest.approx(episode.scenario.vision.lag_cycles / 60.0, abs=1e-9)
+    cycles = episode.scenario.vision.lag_cycles + 1  # a sample is the value before the updates at its time
+    assert tracks.times[row] - stamp == pytest.approx(cycles / 60.0, abs=1e-9)
     for number, _, _, y in message_rows(tracks.data[row], PART_FIELDS)[:, :4]:
         if number:
             assert y == pytest.approx(np.interp(stamp, states.times, states[f"y_{int(number) - 1}"]), abs=0.01)
