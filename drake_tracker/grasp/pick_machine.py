@@ -21,6 +21,7 @@ from drake_tracker.grasp.operated import OperatedMachine, OperatedState, Pace, r
 from drake_tracker.grasp.pick_schema import (
     BY_HAND,
     FOLLOWING,
+    LEAVING,
     PICK_PROGRAMS,
     PICK_TRANSITIONS,
     SAME_MOTION,
@@ -33,6 +34,8 @@ TOGETHER = 0.006
 """Distance [m] from the part up to which the jaws may close."""
 LONGEST_WAIT = 0.2
 """Longest time for which the jaws wait for the hand to catch up [s]."""
+JAW_TURNS = 2
+"""Number of directions in which the jaws are the same."""
 _NO_ORDER = read_only(np.zeros(message_size(PickOrder)))
 
 
@@ -289,12 +292,11 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         """Returns the direction of the tool [rad] in which the part lies as ordered, the nearest to the present one.
 
         The part turns with the hand, whose half turns about it count when it was taken. A part that looks the same
-        after a part of a turn may be put down in several directions.
+        after a part of a turn may be put down in several directions. A part without a direction is put down with the
+        jaws along the ordered one or against it, so that they open where there is room beside the neighbours.
         """
-        turns = PART_SHAPES[PartKind(int(order.kind))].turns
+        turns = PART_SHAPES[PartKind(int(order.kind))].turns or JAW_TURNS
         now = float(seen.status.yaw)
-        if not turns:
-            return now
         wanted = order.place_yaw + math.pi * seen.status.branch
         return now + math.remainder(wanted - now, 2.0 * math.pi / turns)
 
@@ -324,6 +326,8 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         if state.phase in BY_HAND:
             return state.jaw_width
         goal = 0.0 if PICK_PROGRAMS[state.phase].jaws_closed else self.config.jaw_opening
+        if state.phase in LEAVING:
+            goal = min(float(PickOrder(state.order).width) + self.config.release_gap, goal)
         return next_opening(state.jaw_width, goal, self.config.jaw_speed, self.period)
 
 

@@ -157,6 +157,11 @@ def test_jaws_open_in_the_cell_and_stay_closed_before(bench):
     assert max(each.jaw_width for each in bench.commands if each.phase in (PickPhase.CARRY, PickPhase.LOWER)) < WIDTH
     bench.until(PickPhase.RAISE)
     assert bench.commands[-1].jaw_width > WIDTH
+    bench.until(PickPhase.WAIT)
+    assert max(each.jaw_width for each in bench.commands if each.phase == PickPhase.RAISE) <= WIDTH + CONFIG.release_gap
+    for _ in range(5):
+        bench.tick()
+    assert bench.commands[-1].jaw_width == OPENING
 
 
 def test_it_follows_new_packets_until_the_jaws_hold_the_part(bench):
@@ -295,18 +300,14 @@ def test_the_operator_moves_the_hand(bench):
 @pytest.mark.parametrize("yaw", [0.2, 2.0, -2.5])
 @pytest.mark.parametrize("branch", [0.0, 1.0])
 def test_a_part_is_put_down_in_the_nearest_direction_that_looks_as_ordered(arm_model, kind, yaw, branch):
-    """The tool turns by ``turn``, and the part with it, from ``yaw``."""
+    """The tool turns by ``turn``, and the part with it, from ``yaw``. A disc has the direction of the jaws."""
     bench = Bench(arm_model)
     bench.say(job=1, kind=kind)
     seen = {"yaw": yaw, "branch": branch}
     bench.until(PickPhase.CLOSE, **seen)
     bench.until(PickPhase.CARRY, **seen, width=PART_SHAPES[kind].width, force=FORCE)
     turn = bench.state.goal[3] - (yaw + np.pi * branch)
-    turns = PART_SHAPES[kind].turns
-    if not turns:
-        assert turn == pytest.approx(0.0, abs=1e-9)
-        return
-    period = 2.0 * np.pi / turns
+    period = 2.0 * np.pi / (PART_SHAPES[kind].turns or 2)
     assert abs(turn) <= 0.5 * period + 1e-9
     off = (yaw + turn - 0.5 * np.pi + 0.5 * period) % period - 0.5 * period
     assert off == pytest.approx(0.0, abs=1e-9)

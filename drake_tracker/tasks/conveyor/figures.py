@@ -17,7 +17,7 @@ from drake_tracker.tasks.conveyor.part_history import PartHistory, part_historie
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.episode import Log, phase_spans
 from drake_tracker.tasks.plots import draw_phases, name_colours
-from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, RULE, SOFT_INK
+from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, RULE, SOFT_INK, phase_colour
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.part_outline import placed_outline
 from drake_tracker.world.pick_messages import PartFate
@@ -62,8 +62,11 @@ def draw_conveyor(
         belt, strip, rate = (figure.add_axes((0.045, low, 0.70, height)) for low, height in places)
         _draw_belt(belt, scenario, histories, log, end)
         draw_phases(strip, spans, 0.0, end)
+        strip.set_title("")
+        seen = sorted({span.phase for span in spans})
+        name_colours(strip, [("Phases", INK), *((phase.name.lower(), phase_colour(phase)) for phase in seen)], 1.25)
         _draw_rate(rate, histories, end)
-        _draw_trays(figure.add_axes((0.785, 0.065, 0.20, 0.74)), scenario, histories, log)
+        _draw_trays(figure.add_axes((0.79, 0.065, 0.20, 0.74)), scenario, histories, log)
         _draw_headline(figure, scenario, summary)
         with replacing(path) as beside:
             figure.savefig(beside, dpi=200)
@@ -74,8 +77,11 @@ def _draw_belt(ax: Axes, scenario: ConveyorScenario, histories: Sequence[PartHis
     ax.axhspan(window.y_first, window.y_last, color=_WINDOW, lw=0, zorder=0)
     for line, words in ((belt.entry, "entry"), (belt.end, "end of the belt")):
         ax.axhline(line, color=RULE, lw=1.0, zorder=1)
-        ax.text(end, line, words, fontsize=9.5, color=SOFT_INK, ha="right", va="bottom")
-    ax.text(end, window.y_last, "picking window", fontsize=9.5, color=SOFT_INK, ha="right", va="top")
+        ax.text(0.004, line, words, transform=ax.get_yaxis_transform(), fontsize=9.5, color=SOFT_INK, va="bottom")
+    words = "picking window"
+    ax.text(
+        0.004, window.y_last - 0.01, words, transform=ax.get_yaxis_transform(), color=SOFT_INK, fontsize=9.5, va="top"
+    )
     tool = log["tool"]
     ax.plot(tool.times, tool["y"], color=INK, lw=0.9, alpha=0.55, zorder=2)
     for part in histories:
@@ -167,9 +173,9 @@ def _draw_trays(ax: Axes, scenario: ConveyorScenario, histories: Sequence[PartHi
         ax.text(x, y, str(part.number), fontsize=7.5, color=INK, ha="center", va="center", zorder=4)
     ys = (min(low, centres[:, 1].min() - tray.pitch), max(high, centres[:, 1].max() + tray.pitch))
     ax.set(xlim=(centres[:, 0].min() - tray.pitch, belt.middle + 0.5 * belt.width + 0.02), ylim=ys)
-    ax.set(xlabel="x  [m]", ylabel="y  [m]")
+    ax.set(xlabel="x  [m]")
     ax.set_aspect("equal", anchor="NW")
-    ax.set_title("At the end, from above", pad=27)
+    ax.set_title("The end, from above: y  [m]", pad=27)
 
 
 def _draw_headline(figure: Figure, scenario: ConveyorScenario, summary: Mapping[str, Any]) -> None:
