@@ -175,7 +175,7 @@ def _draw_trays(ax: Axes, scenario: ConveyorScenario, histories: Sequence[PartHi
     ax.set(xlim=(centres[:, 0].min() - tray.pitch, belt.middle + 0.5 * belt.width + 0.02), ylim=ys)
     ax.set(xlabel="x  [m]")
     ax.set_aspect("equal", anchor="NW")
-    ax.set_title("The end, from above: y  [m]", pad=27)
+    ax.set_title("At the end; y  [m]", pad=27)
 
 
 def _draw_headline(figure: Figure, scenario: ConveyorScenario, summary: Mapping[str, Any]) -> None:
@@ -191,4 +191,4 @@ def _draw_headline(figure: Figure, scenario: ConveyorScenario, summary: Mapping[
     reasons = [f"{count} {reason}" for reason, count in summary["missed_because"].items()]
     if reasons:
         words = f"Not picked: {', '.join(reasons)}"
-        figure.text(0.045, 0.885, words, fontsize=11.5, color=FAR_PREDICTED, va="center")
+        figure.text(0.045, 0.886, words, fontsize=11.5, color=FAR_PREDICTED, va="center")
