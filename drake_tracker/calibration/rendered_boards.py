@@ -59,7 +59,11 @@ def calibrate(scenario: TrainScenario, path: str | Path | None = None) -> dict[s
     Returns {name: CameraModel}. Raises DrakeTrackerError for another task, for cameras that do not see the work volume,
     and without a renderer.
     """
-    require_task(scenario, "train", "the ball's camera is not calibrated; each run finds the board in its image")
+    require_task(
+        scenario,
+        "train",
+        "only the train's cameras are calibrated; with the ball, each run finds the board in its image",
+    )
     cameras, truth = scenario.cameras, true_camera_models(scenario.cameras)
     path = Path(path or scenario_file(cameras.calibration))
     check_request(scenario, path, truth)

@@ -58,7 +58,7 @@ class OrderBook(FrozenState):
         placing: the order before it, whose part the arm is putting down; None when it is not.
         filled: numbers of the cells that have a part.
         placed: number of parts put down when an order was last closed.
-        lifted_at: time at which the arm began to carry a part [s].
+        free_at: time at which the hand will have put down the part of ``placing`` [s].
         picked: numbers of the parts that the arm has taken.
         plan: the newest plan.
     """
@@ -68,7 +68,7 @@ class OrderBook(FrozenState):
     placing: Order | None = None
     filled: frozenset[int] = frozenset()
     placed: int = 0
-    lifted_at: float = 0.0
+    free_at: float = 0.0
     picked: frozenset[int] = frozenset()
     plan: Plan = Plan()
 
@@ -100,7 +100,8 @@ class OrderClerk:
         book = self._closed(book, arm)
         if book.order is not None and arm.carrying and book.placing is None:
             taken = book.picked | {book.order.number}
-            book = replace(book, placing=book.order, order=None, lifted_at=now, picked=taken)
+            free_at = self._free_at(book.order, arm, now)
+            book = replace(book, placing=book.order, order=None, free_at=free_at, picked=taken)
         offered = [each for each in candidates if each.number not in book.picked]
         hand = self._hand(book, arm, now)
         if book.order is not None and not arm.carrying:
@@ -136,11 +137,14 @@ class OrderClerk:
         """Returns where and when the hand will be free."""
         if book.placing is None:
             return Hand(arm.x, arm.y, now)
-        cycle, cell = self.model.cycle, self.cells[book.placing.cell]
-        whole = cycle.lower + cycle.release + cycle.rise
+        cell = self.cells[book.placing.cell]
+        return Hand(cell.x, cell.y, max(book.free_at, now))
+
+    def _free_at(self, order: Order, arm: ArmReport, now: float) -> float:
+        """Returns the time at which a hand that begins to carry the part of an order will have put it down [s]."""
+        cycle, cell = self.model.cycle, self.cells[order.cell]
         carry = motion_time(abs(complex(cell.x - arm.x, cell.y - arm.y)), cycle.carry_speed, cycle.carry_acceleration)
-        elapsed = now - book.lifted_at
-        return Hand(cell.x, cell.y, now + max(carry + whole - max(elapsed - carry, 0.0), 0.0))
+        return now + carry + cycle.lower + cycle.release + cycle.rise
 
 
 def report_of(diagnosis: Any, status: Any, seeking: Sequence[int], carrying: Sequence[int]) -> ArmReport:

@@ -1,5 +1,6 @@
 """The host of the conveyor as a System: parts on the belt in, orders and packets of predicted path out."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -40,7 +41,7 @@ _KNOTS = KNOT_SPACING * np.arange(KNOT_COUNT)
 
 @dataclass(frozen=True)
 class CellPose:
-    """Where a part belongs.
+    """Where a part belongs: its middle in the middle of the cell.
 
     Attributes:
         x: middle of the cell in W [m].
@@ -228,8 +229,8 @@ class PickHostSystem(LeafSystem):
             cell, shape = self._cells[book.order.cell], PART_SHAPES[PartKind(book.order.kind)]
             message.number, message.kind, message.cell = book.order.number, book.order.kind, book.order.cell
             message.width, message.height = shape.width, shape.height
-            message.place_x = cell.x - shape.middle * np.cos(cell.yaw)
-            message.place_y = cell.y - shape.middle * np.sin(cell.yaw)
+            message.place_x = cell.x - shape.middle * math.cos(cell.yaw)
+            message.place_y = cell.y - shape.middle * math.sin(cell.yaw)
             message.place_yaw = cell.yaw
             message.place_z = cell.floor + 0.5 * shape.height
         return vector

@@ -89,6 +89,12 @@ class PickConfig:
     lift_height: float = setting(0.08, "height after the lift", "m", (0.02, 0.40))
     carry_height: float = setting(0.07, "height above the cell before and after the part is put down", "m", (0.02, 0.4))
     place_height: float = setting(0.006, "height above the cell at which the jaws open", "m", (-0.01, 0.05))
+    release_gap: float = setting(
+        0.016,
+        "how much wider than the part the jaws open in its cell, so that they push no neighbour",
+        "m",
+        (0.004, 0.06),
+    )
     hand_speed: float = setting(0.8, "largest speed of the hand between belt and cell", "m/s", (0.05, 3.0))
     hand_acceleration: float = setting(4.0, "largest acceleration of the hand", "m/s^2", (0.1, 100.0))
     hand_turn_speed: float = setting(4.0, "largest rate at which the hand turns", "rad/s", (0.1, 30.0))

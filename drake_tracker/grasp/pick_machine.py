@@ -21,6 +21,7 @@ from drake_tracker.grasp.operated import OperatedMachine, OperatedState, Pace, r
 from drake_tracker.grasp.pick_schema import (
     BY_HAND,
     FOLLOWING,
+    LEAVING,
     PICK_PROGRAMS,
     PICK_TRANSITIONS,
     SAME_MOTION,
@@ -33,6 +34,8 @@ TOGETHER = 0.006
 """Distance [m] from the part up to which the jaws may close."""
 LONGEST_WAIT = 0.2
 """Longest time for which the jaws wait for the hand to catch up [s]."""
+JAW_TURNS = 2
+"""Number of directions in which the jaws are the same."""
 _NO_ORDER = read_only(np.zeros(message_size(PickOrder)))
 
 
@@ -49,6 +52,8 @@ class PickState(OperatedState):
         picked: number of parts that the jaws held after the lift.
         placed: number of parts put down.
         failed: number of orders that failed.
+        carried: number of the last job whose part the hand began to carry.
+        put_down: number of the last job whose part the jaws let go in its cell.
         gate: why the hand waits above a part.
         p_success: probability that a pick would succeed.
         branch: half turns of the jaws when they took the part, or when the operator took control.
@@ -62,6 +67,8 @@ class PickState(OperatedState):
     picked: int = 0
     placed: int = 0
     failed: int = 0
+    carried: int = 0
+    put_down: int = 0
     gate: Gate = Gate.NOT_TRACKING
     p_success: float = 0.0
     branch: float = 0.0
@@ -148,7 +155,6 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
 
     def enter(self, state: PickState, phase: PickPhase, seen: PickObservation) -> PickState:
         """Returns the state at the beginning of a phase."""
-        before = state.phase
         state = super().enter(state, phase, seen)
         if phase in BY_HAND:
             return replace(self.stop(state, seen), branch=seen.status.branch)
@@ -156,18 +162,22 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         if phase == PickPhase.INTERCEPT:
             state = replace(state, attempts=state.attempts + 1)
         elif phase == PickPhase.CARRY:
-            state = self._towards_cell(replace(state, picked=state.picked + 1, branch=seen.status.branch), seen)
+            picked = state.picked + (order.job != state.carried)  # once, even if the operator interrupts
+            state = replace(state, picked=picked, carried=int(order.job), branch=seen.status.branch)
+            state = self._towards_cell(state, seen)
+        elif phase == PickPhase.RELEASE:
+            placed = state.placed + (order.job != state.put_down)
+            state = replace(state, placed=placed, put_down=int(order.job))
         elif phase == PickPhase.TRACK:
             target = seen.target
             p_WP = np.array([target.x, target.y, target.z])
             v_WP = np.array([target.vx, target.vy, target.vz])
             state = replace(state, duration=self._duration(state, p_WP, target.yaw, v_WP, seen))
         elif phase == PickPhase.WAIT:
-            finished = before == PickPhase.RAISE
+            failed = order.job > state.done and order.job != state.put_down
             state = replace(
                 state,
-                placed=state.placed + finished,
-                failed=state.failed + (before in (PickPhase.RETREAT, PickPhase.TRACK)),
+                failed=state.failed + failed,
                 done=int(order.job),
                 duration=self._duration(state, self.home[:3], self.home[3], np.zeros(3), seen),
             )
@@ -282,12 +292,11 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         """Returns the direction of the tool [rad] in which the part lies as ordered, the nearest to the present one.
 
         The part turns with the hand, whose half turns about it count when it was taken. A part that looks the same
-        after a part of a turn may be put down in several directions.
+        after a part of a turn may be put down in several directions. A part without a direction is put down with the
+        jaws along the ordered one or against it, so that they open where there is room beside the neighbours.
         """
-        turns = PART_SHAPES[PartKind(int(order.kind))].turns
+        turns = PART_SHAPES[PartKind(int(order.kind))].turns or JAW_TURNS
         now = float(seen.status.yaw)
-        if not turns:
-            return now
         wanted = order.place_yaw + math.pi * seen.status.branch
         return now + math.remainder(wanted - now, 2.0 * math.pi / turns)
 
@@ -317,6 +326,8 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         if state.phase in BY_HAND:
             return state.jaw_width
         goal = 0.0 if PICK_PROGRAMS[state.phase].jaws_closed else self.config.jaw_opening
+        if state.phase in LEAVING:
+            goal = min(float(PickOrder(state.order).width) + self.config.release_gap, goal)
         return next_opening(state.jaw_width, goal, self.config.jaw_speed, self.period)
 
 

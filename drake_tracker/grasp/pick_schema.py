@@ -52,6 +52,8 @@ BY_HAND = (PickPhase.STOPPED, PickPhase.MANUAL)
 """Phases in which the operator decides."""
 SAME_MOTION = {(PickPhase.INTERCEPT, PickPhase.CLOSE), (PickPhase.LOWER, PickPhase.RELEASE)}
 """Changes of phase during which the motion under way goes on."""
+LEAVING = (PickPhase.RELEASE, PickPhase.RAISE)
+"""Phases in which the fingers are among the parts of the neighbouring cells: the jaws do not open fully."""
 FOLLOWING = (PickPhase.INTERCEPT, PickPhase.CLOSE)
 """Phases in which the hand follows vision without leaving the part."""
 

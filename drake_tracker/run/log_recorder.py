@@ -1,7 +1,7 @@
 """Records the vector signals of a run with Drake's loggers, and streams them to a file during the run."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -40,10 +40,9 @@ def add_loggers(
 
     Returns {name of the signal: its logger}.
     """
-    ports = {name: hand_eye.GetOutputPort(name) for name in task.signals() if hand_eye.HasOutputPort(name)}
-    periods = {name: period for name, (period, _) in task.signals().items()}
-    if hand_eye.HasOutputPort(OBJECT_STATES):
-        ports[OBJECT_STATES], periods[OBJECT_STATES] = hand_eye.GetOutputPort(OBJECT_STATES), VISION_PERIOD
+    signals = {**task.signals(), **_body_signals(task)}
+    ports = {name: hand_eye.GetOutputPort(name) for name in signals if hand_eye.HasOutputPort(name)}
+    periods = {name: period for name, (period, _) in signals.items()}
     if operator is not None:
         ports[OPERATOR], periods[OPERATOR] = operator, VISION_PERIOD
     loggers = {}
@@ -156,10 +155,16 @@ def _fields(loggers: Mapping[str, VectorLogSink], task: Task) -> dict[str, tuple
     joints = loggers["q_commanded"].get_input_port().size() if "q_commanded" in loggers else 6
     names = {name: tuple(fields) for name, (_, fields) in task.signals(joints).items()}
     names[OPERATOR] = OperatorCommand.get_fields()
-    if OBJECT_STATES in loggers:
-        count = loggers[OBJECT_STATES].get_input_port().size() // len(BODY_STATE)
-        names[OBJECT_STATES] = tuple(f"{field}_{number}" for number in range(count) for field in BODY_STATE)
+    for name, (_, fields) in _body_signals(task).items():
+        if name in loggers:
+            count = loggers[name].get_input_port().size() // len(fields)
+            names[name] = tuple(f"{field}_{number}" for number in range(count) for field in fields)
     return {name: names[name] for name in loggers}
+
+
+def _body_signals(task: Task) -> dict[str, tuple[float, Sequence[str]]]:
+    """Returns the signals with fields for each of several bodies, as `Task.body_signals`."""
+    return {OBJECT_STATES: (VISION_PERIOD, BODY_STATE), **task.body_signals}
 
 
 def _tool_poses(states: np.ndarray, model: ArmModel) -> np.ndarray:

@@ -61,7 +61,7 @@ class TrackingDisplaySystem(LeafSystem):
         - command
 
     - ``packet``: a `Prediction`. A packet of all zeros is not drawn.
-    - ``point``: a `TrackPoint`. A point of all zeros is not drawn.
+    - ``point``: a `TrackPoint`. A point of all zeros is not drawn, and the input may be left unconnected.
     - ``command``: an `ArmCommand`. All zeros is its first phase, with the arm not blind.
 
     The inputs are read `FRAMES_PER_SECOND` times a second with offset 0, in an unrestricted update and in a publish
@@ -89,8 +89,10 @@ class TrackingDisplaySystem(LeafSystem):
         drawn = context.get_abstract_state(self._drawn).get_value()
         blind = ArmCommand(self._command.Eval(context)).frozen == Frozen.BLIND
         packet = drawn.packet if blind else np.array(self._packet.Eval(context))
-        point = TrackPoint(self._point.Eval(context))
-        newest = np.array([point.x, point.y, point.z]) if point.valid and not blind else None
+        newest = None
+        if self._point.HasValue(context) and not blind:
+            point = TrackPoint(self._point.Eval(context))
+            newest = np.array([point.x, point.y, point.z]) if point.valid else None
         trail = (newest, *drawn.trail[: _TRAIL_FRAMES[-1]])
         state.get_mutable_abstract_state(self._drawn).set_value(_Drawn(packet, trail))
 
@@ -173,7 +175,8 @@ def add_scene_recording(
     MeshcatVisualizer.AddToBuilder(builder, hand_eye.GetOutputPort("truth_query"), meshcat, parameters)
     display = builder.AddNamedSystem("tracking_display", TrackingDisplaySystem(meshcat, view))
     for own, theirs in {"packet": "accepted", "point": "point", "command": "command"}.items():
-        builder.Connect(hand_eye.GetOutputPort(theirs), display.GetInputPort(own))
+        if theirs != "point" or hand_eye.HasOutputPort(theirs):
+            builder.Connect(hand_eye.GetOutputPort(theirs), display.GetInputPort(own))
     meshcat.StartRecording(FRAMES_PER_SECOND, set_visualizations_while_recording=True)
     return SceneRecorder(meshcat, host, path)
 

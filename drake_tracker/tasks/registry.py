@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.train.scenario import TrainScenario
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ class Entry:
 TASKS = {
     "train": Entry(TrainScenario, "drake_tracker.tasks.train.task"),
     "ball": Entry(BallScenario, "drake_tracker.tasks.ball.task"),
+    "conveyor": Entry(ConveyorScenario, "drake_tracker.tasks.conveyor.task"),
 }
 """{name of the task: its entry}. The file with the scenarios of a task has the same name."""
 
@@ -61,7 +63,7 @@ def initialise(scenario: BaseScenario, ask_for_windows: "AskForWindows | None" =
     """Performs the initialisation of a task. The result is an argument of `make_diagram`.
 
     For the ball, the camera measures the circles of the board and the arm touches its marks, which simulates about
-    15 s. The train needs no initialisation.
+    15 s. The other tasks need no initialisation.
 
     Args:
         scenario: a scenario of any task; it is not changed.

@@ -1,7 +1,7 @@
 """Strips of the live view, small charts of errors over time: their description, and the arithmetic for all tasks.
 
 Errors are measured against the simulator's ground truth, which the tracking loop never sees. The strips of each
-task are in `drake_tracker.tasks.train.strips` and `drake_tracker.tasks.ball.strips`.
+task are in `strips.py` of its package.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -45,12 +45,13 @@ class StripInputs(NamedTuple):
     Attributes:
         now: simulated time [s].
         p_WT: position of the tool in W [m], shape (3,).
-        p_WQ: true position of the object in W [m], shape (3,).
+        p_WQ: true position of the object in W [m], shape (3,); of the first one where there are several.
         packet: vector of the newest `Prediction` that the arm accepted.
-        filtered: a `Filtered` message.
+        filtered: a `Filtered` message; all zeros where the host has none.
         command: an `ArmCommand` message.
         points: the two newest valid `TrackPoint` messages, older first, or fewer.
         report: a message of the task, see `StripChart.report_view`.
+        states: true states of all objects, as free bodies, shape (n, 13).
     """
 
     now: float
@@ -61,6 +62,7 @@ class StripInputs(NamedTuple):
     command: Any
     points: tuple[Any, ...]
     report: Any
+    states: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -71,8 +73,8 @@ class StripChart:
         strips: the strips from top to bottom.
         span: simulated time shown [s].
         values: function that returns one value for each line of all strips, None for an unknown value.
-        state_port: output port of the diagram with the true state of the object, 13 elements (quaternion, position,
-            angular and translational velocity).
+        state_port: output port of the diagram with the true state of the object, or of several objects, 13 elements
+            each (quaternion, position, angular and translational velocity).
         report_port: output port of the diagram with a message of the task.
         report_view: named view of that message.
     """

@@ -9,6 +9,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -109,6 +110,8 @@ class Task(Protocol[Scenario]):
         servo_period: period of the arm's set-points [s].
         time_step: default step of the plant [s].
         extra_signals: {name: (sampling period [s], fields)} of the signals that only this task has.
+        body_signals: the same for signals with all these fields for each of several bodies, as many as a run has. The
+            names of the fields in the log end with the number of the body, from 0: ``x_0``.
         pictures: {file name: caption} of the pictures that `draw` and the `Closeup` write, the main one first.
         titles: a sentence for a failed and one for a successful run.
         outcomes: words for a failed and a successful run: ("not lifted", "lifted").
@@ -129,6 +132,7 @@ class Task(Protocol[Scenario]):
     servo_period: float
     time_step: float
     extra_signals: Mapping[str, tuple[float, Sequence[str]]]
+    body_signals: Mapping[str, tuple[float, Sequence[str]]] = MappingProxyType({})
     pictures: Mapping[str, str]
     titles: tuple[str, str]
     outcomes: tuple[str, str]

@@ -101,7 +101,8 @@ class PickJudgeSystem(LeafSystem):
             picked[k] = max(picked[k], float(fates[k] == PartFate.HELD))
         verdict.doubles += max(len(held) - max(value(self._held)[0], 1.0), 0.0)
         verdict.held = held[0] + 1 if held else 0
-        verdict.arrived = np.sum(fates != PartFate.UPSTREAM)
+        verdict.coming = np.sum(fates == PartFate.UPSTREAM)
+        verdict.arrived = len(fates) - verdict.coming
         verdict.picked = picked.sum()
         verdict.placed, verdict.missed, verdict.dropped = (
             np.sum(fates == fate) for fate in (PartFate.PLACED, PartFate.MISSED, PartFate.DROPPED)

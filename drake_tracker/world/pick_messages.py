@@ -23,10 +23,9 @@ class PartFate(IntEnum):
 
 PickVerdict = namedview(
     "PickVerdict",
-    ["arrived", "picked", "placed", "missed", "dropped", "doubles", "held"]
+    ["coming", "arrived", "picked", "placed", "missed", "dropped", "doubles", "held"]
     + ["belt_touched", "tray_touched", "table_touched", "self_touched"],
 )
-"""The judge's findings on the parts: numbers of parts that have arrived, that were ever held off the belt, and that are
-placed, missed and dropped now (`PartFate`); number of times at which the fingers began to hold a second part; number of
-the part that they hold off the belt, from 1 (0: none); and 1 once the arm touched the
-belt, a tray, table or floor, or one of its links another."""
+"""The judge's findings on the parts: numbers of parts that have not arrived yet, that have arrived, that were ever held
+off the belt, and that are placed, missed and dropped now (`PartFate`); number of times at which the fingers began to
+hold a second part; number of the part that they hold off the belt, from 1 (0: none); and 1 once the arm touched the belt, a tray, table or floor, or one of its links another."""

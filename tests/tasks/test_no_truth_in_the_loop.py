@@ -14,7 +14,9 @@ from drake_tracker import load_scenario, make_diagram
 from drake_tracker.diagrams import hand_eye as hand_eye_module
 from drake_tracker.live.operator import OperatorPanel
 from drake_tracker.live.operator_system import OperatorSystem
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.vision.measured_parts import MeasuredPartsSystem
 from drake_tracker.vision.measured_several_diagram import MeasuredSeveralDiagram
 from drake_tracker.vision.measured_vision_system import MeasuredErrorSystem, MeasuredVisionDiagram
 from drake_tracker.world import world_diagram as world_module
@@ -76,6 +78,63 @@ def leaks(hand_eye, stand_in=False):
         and leaf.get_name() not in BEHIND_THE_SENSORS
     ]
     return leaking, {allowed[found] for found in upstream if found in allowed}
+
+
+@pytest.fixture(scope="module")
+def conveyor():
+    """A diagram of the conveyor, whose belt has an encoder."""
+    return make_diagram(load_scenario("conveyor", duration=9.0, seed=5, overrides=["belt.encoder=true"]))
+
+
+def leaks_of_the_conveyor(hand_eye, stand_in=True):
+    """Returns the paths from ground truth to the controller, and the sensors that reach it."""
+    laboratory, plant = hand_eye.world.laboratory, hand_eye.world.laboratory.plant
+    drive, parts = (
+        diagram.GetSubsystemByName(name)
+        for diagram, name in ((hand_eye.world, "belt_drive"), (hand_eye.vision, "measured_parts"))
+    )
+    ports = {
+        "joints of the arm": plant.get_state_output_port(laboratory.arm),
+        "drives of the arm": plant.get_net_actuation_output_port(laboratory.arm),
+        "joints of the gripper": plant.get_state_output_port(laboratory.gripper),
+        "drive of the gripper": plant.get_net_actuation_output_port(laboratory.gripper),
+        "encoder": drive.GetOutputPort("encoder"),
+    }
+    if stand_in:
+        assert type(parts) is MeasuredPartsSystem
+        ports["stand-in for cameras"] = parts.GetOutputPort("parts")
+    allowed = {(port.get_system(), int(port.get_index())): name for name, port in ports.items()}
+    wires = Wires(hand_eye)
+    wires.leave_open(hand_eye.arm, "operator")
+    subsystems = controller_subsystems(hand_eye)
+    if stand_in:
+        del subsystems["vision"]
+        subsystems["lag"] = hand_eye.vision.GetSubsystemByName("lag")
+    upstream = wires.upstream(subsystems.values(), allowed)
+    leaking = [
+        path
+        for (leaf, port), path in upstream.items()
+        if (leaf, port) not in allowed and wires.inside(leaf, hand_eye.world) and leaf.get_name() != "jaw_sensor"
+    ]
+    return leaking, {allowed[found] for found in upstream if found in allowed}, set(ports)
+
+
+def test_the_controller_of_the_conveyor_reads_ground_truth_only_through_its_measured_vision(conveyor):
+    leaking, reached, sensors = leaks_of_the_conveyor(conveyor)
+    assert leaking == []
+    assert reached == sensors
+    system = conveyor.vision.GetSubsystemByName("measured_parts")
+    assert system.num_input_ports() == 1
+    source, port = Wires(conveyor).source(system, 0)
+    assert f"{source.get_name()}.{source.get_output_port(port).get_name()}" == "part_states.states"
+    assert {part.get_name() for part in conveyor.vision.GetSystems()} == {"measured_parts", "lag"}
+    for subsystem in controller_subsystems(conveyor).values():
+        assert truths(subsystem, is_truth) == {}
+
+
+def test_the_search_finds_the_measured_vision_of_the_conveyor(conveyor):
+    leaking, _, _ = leaks_of_the_conveyor(conveyor, stand_in=False)
+    assert any("measured_parts" in path and "part_states.states" in path for path in leaking), leaking
 
 
 @pytest.fixture(scope="module")
@@ -293,7 +352,7 @@ def test_a_leak_is_found(monkeypatch, module, builder, source):
 
 
 def is_truth(thing):
-    if isinstance(thing, (SceneGraph, TrainScenario, TrackSettings)):
+    if isinstance(thing, (SceneGraph, TrainScenario, ConveyorScenario, TrackSettings)):
         return True
     if isinstance(thing, MultibodyPlant):
         return thing.HasModelInstanceNamed("train") or thing.HasModelInstanceNamed("table")

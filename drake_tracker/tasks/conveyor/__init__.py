@@ -1,1 +1,9 @@
-"""The task of the conveyor: pick parts from a moving belt, and put them into the cells of trays."""
+"""The task of a conveyor: an arm picks parts from a moving belt and puts them into the cells of two trays.
+
+A `ConveyorScenario` goes in; `make_conveyor_diagram` makes the hand-eye diagram from it. After a run, its log goes into
+`part_histories`, what became of each part, and `summarise_conveyor`, which counts them and says why parts were missed.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

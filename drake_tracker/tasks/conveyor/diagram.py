@@ -7,6 +7,7 @@ from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.arm.packet_guard import PacketGuard
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import PickOrder
 from drake_tracker.core.timing import ESTIMATOR_SLOT, SERVO_PERIOD, vision_slot
 from drake_tracker.diagrams.arms import arm_of
@@ -50,6 +51,11 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
     Raises DrakeTrackerError when the scenario cannot be built.
     """
     arrivals = arrivals_of(scenario)
+    if not arrivals:
+        raise DrakeTrackerError(
+            f"{scenario.where('duration')}: no part arrives within {scenario.duration:g} s with seed {scenario.seed}; "
+            "choose a longer run, or a larger arrivals.rate"
+        )
     description = arm_of(scenario)
     model = make_arm_model(description)
     home = home_reference(scenario)

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 from drake_tracker.arm.config import Hand, PacketGuardConfig, Puma560, ServoConfig
 from drake_tracker.arm.kinds import ARMS, arms_without
+from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.dispatch.config import CycleTime, Eligibility, LookAhead, Window
@@ -71,6 +72,13 @@ class ConveyorScenario(BaseScenario):
         found = self.timing_problems(SERVO_PERIOD)
         if self.window.y_first >= self.window.y_last:
             found.append(("window.y_first", "must be less than window.y_last"))
+        if self.window.y_last > self.belt.end:
+            found.append(("window.y_last", "must be at most belt.end, where parts are missed"))
+        if self.tray.cell >= self.tray.pitch:
+            found.append(("tray.cell", "must be less than tray.pitch, or there is no room for the walls"))
+        widest = max(shape.width for shape in PART_SHAPES.values())
+        if self.pick.jaw_opening <= widest:
+            found.append(("pick.jaw_opening", f"must be more than {widest:g} m, the width of the widest part"))
         if self.belt.entry >= self.window.y_last:
             found.append(("belt.entry", "must be less than window.y_last, or no part could be picked"))
         if not sum(self.arrivals.mix) > 0.0:

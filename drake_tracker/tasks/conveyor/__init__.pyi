@@ -1,0 +1,13 @@
+from .diagram import arrivals_of as arrivals_of
+from .diagram import conveyor_guard as conveyor_guard
+from .diagram import conveyor_host as conveyor_host
+from .diagram import conveyor_vision as conveyor_vision
+from .diagram import make_conveyor_diagram as make_conveyor_diagram
+from .figures import draw_conveyor as draw_conveyor
+from .part_history import PartHistory as PartHistory
+from .part_history import part_histories as part_histories
+from .scenario import ConveyorScenario as ConveyorScenario
+from .summary import could_be_picked as could_be_picked
+from .summary import missed_because as missed_because
+from .summary import summarise_conveyor as summarise_conveyor
+from .task import ConveyorTask as ConveyorTask

@@ -1,0 +1,171 @@
+"""What became of each part in a run of the conveyor, according to the log."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, PART_SLOTS, packet_target
+from drake_tracker.core.part_kinds import PART_SHAPES
+from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.episode import Log
+from drake_tracker.world.arrivals import Arrival
+from drake_tracker.world.part_outline import placed_outline
+from drake_tracker.world.pick_messages import PartFate
+from drake_tracker.world.tray import cell_centres
+
+PICKING = (PickPhase.INTERCEPT, PickPhase.CLOSE, PickPhase.LIFT)
+"""Phases in which the hand tries to take a part."""
+WRONG_TURN = np.deg2rad(10.0)
+"""Error of the direction beyond which a part is misplaced [rad]."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """How a part lies in its cell.
+
+    Attributes:
+        error: distance from the middle of the cell to the middle of the part [m].
+        turn: angle between the ordered and the true direction, modulo the symmetry of the part, at least 0 [rad].
+        inside: whether the outline of the part lies in the cell, up to the middle of the walls.
+    """
+
+    error: float
+    turn: float
+    inside: bool
+
+    @property
+    def wrong(self) -> bool:
+        """Whether the part is misplaced."""
+        return self.turn > WRONG_TURN or not self.inside
+
+
+@dataclass(frozen=True, eq=False)
+class PartHistory:
+    """What became of one part. Times are None for what did not happen.
+
+    Attributes:
+        number: of the part, from 1, in the order of arrival; also that of its track.
+        arrival: of the part.
+        times: of the samples [s], shape (n,).
+        xy: its true place at these times in W [m], shape (n, 2).
+        fate: at the end.
+        picked_at: time at which both fingers first held it off the belt [s].
+        placed_at: time from which on it lay in a cell, until the end [s].
+        ordered: whether the host ever ordered it.
+        attempted: whether the hand ever descended towards it.
+        seen: whether vision ever reported it.
+        had_room: whether there was ever room for the jaws beside it, in the picking window.
+        placement: how it lies at the end; None unless it is placed.
+    """
+
+    number: int
+    arrival: Arrival
+    times: np.ndarray
+    xy: np.ndarray
+    fate: PartFate
+    picked_at: float | None
+    placed_at: float | None
+    ordered: bool
+    attempted: bool
+    seen: bool
+    had_room: bool
+    placement: Placement | None
+
+
+def part_histories(scenario: ConveyorScenario, arrivals: Sequence[Arrival], log: Log) -> tuple[PartHistory, ...]:
+    """Returns what became of each part, in the order of arrival.
+
+    Args:
+        scenario: the scenario of the run.
+        arrivals: the parts of the run.
+        log: {name: Signal} of the run.
+    """
+    states, fates = log["truth_part_states"], log["truth_fates"]
+    if len(fates.times) == 0:
+        return ()
+    seen = set(np.unique(log["parts"].data[:, 2:].reshape(-1, PART_SLOTS, len(PART_FIELDS))[:, :, 0]).astype(int))
+    ordered = {int(number): row for number, row in zip(log["order"]["number"], log["order"].data)}
+    attempted, roomy = _attempted(log), _with_room(scenario, log)
+    order_fields = log["order"].names
+    histories = []
+    for k, arrival in enumerate(arrivals):
+        number = k + 1
+        fate = fates[f"fate_{k}"].astype(int)
+        order = dict(zip(order_fields, ordered[number])) if number in ordered else None
+        placement = None
+        if fate[-1] == PartFate.PLACED and order is not None:
+            pose = states.view(*(f"{field}_{k}" for field in ("x", "y", "qw", "qx", "qy", "qz")))[-1]
+            placement = _placement(scenario, arrival, pose, int(order["cell"]), order["place_yaw"])
+        histories.append(
+            PartHistory(
+                number=number,
+                arrival=arrival,
+                times=states.times,
+                xy=states.view(f"x_{k}", f"y_{k}"),
+                fate=PartFate(int(fate[-1])),
+                picked_at=_first(fates.times, fate == PartFate.HELD),
+                placed_at=_last_entry(fates.times, fate == PartFate.PLACED),
+                ordered=number in ordered,
+                attempted=number in attempted,
+                seen=number in seen,
+                had_room=number in roomy,
+                placement=placement,
+            )
+        )
+    return tuple(histories)
+
+
+def _placement(
+    scenario: ConveyorScenario, arrival: Arrival, pose: np.ndarray, cell: int, place_yaw: float
+) -> Placement:
+    """Returns how a part lies.
+
+    Args:
+        scenario: the scenario of the run.
+        arrival: of the part.
+        pose: x, y [m] and quaternion w, x, y, z of its frame P in W, shape (6,).
+        cell: number of the cell that was ordered.
+        place_yaw: direction that was ordered [rad].
+    """
+    shape, tray = PART_SHAPES[arrival.kind], scenario.tray
+    x, y, qw, qx, qy, qz = pose
+    yaw = np.arctan2(2.0 * (qx * qy + qw * qz), qw**2 + qx**2 - qy**2 - qz**2)
+    centre = cell_centres(tray)[cell]
+    middle = np.array([x + shape.middle * np.cos(yaw), y + shape.middle * np.sin(yaw)])
+    turn = 0.0
+    if shape.turns:
+        period = 2.0 * np.pi / shape.turns
+        turn = abs((yaw - place_yaw + 0.5 * period) % period - 0.5 * period)
+    outline = placed_outline(arrival.kind, x, y, yaw)
+    inside = bool((np.abs(outline - centre) <= 0.5 * tray.pitch).all())
+    return Placement(float(np.hypot(*(middle - centre))), float(turn), inside)
+
+
+def _attempted(log: Log) -> set[int]:
+    """Returns the numbers of the parts towards which the hand ever descended."""
+    command, target = log["command"], log["target"]
+    count = min(len(command.times), len(target.times))
+    trying = np.isin(command["phase"][:count].astype(int), PICKING)
+    return {packet_target(seq) for seq in np.unique(target["seq"][:count][trying])}
+
+
+def _with_room(scenario: ConveyorScenario, log: Log) -> set[int]:
+    """Returns the numbers of the parts that ever had room for the jaws in the picking window, as the host saw it."""
+    rows = log["belt"].data[:, 4:].reshape(-1, len(BELT_FIELDS))
+    number, y, clear = (rows[:, BELT_FIELDS.index(name)] for name in ("number", "y", "clear"))
+    inside = (number > 0) & (y >= scenario.window.y_first) & (y <= scenario.window.y_last)
+    return set(np.unique(number[inside & (clear >= scenario.eligibility.min_clear)]).astype(int))
+
+
+def _first(times: np.ndarray, flags: np.ndarray) -> float | None:
+    return float(times[np.argmax(flags)]) if flags.any() else None
+
+
+def _last_entry(times: np.ndarray, flags: np.ndarray) -> float | None:
+    """Returns the time from which on the flags are set until the end, None when the last one is not."""
+    if not flags[-1]:
+        return None
+    others = np.flatnonzero(~flags)
+    return float(times[others[-1] + 1 if len(others) else 0])

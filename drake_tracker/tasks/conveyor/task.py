@@ -1,0 +1,216 @@
+"""The task of the conveyor: pick parts from a moving belt and place them in trays."""
+
+from collections.abc import Collection, Mapping
+from enum import IntEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.messages import (
+    ArmCommand,
+    BeltEstimate,
+    JawState,
+    LimiterReport,
+    PacketReport,
+    PartTracks,
+    PickDiagnosis,
+    PickOrder,
+    Prediction,
+    ServoTarget,
+    ToolStatus,
+    predicted_points,
+)
+from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.grasp.gate import Gate
+from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.tasks.conveyor.diagram import make_conveyor_diagram
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.strips import CONVEYOR_STRIPS
+from drake_tracker.tasks.conveyor.summary import summarise_conveyor
+from drake_tracker.tasks.episode import Log
+from drake_tracker.tasks.filming import PATH_MARKS, Film, Snapshot, View
+from drake_tracker.tasks.task import BODY_STATE, FreeMotion, ReplayParts, Task
+from drake_tracker.world.pick_messages import PickVerdict
+
+_PREDICTED = (PickPhase.TRACK, PickPhase.INTERCEPT, PickPhase.CLOSE)
+"""Phases in which the predicted path of the part is drawn."""
+_AHEAD = 1.0
+"""Time for which it is drawn [s]."""
+_COUNT, _MM = (1.0, "", 0), (1e3, "mm", 1)
+_WAITING = {
+    Gate.SETTLING: "the hand settles",
+    Gate.FLIPPING: "the jaws turn over",
+    Gate.STALE: "no recent packet",
+    Gate.SUCCESS_UNLIKELY: "a pick would probably fail",
+}
+
+
+class ConveyorTask(Task[ConveyorScenario]):
+    """The task of the conveyor."""
+
+    name = "conveyor"
+    phases = PickPhase
+    verdict = PickVerdict
+    diagnosis = PickDiagnosis
+    centroids = ()
+    truth_signal = "truth_part_states"
+    servo_period = SERVO_PERIOD
+    time_step = TIME_STEP
+    extra_signals = {  # noqa: RUF012
+        "parts": (VISION_PERIOD, PartTracks.get_fields()),
+        "belt": (VISION_PERIOD, BeltEstimate.get_fields()),
+        "order": (VISION_PERIOD, PickOrder.get_fields()),
+        "jaws": (VISION_PERIOD, JawState.get_fields()),
+    }
+    body_signals = {  # noqa: RUF012
+        "truth_part_states": (VISION_PERIOD, BODY_STATE),
+        "truth_fates": (VISION_PERIOD, ("fate",)),
+    }
+    pictures = {  # noqa: RUF012
+        "conveyor.png": "Each part on its way along the belt, where it was picked, and what became of it; the phases "
+        "of the hand; the trays at the end; and the picks over time.",
+    }
+    titles = ("Too few parts were placed", "The parts were placed")
+    outcomes = ("too few placed", "parts placed")
+    summary_rows = (
+        ("arrived", "parts that arrived", _COUNT),
+        ("could_be_picked", "parts that could be picked", _COUNT),
+        ("picked", "picked", _COUNT),
+        ("placed", "placed", _COUNT),
+        ("missed", "missed", _COUNT),
+        ("dropped", "dropped", _COUNT),
+        ("misplaced", "misplaced", _COUNT),
+        ("picks_per_minute", "picks a minute", (1.0, "", 1)),
+        ("placement_rms_m", "position error in the cells, rms", _MM),
+        ("placement_turn_rms_rad", "direction error in the cells, rms", (180.0 / np.pi, "°", 1)),
+    )
+    result_rows = (
+        ("success", "success", ""),
+        ("failure_reason", "reason", ""),
+        ("arrived", "arrived", ""),
+        ("could_be_picked", "could be picked", ""),
+        ("picked", "picked", ""),
+        ("placed", "placed", ""),
+        ("misplaced", "misplaced", ""),
+        ("dropped", "dropped", ""),
+        ("picks_per_minute", "picks a minute", ""),
+        ("placement_rms_m", "placement rms", "m"),
+        ("real_time_factor", "real-time factor", ""),
+    )
+    changeable = {"points": (), "centroids": (), "images": ()}  # noqa: RUF012
+    has_autopsy = False
+    strips = CONVEYOR_STRIPS
+    preparation = ""
+
+    def uses_cameras(self, scenario: ConveyorScenario) -> bool:
+        return False
+
+    def build(self, scenario: ConveyorScenario, initialisation: Any) -> HandEyeDiagram:
+        return make_conveyor_diagram(scenario)
+
+    def ended(self, verdict: Any) -> str | None:
+        settled = verdict.placed + verdict.missed + verdict.dropped
+        over = verdict.arrived > 0 and verdict.coming == 0 and settled == verdict.arrived
+        return "all parts were placed, missed or dropped" if over else None
+
+    def summarise(
+        self, scenario: ConveyorScenario, hand_eye: HandEyeDiagram, log: Log, simulated: float, interrupted: bool
+    ) -> dict[str, Any]:
+        return summarise_conveyor(scenario, hand_eye.world.arrivals, log, simulated, interrupted)
+
+    def free_motion(self, scenario: ConveyorScenario, log: Log) -> FreeMotion:
+        raise _not_replayed(scenario)
+
+    def draw(
+        self, scenario: ConveyorScenario, hand_eye: HandEyeDiagram, log: Log, summary: Mapping[str, Any], folder: Path
+    ) -> None:
+        from drake_tracker.tasks.conveyor.figures import draw_conveyor  # Matplotlib is slow to load
+
+        draw_conveyor(scenario, hand_eye.world.arrivals, log, summary, folder / "conveyor.png")
+
+    def subtitle(self, scenario: ConveyorScenario) -> str:
+        belt = scenario.belt
+        return f"seed {scenario.seed}, {scenario.arrivals.rate:g} parts a minute, belt at {belt.speed:g} m/s"
+
+    def film(self, scenario: ConveyorScenario, hand_eye: HandEyeDiagram) -> Film:
+        raise _not_filmed(scenario)
+
+    def snapshot(self, scenario: ConveyorScenario) -> Snapshot:
+        raise _not_filmed(scenario)
+
+    def view(self, scenario: ConveyorScenario, hand_eye: HandEyeDiagram) -> View:
+        return View(
+            phases=_PREDICTED, path=predicted_path, eye=(1.75, -1.05, 1.55), target=(0.42, 0.02, 0.48), fov_deg=40.0
+        )
+
+    def success_sentence(self, summary: Mapping[str, Any]) -> str | None:
+        if summary.get("could_be_picked") is None or summary.get("placed_of_these") is None:
+            return None
+        sentence = (
+            f"{summary['placed_of_these']} of the {summary['could_be_picked']} parts that could be picked were placed"
+        )
+        if summary.get("placement_rms_m") is not None:
+            sentence += f", {1e3 * summary['placement_rms_m']:.1f} mm rms from the middles of their cells"
+        return f"{sentence}."
+
+    def replay_sources(self, scenario: ConveyorScenario, start: str) -> tuple[str, ...]:
+        raise _not_replayed(scenario)
+
+    def replay_start(self, scenario: ConveyorScenario, logged: Collection[str]) -> str:
+        raise _not_replayed(scenario)
+
+    def rebuild(self, scenario: ConveyorScenario, recorded: ConveyorScenario, start: str, folder: Path) -> ReplayParts:
+        raise _not_replayed(scenario)
+
+    def signals(self, num_joints: int = 6) -> dict[str, tuple[float, Any]]:
+        q, v, u = ([f"{letter}{i + 1}" for i in range(num_joints)] for letter in "qvu")
+        return {
+            "prediction": (VISION_PERIOD, Prediction.get_fields()),
+            "delivered": (VISION_PERIOD, Prediction.get_fields()),
+            "packet_report": (SERVO_PERIOD, PacketReport.get_fields()),
+            "target": (SERVO_PERIOD, ServoTarget.get_fields()),
+            "command": (SERVO_PERIOD, ArmCommand.get_fields()),
+            "status": (SERVO_PERIOD, ToolStatus.get_fields()),
+            "diagnosis": (SERVO_PERIOD, PickDiagnosis.get_fields()),
+            "q_commanded": (SERVO_PERIOD, q),
+            "limiter_report": (SERVO_PERIOD, LimiterReport.get_fields()),
+            "arm_state": (TIME_STEP, q + v),
+            "arm_effort": (TIME_STEP, u),
+            **self.extra_signals,
+            "truth_verdict": (VISION_PERIOD, PickVerdict.get_fields()),
+        }
+
+    def activity(self, phase: IntEnum, diagnosis: Any, reason: str = "") -> str:
+        words = phase.name.lower()
+        if phase == PickPhase.WAIT:
+            words = "wait: no part to pick"
+        elif phase == PickPhase.TRACK and Gate(int(diagnosis.gate)) in _WAITING:
+            words = f"track: {_WAITING[Gate(int(diagnosis.gate))]}"
+        return f"{words} ({int(diagnosis.placed)} placed)"
+
+    def p_success(self, diagnosis: Any) -> float | None:
+        return float(diagnosis.p_success) if PickPhase(int(diagnosis.phase)) in _PREDICTED else None
+
+
+def predicted_path(packet: np.ndarray, now: float) -> np.ndarray:
+    """Returns points of the predicted path of a part in W [m], shape (PATH_MARKS, 3).
+
+    Args:
+        packet: vector of a valid `Prediction`.
+        now: present time [s].
+    """
+    return predicted_points(packet, np.linspace(now, now + _AHEAD, PATH_MARKS))
+
+
+def _not_replayed(scenario: ConveyorScenario) -> DrakeTrackerError:
+    return DrakeTrackerError(f"{scenario.name or scenario.task}: a run of the conveyor cannot be replayed yet")
+
+
+def _not_filmed(scenario: ConveyorScenario) -> DrakeTrackerError:
+    return DrakeTrackerError(f"{scenario.name or scenario.task}: the conveyor has no cameras yet")
+
+
+TASK = ConveyorTask()

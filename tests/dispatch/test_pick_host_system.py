@@ -1,0 +1,157 @@
+"""The host of the conveyor as a System, driven with messages."""
+
+import math
+
+import numpy as np
+import pytest
+from belt_parts import part_tracks
+from pydrake.systems.analysis import Simulator
+
+from drake_tracker.core.messages import (
+    BELT_FIELDS,
+    BeltEstimate,
+    PickDiagnosis,
+    PickOrder,
+    Prediction,
+    ToolStatus,
+    evaluate_prediction,
+    message_rows,
+    message_size,
+    packet_target,
+)
+from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.dispatch.candidate import Cell
+from drake_tracker.dispatch.config import CycleTime, Eligibility, NearestDeadline, Window
+from drake_tracker.dispatch.cycle_time import CycleModel
+from drake_tracker.dispatch.kinds import make_dispatcher
+from drake_tracker.dispatch.order_book import OrderClerk
+from drake_tracker.dispatch.pick_host_system import CellPose, PickHostSystem
+from drake_tracker.estimation.belt import BeltEstimator
+from drake_tracker.estimation.config import Belt
+
+SPEED, LAG = 0.15, 0.25
+SEEKING, CARRYING = (0, 1), (5, 6, 7, 8)
+POSES = [CellPose(0.345, 0.19, 0.45, 0.5 * math.pi), CellPose(0.41, 0.19, 0.45, 0.5 * math.pi)]
+
+
+class Host:
+    """A host that sees parts (number, kind, x, y at time 0, yaw) on a belt with `SPEED`, late by `LAG`."""
+
+    def __init__(self, parts, encoder=False):
+        model = CycleModel(CycleTime(), Window())
+        clerk = OrderClerk(
+            make_dispatcher(NearestDeadline(), model, Eligibility()), model, [Cell(pose.x, pose.y) for pose in POSES]
+        )
+        self.system = PickHostSystem(BeltEstimator(Belt()), clerk, POSES, SEEKING, CARRYING, offset=0.0)
+        self.parts, self.encoder = parts, encoder
+        self.simulator = Simulator(self.system)
+        self.context = self.simulator.get_mutable_context()
+        self.phase = self.done = self.placed = 0
+        self.time = 0.0
+        self.step()
+        self.simulator.Initialize()
+
+    def step(self):
+        stamp = self.time - LAG
+        fix = lambda name, value: self.system.GetInputPort(name).FixValue(self.context, value)  # noqa: E731
+        seen = [(number, kind, x, y + SPEED * stamp, yaw) for number, kind, x, y, yaw in self.parts]
+        fix("parts", part_tracks(stamp, seen) if stamp > 0.0 else part_tracks(0.0, [])[:] * 0.0)
+        diagnosis, status = (np.zeros(message_size(view)) for view in (PickDiagnosis, ToolStatus))
+        said = PickDiagnosis(diagnosis)
+        said.phase, said.done, said.placed = self.phase, self.done, self.placed
+        ToolStatus(status).x = 0.6
+        fix("diagnosis", diagnosis)
+        fix("status", status)
+        if self.encoder:
+            fix("encoder", np.array([self.time, SPEED * self.time, 1.0]))
+
+    def run(self, duration):
+        for _ in range(round(duration / VISION_PERIOD)):
+            self.step()
+            self.simulator.AdvanceTo(self.time + 0.5 * VISION_PERIOD)
+            self.time += VISION_PERIOD
+
+    def read(self, name, view):
+        return view(np.array(self.system.GetOutputPort(name).Eval(self.context)))
+
+
+def test_before_the_first_image_it_says_nothing():
+    host = Host([(1, PartKind.BOX, 0.6, -0.4, 0.3)])
+    assert not host.read("order", PickOrder).valid and not host.read("prediction", Prediction).valid
+
+
+@pytest.mark.parametrize("encoder", [False, True])
+def test_it_orders_a_part_and_predicts_where_it_will_be(encoder):
+    host = Host([(4, PartKind.BOX, 0.61, -0.5, 0.3)], encoder)
+    host.run(1.0)
+    order, packet = host.read("order", PickOrder), host.read("prediction", Prediction)
+    assert (order.job, order.number, order.cell, order.valid) == (1, 4, 0, 1)
+    assert (order.width, order.height) == (0.030, 0.030)
+    assert order.place_z == pytest.approx(0.45 + 0.015) and order.place_yaw == pytest.approx(0.5 * math.pi)
+    assert packet_target(packet.seq) == 4
+    due = host.time + 0.3
+    x, y, z, yaw, std = evaluate_prediction(np.array(packet[:]), due)
+    assert (x, y, z, yaw) == pytest.approx((0.61, -0.5 + SPEED * due, 0.465, 0.3), abs=0.003)
+    assert 0.0 < std < 0.02
+
+
+def test_the_middle_of_a_part_is_ordered_into_the_middle_of_the_cell():
+    host = Host([(1, PartKind.ELL, 0.6, -0.5, 0.3)])
+    host.run(1.0)
+    order = host.read("order", PickOrder)
+    assert order.place_x == pytest.approx(POSES[0].x)
+    assert order.place_y == pytest.approx(POSES[0].y - PART_SHAPES[PartKind.ELL].middle)
+
+
+def test_the_order_is_repeated_with_a_new_number_of_the_message():
+    host = Host([(1, PartKind.BOX, 0.6, -0.5, 0.3)])
+    host.run(1.0)
+    first = host.read("order", PickOrder)
+    host.run(VISION_PERIOD)
+    second = host.read("order", PickOrder)
+    assert second.seq == first.seq + 1 and second.job == first.job and second.stamp > first.stamp
+
+
+def test_a_new_packet_comes_with_each_new_image_only():
+    host = Host([(1, PartKind.BOX, 0.6, -0.5, 0.3)])
+    host.run(1.0)
+    before = host.read("prediction", Prediction)
+    frozen, host.step = host.step, lambda: None  # vision stands still
+    host.run(3 * VISION_PERIOD)
+    assert host.read("prediction", Prediction).seq == before.seq
+    host.step = frozen
+    host.run(VISION_PERIOD)
+    assert host.read("prediction", Prediction).seq == before.seq + 1
+
+
+def test_while_the_arm_carries_the_next_part_is_ordered():
+    host = Host([(1, PartKind.BOX, 0.6, -0.45, 0.3), (2, PartKind.DISC, 0.6, -0.75, 0.3)])
+    host.run(1.5)
+    assert host.read("order", PickOrder).number == 1
+    host.phase = CARRYING[0]
+    host.run(0.5)
+    order = host.read("order", PickOrder)
+    assert (order.number, order.job, order.cell) == (2, 2, 1)
+    assert packet_target(host.read("prediction", Prediction).seq) == 2
+
+
+def test_the_estimate_for_displays_holds_for_the_present_and_says_how_much_room_there_is():
+    host = Host([(1, PartKind.BOX, 0.6, -0.45, 0.0), (2, PartKind.BOX, 0.6, -0.55, 0.0)])
+    host.run(1.0)
+    estimate = host.read("belt", BeltEstimate)
+    rows = message_rows(np.array(estimate[:]), BELT_FIELDS)
+    now = host.time - VISION_PERIOD
+    assert estimate.stamp == pytest.approx(now) and estimate.speed == pytest.approx(SPEED, abs=0.01)
+    for row, y in zip(rows, (-0.45, -0.55)):
+        assert row[BELT_FIELDS.index("y")] == pytest.approx(y + SPEED * now, abs=0.004)
+        # the jaws reach 60 mm across the part; the other one has a radius of 29.2 mm
+        assert row[BELT_FIELDS.index("clear")] == pytest.approx(0.1 - 0.060 - 0.0292, abs=0.004)
+    assert not rows[2:].any()
+
+
+def test_values_that_are_not_finite_are_not_used():
+    host = Host([(1, PartKind.BOX, 0.6, -0.45, 0.0), (2, PartKind.BOX, math.nan, -0.65, 0.0)])
+    host.run(1.0)
+    rows = message_rows(np.array(host.read("belt", BeltEstimate)[:]), BELT_FIELDS)
+    assert set(rows[:, 0]) == {0.0, 1.0} and np.isfinite(rows).all()

@@ -1,0 +1,313 @@
+"""Ticks of a PickMachine without a simulation: its transitions, what it counts, and how parts lie in their cells."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drake_tracker.arm.tool_motion import MotionFrame
+from drake_tracker.core.messages import (
+    KNOT_COUNT,
+    KNOT_SPACING,
+    TARGET_STRIDE,
+    ArmCommand,
+    Frozen,
+    JawState,
+    OperatorCommand,
+    PickOrder,
+    ServoTarget,
+    ToolStatus,
+    message_size,
+    pack_prediction,
+)
+from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
+from drake_tracker.core.timing import SERVO_PERIOD
+from drake_tracker.grasp.config import PickConfig
+from drake_tracker.grasp.gate import Gate
+from drake_tracker.grasp.jaws import GRIP_CONFIRMED
+from drake_tracker.grasp.operator_mode import OperatorMode
+from drake_tracker.grasp.pick_machine import LONGEST_WAIT, PickMachine, PickObservation
+from drake_tracker.grasp.pick_schema import PICK_TRANSITIONS, PickPhase
+
+CONFIG = PickConfig()
+WIDTH, OPENING, FORCE = PART_SHAPES[PartKind.BOX].width, CONFIG.jaw_opening, CONFIG.grip_force
+HOME = np.array([0.60, 0.0, 0.465, np.pi])
+CELL = (0.345, 0.19, 0.465)
+LAG, LEAD, SPEED = 0.25, 0.045, 0.15
+STOP, TAKE_OVER = float(OperatorMode.STOP), float(OperatorMode.TAKE_OVER)
+HOLDING = {"width": WIDTH, "force": FORCE}
+
+
+class Bench:
+    """Ticks of a PickMachine; the hand is always just where the part is."""
+
+    def __init__(self, model, config=CONFIG):
+        self.machine = PickMachine(config, model, SERVO_PERIOD, HOME)
+        self.state = self.machine.initial_state()
+        self.time = 10.0
+        self.order = np.zeros(message_size(PickOrder))
+        self.commands = []
+
+    def say(self, job, number=3, kind=PartKind.BOX, place_yaw=0.5 * np.pi):
+        """The host gives an order."""
+        order = PickOrder(np.zeros(message_size(PickOrder)))
+        order.job, order.number, order.kind, order.valid = job, number, kind, 1.0
+        order.width, order.height = PART_SHAPES[kind].width, PART_SHAPES[kind].height
+        order.place_x, order.place_y, order.place_z = CELL
+        order.place_yaw = place_yaw
+        self.order = np.array(order[:])
+
+    def tick(
+        self, *, number=3, valid=1, stale=0, flipping=0, fraction=1.0, width=OPENING, force=0.0, off=0.0, std=0.002,
+        operator=(0.0, 0.0, 0.0, 0.0, 0.0), yaw=0.2, branch=0.0,
+    ):  # fmt: skip
+        """Ticks once. ``off`` is how far the predicted path lies across the jaws from the hand [m]."""
+        stamp, due = self.time - LAG, self.time + LEAD
+        times = stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
+        path = np.column_stack([np.full(KNOT_COUNT, 0.6), SPEED * (times - 10.0), np.full(KNOT_COUNT, 0.465)])
+        path[:, :2] += off * np.array([-np.sin(yaw), np.cos(yaw)])
+        packet = pack_prediction(
+            stamp,
+            number * TARGET_STRIDE + 7,
+            np.column_stack([path, np.full((KNOT_COUNT, 1), yaw), np.full(KNOT_COUNT, std)]),
+        )
+        here = (0.6, SPEED * (due - 10.0), 0.465)
+        seq = number * TARGET_STRIDE + 7
+        target = ServoTarget(np.array([due, *here, yaw, 0, SPEED, 0, 0, stamp, seq, std, stale, valid]))
+        height = 0.004 if self.state.phase == PickPhase.CLOSE else 0.09
+        tool = (here[0], here[1], here[2] + height, yaw + np.pi * branch)
+        self.state = self.machine.update(
+            self.state,
+            PickObservation(
+                time=self.time,
+                target=target,
+                packet=packet,
+                order=PickOrder(self.order),
+                jaws=JawState(np.array([width, 0.0, force])),
+                status=ToolStatus(np.array([self.state.motion, fraction, flipping, *tool, branch])),
+                operator=OperatorCommand(np.array([*operator, 0.0])),
+            ),
+        )
+        self.commands.append(ArmCommand(self.machine.command(self.state)))
+        self.time += SERVO_PERIOD
+        return self.state.phase
+
+    def until(self, phase, limit=100, **seen):
+        """Ticks until a phase is entered; returns the time it took [s]."""
+        start = self.time
+        for _ in range(limit):
+            if self.tick(**seen) == phase:
+                return self.time - start
+        raise AssertionError(f"never in {phase.name}: {self.state.phase.name}, gate {self.state.gate.name}")
+
+    def reach(self, phase, **seen):
+        """Goes to a phase of a pick that succeeds."""
+        before = (PickPhase.TRACK, PickPhase.INTERCEPT, PickPhase.CLOSE, PickPhase.LIFT, PickPhase.CARRY)
+        rest = (PickPhase.LOWER, PickPhase.RELEASE, PickPhase.RAISE)
+        for each in (*before, *rest):
+            self.until(each, **seen, **(HOLDING if each in (*before[3:], *rest[:2]) else {}))
+            if each == phase:
+                return
+
+
+@pytest.fixture
+def bench(arm_model):
+    bench = Bench(arm_model)
+    bench.say(job=1)
+    return bench
+
+
+def test_it_waits_for_an_order_and_for_packets_about_its_part(arm_model):
+    bench = Bench(arm_model)
+    for _ in range(5):
+        assert bench.tick() == PickPhase.WAIT
+    assert bench.commands[-1].frame == MotionFrame.HOME and bench.commands[-1].jaw_width == OPENING
+    bench.say(job=1, number=3)
+    for unseen in ({"number": 4}, {"valid": 0}):
+        assert bench.tick(**unseen) == PickPhase.WAIT
+    assert bench.tick(number=3) == PickPhase.TRACK
+    assert bench.commands[-1].frame == MotionFrame.OBJECT
+
+
+def test_the_whole_success(bench):
+    bench.until(PickPhase.TRACK)
+    bench.until(PickPhase.INTERCEPT)
+    assert bench.state.gate == Gate.OPEN and bench.state.attempts == 1
+    to_close = bench.until(PickPhase.CLOSE)
+    assert to_close == pytest.approx(CONFIG.descent_duration - CONFIG.closing_lead, abs=1.1 * SERVO_PERIOD)
+    to_lift = bench.until(PickPhase.LIFT, **HOLDING)
+    assert to_lift == pytest.approx(GRIP_CONFIRMED + SERVO_PERIOD, abs=1.1 * SERVO_PERIOD)
+    to_carry = bench.until(PickPhase.CARRY, **HOLDING)
+    assert to_carry == pytest.approx(CONFIG.lift_duration, abs=1.1 * SERVO_PERIOD)
+    assert (bench.state.picked, bench.state.placed) == (1, 0)
+    bench.until(PickPhase.LOWER, **HOLDING)
+    assert bench.commands[-1].frame == MotionFrame.GOAL and bench.commands[-1].height == CONFIG.place_height
+    assert bench.state.goal[:3] == pytest.approx(CELL)
+    bench.until(PickPhase.RELEASE, **HOLDING)
+    assert bench.until(PickPhase.RAISE) == pytest.approx(CONFIG.release_duration, abs=1.1 * SERVO_PERIOD)
+    bench.until(PickPhase.WAIT)
+    found = bench.state
+    assert (found.done, found.attempts, found.picked, found.placed, found.failed) == (1, 1, 1, 1, 0)
+    for _ in range(10):
+        assert bench.tick() == PickPhase.WAIT, "an order is carried out once"
+
+
+def test_jaws_open_in_the_cell_and_stay_closed_before(bench):
+    bench.reach(PickPhase.RELEASE)
+    assert max(each.jaw_width for each in bench.commands if each.phase in (PickPhase.CARRY, PickPhase.LOWER)) < WIDTH
+    bench.until(PickPhase.RAISE)
+    assert bench.commands[-1].jaw_width > WIDTH
+    bench.until(PickPhase.WAIT)
+    assert max(each.jaw_width for each in bench.commands if each.phase == PickPhase.RAISE) <= WIDTH + CONFIG.release_gap
+    for _ in range(5):
+        bench.tick()
+    assert bench.commands[-1].jaw_width == OPENING
+
+
+def test_it_follows_new_packets_until_the_jaws_hold_the_part(bench):
+    bench.reach(PickPhase.CARRY)
+    frozen = {PickPhase(int(each.phase)): Frozen(int(each.frozen)) for each in bench.commands}
+    assert frozen[PickPhase.TRACK] == Frozen.FREE
+    assert frozen[PickPhase.INTERCEPT] == frozen[PickPhase.CLOSE] == Frozen.GUIDED
+    assert frozen[PickPhase.LIFT] == frozen[PickPhase.CARRY] == Frozen.BLIND
+
+
+def test_each_obstacle_keeps_the_hand_above_the_part(bench):
+    bench.until(PickPhase.TRACK)
+    for seen, gate in (
+        ({"fraction": 0.5}, Gate.SETTLING),
+        ({"flipping": 1}, Gate.FLIPPING),
+        ({"stale": 1}, Gate.STALE),
+        ({"std": 0.05}, Gate.SUCCESS_UNLIKELY),
+    ):
+        for _ in range(20):
+            assert bench.tick(**seen) == PickPhase.TRACK
+        assert bench.state.gate == gate
+    assert bench.tick() == PickPhase.INTERCEPT
+
+
+def test_a_missed_part_makes_it_retreat_and_counts_as_failed(bench):
+    bench.reach(PickPhase.CLOSE)
+    assert bench.tick(width=0.005) == PickPhase.RETREAT
+    bench.until(PickPhase.WAIT)
+    assert (bench.state.done, bench.state.failed, bench.state.picked, bench.state.placed) == (1, 1, 0, 0)
+    bench.say(job=2)
+    bench.until(PickPhase.INTERCEPT)
+    assert bench.state.attempts == 2
+
+
+def test_jaws_without_a_grip_have_missed_after_a_while(bench):
+    bench.reach(PickPhase.CLOSE)
+    took = bench.until(PickPhase.RETREAT, width=0.06)
+    assert took == pytest.approx(CONFIG.close_timeout, abs=2.1 * SERVO_PERIOD)
+
+
+def test_a_part_that_slips_from_the_jaws_is_a_failure(bench):
+    bench.reach(PickPhase.CARRY)
+    assert bench.tick(width=0.002) == PickPhase.RETREAT
+    bench.until(PickPhase.WAIT)
+    assert (bench.state.picked, bench.state.placed, bench.state.failed) == (1, 0, 1)
+
+
+def test_it_gives_up_a_descent_that_will_miss(bench):
+    bench.reach(PickPhase.INTERCEPT)
+    assert bench.tick(off=0.30) == PickPhase.RETREAT
+    assert bench.state.p_success < CONFIG.abort_probability
+
+
+def test_the_jaws_wait_a_moment_for_a_hand_that_catches_up(bench):
+    bench.reach(PickPhase.INTERCEPT)
+    in_time = bench.until(PickPhase.CLOSE, off=0.012)
+    late = CONFIG.descent_duration - CONFIG.closing_lead + LONGEST_WAIT
+    assert in_time == pytest.approx(late, abs=1.1 * SERVO_PERIOD)
+
+
+def test_a_lost_part_ends_the_order(bench):
+    bench.reach(PickPhase.TRACK)
+    assert bench.tick(stale=1) == PickPhase.TRACK  # coasting is not lost
+    assert bench.tick(valid=0) == PickPhase.WAIT
+    assert (bench.state.done, bench.state.failed) == (1, 1)
+    assert bench.tick() == PickPhase.WAIT, "the host must give a new order"
+
+
+@pytest.mark.parametrize("change", ["replaced", "cancelled"])
+def test_an_order_that_the_host_withdraws_before_the_descent_ends(bench, change):
+    bench.reach(PickPhase.TRACK)
+    bench.say(job=2 if change == "replaced" else 1, number=4 if change == "replaced" else 0)
+    assert bench.tick() == PickPhase.WAIT
+    assert bench.state.done == 1
+    if change == "replaced":
+        assert bench.tick(number=4) == PickPhase.TRACK
+        assert PickOrder(bench.state.order).job == 2
+
+
+def test_an_order_is_not_withdrawn_during_the_descent(bench):
+    bench.reach(PickPhase.INTERCEPT)
+    bench.say(job=2, number=4)
+    bench.until(PickPhase.CLOSE)
+    bench.until(PickPhase.LIFT, **HOLDING)
+    assert PickOrder(bench.state.order).job == 1
+
+
+@pytest.mark.parametrize("phase", [phase for phase in PickPhase if phase not in (PickPhase.STOPPED, PickPhase.MANUAL)])
+def test_the_operator_stops_the_hand_in_every_phase(arm_model, phase):
+    assert PICK_TRANSITIONS[phase][0][1] == PickPhase.STOPPED
+    bench = Bench(arm_model)
+    bench.state = replace(bench.state, phase=phase, entered=bench.time)
+    assert bench.tick(operator=(STOP, 0, 0, 0, 0)) == PickPhase.STOPPED
+    width = bench.commands[-1].jaw_width
+    for _ in range(10):
+        assert bench.tick(operator=(STOP, 0, 0, 0, 0)) == PickPhase.STOPPED
+    assert bench.commands[-1].jaw_width == width, "the jaws stay as they are"
+
+
+def test_after_a_stop_a_full_hand_goes_on_to_the_cell_and_counts_its_part_once(bench):
+    bench.reach(PickPhase.CARRY)
+    for _ in range(5):
+        assert bench.tick(operator=(STOP, 0, 0, 0, 0), **HOLDING) == PickPhase.STOPPED
+    assert bench.tick(**HOLDING) == PickPhase.CARRY
+    bench.until(PickPhase.LOWER, **HOLDING)
+    bench.until(PickPhase.RELEASE, **HOLDING)
+    bench.until(PickPhase.RAISE)
+    bench.until(PickPhase.WAIT)
+    assert (bench.state.picked, bench.state.placed, bench.state.failed) == (1, 1, 0)
+
+
+@pytest.mark.parametrize("phase", [PickPhase.RELEASE, PickPhase.RAISE])
+def test_a_part_that_lies_in_its_cell_is_placed_even_if_the_operator_stops_the_hand_there(bench, phase):
+    bench.reach(phase)
+    assert bench.tick(operator=(STOP, 0, 0, 0, 0)) == PickPhase.STOPPED
+    assert bench.tick() == PickPhase.RETREAT
+    bench.until(PickPhase.WAIT)
+    assert (bench.state.done, bench.state.placed, bench.state.failed) == (1, 1, 0)
+
+
+def test_a_stop_without_an_order_is_not_a_failure(arm_model):
+    bench = Bench(arm_model)
+    assert bench.tick(operator=(STOP, 0, 0, 0, 0)) == PickPhase.STOPPED
+    bench.until(PickPhase.WAIT)
+    assert (bench.state.done, bench.state.failed) == (0, 0)
+
+
+def test_the_operator_moves_the_hand(bench):
+    bench.reach(PickPhase.TRACK)
+    assert bench.tick(operator=(TAKE_OVER, 0.55, 0.1, 0.6, 0.2)) == PickPhase.MANUAL
+    assert bench.state.goal[:3] == pytest.approx([0.55, 0.1, 0.6])
+    assert bench.commands[-1].frame == MotionFrame.GOAL and bench.commands[-1].height == 0.0
+
+
+@pytest.mark.parametrize("kind", [PartKind.BOX, PartKind.DISC, PartKind.ELL])
+@pytest.mark.parametrize("yaw", [0.2, 2.0, -2.5])
+@pytest.mark.parametrize("branch", [0.0, 1.0])
+def test_a_part_is_put_down_in_the_nearest_direction_that_looks_as_ordered(arm_model, kind, yaw, branch):
+    """The tool turns by ``turn``, and the part with it, from ``yaw``. A disc has the direction of the jaws."""
+    bench = Bench(arm_model)
+    bench.say(job=1, kind=kind)
+    seen = {"yaw": yaw, "branch": branch}
+    bench.until(PickPhase.CLOSE, **seen)
+    bench.until(PickPhase.CARRY, **seen, width=PART_SHAPES[kind].width, force=FORCE)
+    turn = bench.state.goal[3] - (yaw + np.pi * branch)
+    period = 2.0 * np.pi / (PART_SHAPES[kind].turns or 2)
+    assert abs(turn) <= 0.5 * period + 1e-9
+    off = (yaw + turn - 0.5 * np.pi + 0.5 * period) % period - 0.5 * period
+    assert off == pytest.approx(0.0, abs=1e-9)

@@ -1,0 +1,75 @@
+"""A closed loop of the conveyor: the arm picks parts from the belt and places them in the tray."""
+
+import json
+
+import numpy as np
+import pytest
+
+from drake_tracker import load_scenario, simulate
+from drake_tracker.core.log import load_log
+from drake_tracker.core.messages import PART_FIELDS, PartTracks, message_rows
+from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.tasks.conveyor.diagram import arrivals_of
+from drake_tracker.tasks.task import BODY_STATE
+from drake_tracker.world.pick_messages import PartFate
+
+DURATION, SEED = 9.0, 5
+
+
+class Episode:
+    def __init__(self, out):
+        self.out = out
+        self.scenario = load_scenario("conveyor", seed=SEED, duration=DURATION, overrides=["arrivals.rate=20"])
+        self.summary = simulate(self.scenario, out=out)
+        self.log = load_log(out / "log.npz")
+
+
+@pytest.fixture(scope="module")
+def episode(tmp_path_factory):
+    return Episode(tmp_path_factory.mktemp("conveyor") / "run")
+
+
+def test_a_part_is_placed_and_nothing_else_is_touched(episode):
+    summary = episode.summary
+    assert summary["placed"] >= 1 and summary["dropped"] == summary["doubles"] == summary["misplaced"] == 0
+    assert not (summary["belt_touched"] or summary["tray_touched"] or summary["table_touched"])
+    assert not summary["self_touched"] and summary["joint_limit_margin_rad"] > 0.0
+    assert summary["placement_rms_m"] < 0.006 and summary["packets_rejected"] == 0
+
+
+def test_the_phases_of_a_pick_follow_each_other(episode):
+    numbers = episode.log["command"]["phase"].astype(int)
+    phases = [PickPhase(number) for number in numbers[np.flatnonzero(np.diff(numbers, prepend=-1))]]
+    start = phases.index(PickPhase.INTERCEPT)
+    assert phases[start : start + 7] == [
+        PickPhase.INTERCEPT, PickPhase.CLOSE, PickPhase.LIFT, PickPhase.CARRY, PickPhase.LOWER, PickPhase.RELEASE,
+        PickPhase.RAISE,
+    ]  # fmt: skip
+
+
+def test_the_log_has_the_state_of_every_part(episode):
+    parts, states, fates = arrivals_of(episode.scenario), episode.log["truth_part_states"], episode.log["truth_fates"]
+    assert states.names == tuple(f"{field}_{k}" for k in range(len(parts)) for field in BODY_STATE)
+    assert fates.names == tuple(f"fate_{k}" for k in range(len(parts)))
+    placed = [k for k in range(len(parts)) if fates.data[-1, k] == PartFate.PLACED]
+    assert len(placed) == episode.summary["placed"]
+    for k in placed:
+        assert states[f"x_{k}"][-1] < 0.45 and abs(states[f"x_{k}"][0] - parts[k].x) < 1e-6
+
+
+def test_vision_is_late_by_its_lag(episode):
+    """What the host reads of a part is where that part was one lag before, up to the measured error."""
+    tracks, states = episode.log["parts"], episode.log["truth_part_states"]
+    row = np.flatnonzero((tracks["stamp"] > 2.0) & (tracks["number0"] > 0))[0]
+    stamp = PartTracks(tracks.data[row]).stamp
+    cycles = episode.scenario.vision.lag_cycles + 1  # a sample is the value before the updates at its time
+    assert tracks.times[row] - stamp == pytest.approx(cycles / 60.0, abs=1e-9)
+    for number, _, _, y in message_rows(tracks.data[row], PART_FIELDS)[:, :4]:
+        if number:
+            assert y == pytest.approx(np.interp(stamp, states.times, states[f"y_{int(number) - 1}"]), abs=0.01)
+
+
+def test_the_run_directory_holds_exactly_these_files(episode):
+    left = {path.name for path in episode.out.iterdir()}
+    assert left == {"summary.json", "log.npz", "scenario.yaml", "recording.html", "conveyor.png"}
+    assert json.loads((episode.out / "summary.json").read_text())["placed"] == episode.summary["placed"]

@@ -1,0 +1,65 @@
+"""Scenarios of the conveyor that contradict themselves, or cannot be built, are refused in one line."""
+
+import pytest
+
+from drake_tracker import load_scenario, make_diagram
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.registry import task_of
+
+
+@pytest.mark.parametrize(
+    "override, key",
+    [
+        ("window.y_first=0.35", "window.y_first"),
+        ("window.y_last=0.6", "window.y_last"),
+        ("belt.entry=0.0", None),
+        ("arrivals.mix=[0, 0, 0]", "arrivals.mix"),
+        ("tray.cell=0.065", "tray.cell"),
+        ("pick.jaw_opening=0.04", "pick.jaw_opening"),
+        ("time_step=0.005", "time_step"),
+    ],
+)
+def test_settings_that_contradict_each_other(override, key):
+    if key is None:
+        assert load_scenario("conveyor", overrides=[override]).problems() == []
+        return
+    with pytest.raises(DrakeTrackerError, match=key) as caught:
+        load_scenario("conveyor", overrides=[override])
+    assert "\n" not in str(caught.value)
+
+
+def test_the_defaults_have_no_problems():
+    assert ConveyorScenario().problems() == []
+
+
+def test_an_entry_behind_the_window():
+    scenario = ConveyorScenario().with_settings({"belt.entry": -0.2, "window.y_first": -0.6, "window.y_last": -0.3})
+    assert [key for key, _ in scenario.problems()] == ["belt.entry"]
+
+
+@pytest.mark.parametrize(
+    "changes, words",
+    [
+        ({"duration": 0.05}, "duration.*no part arrives"),
+        ({"arrivals.rate": 60.0, "arrivals.gap": 0.4}, "arrivals.rate"),
+    ],
+)
+def test_what_cannot_be_built(changes, words):
+    with pytest.raises(DrakeTrackerError, match=words):
+        make_diagram(ConveyorScenario(seed=3).with_settings(changes))
+
+
+def test_a_run_cannot_be_replayed_yet():
+    scenario = ConveyorScenario(name="conveyor")
+    task = task_of(scenario)
+    for start in (lambda: task.replay_start(scenario, ()), lambda: task.replay_sources(scenario, "points")):
+        with pytest.raises(DrakeTrackerError, match="conveyor: .* cannot be replayed yet"):
+            start()
+
+
+def test_the_encoder_is_connected_only_where_the_belt_has_one():
+    for encoder in (False, True):
+        hand_eye = make_diagram(ConveyorScenario(seed=5, duration=9.0).with_settings({"belt.encoder": encoder}))
+        assert hand_eye.HasOutputPort("encoder") is encoder
+        assert [hand_eye.get_input_port(k).get_name() for k in range(hand_eye.num_input_ports())] == ["operator"]
