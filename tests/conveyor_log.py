@@ -19,7 +19,7 @@ from drake_tracker.tasks.conveyor.task import TASK
 from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.belt_motion import make_belt_motion
-from drake_tracker.world.pick_messages import PartFate
+from drake_tracker.world.part_fates import PartFate
 from drake_tracker.world.tray import cell_centres
 
 YAW = 0.5 * np.pi

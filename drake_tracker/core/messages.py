@@ -242,6 +242,16 @@ board, below the edge and without touching it [s] (0: not yet); time at which it
 moves); ``lost`` = 1 once it touched table or floor, or is jammed; ``board_touched`` = 1 once the arm touched the board
 or its table; ``self_touched`` = 1 once two links of the arm touched each other."""
 
+PickVerdict = namedview(
+    "PickVerdict",
+    ["coming", "arrived", "picked", "placed", "missed", "dropped", "doubles", "held"]
+    + ["belt_touched", "tray_touched", "table_touched", "self_touched"],
+)
+"""The judge's findings on the parts: numbers of parts that have not arrived yet, that have arrived, that were ever held
+off the belt, and that are placed, missed and dropped now (`world.part_fates.PartFate`); number of times at which the
+fingers began to carry a second part with the one they held; number of the part that both fingers hold off the belt,
+from 1 (0: none); and 1 once the arm touched the belt, a tray, table or floor, or one of its links another."""
+
 
 _SLOTS = {
     REGION_FIELDS: REGION_SLOTS,

@@ -57,7 +57,7 @@ def simulate(
         live: live view that shows the run and may pause it. Real-time factor and wall times exclude the pauses.
         tell: called with each line of news for the user, for example when the arm begins to reject packets.
 
-    Returns the summary, see `drake_tracker.tasks.train.summary` and `drake_tracker.tasks.ball.summary`.
+    Returns the summary, see the module `summary` of the task, for example `drake_tracker.tasks.train.summary`.
 
     Raises DrakeTrackerError when the scenario cannot be built, or when it needs images and this machine cannot render.
     An error during the run, for example in a custom part or on a full disk, is raised after everything that can be

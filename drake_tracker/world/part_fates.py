@@ -2,12 +2,29 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 
 from drake_tracker.world.conveyor_config import BeltConfig, TrayConfig
-from drake_tracker.world.pick_messages import PartFate
 from drake_tracker.world.tray import cell_at
+
+
+class PartFate(IntEnum):
+    """What has become of a part.
+
+    UPSTREAM: it has not arrived yet. ON_BELT: it lies on the belt. HELD: both fingers hold it off the belt, or they did
+    and it has not come to rest since. PLACED: it rests in a cell of a tray. MISSED: the belt has carried it past the
+    end. DROPPED: it rests anywhere else, or lies on the belt again after it was held.
+    """
+
+    UPSTREAM = 0
+    ON_BELT = 1
+    HELD = 2
+    PLACED = 3
+    MISSED = 4
+    DROPPED = 5
+
 
 HELD_HEIGHT = 0.010
 """Height [m] above its place on the belt from which a part that the fingers touch counts as held."""

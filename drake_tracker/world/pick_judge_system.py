@@ -12,16 +12,15 @@ from pydrake.multibody.plant import ContactResults
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem, OutputPort
 
-from drake_tracker.core.messages import message_size
+from drake_tracker.core.messages import PickVerdict, message_size
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.contacts import touching_pairs
 from drake_tracker.world.conveyor_config import BeltConfig, TrayConfig
 from drake_tracker.world.conveyor_plant import ConveyorLaboratory
 from drake_tracker.world.objects_system import STATE_SIZE
-from drake_tracker.world.part_fates import AT_REST, PartView, held_parts, next_fate
+from drake_tracker.world.part_fates import AT_REST, PartFate, PartView, held_parts, next_fate
 from drake_tracker.world.part_model import rest_height
-from drake_tracker.world.pick_messages import PartFate, PickVerdict
 
 
 class PickJudgeSystem(LeafSystem):

@@ -11,7 +11,7 @@ from drake_tracker.core.messages import PART_FIELDS, PartTracks, message_rows
 from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.diagram import arrivals_of
 from drake_tracker.tasks.task import BODY_STATE
-from drake_tracker.world.pick_messages import PartFate
+from drake_tracker.world.part_fates import PartFate
 
 DURATION, SEED = 9.0, 5
 

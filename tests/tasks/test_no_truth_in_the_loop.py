@@ -16,7 +16,7 @@ from drake_tracker.live.operator import OperatorPanel
 from drake_tracker.live.operator_system import OperatorSystem
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.measured_parts import MeasuredPartsSystem
+from drake_tracker.vision.measured_parts_system import MeasuredPartsSystem
 from drake_tracker.vision.measured_several_diagram import MeasuredSeveralDiagram
 from drake_tracker.vision.measured_vision_system import MeasuredErrorSystem, MeasuredVisionDiagram
 from drake_tracker.world import world_diagram as world_module

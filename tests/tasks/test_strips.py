@@ -46,6 +46,7 @@ def inputs(**changed):
         command=view(ArmCommand, jaw_width=0.088),
         points=(view(TrackPoint, stamp=1.70, x=0.49), view(TrackPoint, stamp=1.75, x=0.5, z=0.001)),
         report=view(JawState, width=0.04),
+        states=np.zeros((1, 13)),
     )
     return StripInputs(**{**values, **changed})
 

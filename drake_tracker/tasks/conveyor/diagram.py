@@ -24,7 +24,7 @@ from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.grasp.pick_system import PickSystem
 from drake_tracker.link.link_diagram import LinkDiagram
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
-from drake_tracker.vision.measured_parts import MeasuredPartsDiagram, MeasuredPartsSystem
+from drake_tracker.vision.measured_parts_system import MeasuredPartsDiagram, MeasuredPartsSystem
 from drake_tracker.world.arrivals import Arrival, draw_arrivals
 from drake_tracker.world.belt_motion import make_belt_motion
 from drake_tracker.world.conveyor_plant import TABLE_BELOW

@@ -11,8 +11,8 @@ from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.episode import Log
 from drake_tracker.world.arrivals import Arrival
+from drake_tracker.world.part_fates import PartFate
 from drake_tracker.world.part_outline import placed_outline
-from drake_tracker.world.pick_messages import PartFate
 from drake_tracker.world.tray import cell_centres
 
 PICKING = (PickPhase.INTERCEPT, PickPhase.CLOSE, PickPhase.LIFT)

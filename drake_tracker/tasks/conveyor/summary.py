@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_tracker.core.messages import PickVerdict
 from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.dispatch.candidate import Candidate, Cell
@@ -17,7 +18,7 @@ from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.results import git_commit, lag_of, limiter_findings, package_versions, packet_findings, tidy
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.belt_motion import BeltMotion, make_belt_motion
-from drake_tracker.world.pick_messages import PartFate, PickVerdict
+from drake_tracker.world.part_fates import PartFate
 from drake_tracker.world.tray import cell_centres
 
 ENOUGH = 0.9

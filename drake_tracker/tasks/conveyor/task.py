@@ -17,6 +17,7 @@ from drake_tracker.core.messages import (
     PartTracks,
     PickDiagnosis,
     PickOrder,
+    PickVerdict,
     Prediction,
     ServoTarget,
     ToolStatus,
@@ -33,7 +34,6 @@ from drake_tracker.tasks.conveyor.summary import summarise_conveyor
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.filming import PATH_MARKS, Film, Snapshot, View
 from drake_tracker.tasks.task import BODY_STATE, FreeMotion, ReplayParts, Task
-from drake_tracker.world.pick_messages import PickVerdict
 
 _PREDICTED = (PickPhase.TRACK, PickPhase.INTERCEPT, PickPhase.CLOSE)
 """Phases in which the predicted path of the part is drawn."""

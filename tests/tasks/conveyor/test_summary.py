@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from conveyor_log import ConveyorRun, Story, nothing_logged
 
-from drake_tracker.core.messages import message_size
+from drake_tracker.core.messages import PickVerdict, message_size
 from drake_tracker.core.part_kinds import PartKind
 from drake_tracker.tasks.conveyor.figures import draw_conveyor, rate_per_minute
 from drake_tracker.tasks.conveyor.summary import could_be_picked, missed_because, summarise_conveyor, window_times
 from drake_tracker.tasks.conveyor.task import TASK
 from drake_tracker.world.belt_motion import make_belt_motion
-from drake_tracker.world.pick_messages import PickVerdict
 
 
 def summarise(run, **changes):

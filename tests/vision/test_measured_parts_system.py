@@ -9,7 +9,7 @@ from drake_tracker.core.messages import PART_FIELDS, PART_SLOTS, PartTracks, mes
 from drake_tracker.core.part_kinds import PartKind
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.config import MeasuredParts
-from drake_tracker.vision.measured_parts import MeasuredPartsDiagram, MeasuredPartsSystem
+from drake_tracker.vision.measured_parts_system import MeasuredPartsDiagram, MeasuredPartsSystem
 
 VIEW = np.array([[0.48, -0.45], [0.72, 0.50]])
 EXACT = MeasuredParts(noise_std=0.0, bias_std=0.0, turn_noise_std_deg=0.0, turn_bias_std_deg=0.0)
