@@ -3,8 +3,7 @@ from dataclasses import replace
 import pytest
 
 from drake_tracker.world.conveyor_config import BeltConfig, TrayConfig
-from drake_tracker.world.part_fates import REST_TIME, PartView, held_parts, next_fate
-from drake_tracker.world.pick_messages import PartFate
+from drake_tracker.world.part_fates import REST_TIME, PartFate, PartView, held_parts, next_fate
 from drake_tracker.world.tray import cell_at, cell_centres
 
 BELT, TRAY = BeltConfig(), TrayConfig()
