@@ -144,7 +144,7 @@ def test_a_run_directory_is_never_overwritten(simulated, tmp_path, capsys):
         (["arm", "ball"], ["only the train runs in two processes"]),
         (["host", "ball"], ["only the train runs in two processes"]),
         (["calibrate", "train", "--set", "cameras.distance=2"], ["-o FILE is missing; the package's own calibration"]),
-        (["calibrate", "ball", "-o", "x.yaml"], ["the ball's camera is not calibrated"]),
+        (["calibrate", "ball", "-o", "x.yaml"], ["only the train's cameras are calibrated"]),
         (["measure", "ball", "-o", "x.yaml"], ["only the error of the train's cameras can be measured"]),
         (["run", "train", "--graphviz", "no/such/file.dot"], ["--graphviz no/such/file.dot: there is no folder"]),
         (["run", "train", "--graphviz", "/"], ["--graphviz /: this is a folder; name a file"]),
