@@ -146,7 +146,7 @@ def missed_because(scenario: ConveyorScenario, histories: Sequence[PartHistory],
     The first of these reasons that holds counts:
 
     - "pick failed": the hand descended towards it.
-    - "the run ended": the whole chance to pick and place it did not lie within the run (`could_be_picked`).
+    - "arrived too late": the whole chance to pick and place it did not lie within the run (`could_be_picked`).
     - "never in view": vision never reported it.
     - "no room for the jaws": another part was too close to it in the whole picking window.
     - "trays full": all cells had a part when it left the picking window.
@@ -168,7 +168,7 @@ def missed_because(scenario: ConveyorScenario, histories: Sequence[PartHistory],
         if part.attempted:
             reason = "pick failed"
         elif not could_be_picked(scenario, part.arrival, simulated):
-            reason = "the run ended"
+            reason = "arrived too late"
         elif not part.seen:
             reason = "never in view"
         elif not part.had_room:

@@ -93,7 +93,7 @@ def test_a_part_that_arrives_too_late_does_not_count():
     run = ConveyorRun([placed(1.0, 0), Story(24.0, ordered=False)])
     summary = summarise(run)
     assert summary["success"] and summary["arrived"] == 2 and summary["could_be_picked"] == 1
-    assert summary["missed_because"] == {"the run ended": 1}
+    assert summary["missed_because"] == {"arrived too late": 1}
 
 
 def test_what_could_be_picked_depends_on_the_end_of_the_run_alone():
