@@ -5,9 +5,12 @@ from collections.abc import Mapping
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from drake_tracker.diagrams.hand_eye import SELECTED, inputs, outputs
+from drake_tracker.vision.several_vision_diagram import HAND_DISPLACEMENTS
 
 UNLOGGED = ("motion", "accepted", "held_packet", "expected")
 """First parts of the names of outputs that are not logged."""
+OPTIONAL = (SELECTED, *HAND_DISPLACEMENTS)
+"""Inputs that may be left unconnected: no operator took part in the run, or a replay does not see the hand."""
 
 
 class ReplayDiagram(Diagram):
@@ -67,7 +70,7 @@ class ReplayDiagram(Diagram):
         for system in systems:
             for port in inputs(system):
                 name = port.get_name()
-                if name == SELECTED and name not in ports:  # no operator took part in the run
+                if name in OPTIONAL and name not in ports:
                     continue
                 builder.Connect(ports[packets[system] if name == "packet" else name], port)
             for port in outputs(system):

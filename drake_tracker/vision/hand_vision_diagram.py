@@ -13,6 +13,7 @@ from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.delay_line_system import DelayLineSystem
 from drake_tracker.vision.hand_markers import MarkerSearch
 from drake_tracker.vision.hand_markers_system import HandMarkersSystem
+from drake_tracker.vision.several_vision_diagram import HAND_DISPLACEMENTS
 
 
 class HandVisionDiagram(Diagram):
@@ -69,7 +70,6 @@ class HandVisionDiagram(Diagram):
         delay = lag_cycles - image_latency
         if delay < 0:
             raise DrakeTrackerError(f"a lag of {lag_cycles} cycles is shorter than the latency of the images")
-        displacements = {f"displacement_{side}" for side in SIDES}
         builder = DiagramBuilder()
         vision.set_name("object_vision")
         builder.AddSystem(vision)
@@ -93,7 +93,7 @@ class HandVisionDiagram(Diagram):
         )
         for index in range(vision.num_input_ports()):
             port = vision.get_input_port(index)
-            if port.get_name() in displacements:
+            if port.get_name() in HAND_DISPLACEMENTS:
                 builder.Connect(hand.GetOutputPort(port.get_name()), port)
             else:
                 builder.ExportInput(port, port.get_name())

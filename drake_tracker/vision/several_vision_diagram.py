@@ -23,6 +23,9 @@ from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE
 from drake_tracker.vision.window import Window
 from drake_tracker.vision.wrist_view_diagram import WristParts, add_wrist_view
 
+HAND_DISPLACEMENTS = tuple(f"displacement_{side}" for side in SIDES)
+"""Inputs that markers on the hand drive. Left unconnected, the arm is masked where its joints say that it is."""
+
 
 class SeveralVisionDiagram(Diagram):
     """From two images to the tracks of all objects, and the point of one of them.
