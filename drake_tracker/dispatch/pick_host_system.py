@@ -34,6 +34,8 @@ from drake_tracker.dispatch.encoder_history import EncoderHistory
 from drake_tracker.dispatch.order_book import OrderBook, OrderClerk, report_of
 from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPoint, Travel
 
+STAMP_TOLERANCE = 0.001
+"""Time by which a stamp may be later than the present [s]."""
 FREE = 1.0
 """Clearance of a part without neighbours [m]."""
 _KNOTS = KNOT_SPACING * np.arange(KNOT_COUNT)
@@ -152,7 +154,7 @@ class PickHostSystem(LeafSystem):
         encoder = memory.encoder
         if self._encoder.HasValue(context):
             encoder = encoder.extended(EncoderReading(self._encoder.Eval(context)))
-        belt = self._updated(memory.belt, encoder, self._parts.Eval(context))
+        belt = self._updated(memory.belt, encoder, self._parts.Eval(context), now)
         travel = encoder.travel(belt.stamp, now)
         candidates = self._candidates(belt, travel, now)
         report = report_of(
@@ -172,14 +174,15 @@ class PickHostSystem(LeafSystem):
             HostMemory(belt, encoder, book, seq, read_only(packet), read_only(order), read_only(estimate))
         )
 
-    def _updated(self, belt: BeltState, encoder: EncoderHistory, message: np.ndarray) -> BeltState:
+    def _updated(self, belt: BeltState, encoder: EncoderHistory, message: np.ndarray, now: float) -> BeltState:
+        """Returns the estimate after a `PartTracks`. One from the future, and parts of unknown kinds, are ignored."""
         header = PartTracks(message)
-        if not header.valid or not header.stamp > belt.stamp:
+        if not header.valid or not belt.stamp < header.stamp <= now + STAMP_TOLERANCE:
             return belt
         points = [
             PartPoint(int(row[0]), PartKind(int(row[1])), *row[2:9].tolist())
             for row in message_rows(message, PART_FIELDS)
-            if row[0] > 0.0 and row[9] >= header.stamp and np.isfinite(row).all()
+            if np.isfinite(row).all() and row[0] > 0.0 and row[9] >= header.stamp and row[1] in PART_SHAPES
         ]
         return self._estimator.update(belt, float(header.stamp), points, encoder.travel(belt.stamp, header.stamp))
 

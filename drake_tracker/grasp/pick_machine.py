@@ -18,6 +18,7 @@ from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.jaws import GRIP_CONFIRMED, closed_on_nothing, feels_grip, next_opening
 from drake_tracker.grasp.motor_schema import since
 from drake_tracker.grasp.operated import OperatedMachine, OperatedState, Pace, resting_target
+from drake_tracker.grasp.order_check import may_carry_out
 from drake_tracker.grasp.pick_schema import (
     BY_HAND,
     FOLLOWING,
@@ -105,13 +106,17 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         model: the controller's model of the arm.
         period: time between ticks [s].
         home: reference (x, y, z, yaw) in W over which the hand waits, shape (4,) [m, rad].
+        places: lowest and highest corner in W of the box in which parts may be put down, shape (2, 3) [m].
     """
 
     config: PickConfig
 
-    def __init__(self, config: PickConfig, model: ArmModel, period: float, home: np.ndarray) -> None:
+    def __init__(
+        self, config: PickConfig, model: ArmModel, period: float, home: np.ndarray, places: np.ndarray
+    ) -> None:
         super().__init__(config, PICK_PROGRAMS, PICK_TRANSITIONS, SAME_MOTION)
         self.model, self.period, self.home = model, period, np.asarray(home, dtype=float)
+        self.places = np.asarray(places, dtype=float)
 
     def initial_state(self) -> PickState:
         """Returns the state of a hand that waits with open jaws."""
@@ -237,9 +242,10 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
 
     # Parts of a tick.
 
-    @staticmethod
-    def _is_new(state: PickState, order: Any) -> bool:
-        return bool(order.valid) and order.number > 0.0 and order.job > max(PickOrder(state.order).job, state.done)
+    def _is_new(self, state: PickState, order: Any) -> bool:
+        """Returns whether there is a new order that the hand may carry out."""
+        newer = order.job > max(PickOrder(state.order).job, state.done)
+        return newer and may_carry_out(order, self.places, self.config.jaw_opening)
 
     @staticmethod
     def _about_order(state: PickState, seen: PickObservation) -> bool:

@@ -9,6 +9,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker.core.messages import (
     BELT_FIELDS,
+    PART_FIELDS,
     BeltEstimate,
     PickDiagnosis,
     PickOrder,
@@ -155,3 +156,20 @@ def test_values_that_are_not_finite_are_not_used():
     host.run(1.0)
     rows = message_rows(np.array(host.read("belt", BeltEstimate)[:]), BELT_FIELDS)
     assert set(rows[:, 0]) == {0.0, 1.0} and np.isfinite(rows).all()
+
+
+@pytest.mark.parametrize("stamp, kind", [(1e300, PartKind.BOX), (5.0, PartKind.BOX), (None, 9), (None, 0)])
+def test_parts_that_cannot_be_right_do_not_silence_the_host(stamp, kind):
+    host = Host([(1, PartKind.BOX, 0.6, -0.4, 0.3)])
+    host.run(0.5)
+    host.step()
+    seen = [(2, PartKind.BOX, 0.6, -0.3, 0.0)]
+    message = part_tracks(host.time - LAG if stamp is None else stamp, seen)
+    message_rows(message, PART_FIELDS)[0, PART_FIELDS.index("kind")] = kind
+    host.system.GetInputPort("parts").FixValue(host.context, message)
+    host.simulator.AdvanceTo(host.time + 0.5 * VISION_PERIOD)
+    host.time += VISION_PERIOD
+    host.run(1.0)
+    numbers = message_rows(np.array(host.read("belt", BeltEstimate)[:]), BELT_FIELDS)[:, 0]
+    assert 1.0 in numbers and 2.0 not in numbers
+    assert host.read("prediction", Prediction).stamp == pytest.approx(host.time - LAG, abs=0.05)

@@ -33,6 +33,7 @@ CONFIG = PickConfig()
 WIDTH, OPENING, FORCE = PART_SHAPES[PartKind.BOX].width, CONFIG.jaw_opening, CONFIG.grip_force
 HOME = np.array([0.60, 0.0, 0.465, np.pi])
 CELL = (0.345, 0.19, 0.465)
+PLACES = np.array([[0.3, -0.6, 0.45], [0.45, 0.6, 0.5]])
 LAG, LEAD, SPEED = 0.25, 0.045, 0.15
 STOP, TAKE_OVER = float(OperatorMode.STOP), float(OperatorMode.TAKE_OVER)
 HOLDING = {"width": WIDTH, "force": FORCE}
@@ -42,7 +43,7 @@ class Bench:
     """Ticks of a PickMachine; the hand is always just where the part is."""
 
     def __init__(self, model, config=CONFIG):
-        self.machine = PickMachine(config, model, SERVO_PERIOD, HOME)
+        self.machine = PickMachine(config, model, SERVO_PERIOD, HOME, PLACES)
         self.state = self.machine.initial_state()
         self.time = 10.0
         self.order = np.zeros(message_size(PickOrder))
@@ -311,3 +312,31 @@ def test_a_part_is_put_down_in_the_nearest_direction_that_looks_as_ordered(arm_m
     assert abs(turn) <= 0.5 * period + 1e-9
     off = (yaw + turn - 0.5 * np.pi + 0.5 * period) % period - 0.5 * period
     assert off == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "field, value",
+    [
+        ("place_x", np.nan),
+        ("place_y", np.inf),
+        ("place_z", 0.40),
+        ("place_z", 0.60),
+        ("place_x", 0.60),
+        ("place_yaw", 1e9),
+        ("kind", 7.0),
+        ("kind", 0.0),
+        ("width", 0.09),
+        ("width", 0.0),
+        ("number", -3.0),
+        ("valid", 0.0),
+        ("job", np.nan),
+    ],
+)
+def test_an_order_that_cannot_be_right_is_ignored(field, value, bench):
+    bench.say(1)
+    setattr(PickOrder(bench.order), field, value)
+    for _ in range(20):
+        assert bench.tick() == PickPhase.WAIT
+    bench.say(2)
+    bench.until(PickPhase.TRACK)
+    assert PickOrder(bench.state.order).job == 2

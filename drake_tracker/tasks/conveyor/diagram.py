@@ -38,6 +38,8 @@ CARRYING = (PickPhase.CARRY, PickPhase.LOWER, PickPhase.RELEASE, PickPhase.RAISE
 """Phases in which it carries a part, puts it down or comes back."""
 PART_HEIGHT = 0.015
 """Height of the origin of a part above the belt, for the pose in which the hand waits [m]."""
+HIGHEST_PART = 0.05
+"""Largest height of the origin of a part above the floor of its cell [m]."""
 BESIDE_BELT = 0.02
 """Distance beside and above the belt up to which a packet may begin [m]."""
 
@@ -77,7 +79,9 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
         time_step=scenario.time_step,
     )
     link = LinkDiagram(link_of(scenario), link_of(scenario, message=PickOrder), "order")
-    decision = PickSystem(PickMachine(scenario.pick, model, SERVO_PERIOD, home), scenario.time_step)
+    decision = PickSystem(
+        PickMachine(scenario.pick, model, SERVO_PERIOD, home, place_volume(scenario)), scenario.time_step
+    )
     decision.set_name("pick")
     arm = ArmDiagram(
         decision,
@@ -106,6 +110,13 @@ def home_reference(scenario: ConveyorScenario) -> np.ndarray:
     """Returns the reference (x, y, z, yaw) in W over which the hand waits [m, rad], shape (4,)."""
     middle = 0.5 * (scenario.window.y_first + scenario.window.y_last)
     return np.array([scenario.belt.middle, middle, scenario.belt.height + PART_HEIGHT, np.pi])
+
+
+def place_volume(scenario: ConveyorScenario) -> np.ndarray:
+    """Returns the lowest and the highest corner in W of the box in which parts may be put down, shape (2, 3) [m]."""
+    centres, half, floor = cell_centres(scenario.tray), 0.5 * scenario.tray.cell, scenario.belt.height
+    low, high = centres.min(axis=0) - half, centres.max(axis=0) + half
+    return np.array([[*low, floor], [*high, floor + HIGHEST_PART]])
 
 
 def conveyor_vision(scenario: ConveyorScenario, arrivals: tuple[Arrival, ...]) -> MeasuredPartsDiagram:
