@@ -34,6 +34,7 @@ class ArmModel:
         q_nominal: as given, shape (n,) [rad].
         symmetric_hand: as given.
         num_joints: number n of the arm's joints.
+        joint_names: their names, in the order of q.
         position_lower: lower joint limits, shape (n,) [rad].
         position_upper: upper joint limits, shape (n,) [rad].
         velocity_limit: rated joint speeds, shape (n,) [rad/s].
@@ -60,6 +61,7 @@ class ArmModel:
         self.position_upper = np.array([joint.position_upper_limits()[0] for joint in joints])
         self.velocity_limit = np.array([joint.velocity_upper_limits()[0] for joint in joints])
         self.num_joints = len(joints)
+        self.joint_names = tuple(joint.name() for joint in joints)
         self._scratch = plant.CreateDefaultContext()
         self.effort_limit = np.array([plant.GetJointActuatorByName(joint.name()).effort_limit() for joint in joints])
 
@@ -67,6 +69,13 @@ class ArmModel:
         """Returns X_WT at joint positions q, shape (n,) [rad]."""
         context = self._context_at(q)
         return self.plant.CalcRelativeTransform(context, self.plant.world_frame(), self.tool_frame)
+
+    def body_poses(self, q: Sequence[float] | np.ndarray) -> dict[str, np.ndarray]:
+        """Returns {name of a body B of arm or hand: X_WB, shape (4, 4) [m]} at joint positions q, shape (n,) [rad]."""
+        plant, context = self.plant, self._context_at(q)
+        bodies = [plant.get_body(index) for index in plant.GetBodyIndices(self.arm_instance)]
+        bodies += [plant.get_body(i) for i in plant.GetBodyIndices(self.tool_frame.model_instance())]
+        return {body.name(): plant.EvalBodyPoseInWorld(context, body).GetAsMatrix4() for body in bodies}
 
     def tool_pose_and_jacobian(self, q: np.ndarray) -> tuple[RigidTransform, np.ndarray]:
         """Returns X_WT and the (6, n) Jacobian of V_WT (angular velocity first) expressed in W, at q [rad]."""

@@ -39,6 +39,9 @@ def register(commands: Commands) -> None:
         help="keep the images that the vision reads, for drake-tracker replay --from images",
     )
     command.add_argument(
+        "--mcap", action="store_true", help="also write the run as run.mcap, which Foxglove and Rerun show"
+    )
+    command.add_argument(
         "--live", action="store_true", help="show cameras, errors and scene on a page, with pause and single step"
     )
     command.add_argument("--port", type=int, default=0, metavar="N", help="port of that page (default: a free one)")
@@ -84,6 +87,7 @@ def _simulate(options: Namespace, scenario: Any, out: Path, progress: Any, live:
     run_options = RunOptions(
         record=not options.no_record,
         images=options.record_images,
+        mcap=options.mcap,
         meshcat=options.meshcat,
         graphviz=options.graphviz,
     )

@@ -13,6 +13,7 @@ class RunOptions:
             and of the grasp.
         images: whether to keep the images that the vision reads, for a replay from images.
         meshcat: whether to show the scene in a browser during the run; the address is printed.
+        mcap: whether to write the run as an MCAP file for Foxglove or Rerun; needs the extra ``mcap``.
         graphviz: file for a graph of the diagram in the DOT language of Graphviz, or None.
         stop_when_over: whether to end the run when the object was grasped or is lost, before the end of its duration.
         realtime_rate: greatest ratio of simulated time to wall time; 1 is real time, 0 is as fast as possible.
@@ -21,6 +22,7 @@ class RunOptions:
     record: bool = True
     images: bool = False
     meshcat: bool = False
+    mcap: bool = False
     graphviz: Path | None = None
     stop_when_over: bool = True
     realtime_rate: float = 0.0

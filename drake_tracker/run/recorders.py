@@ -66,6 +66,13 @@ def add_recorders(
         from drake_tracker.run.camera_images import add_camera_images
 
         recorders.append(add_camera_images(builder, hand_eye=hand_eye, folder=out))
+    if out is not None and options.mcap:
+        from drake_tracker.run.mcap_recording import add_mcap_recording
+
+        cameras = task.film(scenario, hand_eye) if has_images(hand_eye) else None
+        recorders.append(
+            add_mcap_recording(builder, hand_eye=hand_eye, loggers=loggers, film=cameras, task=task, folder=out)
+        )
     if options.meshcat or live is not None or folder:
         from drake_tracker.run.scene import add_scene_recording
 
