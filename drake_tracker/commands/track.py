@@ -57,6 +57,24 @@ def register(commands: Commands) -> None:
         metavar="M",
         help="largest gap between the two rays of one point [m]",
     )
+    command.add_argument(
+        "--roi",
+        action="append",
+        default=[],
+        metavar="X,Y,W,H",
+        help="only motion in this rectangle of the image counts [px]; or 'X,Y X,Y X,Y ...', a polygon; with two "
+        "cameras give it twice",
+    )
+    command.add_argument(
+        "--follow",
+        action="append",
+        default=[],
+        metavar="U,V",
+        help="follow the object at this pixel of the first image; with two cameras give it twice",
+    )
+    command.add_argument(
+        "--objects", type=int, default=1, metavar="N", help="track up to N objects (one camera, in pixels)"
+    )
     command.add_argument("--no-overlay", action="store_true", help="write no video")
     command.add_argument("--out", type=Path, metavar="DIR", help="directory, new or empty (default: runs/track-TIME)")
 
@@ -68,10 +86,11 @@ def execute(options: Namespace) -> int:
 
     from drake_tracker.core.progress import Progress
     from drake_tracker.tracking.preparation import prepare_track
+    from drake_tracker.tracking.quality import doubts
     from drake_tracker.tracking.track import make_track
 
     quiet_drake()
-    names = "calibration plane height camera fps offset duration detector estimator max_gap"
+    names = "calibration plane height camera fps offset duration detector estimator max_gap roi follow objects"
     track = prepare_track(options.source, **{name: getattr(options, name) for name in names.split()})
     progress = Progress(track.timeline.duration)
     with run_directory(options.out, "track") as out:
@@ -96,4 +115,10 @@ def execute(options: Namespace) -> int:
         )
     elif not summary["results"]:
         print("No motion was found")
+    note = doubts(summary)
+    if note is not None:
+        print(note)
+    if options.follow and summary["results"] < 0.5 * summary["described"]:
+        print(f"The object was followed in {summary['results']} of {summary['described']} images only")
+        return NOT_TAKEN
     return SUCCESS if summary["results"] else NOT_TAKEN

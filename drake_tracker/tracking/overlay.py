@@ -12,7 +12,9 @@ import numpy as np
 from drake_tracker.core.messages import Centroid, Prediction, TrackPoint, predicted_points
 from drake_tracker.run.video_file import VideoFile
 from drake_tracker.tasks.style import bgr, draw_text
+from drake_tracker.tracking.overlay_objects import draw_objects
 from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.image_tracker import ImageObjects
 
 _WIDEST, _TALLEST = 640, 480
 """Greatest size of a panel [px]."""
@@ -57,6 +59,7 @@ class TrackOverlay:
         self._images: deque[list[tuple[np.ndarray, float, float]]] = deque()
         self._kept = ceil(age_cycles) + 1
         self._masks: list[np.ndarray] | None = None
+        self._objects: list[ImageObjects | None] = [None] * len(sizes)
         self._video = VideoFile(path, max(1, round(1.0 / period)), self.size)
 
     def add(
@@ -78,6 +81,7 @@ class TrackOverlay:
         """
         self._images.append([(cv2.cvtColor(image, cv2.COLOR_RGBA2BGR), frame[0], frame[1]) for image, frame in images])
         masks, self._masks = self._masks, [energy.mask for energy in energies]
+        objects, self._objects = self._objects, [energy.objects for energy in energies]
         if len(self._images) <= self._kept:
             return
         page = np.full((*self.size[::-1], 3), bgr(_GROUND), np.uint8)
@@ -93,6 +97,10 @@ class TrackOverlay:
             centroid = Centroid(np.array(centroids[k]))
             if centroid.valid:
                 _draw_cross(view, centroid, scale)
+            known = objects[k]
+            marks = [] if known is None else draw_objects(view, known, scale)
+            for line, mark in enumerate(marks):
+                draw_text(view, mark, 10, 24 + 20 * (line + (not fresh)), 15, _ENERGY, bold=True)
             if not fresh:
                 draw_text(view, "no image", 10, 24, 15, _ENERGY, bold=True)
             x += panel[0] + _BETWEEN

@@ -14,6 +14,7 @@ from drake_tracker.footage.timeline import MOST_STAMP_DIFFERENCE, Timeline
 from drake_tracker.footage.video_source_system import VideoSource
 from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.image_tracker import ImageTracker
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
 from drake_tracker.vision.plane_projection import EveryPoint, camera_on_board
 from drake_tracker.vision.vision_diagram import VisionDiagram
@@ -77,6 +78,7 @@ class OwnCamerasDiagram(Diagram):
         *,
         plane: Plane | None = None,
         max_gap: float = MAX_GAP,
+        trackers: Sequence[ImageTracker] = (),
     ) -> None:
         """Wires the diagram.
 
@@ -87,18 +89,20 @@ class OwnCamerasDiagram(Diagram):
             estimator: an `Estimator`; needed with calibrated cameras only.
             plane: plane of the motion; needed with a single calibrated camera only.
             max_gap: largest gap between the two rays of one point [m].
+            trackers: `ImageTracker` of each camera; empty for everything that moves.
         """
         super().__init__()
         self.set_name("own_cameras")
         self.sides = SIDES[: len(timeline.sequences)]
         period = timeline.period
         builder = DiagramBuilder()
+        tracker = trackers[0] if trackers else None
         if len(self.sides) == 2:
-            vision = self._add_stereo(builder, cameras, detectors, period, max_gap)
+            vision = self._add_stereo(builder, cameras, detectors, period, max_gap, trackers)
         elif cameras and plane is not None:
-            vision = self._add_on_plane(builder, cameras[0], detectors[0], period, plane)
+            vision = self._add_on_plane(builder, cameras[0], detectors[0], period, plane, tracker)
         else:
-            vision = self._add_centroid(builder, detectors[0], period)
+            vision = self._add_centroid(builder, detectors[0], period, tracker)
         for side, sequence in zip(self.sides, timeline.sequences):
             source = builder.AddNamedSystem(f"source_{side}", VideoSource(sequence, period))
             for name, port in (("camera", "image"), ("frame", "frame")):
@@ -123,6 +127,7 @@ class OwnCamerasDiagram(Diagram):
         detector_pair: Sequence[Any],
         period: float,
         max_gap: float,
+        trackers: Sequence[ImageTracker],
     ) -> dict[str, Any]:
         """Adds the vision of two cameras; returns its ports by name."""
         cameras, detectors = (dict(zip(SIDES, pair)) for pair in (camera_pair, detector_pair))
@@ -134,6 +139,7 @@ class OwnCamerasDiagram(Diagram):
                 period=period,
                 own_stamps=True,
                 max_gap=max_gap,
+                trackers=dict(zip(SIDES, trackers)) if trackers else None,
                 stamp_tolerance=MOST_STAMP_DIFFERENCE * period,
             )
         )
@@ -145,7 +151,12 @@ class OwnCamerasDiagram(Diagram):
 
     @staticmethod
     def _add_on_plane(
-        builder: DiagramBuilder, camera: CameraModel, detector: Any, period: float, plane: Plane
+        builder: DiagramBuilder,
+        camera: CameraModel,
+        detector: Any,
+        period: float,
+        plane: Plane,
+        tracker: ImageTracker | None,
     ) -> dict[str, Any]:
         """Adds the vision of a single camera that sees a plane; returns its ports by name."""
         X_CP = camera.X_CW @ plane.X_WP
@@ -158,6 +169,7 @@ class OwnCamerasDiagram(Diagram):
                 EveryPoint(),
                 update_cycles=1,
                 throughput_cycles=detector.buffer_length - 1 + EXTRA_CYCLES,
+                tracker=tracker,
                 own_stamps=True,
                 period=period,
                 time_step=period,
@@ -172,11 +184,19 @@ class OwnCamerasDiagram(Diagram):
         }
 
     @staticmethod
-    def _add_centroid(builder: DiagramBuilder, detector: Any, period: float) -> dict[str, Any]:
+    def _add_centroid(
+        builder: DiagramBuilder, detector: Any, period: float, tracker: ImageTracker | None
+    ) -> dict[str, Any]:
         """Adds the centroid of a single uncalibrated camera; returns its ports by name."""
         lag = detector.stamp_age_cycles + EXTRA_CYCLES
         motion = add_motion_centroid(
-            builder, detector=detector, lag_cycles=lag, period=period, own_stamps=True, name="motion"
+            builder,
+            detector=detector,
+            lag_cycles=lag,
+            period=period,
+            tracker=tracker,
+            own_stamps=True,
+            name="motion",
         )
         return {
             "camera_left": motion.image_input_port,

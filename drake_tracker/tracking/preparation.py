@@ -17,11 +17,13 @@ from drake_tracker.footage.sources import open_footage
 from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.scenarios.base import Custom
 from drake_tracker.scenarios.option import read_option
+from drake_tracker.tracking.choice import check_choice, read_pixel, read_window
 from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
 from drake_tracker.vision.calibration_file import load_calibration, load_pose
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.detectors import DETECTORS, SCENE_DETECTORS, make_detector
+from drake_tracker.vision.image_tracker import ImageTracker
 
 DETECTOR_SETTINGS = NormalFlow | DETECTORS.union(without=SCENE_DETECTORS)
 ESTIMATOR_SETTINGS = CoordinatedTurn | ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS)
@@ -66,6 +68,9 @@ def prepare_track(
     detector: str = "NormalFlow {}",
     estimator: str = "CoordinatedTurn {}",
     max_gap: float = MAX_GAP,
+    roi: Sequence[str] = (),
+    follow: Sequence[str] = (),
+    objects: int = 1,
 ) -> PreparedTrack:
     """Checks the options, opens the footage and builds the diagram of a track. Nothing is written.
 
@@ -81,6 +86,9 @@ def prepare_track(
         detector: tag of `DETECTOR_SETTINGS` with settings, see `read_option`.
         estimator: tag of `ESTIMATOR_SETTINGS` with settings, see `read_option`.
         max_gap: largest gap between the two rays of one point [m].
+        roi: for each camera, the part of the image in which motion counts, see `read_window`; or empty.
+        follow: for each camera, "U,V", the pixel of the object to follow in the first image; or empty.
+        objects: largest number of objects to track; more than one only with a single camera without calibration.
 
     Raises:
         DrakeTrackerError: an option or a source is wrong; one line for each error.
@@ -89,6 +97,9 @@ def prepare_track(
     detector_settings = read_option(detector, DETECTOR_SETTINGS, "detector")
     estimator_settings = read_option(estimator, ESTIMATOR_SETTINGS, "estimator")
     _check_cameras(len(sources), calibration, plane)
+    check_choice(len(sources), roi, follow, objects, calibration is not None)
+    if detector_settings.centroid != "hull" and (roi or follow or objects > 1):
+        raise DrakeTrackerError("--roi, --follow and --objects need a detector with centroid: hull")
     names = ["camera_left", "camera_right"] if len(sources) == 2 else [camera]
     cameras = [] if calibration is None else _load_cameras(calibration, names)
     footage: list[Footage] = []
@@ -100,6 +111,14 @@ def prepare_track(
         timeline = align(footage, offset=offset, duration=duration)
         detector_settings = _with_stride(detector_settings, timeline.period)
         detectors = [make_detector(detector_settings, period=timeline.period) for _ in footage]
+        trackers = [
+            ImageTracker(
+                objects,
+                read_pixel(follow[k], each.size) if follow else None,
+                read_window(roi[k], each.size) if roi else None,
+            )
+            for k, each in enumerate(footage)
+        ]
         diagram = OwnCamerasDiagram(
             timeline,
             detectors,
@@ -107,6 +126,7 @@ def prepare_track(
             estimator_of(estimator_settings, "--estimator", period=timeline.period) if cameras else None,
             plane=_load_plane(plane, calibration, height) if plane and calibration else None,
             max_gap=max_gap,
+            trackers=trackers if detector_settings.centroid == "hull" else (),
         )
     except BaseException:
         for each in footage:
@@ -117,6 +137,9 @@ def prepare_track(
         "frame_rate": 1.0 / timeline.period,
         "calibration": calibration and str(calibration),
         "plane": plane,
+        "roi": list(roi),
+        "follow": list(follow),
+        "objects": objects,
         "detector": {"kind": type(detector_settings).__name__} | asdict(detector_settings),
         "estimator": {"kind": type(estimator_settings).__name__} | asdict(estimator_settings) if cameras else None,
     }

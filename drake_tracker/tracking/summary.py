@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_tracker.tasks.results import git_commit, package_versions, tidy
 from drake_tracker.tracking.table import HORIZON
+from drake_tracker.vision.image_track import TrackState
 
 
 def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, Any]:
@@ -14,6 +15,8 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
 
     - ``described``: number of images that the track describes.
     - ``results``: number of those with a valid point (or centroid, for a single camera without calibration).
+    - ``states``: number of rows with each state of an object.
+    - ``objects_seen``: number of different objects among the rows.
     - ``gap_rms_m``: root mean square of the gap between the two rays.
     - ``prediction_rms_m``: root mean square error of the predictions `HORIZON` ahead, against the points measured at
       that time (interpolated between neighbours).
@@ -27,7 +30,17 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
     """
     valid = data["valid"] > 0
     names = ("x", "y", "z") if "x" in data else ("u", "v")
-    summary: dict[str, Any] = {"described": len(valid), "results": int(valid.sum())}
+    images = np.unique(data["stamp"])
+    with_result = np.unique(data["stamp"][valid])
+    summary: dict[str, Any] = {"described": len(images), "results": len(with_result)}
+    if "state" in data:
+        summary["states"] = {
+            state.name.lower(): int((data["state"] == state).sum())
+            for state in TrackState
+            if (data["state"] == state).any()
+        }
+        numbers = data["id"][np.isfinite(data["id"])]
+        summary["objects_seen"] = len(np.unique(numbers))
     path = np.column_stack([data[name][valid] for name in names])
     extent = np.ptp(path, axis=0).tolist() if len(path) else None
     if "x" not in data:

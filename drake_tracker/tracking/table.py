@@ -7,11 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from drake_tracker.core.messages import KNOT_SPACING, Centroid, Filtered, Prediction, TrackPoint, evaluate_prediction
+from drake_tracker.vision.image_track import TrackState
+from drake_tracker.vision.image_tracker import ImageObjects
 
 HORIZON = 0.25
 """Look-ahead [s] of the predictions in the table."""
 POINT_COLUMNS = ("stamp", "x", "y", "z", "gap", "valid")
 FILTER_COLUMNS = ("filtered_x", "filtered_y", "filtered_z", "filtered_yaw", "predicted_x", "predicted_y", "predicted_z")
+OBJECT_COLUMNS = ("id", "state")
 _FLUSH_EVERY = 30
 """Number of rows after which the file is flushed to disk."""
 
@@ -21,8 +24,10 @@ class TrackTable:
 
     With calibration the columns are: stamp [s]; measured x, y, z [m] in W; gap [m]; valid (0 or 1); filtered x, y, z
     [m] and yaw [rad] at the stamp; predicted x, y, z [m] for the time stamp + `HORIZON`, computed at the stamp; u, v
-    [px] of each camera's centroid. Without: stamp, u, v, pixel_count, valid. A missing value is empty in the file and
-    NaN in memory.
+    [px] of each camera's centroid. Without: stamp, u, v, pixel_count, valid. Then follow id, the number of the object,
+    empty until one is confirmed, and state, the name of a `TrackState` in lower case, in memory its number. With two
+    cameras, the id is that of the left one, and the state the less favourable of both. With several objects, there is
+    one row for each object in each image. A missing value is empty in the file and NaN in memory.
 
     Attributes:
         columns: names of the columns.
@@ -43,6 +48,7 @@ class TrackTable:
             self.columns = (*POINT_COLUMNS, *FILTER_COLUMNS, *(f"{side}_{c}" for side in sides for c in "uv"))
         else:
             self.columns = tuple(Centroid.get_fields())
+        self.columns += OBJECT_COLUMNS
         self.rows: list[list[float]] = []
         self._file = open(path, "w", newline="", encoding="utf-8")  # noqa: SIM115 - closed by `close`
         self._writer = csv.writer(self._file)
@@ -54,6 +60,7 @@ class TrackTable:
         point: np.ndarray | None = None,
         filtered: np.ndarray | None = None,
         packet: np.ndarray | None = None,
+        objects: Sequence[ImageObjects | None] = (),
     ) -> bool:
         """Appends the values of the ports, unless they describe no image or that of the previous row.
 
@@ -62,6 +69,7 @@ class TrackTable:
             point: `TrackPoint` vector, None without calibration, like the next two.
             filtered: `Filtered` vector.
             packet: `Prediction` vector.
+            objects: of each camera in the described image, None where an image is missing.
 
         Returns whether there is a new row.
         """
@@ -72,10 +80,13 @@ class TrackTable:
             row = self._centroid_row(centroids[0])
         else:
             row = self._row(centroids, point, filtered, packet)
-        self.rows.append(row)
-        self._writer.writerow(["" if np.isnan(value) else _text(value) for value in row])
-        if len(self.rows) % _FLUSH_EVERY == 0:
-            self._file.flush()
+        for each in [row + _identity(row[self.columns.index("valid")] > 0.0, objects), *_others(stamp, objects)]:
+            self.rows.append(each)
+            number, state = each[-2:]
+            texts = ["" if np.isnan(value) else _text(value) for value in (*each[:-2], number)]
+            self._writer.writerow([*texts, TrackState(round(state)).name.lower()])
+            if len(self.rows) % _FLUSH_EVERY == 0:
+                self._file.flush()
         return True
 
     def close(self) -> None:
@@ -111,6 +122,30 @@ class TrackTable:
         for centroid in map(Centroid, map(np.array, centroids)):
             row += (centroid.u, centroid.v) if centroid.valid else (np.nan, np.nan)
         return [float(value) for value in row]
+
+
+def _identity(valid: bool, objects: Sequence[ImageObjects | None]) -> list[float]:
+    """Returns number and state of the first object; it is less favourable to be lost than hidden, standing, moving."""
+    tracks = [None if each is None else each.target() for each in objects]
+    number = float(tracks[0].number) if tracks and tracks[0] is not None else np.nan
+    if all(track is None for track in tracks):
+        return [number, float(TrackState.MOVING if valid else TrackState.LOST)]
+    order = (TrackState.LOST, TrackState.HIDDEN, TrackState.STANDING, TrackState.MOVING)
+    states = [TrackState.LOST if track is None else track.state for track in tracks]
+    return [number, float(min(states, key=order.index))]
+
+
+def _others(stamp: float, objects: Sequence[ImageObjects | None]) -> list[list[float]]:
+    """Returns the rows of the second and all further objects in the image of a single camera."""
+    rows = []
+    for place in range(1, len(objects[0].targets) if objects and objects[0] is not None else 0):
+        track = objects[0].target(place) if objects[0] is not None else None
+        if track is not None:
+            seen = track.seen >= track.stamp
+            u, v = track.mean[:2].tolist() if seen else (np.nan, np.nan)
+            count = float(round(track.pixel_count)) if seen else 0.0
+            rows.append([stamp, u, v, count, float(seen), float(track.number), float(track.state)])
+    return rows
 
 
 def _text(value: float) -> str:

@@ -16,6 +16,7 @@ from drake_tracker.tasks.results import save_summary
 from drake_tracker.tracking.overlay import TrackOverlay
 from drake_tracker.tracking.picture import draw_track_picture
 from drake_tracker.tracking.preparation import PreparedTrack
+from drake_tracker.tracking.quality import TrackQuality
 from drake_tracker.tracking.summary import describe_run, summarise_track
 from drake_tracker.tracking.table import TrackTable
 
@@ -70,13 +71,14 @@ def _make_track(
     video: TrackOverlay | None = None
     table: TrackTable | None = None
     dropped = [0] * len(track.footage)
+    quality = TrackQuality()
     try:
         with _Collected(errors, out):
             table = TrackTable(out / "track.csv", diagram.sides, diagram.has_points)
             if overlay:
                 sizes = [each.size for each in track.footage]
                 video = TrackOverlay(out / "overlay.mp4", timeline.period, sizes, track.age_cycles, track.cameras)
-            interrupted = _run(track, table, video, dropped, progress, signals)
+            interrupted = _run(track, table, video, dropped, quality, progress, signals)
     except KeyboardInterrupt:
         interrupted = True
     for each in track.footage:
@@ -88,7 +90,8 @@ def _make_track(
     summary: dict[str, Any] = {}
     if table is not None:
         data = table.data()
-        summary = summarise_track(data, timeline.period) | {"dropped": dropped, "interrupted": interrupted}
+        summary = summarise_track(data, timeline.period) | quality.summary()
+        summary |= {"dropped": dropped, "interrupted": interrupted}
         with _Collected(errors, out):
             save_summary(describe_run(**summary, **track.facts), out / "summary.json")
         with _Collected(errors, out):
@@ -127,10 +130,12 @@ def _run(
     table: TrackTable,
     video: TrackOverlay | None,
     dropped: list[int],
+    quality: TrackQuality,
     progress: Callable[[float, str], object] | None,
     signals: Sequence[int],
 ) -> bool:
-    """Runs the diagram cycle by cycle and records the values of its ports; counts dropped images in ``dropped``.
+    """Runs the diagram cycle by cycle and records the values of its ports; counts dropped images in ``dropped``, and
+    what the images show in ``quality``.
 
     Returns whether a signal ended it.
     """
@@ -142,6 +147,7 @@ def _run(
     def read(name: str) -> Any:
         return diagram.GetOutputPort(name).Eval(context)
 
+    before: list[Any] = [None] * len(diagram.sides)  # what the centroids describe, which are a cycle late
     number, last = 0, timeline.count  # one cycle more than there are images empties the delay line
     while last is None or number <= last:
         if signals:
@@ -156,10 +162,13 @@ def _run(
         spatial: list[np.ndarray] = []
         if diagram.has_points:
             spatial = [read(name) for name in ("point", "filtered", "prediction")]
-        table.add(centroids, *spatial)
+        energies = [read(f"motion_{side}") for side in diagram.sides]
+        objects = [None if energy is None else energy.objects for energy in before]
+        before = energies
+        if table.add(centroids, *spatial, objects=objects):
+            quality.add(objects)
         if video is not None:
             images = [(read(f"camera_{side}").data, frame) for side, frame in zip(diagram.sides, frames)]
-            energies = [read(f"motion_{side}") for side in diagram.sides]
             video.add(images, energies, centroids, *spatial[::2])
         if progress is not None:
             valid = sum(row[table.columns.index("valid")] for row in table.rows[-_RECENT:])

@@ -14,6 +14,7 @@ from drake_tracker.core.timing import (
     vision_slot,
 )
 from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.image_tracker import ImageTracker
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
 from drake_tracker.vision.motion_detector import MotionDetector
 from drake_tracker.vision.plane_projection import PointFilter
@@ -52,6 +53,7 @@ class BoardVisionDiagram(Diagram):
         update_cycles: cycles from one centroid to the next.
         throughput_cycles: cycles from the capture of a centroid's first image until the centroid is output.
         follow: `PredictedWindow`, or None for the detector's own window alone.
+        tracker: `ImageTracker`, or None for everything that moves.
         own_stamps: whether the images have stamps of their own.
         period: of a cycle [s].
         time_step: of the plant [s], which the slots divide.
@@ -76,6 +78,7 @@ class BoardVisionDiagram(Diagram):
         update_cycles: int = BALL_UPDATE_CYCLES,
         throughput_cycles: int = BALL_THROUGHPUT_CYCLES,
         follow: PredictedWindow | None = None,
+        tracker: ImageTracker | None = None,
         own_stamps: bool = False,
         period: float = VISION_PERIOD,
         time_step: float = TIME_STEP,
@@ -93,6 +96,7 @@ class BoardVisionDiagram(Diagram):
             period=period,
             update_cycles=update_cycles,
             follow=follow,
+            tracker=tracker,
             own_stamps=own_stamps,
             image_latency=image_latency,
             name="motion",

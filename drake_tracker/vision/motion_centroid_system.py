@@ -16,6 +16,7 @@ from drake_tracker.core.timing import VISION_PERIOD, capture_time, delay_cycles
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.delay_line_system import DelayLineSystem
 from drake_tracker.vision.detectors import DETECTORS, make_detector
+from drake_tracker.vision.image_tracker import ImageObjects, ImageTracker
 from drake_tracker.vision.motion_detector import MotionDetector
 from drake_tracker.vision.predicted_window import PredictedWindow, Track
 
@@ -28,11 +29,13 @@ class MotionEnergy(FrozenState):
         stamp: capture time of the image described [s].
         mask: uint8 of the image's shape, read-only, 255 where something moves.
         image_offset: full-frame coordinates (u0, v0) of the mask's top left pixel.
+        objects: the objects that move, with a tracker; in coordinates of the mask.
     """
 
     stamp: float
     mask: np.ndarray
     image_offset: tuple[int, int]
+    objects: ImageObjects | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +48,7 @@ class _Memory(FrozenState):
         centroid: the newest `Centroid` vector.
         energy: its mask.
         track: what a predicted window remembers.
+        objects: what a tracker remembers.
         stamps: of the smoothed images [s], when they have stamps of their own.
     """
 
@@ -54,6 +58,7 @@ class _Memory(FrozenState):
     energy: MotionEnergy
     track: Track = ()
     stamps: tuple[float, ...] = ()
+    objects: ImageObjects | None = None
 
 
 class MotionCentroidSystem(LeafSystem):
@@ -95,6 +100,7 @@ class MotionCentroidSystem(LeafSystem):
         offset: of the update within the cycle [s].
         update_cycles: cycles from one centroid to the next.
         follow: `PredictedWindow` outside of which motion is ignored, or None.
+        tracker: `ImageTracker`, with which ``centroid`` is that of its first target, or None.
         own_stamps: whether there is the input ``frame``.
         image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`.
 
@@ -110,6 +116,7 @@ class MotionCentroidSystem(LeafSystem):
         offset: float = 0.0,
         update_cycles: int = 1,
         follow: PredictedWindow | None = None,
+        tracker: ImageTracker | None = None,
         own_stamps: bool = False,
         image_latency: int = 0,
     ) -> None:
@@ -118,14 +125,20 @@ class MotionCentroidSystem(LeafSystem):
             raise DrakeTrackerError(f"update_cycles is {update_cycles}; it must be a whole number, 1 or more")
         self._detector = detector
         self._period, self._offset = period, offset
-        self._follow = follow
+        self._follow, self._tracker = follow, tracker
         self._update_cycles, self._latency = int(update_cycles), image_latency
         self._image_offset = (int(image_offset[0]), int(image_offset[1]))
         self._stamp_age = detector.stamp_age_cycles * period
         self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
         self._frame = self.DeclareVectorInputPort("frame", message_size(FrameInfo)) if own_stamps else None
         nothing = MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset)
-        blank = _Memory((), (), read_only(np.zeros(message_size(Centroid))), nothing)
+        blank = _Memory(
+            (),
+            (),
+            read_only(np.zeros(message_size(Centroid))),
+            nothing,
+            objects=None if tracker is None else tracker.start(),
+        )
         self._memory = self.DeclareAbstractState(AbstractValue.Make(blank))
         from_memory = {self.abstract_state_ticket(self._memory)}
         self.DeclareVectorOutputPort("centroid", message_size(Centroid), self._calc_centroid, from_memory)
@@ -155,12 +168,15 @@ class MotionCentroidSystem(LeafSystem):
         smoothed = (memory.smoothed + (newest,))[-length:]
         stamps = memory.stamps if frame is None else (memory.stamps + (float(frame.stamp),))[-length:]
         described, centroid, energy, track = memory.described, memory.centroid, memory.energy, memory.track
+        objects = memory.objects
         if len(smoothed) == length and cycle % self._update_cycles == 0:
             stamp = time - self._stamp_age if frame is None else self._described_stamp(stamps)
             used = smoothed[::stride]
             described = tuple(image for image in used if image is not None)
             if len(described) < len(used):
                 described, mask, region = (), np.zeros_like(energy.mask), None
+            elif self._tracker is not None and objects is not None:
+                objects, mask, region = self._tracker.update(objects, stamp, self._detector, described)
             else:
                 mask = self._detector.mask(*described)
                 if self._follow is not None:
@@ -173,8 +189,8 @@ class MotionCentroidSystem(LeafSystem):
                 centroid = np.array([stamp, 0.0, 0.0, 0.0, 0.0])
             else:
                 centroid = np.array([stamp, region.u + u0, region.v + v0, region.pixel_count, 1.0])
-            energy = MotionEnergy(stamp, read_only(mask), self._image_offset)
-        memory = _Memory(smoothed, described, read_only(centroid), energy, track, stamps)
+            energy = MotionEnergy(stamp, read_only(mask), self._image_offset, objects if described else None)
+        memory = _Memory(smoothed, described, read_only(centroid), energy, track, stamps, objects)
         state.get_mutable_abstract_state(self._memory).set_value(memory)
 
     def _described_stamp(self, stamps: tuple[float, ...]) -> float:
@@ -244,6 +260,7 @@ def add_motion_centroid(
     offset: float = 0.0,
     update_cycles: int = 1,
     follow: PredictedWindow | None = None,
+    tracker: ImageTracker | None = None,
     own_stamps: bool = False,
     image_latency: int = 0,
     name: str | None = None,
@@ -271,6 +288,7 @@ def add_motion_centroid(
         offset: of the updates within the cycle [s].
         update_cycles: cycles from one centroid to the next.
         follow: `PredictedWindow` outside of which motion is ignored, or None.
+        tracker: `ImageTracker` that says which object the centroid is of, or None.
         own_stamps: whether there is an input for the images' own stamps.
         image_latency: cycles from the capture of an image until the input shows it; the delay line adds the rest of the
             lag.
@@ -298,6 +316,7 @@ def add_motion_centroid(
         offset=offset,
         update_cycles=update_cycles,
         follow=follow,
+        tracker=tracker,
         own_stamps=own_stamps,
         image_latency=image_latency,
     )

@@ -8,6 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
 from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.image_tracker import ImageTracker
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
 from drake_tracker.vision.motion_detector import MotionDetector
 from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE, add_triangulator
@@ -46,6 +47,7 @@ class VisionDiagram(Diagram):
         lag_cycles: cycles from the stamp of a centroid, which is the capture of its middle image, until it appears.
         work_volume: lower and upper corner in W, shape (2, 3) [m]; None accepts points anywhere.
         period: of a cycle [s].
+        trackers: the same keys, an `ImageTracker` each; None for everything that moves.
         own_stamps: whether the images have stamps of their own.
         max_gap: of the `TriangulatorSystem` [m].
         stamp_tolerance: of the `TriangulatorSystem` [s].
@@ -63,6 +65,7 @@ class VisionDiagram(Diagram):
         lag_cycles: float = LAG_CYCLES,
         work_volume: ArrayLike | None = None,
         period: float = VISION_PERIOD,
+        trackers: Mapping[str, ImageTracker] | None = None,
         own_stamps: bool = False,
         max_gap: float = MAX_GAP,
         stamp_tolerance: float = STAMP_TOLERANCE,
@@ -85,6 +88,7 @@ class VisionDiagram(Diagram):
                 detector=detectors[side],
                 image_offset=(0, 0) if image_windows is None else image_windows[side][:2],
                 lag_cycles=lag_cycles,
+                tracker=None if trackers is None else trackers[side],
                 period=period,
                 own_stamps=own_stamps,
                 image_latency=image_latency,

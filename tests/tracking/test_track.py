@@ -158,7 +158,7 @@ def test_a_single_video_gives_the_centroid(folder):
     write_video(folder / "left.mkv", images("left")[:30], TIMES[:30])
     assert track("left.mkv") == 0
     data = read_track(folder / "out")
-    assert set(data) == {"stamp", "u", "v", "pixel_count", "valid"}
+    assert set(data) == {"stamp", "u", "v", "pixel_count", "valid", "id", "state"}
     pixels = CAMERAS["camera_left"].project(on_circle(data["stamp"]))
     assert np.abs(np.column_stack([data["u"], data["v"]]) - pixels).max() < 1.0
 
@@ -178,6 +178,57 @@ def test_one_camera_and_a_plane(folder, plane):
     assert track("left.mkv", "--calibration", "stereo.yaml", "--plane", plane, "--height", height) == 0
     data = read_track(folder / "out")
     assert data["valid"].all() and errors(data, level).max() < 0.002
+
+
+def two_balls(count=40):
+    """Images of a small ball that moves right and a larger one that moves left below it; the small one's columns."""
+    rows, columns = np.mgrid[:240, :320]
+    texture = 90.0 + 20.0 * np.sin(0.4 * columns) * np.cos(0.5 * rows)
+    small = 40.0 + 5.0 * np.arange(count)
+    pictures = []
+    for u in small:
+        image = texture.copy()
+        image[np.hypot(columns - u, rows - 60) < 12] = 230.0
+        image[np.hypot(columns - (280 - u), rows - 170) < 35] = 20.0
+        pictures.append(image.astype(np.uint8))
+    return pictures, small
+
+
+def test_the_object_at_a_pixel_is_followed_beside_a_larger_one(folder, capsys):
+    pictures, small = two_balls()
+    source = write_images(folder / "shots", pictures)
+    assert track(source, "--fps", "30", "--follow", "40,60") == 0
+    data = read_track(folder / "out")
+    assert data["valid"].all() and len(set(data["id"])) == 1
+    expected = np.interp(data["stamp"], np.arange(len(small)) / 30.0, small)
+    assert np.hypot(data["u"] - expected, data["v"] - 60.0).max() < 2.0
+    assert "another moving object was about as large" in capsys.readouterr().out
+    assert json.loads((folder / "out" / "summary.json").read_text())["images_with_rivals"] > 20
+
+
+def test_several_objects_have_a_row_each(folder):
+    source = write_images(folder / "shots", two_balls()[0])
+    assert track(source, "--fps", "30", "--objects", "2", "--no-overlay") == 0
+    lines = (folder / "out" / "track.csv").read_text().splitlines()
+    assert lines[0] == "stamp,u,v,pixel_count,valid,id,state" and lines[-1].endswith(",moving")
+    data = read_track(folder / "out")
+    last = data["stamp"] == data["stamp"][-1]
+    assert last.sum() == 2 and sorted(np.rint(data["v"][last])) == [60.0, 170.0]
+    summary = json.loads((folder / "out" / "summary.json").read_text())
+    assert summary["described"] == summary["results"] == 38 and summary["objects_seen"] == 2
+
+
+def test_motion_outside_of_the_region_of_interest_does_not_count(folder):
+    source = write_images(folder / "shots", two_balls()[0])
+    assert track(source, "--fps", "30", "--roi", "0,0 319,0 319,100 0,100", "--no-overlay") == 0
+    data = read_track(folder / "out")
+    assert data["valid"].all() and np.abs(data["v"] - 60.0).max() < 2.0
+
+
+def test_an_object_that_is_not_there_is_not_a_success(folder, capsys):
+    source = write_images(folder / "shots", two_balls()[0])
+    assert track(source, "--fps", "30", "--follow", "10,235", "--no-overlay") == 1
+    assert "followed in 0 of 38 images only" in capsys.readouterr().out
 
 
 def test_no_motion_is_not_a_success(folder, capsys):
@@ -208,6 +259,14 @@ def test_no_motion_is_not_a_success(folder, capsys):
         ("left.mkv --estimator Oracle", ["estimator must be one of !CoordinatedTurn"]),
         ("left.mkv --fps -1", ["--fps -1: must be above 0"]),
         ("left.mkv --offset nan", ["--offset nan: must be a finite number"]),
+        ("left.mkv --follow 400,10", ["--follow 400,10: outside of the image of 320 x 240 px"]),
+        ("left.mkv --follow here", ["--follow here: must be U,V in pixels"]),
+        ("left.mkv --roi 1,2,3", ["--roi 1,2,3: must be X,Y,W,H"]),
+        ("left.mkv --roi 900,900,10,10", ["outside of the image"]),
+        ("left.mkv --roi '1,2 3,4'", ["three corners"]),
+        ("left.mkv --objects 0", ["--objects 0: must be from 1"]),
+        ("left.mkv --calibration stereo.yaml --plane board --objects 2", ["in pixels only"]),
+        ("left.mkv left.mkv --calibration stereo.yaml --follow 1,1", ["one for each camera, here 2"]),
         ("a b c", ["3 sources"]),
     ],
 )

@@ -1,0 +1,39 @@
+"""Draws the objects of an image with their numbers, and says what makes a track doubtful."""
+
+import cv2
+import numpy as np
+
+from drake_tracker.tasks.style import bgr, draw_text
+from drake_tracker.vision.image_track import TrackState
+from drake_tracker.vision.image_tracker import CONFIRM_AFTER, ImageObjects
+
+COLOURS = ("#4cc2ff", "#7ee081", "#ff8fa3", "#c9a2ff", "#ffd166")
+"""Colours of objects that are reported, by their number."""
+OTHER = "#a3abb5"
+"""Colour of all others."""
+
+
+def draw_objects(view: np.ndarray, objects: ImageObjects, scale: float) -> list[str]:
+    """Draws a rectangle with number and state round each confirmed object, in place; returns what to note.
+
+    Args:
+        view: BGR image.
+        objects: of the image.
+        scale: pixels of the view per pixel of the image.
+    """
+    for track in objects.tracks:
+        if track.hits < CONFIRM_AFTER:
+            continue
+        chosen = track.number in objects.targets
+        colour = COLOURS[track.number % len(COLOURS)] if chosen else OTHER
+        half = 0.5 * np.array([track.width, track.height])
+        corners = [tuple(int(x) for x in np.rint(scale * (track.mean[:2] + sign * half))) for sign in (-1, 1)]
+        cv2.rectangle(view, corners[0], corners[1], bgr(colour), 2 if chosen else 1, cv2.LINE_AA)
+        state = "" if track.state == TrackState.MOVING else f" {track.state.name.lower()}"
+        draw_text(view, f"{track.number}{state}", corners[0][0], corners[0][1] - 4, 13, colour, bold=chosen)
+    notes = []
+    if objects.displacement > 0.0:
+        notes.append(f"camera moves {objects.displacement:.1f} px")
+    if objects.rivals:
+        notes.append("other large object")
+    return notes

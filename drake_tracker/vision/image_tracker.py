@@ -1,0 +1,310 @@
+"""Tracks the objects that move in the images of one camera, and says which of them is the one to follow.
+
+Needs no calibration: `vision/tracker.py` tracks objects in space with two calibrated cameras.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import cv2
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.vision.image_regions import ImageRegion, find_regions
+from drake_tracker.vision.image_track import (
+    SAME,
+    ImageTrack,
+    TrackState,
+    find_patch,
+    predict_track,
+    start_track,
+    with_region,
+)
+from drake_tracker.vision.image_track import measure as measure_track
+from drake_tracker.vision.region_centroid import RegionCentroid
+from drake_tracker.vision.scene_shift import STILL, align_to, clear_border, find_shifts, shift_estimate, suggests_shift
+
+CONFIRM_AFTER = 4
+"""Images in which a new object must be seen before it counts."""
+COAST_TIME = 1.0
+"""Time after which an object that is not seen is lost [s]."""
+ALERT_IMAGES = 30
+"""Images for which the motion of the camera is looked for after it has moved."""
+UNLIKE_IMAGES = 15
+"""Images after which a region of another size is taken for the object itself."""
+CLOSE_SHARE = 0.05
+"""Farthest distance of the object from the pixel that was given, as a share of the image's diagonal."""
+RIVAL_SHARE = 0.5
+"""A moving object of this share of the size of the one followed is a rival."""
+_FORBIDDEN = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class ImageObjects(FrozenState):
+    """What is known of the objects in the images of a camera.
+
+    Attributes:
+        tracks: all tracks.
+        targets: numbers of the objects to report; 0 where there is none.
+        next_number: of the next new track.
+        displacement: of the whole image between the images compared [px], 0 when it is still.
+        alert: images for which the motion of the camera is still looked for.
+        rivals: number of other objects that are as large as the first target, or close to it.
+        switches: number of times that a place in ``targets`` was given to another object.
+        lost: last known track of each target that is lost, None where none is.
+    """
+
+    tracks: tuple[ImageTrack, ...] = ()
+    targets: tuple[int, ...] = ()
+    next_number: int = 1
+    displacement: float = 0.0
+    alert: int = 0
+    rivals: int = 0
+    switches: int = 0
+    lost: tuple[ImageTrack | None, ...] = ()
+
+    def target(self, place: int = 0) -> ImageTrack | None:
+        """Returns the track of one of the targets, or None."""
+        number = self.targets[place] if place < len(self.targets) else 0
+        return next((track for track in self.tracks if track.number == number), None)
+
+
+class ImageTracker:
+    """Follows one object or several.
+
+    Args:
+        objects: number of objects to report.
+        follow: pixel (u, v) of the first object in the first image; None follows the largest.
+        window: uint8 (h, w), 0 where motion is ignored; None uses the whole image.
+    """
+
+    def __init__(
+        self, objects: int = 1, follow: tuple[float, float] | None = None, window: np.ndarray | None = None
+    ) -> None:
+        self.objects, self.follow, self.window = objects, follow, window
+
+    def start(self) -> ImageObjects:
+        """Returns the state before the first image."""
+        return ImageObjects(targets=(0,) * self.objects, lost=(None,) * self.objects)
+
+    def update(
+        self, objects: ImageObjects, stamp: float, detector: Any, images: Sequence[np.ndarray]
+    ) -> tuple[ImageObjects, np.ndarray, RegionCentroid | None]:
+        """Returns (the objects after an image, the mask of moving pixels, centroid of the first target).
+
+        Args:
+            objects: before.
+            stamp: of the image that the mask describes [s].
+            detector: `MotionDetector` of the images.
+            images: smoothed by it, oldest first.
+        """
+        middle = _grey(images[len(images) // 2])
+        mask, displacement, alert = self._mask(objects, detector, images)
+        if self.window is not None:
+            mask = cv2.bitwise_and(mask, self.window)
+        settings = getattr(detector, "parameters", None) or detector.settings
+        regions = find_regions(mask, settings.join_distance, settings.min_pixels)
+        tracks = [predict_track(track, stamp) for track in objects.tracks]
+        tracks, free = self._match(tracks, regions, middle, objects, displacement)
+        number = objects.next_number
+        for region in free:
+            tracks.append(start_track(number, stamp, region, middle))
+            number += 1
+        found = replace(
+            objects,
+            tracks=tuple(tracks),
+            next_number=number,
+            displacement=displacement,
+            alert=alert,
+        )
+        found = self._choose(found, middle, stamp)
+        return found, mask, self._centroid(found, regions)
+
+    def _mask(
+        self, objects: ImageObjects, detector: Any, images: Sequence[np.ndarray]
+    ) -> tuple[np.ndarray, float, int]:
+        """Returns (moving pixels, displacement of the whole image [px], images for which to look for it)."""
+        if not objects.alert:
+            mask = detector.mask(*images)
+            if not suggests_shift(mask) and shift_estimate(images[0], images[-1]) < 2.0 * STILL:
+                return mask, 0.0, 0
+        middle = len(images) // 2
+        shifts = find_shifts(_grey(images[middle]), [_grey(image) for image in (images[0], images[-1])])
+        if shifts is None or max(shift.displacement for shift in shifts) < STILL:
+            return detector.mask(*images), 0.0, max(objects.alert - 1, 0)
+        aligned = list(images)
+        aligned[-1] = align_to(images[-1], shifts[1])
+        if len(images) > 2:
+            aligned[0] = align_to(images[0], shifts[0])
+        mask = detector.mask(*aligned)
+        clear_border(mask, shifts)
+        return mask, max(shift.displacement for shift in shifts), ALERT_IMAGES
+
+    def _match(
+        self,
+        tracks: list[ImageTrack],
+        regions: list[ImageRegion],
+        image: np.ndarray,
+        objects: ImageObjects,
+        displacement: float,
+    ) -> tuple[list[ImageTrack], list[ImageRegion]]:
+        """Returns (tracks after the regions of an image, regions that belong to none of them)."""
+        before = {track.number: track for track in objects.tracks}
+        gates = []
+        for track in tracks:
+            dt = track.stamp - before[track.number].stamp
+            step = track.speed * dt if track.hits > 1 else 3.0 * track.size
+            gates.append(0.5 * track.size + 2.2 * step + 3.0 * track.std + displacement)
+        cost = np.full((len(tracks), len(regions)), _FORBIDDEN)
+        for i, track in enumerate(tracks):
+            for j, region in enumerate(regions):
+                distance = np.hypot(region.u - track.mean[0], region.v - track.mean[1])
+                alike = track.is_like(region) or track.hits < CONFIRM_AFTER
+                if distance < gates[i] and (alike or track.unlike >= UNLIKE_IMAGES):
+                    ratio = abs(np.log(region.width * region.height / (track.width * track.height)))
+                    cost[i, j] = distance / gates[i] + 0.3 * ratio - (0.5 if track.hits >= CONFIRM_AFTER else 0.0)
+        pairs = {}
+        if cost.size:
+            rows, columns = linear_sum_assignment(cost)
+            pairs = {int(i): int(j) for i, j in zip(rows, columns) if cost[i, j] < _FORBIDDEN}
+        members: dict[int, list[int]] = {}
+        for i, track in enumerate(tracks):
+            if track.hits >= CONFIRM_AFTER:
+                for j, region in enumerate(regions):
+                    if region.distance(track.mean[0], track.mean[1]) <= 0.25 * track.size:
+                        members.setdefault(j, []).append(i)
+        merged = {j for j, inside in members.items() if len(inside) > 1 and not self._one_each(j, inside, pairs)}
+        after = []
+        for i, track in enumerate(tracks):
+            own = pairs.get(i, -1)
+            if own >= 0 and own not in merged:
+                after.append(with_region(track, regions[own], image, 0.5 * displacement))
+                continue
+            inside = any(i in some for some in members.values())
+            after.append(_without_region(track, image, gates[i], inside))
+        taken = set(pairs.values()) | merged | set(members)
+        kept = [
+            track for track in after if track.stamp - track.seen <= (COAST_TIME if track.hits >= CONFIRM_AFTER else 0.0)
+        ]
+        return kept, [region for j, region in enumerate(regions) if j not in taken]
+
+    @staticmethod
+    def _one_each(j: int, inside: list[int], pairs: dict[int, int]) -> bool:
+        """Returns whether all other tracks inside a region have a region of their own."""
+        return sum(pairs.get(i, j) == j for i in inside) <= 1
+
+    def _choose(self, objects: ImageObjects, image: np.ndarray, stamp: float) -> ImageObjects:
+        """Returns the objects with their targets."""
+        tracks = {track.number: track for track in objects.tracks}
+        targets, lost, switches = list(objects.targets), list(objects.lost), objects.switches
+        for place, number in enumerate(targets):
+            if number in tracks:
+                lost[place] = tracks[number]
+                continue
+            free = [track for track in tracks.values() if track.number not in targets]
+            chosen = self._candidate(place, free, lost[place], image)
+            if chosen is None:
+                continue
+            old = lost[place]
+            if old is not None and self.follow is not None and place == 0:
+                # The same object again: it keeps its number.
+                again = replace(chosen, number=old.number)
+                tracks = {track.number: track for track in tracks.values() if track.number != chosen.number}
+                tracks[again.number] = chosen = again
+            elif number:
+                switches += 1
+            targets[place], lost[place] = chosen.number, chosen
+        first = tracks.get(targets[0])
+        rivals = 0
+        if first is not None:
+            rivals = sum(
+                track.hits >= CONFIRM_AFTER and track.pixel_count > RIVAL_SHARE * first.pixel_count
+                for track in tracks.values()
+                if track.number not in targets
+            )
+        return replace(
+            objects,
+            tracks=tuple(tracks.values()),
+            targets=tuple(targets),
+            lost=tuple(lost),
+            switches=switches,
+            rivals=rivals,
+        )
+
+    def _candidate(
+        self, place: int, free: list[ImageTrack], old: ImageTrack | None, image: np.ndarray
+    ) -> ImageTrack | None:
+        """Returns the track to give a free place in the list of targets, or None."""
+        if place == 0 and self.follow is not None:
+            if old is None:
+                limit = CLOSE_SHARE * np.hypot(*image.shape)
+                near = [(_distance(track, self.follow), track.number, track) for track in free]
+                return min([each for each in near if each[0] <= limit], default=(0.0, 0, None))[2]
+            alike = [track for track in free if track.hits >= CONFIRM_AFTER and _same_object(old, track)]
+            return max(alike, key=lambda track: track.hits, default=None)
+        confirmed = [track for track in free if track.hits >= CONFIRM_AFTER]
+        return max(confirmed, key=lambda track: track.pixel_count, default=None)
+
+    def _centroid(self, objects: ImageObjects, regions: list[ImageRegion]) -> RegionCentroid | None:
+        """Returns the centroid of the first target, before one is confirmed that of the largest region."""
+        if objects.targets[0] == 0 and self.follow is None:
+            return RegionCentroid(*regions[0][:3]) if regions else None
+        track = objects.target()
+        if track is None or track.seen < track.stamp:
+            return None
+        region = next((each for each in regions if _is_of(track, each)), None)
+        if region is not None and track.state == TrackState.MOVING:
+            return RegionCentroid(*region[:3])
+        return RegionCentroid(float(track.mean[0]), float(track.mean[1]), 0)
+
+
+def _is_of(track: ImageTrack, region: ImageRegion) -> bool:
+    """Returns whether a track was updated with a region in this image."""
+    return track.patch.shape == (region.height, region.width) and bool(
+        np.allclose(track.centre, (region.u - region.left, region.v - region.top))
+    )
+
+
+def _without_region(track: ImageTrack, image: np.ndarray, gate: float, inside: bool) -> ImageTrack:
+    """Returns a predicted track that has no region of its own: its object stands, or is merged with another.
+
+    Args:
+        track: predicted for the time of the image.
+        image: grey uint8 (h, w).
+        gate: distance from the prediction that is searched [px].
+        inside: whether its prediction lies in a region.
+    """
+    unlike = track.unlike + 1 if inside else track.unlike
+    if track.hits < CONFIRM_AFTER:
+        return replace(track, state=TrackState.HIDDEN, unlike=unlike)
+    u, v, score = find_patch(track, image, min(gate, 1.5 * track.size))
+    if score < SAME:
+        return replace(track, state=TrackState.HIDDEN, unlike=unlike)
+    measured = measure_track(track, u, v)
+    slow = measured.speed < 0.25 * track.size
+    state = TrackState.STANDING if slow and not inside else TrackState.MOVING
+    return replace(measured, state=state, unlike=unlike)
+
+
+def _same_object(old: ImageTrack, track: ImageTrack) -> bool:
+    """Returns whether a new track shows an object that was lost: by its size, and its brightness."""
+    ratio = track.width * track.height / (old.width * old.height)
+    size = tuple(reversed(old.patch.shape))
+    score = cv2.matchTemplate(cv2.resize(track.patch, size), old.patch, cv2.TM_CCOEFF_NORMED)[0, 0]
+    close = abs(float(track.patch.mean()) - float(old.patch.mean())) < 30.0
+    return 0.5 < ratio < 2.0 and close and score > 0.4
+
+
+def _distance(track: ImageTrack, point: tuple[float, float]) -> float:
+    """Returns the distance of a pixel from the rectangle round an object [px]."""
+    aside = np.maximum(np.abs(track.mean[:2] - point) - 0.5 * np.array([track.width, track.height]), 0.0)
+    return float(np.hypot(*aside))
+
+
+def _grey(image: np.ndarray) -> np.ndarray:
+    """Returns a smoothed image as uint8: the integer path of the normal flow has 1/32 grey levels."""
+    if image.dtype == np.uint8:
+        return image
+    return cv2.convertScaleAbs(image, alpha=1.0 / 32.0 if image.dtype == np.int16 else 1.0)

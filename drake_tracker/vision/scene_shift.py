@@ -1,0 +1,131 @@
+"""Motion of the whole image between images of one camera: a hand-held camera, a shake, a pan.
+
+`camera_motion` aligns images with a picture of the empty scene, which must be known. Here the images that a motion
+detector compares are aligned with each other, so that a camera may move without end.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+LARGEST_SIDE = 640
+"""Longer side above which an image is used at lower resolution [px]."""
+FEATURES = 200
+"""Number of corners whose motion is measured."""
+LEAST_FEATURES = 12
+"""Least number of corners that must move alike."""
+LEAST_AGREEMENT = 0.5
+"""Least share of the corners that must move alike."""
+TOLERANCE = 0.7
+"""Distance within which corners move alike [px]."""
+TILES = (32, 24)
+"""Columns and rows of tiles, the share of which with motion suggests that the whole image moves."""
+TILE_SHARE = 0.12
+"""See there."""
+STEP = 4
+"""Pixels from one of those that `shift_estimate` uses to the next, along each axis."""
+STILL = 0.1
+"""Displacement below which the image counts as still [px]."""
+
+
+class SceneShift(NamedTuple):
+    """How the whole image moves.
+
+    Attributes:
+        transform: (2, 3), from pixels of the reference to those of the image.
+        displacement: root mean square displacement of the corners of the scene [px].
+    """
+
+    transform: np.ndarray
+    displacement: float
+
+
+def suggests_shift(mask: np.ndarray) -> bool:
+    """Returns whether moving pixels are so widespread that the whole image may have moved.
+
+    Args:
+        mask: uint8 (h, w), 255 where something moves.
+    """
+    tiles = cv2.resize(mask, TILES, interpolation=cv2.INTER_AREA)
+    return cv2.countNonZero(tiles) > TILE_SHARE * tiles.size
+
+
+def shift_estimate(before: np.ndarray, after: np.ndarray) -> float:
+    """Returns how far the whole image may have moved [px], from one step of Lucas and Kanade's method on every 16th pixel.
+
+    It costs little, and is right up to about a pixel; larger values mean no more than that the image has moved. Pixels
+    that change much more than most show objects and do not count.
+
+    Args:
+        before: grey image (h, w) of any type.
+        after: a later one.
+    """
+    inner = np.s_[2:-2:STEP, 2:-2:STEP]
+    rows, columns = before.shape[0] - 4, before.shape[1] - 4
+    if min(rows, columns) < STEP:
+        return 0.0
+    change = (after[inner].astype(np.float32) - before[inner]).ravel()
+    slope_u = 0.5 * (before[2:-2:STEP, 3:-1:STEP].astype(np.float32) - before[2:-2:STEP, 1:-3:STEP]).ravel()
+    slope_v = 0.5 * (before[3:-1:STEP, 2:-2:STEP].astype(np.float32) - before[1:-3:STEP, 2:-2:STEP]).ravel()
+    size = np.abs(change)
+    usual = size <= 4.0 * np.median(size) + 1e-3
+    slopes = np.column_stack([slope_u[usual], slope_v[usual]])
+    normal = slopes.T @ slopes
+    if np.linalg.eigvalsh(normal)[0] <= 1e-6 * usual.sum():
+        return 0.0
+    return float(np.hypot(*np.linalg.solve(normal, slopes.T @ -change[usual])))
+
+
+def find_shifts(reference: np.ndarray, images: Sequence[np.ndarray]) -> list[SceneShift] | None:
+    """Returns the motion of the scene from one image to others, None when no common motion is found.
+
+    Corners are followed with the pyramidal method of Lucas and Kanade (Bouguet 2000); a similarity transform is fitted
+    to most of them (RANSAC), so that objects that move on their own do not count.
+
+    Args:
+        reference: grey uint8 (h, w).
+        images: others of the same shape.
+    """
+    factor = max(1.0, max(reference.shape) / LARGEST_SIDE)
+    if factor > 1.0:
+        size = (round(reference.shape[1] / factor), round(reference.shape[0] / factor))
+        reference = cv2.resize(reference, size, interpolation=cv2.INTER_AREA)
+        images = [cv2.resize(image, size, interpolation=cv2.INTER_AREA) for image in images]
+    corners = cv2.goodFeaturesToTrack(reference, FEATURES, 0.02, max(reference.shape) / 40)
+    if corners is None or len(corners) < LEAST_FEATURES:
+        return None
+    found = []
+    for image in images:
+        moved, status, _ = cv2.calcOpticalFlowPyrLK(reference, image, corners, None, winSize=(21, 21), maxLevel=3)
+        good = status.ravel() > 0
+        before, after = corners.reshape(-1, 2)[good], moved.reshape(-1, 2)[good]
+        if len(before) < LEAST_FEATURES:
+            return None
+        transform, inliers = cv2.estimateAffinePartial2D(before, after, ransacReprojThreshold=TOLERANCE)
+        if transform is None or inliers.sum() < max(LEAST_FEATURES, LEAST_AGREEMENT * len(before)):
+            return None
+        shift = before @ (transform[:, :2] - np.eye(2)).T + transform[:, 2]
+        transform[:, 2] *= factor
+        transform[:, 2] += 0.5 * (factor - 1.0) * (np.ones(2) - transform[:, :2].sum(axis=1))
+        found.append(SceneShift(transform, factor * float(np.sqrt(np.mean(np.sum(shift**2, axis=1))))))
+    return found
+
+
+def align_to(image: np.ndarray, shift: SceneShift) -> np.ndarray:
+    """Returns an image as it would look without the motion of the scene; the border is repeated.
+
+    Args:
+        image: of any type that OpenCV interpolates, shape (h, w).
+        shift: from the reference to it.
+    """
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return cv2.warpAffine(image, shift.transform, image.shape[::-1], flags=flags, borderMode=cv2.BORDER_REPLICATE)
+
+
+def clear_border(mask: np.ndarray, shifts: Sequence[SceneShift]) -> None:
+    """Clears the border of a mask, of which not all images show something, in place."""
+    margin = min(int(np.ceil(max(shift.displacement for shift in shifts))) + 3, min(mask.shape) // 3)
+    mask[:margin] = mask[-margin:] = 0
+    mask[:, :margin] = mask[:, -margin:] = 0

@@ -1,0 +1,114 @@
+"""Tracks in the images of one camera: regions, motion of the whole image, crossings, objects that stop or vanish."""
+
+import cv2
+import numpy as np
+import pytest
+
+from drake_tracker.vision.config import NormalFlow
+from drake_tracker.vision.image_regions import find_regions
+from drake_tracker.vision.image_track import TrackState
+from drake_tracker.vision.image_tracker import ImageTracker
+from drake_tracker.vision.normal_flow import NormalFlowDetector
+from drake_tracker.vision.region_centroid import hull_centroid
+from drake_tracker.vision.scene_shift import align_to, find_shifts
+
+PERIOD = 1.0 / 30.0
+DETECTOR = NormalFlowDetector(NormalFlow(stride=1), period=PERIOD)
+
+
+def scene(seed=0, width=420, height=340):
+    rng = np.random.default_rng(seed)
+    fine, coarse = (cv2.resize(rng.normal(size=(height // s, width // s)), (width, height)) for s in (3, 20))
+    return (110.0 + 18.0 * fine + 25.0 * coarse).astype(np.float32)
+
+
+def disc(image, u, v, radius, grey):
+    rows, columns = np.mgrid[: image.shape[0], : image.shape[1]]
+    cover = np.clip(radius + 0.5 - np.hypot(columns - u, rows - v), 0.0, 1.0)
+    return image + cover * (grey + 10.0 * np.sin(0.7 * (columns - u)) - image)
+
+
+def run(pictures, tracker):
+    """Yields (number of the image, objects, centroid) of each image that is described."""
+    objects, smoothed = tracker.start(), []
+    for k, picture in enumerate(pictures):
+        smoothed = [*smoothed, DETECTOR.smooth(np.clip(picture, 0, 255).astype(np.uint8))][-3:]
+        if len(smoothed) == 3:
+            objects, _, centroid = tracker.update(objects, (k - 1) * PERIOD, DETECTOR, smoothed)
+            yield k - 1, objects, centroid
+
+
+def test_regions_are_those_of_the_centroid_and_more():
+    mask = np.zeros((100, 200), np.uint8)
+    cv2.circle(mask, (40, 50), 15, 255, 3)
+    cv2.circle(mask, (150, 40), 8, 255, -1)
+    regions = find_regions(mask, 12, 5)
+    largest = hull_centroid(mask, 12)
+    assert len(regions) == 2 and regions[0][:3] == pytest.approx(largest)
+    assert (regions[1].u, regions[1].v) == pytest.approx((150, 40), abs=0.1)
+    assert find_regions(np.zeros_like(mask), 12, 5) == []
+
+
+@pytest.mark.parametrize("height", [340, 1400])
+def test_the_motion_of_the_whole_image_is_found(height):
+    picture = scene(1, height * 6 // 5, height)
+    angle, shift = 0.004, (2.3, -1.6)
+    M = np.array([[np.cos(angle), -np.sin(angle), shift[0]], [np.sin(angle), np.cos(angle), shift[1]]])
+    moved = cv2.warpAffine(picture, M, picture.shape[::-1], borderMode=cv2.BORDER_REFLECT)
+    before, after = (np.clip(np.rint(each), 0, 255).astype(np.uint8) for each in (picture, moved))
+    (found,) = find_shifts(before, [after])
+    corner = np.array([[0.0, 0.0, 1.0], [*picture.shape[::-1], 1.0]])
+    assert np.abs(corner @ found.transform.T - corner @ M.T).max() < 0.25
+    inner = np.s_[20:-20, 20:-20]
+    assert np.abs(align_to(after, found)[inner].astype(float) - before[inner]).mean() < 3.0
+    assert find_shifts(np.full((100, 100), 90, np.uint8), [np.full((100, 100), 90, np.uint8)]) is None
+
+
+def test_a_camera_that_shakes_and_pans_does_not_disturb_the_track():
+    background, rng = scene(2, 520, 440), np.random.default_rng(2)
+    camera = np.cumsum(np.full((40, 2), 0.5), axis=0) + rng.normal(0.0, 1.0, (40, 2))
+    truth = np.column_stack([60.0 + 4.0 * np.arange(40), np.full(40, 150.0)]) - camera
+    pictures = [
+        disc(
+            cv2.warpAffine(background, np.float32([[1, 0, -60 - du], [0, 1, -60 - dv]]), (400, 320)),
+            *truth[k], 16.0, 235.0,
+        )
+        for k, (du, dv) in enumerate(camera)
+    ]  # fmt: skip
+    off, moved = [], 0
+    for k, objects, centroid in run(pictures, ImageTracker()):
+        off.append(np.hypot(centroid.u - truth[k, 0], centroid.v - truth[k, 1]) if centroid else np.inf)
+        moved += objects.displacement > 0.0
+    assert np.median(off) < 1.5 and np.max(off) < 6.0 and moved > 30
+
+
+def test_two_objects_that_cross_keep_their_numbers():
+    background, seen = scene(3), []
+    pictures = [
+        disc(disc(background, 60.0 + 5.0 * k, 160.0, 18.0, 30.0), 350.0 - 5.0 * k, 175.0, 16.0, 230.0)
+        for k in range(58)
+    ]
+    for _, objects, _ in run(pictures, ImageTracker(2)):
+        places = [objects.target(place) for place in range(2)]
+        if all(track is not None and track.state == TrackState.MOVING for track in places):
+            seen.append(tuple(track.number for track in sorted(places, key=lambda track: track.mean[1])))
+    assert len(seen) > 30 and len(set(seen)) == 1
+
+
+def test_an_object_that_stops_stands_and_one_that_vanishes_is_lost():
+    background, states = scene(4), {}
+    for k, objects, _ in run(
+        [
+            disc(background, 60.0 + 4.0 * min(k, 25), 150.0, 15.0, 230.0) if k < 50 else background.copy()
+            for k in range(100)
+        ],
+        ImageTracker(follow=(60.0, 150.0)),
+    ):
+        track = objects.target()
+        states[k] = TrackState.LOST if track is None else track.state
+        if 30 <= k < 48:
+            assert np.hypot(track.mean[0] - 160.0, track.mean[1] - 150.0) < 2.0
+    assert states[20] == TrackState.MOVING
+    assert {states[k] for k in range(32, 48)} == {TrackState.STANDING}
+    assert {states[k] for k in range(55, 75)} == {TrackState.HIDDEN}
+    assert states[98] == TrackState.LOST
