@@ -35,6 +35,9 @@ class FrameSequence:
         clock: in the footage's times.
         shift: number of ticks by which this camera began later than the one whose ticks are counted.
         zero: time of this footage at which stamps are 0 [s]; None is the first counted tick.
+
+    Attributes:
+        surplus: number of images so far that no tick was free for.
     """
 
     def __init__(self, footage: Footage, clock: FrameClock, shift: int = 0, zero: float | None = None) -> None:
@@ -48,6 +51,7 @@ class FrameSequence:
         self._ended = False
         self._number = -1
         self._previous: int | None = None
+        self.surplus = 0
         self._image = np.zeros((*self.footage.size[::-1], 3), np.uint8)
         self._current: Tick | None = None
 
@@ -83,5 +87,6 @@ class FrameSequence:
             if tick is not None:
                 self._previous = tick
                 return tick, time, image
+            self.surplus += 1
         self._ended = True
         return None

@@ -16,7 +16,8 @@ from drake_tracker.tasks.results import save_summary
 from drake_tracker.tracking.overlay import TrackOverlay
 from drake_tracker.tracking.picture import draw_track_picture
 from drake_tracker.tracking.preparation import PreparedTrack
-from drake_tracker.tracking.summary import describe_run, summarise_track
+from drake_tracker.tracking.summary import describe_footage, describe_run, summarise_track
+from drake_tracker.tracking.swapped import are_swapped
 from drake_tracker.tracking.table import TrackTable
 
 _READ_AT = 0.75
@@ -69,7 +70,7 @@ def _make_track(
     interrupted = False
     video: TrackOverlay | None = None
     table: TrackTable | None = None
-    dropped = [0] * len(track.footage)
+    dropped: list[list[float]] = [[] for _ in track.footage]
     try:
         with _Collected(errors, out):
             table = TrackTable(out / "track.csv", diagram.sides, diagram.has_points)
@@ -88,7 +89,10 @@ def _make_track(
     summary: dict[str, Any] = {}
     if table is not None:
         data = table.data()
-        summary = summarise_track(data, timeline.period) | {"dropped": dropped, "interrupted": interrupted}
+        summary = summarise_track(data, timeline.period) | describe_footage(track.timeline, dropped)
+        summary["interrupted"] = interrupted
+        if len(track.cameras) == 2:
+            summary["swapped"] = are_swapped(data, track.cameras, track.facts["max_gap"])
         with _Collected(errors, out):
             save_summary(describe_run(**summary, **track.facts), out / "summary.json")
         with _Collected(errors, out):
@@ -126,13 +130,13 @@ def _run(
     track: PreparedTrack,
     table: TrackTable,
     video: TrackOverlay | None,
-    dropped: list[int],
+    dropped: list[list[float]],
     progress: Callable[[float, str], object] | None,
     signals: Sequence[int],
 ) -> bool:
-    """Runs the diagram cycle by cycle and records the values of its ports; counts dropped images in ``dropped``.
+    """Runs the diagram cycle by cycle and records the values of its ports.
 
-    Returns whether a signal ended it.
+    The stamps of dropped images are added to ``dropped``. Returns whether a signal ended it.
     """
     diagram, timeline = track.diagram, track.timeline
     simulator = Simulator(diagram)
@@ -151,7 +155,8 @@ def _run(
         frames = [read(f"frame_{side}") for side in diagram.sides]
         if last is None or number < last:
             for k, frame in enumerate(frames):
-                dropped[k] += not frame[1]
+                if not frame[1]:
+                    dropped[k].append(round(float(frame[0]), 3))
         centroids = [read(f"centroid_{side}") for side in diagram.sides]
         spatial: list[np.ndarray] = []
         if diagram.has_points:
