@@ -1,5 +1,6 @@
 """The image of each tick of a clock, read one after the other on demand."""
 
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,10 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.frame_clock import FrameClock
+from drake_tracker.footage.read_ahead import read_ahead
+
+_MOST_AHEAD, _AHEAD_BYTES = 8, 64_000_000
+"""Largest number of images read ahead, and the memory that they may occupy [bytes]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +30,7 @@ class Tick:
 
 
 class FrameSequence:
-    """The ticks of some footage by number (`at`); holds at most two images in memory.
+    """The ticks of some footage by number (`at`). Holds two images in memory, and those that a thread reads ahead.
 
     Ticks are requested in order. A request for an earlier tick reads the footage again from its beginning, which is not
     possible with a live camera.
@@ -43,10 +48,21 @@ class FrameSequence:
     def __init__(self, footage: Footage, clock: FrameClock, shift: int = 0, zero: float | None = None) -> None:
         self.footage, self.clock, self.shift = footage, clock, shift
         self._zero = clock.time(-shift) if zero is None else zero
+        self._frames: Iterator[tuple[float, np.ndarray]] = iter(())
         self._rewind()
 
+    def close(self) -> None:
+        """Ends the thread that reads ahead. May be called again; the sequence can still be rewound."""
+        if isinstance(self._frames, Generator):
+            self._frames.close()
+
     def _rewind(self) -> None:
-        self._frames = self.footage.frames()
+        self.close()
+        if self.footage.live:  # the stamp of an image is the instant at which it is requested
+            self._frames = self.footage.frames()
+        else:
+            bytes_each = 3 * self.footage.size[0] * self.footage.size[1]
+            self._frames = read_ahead(self.footage.frames, int(np.clip(_AHEAD_BYTES // bytes_each, 1, _MOST_AHEAD)))
         self._next: tuple[int, float, np.ndarray] | None = None
         self._ended = False
         self._number = -1

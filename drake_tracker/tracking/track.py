@@ -80,6 +80,8 @@ def _make_track(
             interrupted = _run(track, table, video, dropped, progress, signals)
     except KeyboardInterrupt:
         interrupted = True
+    for sequence in track.timeline.sequences:
+        sequence.close()
     for each in track.footage:
         each.close()
     for part in (table, video):
