@@ -6,13 +6,16 @@ from tables.results import Row, block, data, ranges, table
 
 _FIFO = "first_in_first_out"
 _PATTERNS = {1: "independent"}
+_SHOWN = ("look_ahead", "greedy", "nearest_deadline", _FIFO, "clairvoyant")
 
 
 def dispatch_rules() -> str:
     results = data("dispatch")
     rows = []
     for case in results["cases"]:
-        rate, gain = case["per_minute"], [value - 1.0 for value in case["of_first_in_first_out"]["look_ahead"]]
+        rate = case["per_minute"]
+        share = [100.0 * value for value in case["of_clairvoyant"]["look_ahead"]]
+        gain = [100.0 * (value - 1.0) for value in case["of_first_in_first_out"]["look_ahead"]]
         rows.append(
             [
                 f"{case['speed']:.2f} m/s",
@@ -24,7 +27,7 @@ def dispatch_rules() -> str:
                 "{:.1f} % ({:.1f} to {:.1f})".format(
                     *(100.0 * share for share in case["of_clairvoyant"]["look_ahead"])
                 ),
-                "{:+.1f} % ({:.1f} to {:.1f})".format(*(100.0 * value for value in gain)),
+                "{:+.1f} % ({:.1f} to {:.1f})".format(*gain),
             ]
         )
     header = [
