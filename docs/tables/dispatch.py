@@ -20,13 +20,8 @@ def dispatch_rules() -> str:
             [
                 f"{case['speed']:.2f} m/s",
                 _PATTERNS.get(case["bunch"], f"bunches of {case['bunch']}"),
-                *(
-                    f"{rate[name][0]:.1f}"
-                    for name in ("look_ahead", "greedy", "nearest_deadline", _FIFO, "clairvoyant")
-                ),
-                "{:.1f} % ({:.1f} to {:.1f})".format(
-                    *(100.0 * share for share in case["of_clairvoyant"]["look_ahead"])
-                ),
+                *(f"{rate[name][0]:.1f}" for name in _SHOWN),
+                "{:.1f} % ({:.1f} to {:.1f})".format(*share),
                 "{:+.1f} % ({:.1f} to {:.1f})".format(*gain),
             ]
         )
