@@ -33,7 +33,7 @@ from drake_tracker.grasp.jaws import FORCE_SHARE, GRIP_CONFIRMED
 from drake_tracker.grasp.prediction_memory import PredictionMemory
 from drake_tracker.grasp.schema import BY_HAND, PROGRAMS, Phase
 
-PARAMETERS = GraspConfig()
+PARAMETERS = GraspConfig(descent="blind", gate="auto")
 WIDTH, OPENING, FORCE = PARAMETERS.object_width, PARAMETERS.jaw_opening, PARAMETERS.grip_force
 LAG, LEAD = 0.25, 0.045
 
