@@ -73,6 +73,7 @@ def let_it_run(page, seconds):
     until(lambda: page.now() > start + seconds)
 
 
+@pytest.mark.parametrize("run", [["--set", "grasp.settle_time=60"]], indirect=True)
 def test_the_page_shows_a_run_and_holds_it(browser, run):
     page = Page(browser, run.url)
     until(lambda: page.now() > 0.3)
