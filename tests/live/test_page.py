@@ -159,6 +159,7 @@ def test_the_operator_stops_the_arm_and_takes_it_over(browser, run):
     let_it_run(page, 0.3)
     page("#take-over").click()
     until(lambda: stage.inner_text() == "arm under your control")
+    let_it_run(page, 0.3)
     assert page("#operator-problem").inner_text() == "" and page.troubles == []
     assert page.page.evaluate("document.documentElement.scrollHeight <= innerHeight"), "one page without scrolling"
 
