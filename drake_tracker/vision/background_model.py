@@ -45,6 +45,8 @@ RATIO_SCALE = 100.0
 """Number that stands for equal brightness in an 8-bit image of ratios."""
 MARGIN = 3
 """Pixels around a silhouette that are looked at with it, and not learned from."""
+BORDER = 3
+"""Width [px] of the strip along the border of the image and of the window: an object that reaches it is cut off."""
 _SPECK = np.ones((2, 2), np.uint8)
 _SMALL, _MEDIUM, _START = np.ones((3, 3), np.uint8), np.ones((5, 5), np.uint8), np.ones((9, 9), np.uint8)
 
@@ -63,6 +65,7 @@ class Background(FrozenState):
         moving: uint8 (h, w), 255 where edges moved when that was last looked for.
         swept: uint8 (h, w), the same with the gaps between edges filled.
         mask: uint8 (h, w), the newest silhouettes.
+        border: uint8 (h, w), 255 along the border of what is looked at, and beyond it.
         noise: standard deviation of the difference from the background [grey levels].
         count: number of images so far.
     """
@@ -76,6 +79,7 @@ class Background(FrozenState):
     moving: np.ndarray
     swept: np.ndarray
     mask: np.ndarray
+    border: np.ndarray
     noise: float
     count: int
 
@@ -102,9 +106,7 @@ class BackgroundModel:
             self._window = np.where(np.asarray(window) > 0, np.uint8(255), np.uint8(0))
             if not self._window.any():
                 raise DrakeTrackerError("silhouettes: the window of interest is empty")
-        self._joins = [
-            np.ones((int(distance) | 1,) * 2, np.uint8) for distance in (settings.join_distance, NARROW_JOIN)
-        ]
+        self._joins = [int(distance) | 1 for distance in (settings.join_distance, NARROW_JOIN)]
 
     def smooth(self, image: np.ndarray) -> np.ndarray:
         """Returns an image (h, w, 3), uint8, with less noise."""
@@ -114,7 +116,15 @@ class BackgroundModel:
         """Returns the state after the first smoothed image (h, w, 3): nothing is known of the background yet."""
         blank = read_only(np.zeros(image.shape[:2], np.uint8))
         mean = read_only(image.astype(np.float32))
-        return Background(mean, image, blank, blank, image, 1.0, blank, blank, blank, 1.0, 1)
+        border = self._border(image.shape[:2])
+        return Background(mean, image, blank, blank, image, 1.0, blank, blank, blank, border, 1.0, 1)
+
+    def _border(self, shape: tuple[int, int]) -> np.ndarray:
+        """Returns the border of what is looked at, and what lies beyond it, uint8 of a shape (h, w)."""
+        inside = np.full(shape, 255, np.uint8) if self._window is None else self._window
+        wide = cv2.copyMakeBorder(inside, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
+        side = 2 * BORDER + 1
+        return read_only(cv2.bitwise_not(cv2.erode(wide, np.ones((side, side), np.uint8))[1:-1, 1:-1]))
 
     def difference(self, state: Background, image: np.ndarray) -> np.ndarray:
         """Returns the largest difference of a smoothed image from the background over the channels, uint8 (h, w)."""
@@ -183,7 +193,7 @@ class BackgroundModel:
         change = _largest(cv2.absdiff(image, reference))
         moving = cv2.threshold(change, threshold, 255, cv2.THRESH_BINARY)[1]
         moving = _opened(self._within(moving))
-        swept = cv2.morphologyEx(moving, cv2.MORPH_CLOSE, self._joins[state.count > NARROW_AFTER])
+        swept = _closed(moving, self._joins[state.count > NARROW_AFTER])
         for outline in cv2.findContours(swept, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]:
             cv2.fillConvexPoly(swept, cv2.convexHull(outline), 255)
         starting = state.count <= QUIET_IMAGES
@@ -311,6 +321,18 @@ def _opened(mask: np.ndarray) -> np.ndarray:
     The anchors are opposite: OpenCV's own opening by a mask of even size shifts the image by a pixel.
     """
     return cv2.dilate(cv2.erode(mask, _SPECK, anchor=(0, 0)), _SPECK, anchor=(1, 1))
+
+
+def _closed(mask: np.ndarray, side: int) -> np.ndarray:
+    """Returns a mask whose gaps are closed by a square, its side odd [px].
+
+    Beyond the image, nothing is set. OpenCV would take that for unknown, and fill what lies between a region and the
+    image's border: the place that an object has just entered through.
+    """
+    half = side // 2
+    wide = cv2.copyMakeBorder(mask, half, half, half, half, cv2.BORDER_CONSTANT)
+    wide = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
+    return wide[half:-half, half:-half].copy()
 
 
 def _largest(difference: np.ndarray) -> np.ndarray:

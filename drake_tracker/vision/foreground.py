@@ -23,6 +23,7 @@ class Foreground(FrozenState):
         camera: whether the camera itself moved; its motion is compensated in what the other attributes hold.
         displacement: of the camera's images by that motion [px].
         missing: uint8 (h, w), 255 where the image shows nothing, because the camera has turned away, or None.
+        border: uint8 (h, w), 255 along the border of what is looked at, and beyond it, or None.
         hand: by how much the markers show the hand displaced to the right and downwards, shape (2,) [px].
     """
 
@@ -36,6 +37,7 @@ class Foreground(FrozenState):
     camera: Verdict = Verdict.STILL
     displacement: float = 0.0
     missing: np.ndarray | None = None
+    border: np.ndarray | None = None
     hand: np.ndarray = field(default_factory=lambda: np.zeros(2))
 
     def shows(self, u: float, v: float) -> bool:

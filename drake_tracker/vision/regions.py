@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.vision.division import Part, divide
+from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.silhouettes import FRAGMENT_PIXELS, Silhouettes
 
 BESIDE = np.ones((7, 7), np.uint8)
@@ -47,8 +48,8 @@ class Region(NamedTuple):
         shared: whether it was cut out of a silhouette that shows several objects.
         apart: whether another large fragment lies in its window, which no other track expects.
         covered: whether the robot's own arm covers a part of it.
-        cut: whether it touches the edge of what a camera that has turned away still sees: its centroid is that of a
-            part of the object.
+        cut: whether it touches the border of what is looked at, or the edge of what a camera that has turned away still
+            sees: its centroid is that of a part of the object.
         colour: its mean colour, red, green and blue [grey levels].
     """
 
@@ -111,6 +112,13 @@ def _error(share: float, shared: bool, covered: bool) -> float:
     return SHAPE_ERROR**2 + (MISSING_ERROR * missing) ** 2 + (SHARED_ERROR**2 if shared else 0.0)
 
 
+def _is_cut(foreground: Foreground, pixels: np.ndarray, box: tuple[slice, slice]) -> bool:
+    """Returns whether the pixels of a region, which are those of a box of the image, show only a part of the object."""
+    if foreground.border is not None and cv2.countNonZero(cv2.bitwise_and(pixels, foreground.border[box])):
+        return True
+    return _touches(foreground.missing, pixels, box)
+
+
 def _touches(mask: np.ndarray | None, pixels: np.ndarray, box: tuple[slice, slice]) -> bool:
     """Returns whether the pixels of a region, which are those of a box of the image, touch a mask of the image."""
     if mask is None:
@@ -171,6 +179,6 @@ def _region(part: Part, silhouettes: Silhouettes, number: int | None, colours: b
         shared=part.shared,
         apart=number in silhouettes.apart,
         covered=covered,
-        cut=_touches(foreground.missing, part.pixels, box),
+        cut=_is_cut(foreground, part.pixels, box),
         colour=(float(colour[0]), float(colour[1]), float(colour[2])),
     )

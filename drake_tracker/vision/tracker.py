@@ -211,6 +211,7 @@ class Tracker:
         offsets: np.ndarray,
     ) -> ObjectTrack:
         """Returns a track after its regions, or without a measurement if it has none that agree."""
+        seen = places
         shown = [place >= 0 and _shows(found[side][place], track) for side, place in enumerate(places)]
         places = (places[0] if shown[0] else -1, places[1] if shown[1] else -1)
         regions = [found[side][place] if place >= 0 else None for side, place in enumerate(places)]
@@ -230,7 +231,8 @@ class Tracker:
             )
             state = TrackState.MOVING if moving else TrackState.STANDING
             return track if track.state is state else replace(track, state=state)
-        state = unseen_state(foregrounds, windows)
+        cut = any(place >= 0 and found[side][place].cut for side, place in enumerate(seen))
+        state = TrackState.OUT_OF_VIEW if cut else unseen_state(foregrounds, windows)
         return replace(track, state=state, misses=track.misses + 1, places=(-1, -1))
 
     def _measured(
