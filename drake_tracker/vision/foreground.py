@@ -1,10 +1,12 @@
 """What one image shows in front of the background."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
+import cv2
 import numpy as np
 
-from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.camera_motion import Verdict
 
 
@@ -39,6 +41,13 @@ class Foreground(FrozenState):
     missing: np.ndarray | None = None
     border: np.ndarray | None = None
     hand: np.ndarray = field(default_factory=lambda: np.zeros(2))
+
+    @cached_property
+    def unseen(self) -> np.ndarray | None:
+        """uint8 (h, w), 255 where the arm covers the scene, or nothing is looked at; None if neither is so anywhere."""
+        if self.hidden is None or self.border is None:
+            return self.border if self.hidden is None else self.hidden
+        return read_only(cv2.bitwise_or(self.hidden, self.border))
 
     def shows(self, u: float, v: float) -> bool:
         """Returns whether the image contains the pixel at (u, v) of the full frame."""

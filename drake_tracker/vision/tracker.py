@@ -215,6 +215,7 @@ class Tracker:
         shown = [place >= 0 and _shows(found[side][place], track) for side, place in enumerate(places)]
         places = (places[0] if shown[0] else -1, places[1] if shown[1] else -1)
         regions = [found[side][place] if place >= 0 else None for side, place in enumerate(places)]
+        regions = _inside(regions) if track.height_known else regions
         measurement = self._measured(track, regions, offsets)
         if (
             measurement is not None
@@ -320,9 +321,18 @@ def _shows(region: Region, track: ObjectTrack) -> bool:
 
     That a camera has turned away hides an unknown part. What the arm covers is known, and so is the size of the object.
     """
-    if region.covered and not (track.height_known and track.shape.settled and region.share >= VISIBLE):
-        return False
+    if region.covered:
+        sized = track.shape.sized if region.beyond else track.shape.settled
+        if not (track.height_known and sized and region.share >= VISIBLE):
+            return False
     return not region.cut
+
+
+def _inside(regions: Sequence[Region | None]) -> list[Region | None]:
+    """Returns the regions of an object, without one that the border cuts if the other image shows all of the object."""
+    if any(region is not None and region.whole for region in regions):
+        return [None if region is None or region.beyond else region for region in regions]
+    return list(regions)
 
 
 def unseen_state(foregrounds: Sequence[Foreground], windows: Sequence[ObjectWindow]) -> TrackState:
