@@ -117,7 +117,8 @@ def _view_of(image: Silhouettes, members: Sequence[int]) -> tuple[ImageView, np.
     offset, empty = image.offset, None
     unseen = image.foreground.unseen
     if unseen is not None and image.covered & set(members):
-        # Under the arm and beyond the border, nothing is known. Elsewhere, pixels of no silhouette show that no object is there.
+        # Under the arm and beyond the border, nothing is known. Elsewhere, pixels of no silhouette show that no object
+        # is there.
         box, offset = whole, np.array(image.foreground.image_offset, float)
         whole = np.zeros_like(unseen)
         if mine:

@@ -62,7 +62,7 @@ class Rendered:
         shared=True,
     )
     outline: str = setting(
-        "ellipse",
+        "box",
         "outline of the work volume seen from above: the box, or the ellipse in it",
         choices=("box", "ellipse"),
         shared=True,
@@ -101,7 +101,7 @@ class Measured:
         shared=True,
     )
     outline: str = setting(
-        "ellipse",
+        "box",
         "outline of the work volume seen from above: the box, or the ellipse in it",
         choices=("box", "ellipse"),
         shared=True,
