@@ -8,9 +8,9 @@
   train's middle from the middle of the jaws, when they touch it. Events before the launch need a run without the event,
   which tells when the launch will be.
 - calm: nothing happens. How many are lifted, and after how many laps: by the blind descent of 1991, by a guided one,
-  and by `train:guided`, which does not wait for a lap.
-
-- pass: the train passes once, on an open track of at most 2 m, and stops at its end. `train:guided` grasps it on the
+  and by `train`, which does not wait for a lap. Seeds 4120 to 4131 had shown that oblique jaws were opened too
+  early; since that was cured, other seeds are measured.
+- pass: the train passes once, on an open track of at most 2 m, and stops at its end. `train` grasps it on the
   way when success is likely enough, and otherwise where it stands.
 - calibrated: is the probability of success that the arm computes as frequent as it says? The hand descends at a time
   that is drawn beforehand, however probable success is, on four tracks at speeds that are drawn. Vision is measured.
@@ -63,9 +63,7 @@ EVENT = {
     f"{name} {when:+.1f} s {descent}": (name, when, descent) for name in EVENTS for when in WHEN for descent in DESCENTS
 }
 CALM = {
-    f"{track} {way}": (track, way)
-    for track in ("oval", "circle", "stadium")
-    for way in ("blind", "guided", "train:guided")
+    f"{track} {way}": (track, way) for track in ("oval", "circle", "stadium") for way in ("blind", "guided", "train")
 }
 VISIBLE = "vision.work_volume=[[0.33, -0.42, 0.45], [0.79, 0.42, 0.505]]"
 """A work volume that is as long as both cameras see: a fast train on a line leaves the default one too soon."""
@@ -96,7 +94,7 @@ WRIST = {
     "train:wrist": ("train:wrist", None),
     "train:wrist with the camera on the hand dark": ("train:wrist", "wrist"),
     "train:wrist with the left camera dark": ("train:wrist", "left"),
-    "train:guided": ("train:guided", None),
+    "train": ("train", None),
 }
 """{cell of part ``wrist``: (scenario, camera that is dark during the descent)}."""
 DARK = 2.0
@@ -159,18 +157,18 @@ def event_job(cell, seed, quick):
     """Returns the line of a run with an event around the launch."""
     name, when, descent = EVENT[cell]
     settings = [*COMMON, "track.speed=0.2", f"grasp.descent={descent}"]
-    launch = launch_time(load_scenario("train", seed=seed, overrides=settings))
+    launch = launch_time(load_scenario("train:blind", seed=seed, overrides=settings))
     if launch is None:
         return {"success": False, "failure_reason": "no launch", "along_m": None}
     time = f"after_launch: {when}" if when >= 0.0 else f"at: {launch + when}"
     settings += [f"track.event={EVENTS[name] % time}", f"duration={launch + AFTER}"]
-    return {"launch_s": launch, **line(load_scenario("train", seed=seed, overrides=settings))}
+    return {"launch_s": launch, **line(load_scenario("train:blind", seed=seed, overrides=settings))}
 
 
 def calm_job(cell, seed, quick):
     """Returns the line of a run without an event."""
     track, way = CALM[cell]
-    name, settings = (way, []) if way in ("train:guided",) else ("train", [f"grasp.descent={way}"])
+    name, settings = (way, []) if way == "train" else ("train:blind", [f"grasp.descent={way}"])
     scenario = load_scenario(name, seed=seed, overrides=[*COMMON, f"track.kind={track}", *settings])
     return {"lap_s": lap_time(scenario), **line(scenario)}
 
@@ -181,7 +179,7 @@ def pass_job(cell, seed, quick):
     settings, _ = OPEN_TRACKS[name]
     overrides = [*COMMON, *settings, f"track.speed={speed}", "track.start=0"]
     try:
-        return line(load_scenario("train:guided", seed=seed, overrides=overrides))
+        return line(load_scenario("train", seed=seed, overrides=overrides))
     except DrakeTrackerError as error:
         return {"success": False, "failure_reason": str(error), "cause": "refused", "along_m": None}
 
@@ -192,7 +190,7 @@ def calibrated_job(track, seed, quick):
     speed, wait = random.uniform(*DRAWN_SPEEDS), random.uniform(*DRAWN_WAITS)
     settings = ["vision=!Measured {tracker: !Several {}}", "duration=20", f"grasp.settle_time={wait:.3f}"]
     settings += [f"track.kind={track}", f"track.speed={speed:.4f}", "grasp.launch_probability=0"]
-    return line(load_scenario("train:guided", seed=seed, overrides=settings))
+    return line(load_scenario("train", seed=seed, overrides=settings))
 
 
 def hand_job(cell, seed, quick):
@@ -200,7 +198,7 @@ def hand_job(cell, seed, quick):
     random = np.random.default_rng(seed)
     camera, sign = ("left", "right")[random.integers(2)], (-1.0, 1.0)[random.integers(2)]
     faults = f"faults={WRONG % (camera, sign * WRONG_ANGLE, -sign * WRONG_DISTANCE)}"
-    scenario = load_scenario("train:guided", seed=seed, overrides=[*COMMON, *HAND[cell], faults])
+    scenario = load_scenario("train", seed=seed, overrides=[*COMMON, *HAND[cell], faults])
     return line(scenario, lambda log, spans: {"relative_m": relative_errors(log, spans, HAND_HEIGHT)})
 
 
@@ -280,7 +278,7 @@ def wrist_summary(rows):
 
 PARTS = {
     "event": Part(event_job, dict.fromkeys(EVENT, 10), 4000, summary, TABLES["event"]),
-    "calm": Part(calm_job, dict.fromkeys(CALM, 20), 4120, summary, TABLES["calm"]),
+    "calm": Part(calm_job, dict.fromkeys(CALM, 20), 4132, summary, TABLES["calm"]),
     "pass": Part(pass_job, dict.fromkeys(PASS, 30), 4200, summary, TABLES["pass"]),
     "hand": Part(hand_job, dict.fromkeys(HAND, 20), 4300, hand_summary, TABLES["hand"]),
     "wrist": Part(wrist_job, dict.fromkeys(WRIST, 20), 4400, wrist_summary, TABLES["wrist"]),

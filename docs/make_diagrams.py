@@ -65,9 +65,9 @@ RHYTHM = (
 """When each part updates: name, offset [s], period [s], colour."""
 
 
-def graphs(scenario="train"):
+def graphs(scenario="train:blind"):
     """Returns {name of the picture: Graphviz text} of a scenario's diagram and its subsystems."""
-    in_process = "cameras.render_processes=0" if scenario == "train" else "camera.render_processes=0"
+    in_process = "cameras.render_processes=0" if scenario.startswith("train") else "camera.render_processes=0"
     hand_eye = make_diagram(load_scenario(scenario, overrides=[in_process]))
     systems = {"hand_eye": hand_eye} | {name: hand_eye.GetSubsystemByName(name) for name in SUBSYSTEMS}
     return {name: graph_of(system) for name, system in systems.items()}

@@ -53,7 +53,7 @@ class ArmComputer:
     def run(self, make, duration):
         """Returns {port: (times, rows)} of a run in which ``make(now, number)`` is the packet of each vision cycle."""
         builder = DiagramBuilder()
-        grasp = GraspSystem(GraspMachine(GraspConfig(), self.model, SERVO_PERIOD, HOME[2]))
+        grasp = GraspSystem(GraspMachine(GraspConfig(descent="blind", gate="auto"), self.model, SERVO_PERIOD, HOME[2]))
         arm = builder.AddSystem(ArmDiagram(grasp, GUARD, ServoConfig(), self.model, self.q_initial, HOME, TIME_STEP))
         builder.Connect(builder.AddSystem(Sender(make)).GetOutputPort("packet"), arm.GetInputPort("packet"))
         logs = {name: LogVectorOutput(arm.GetOutputPort(name), builder, publish_period=SERVO_PERIOD) for name in PORTS}

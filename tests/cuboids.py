@@ -73,10 +73,11 @@ class Stage:
         objects: list of (`Cuboid`, function of the time that returns (p_WQ, velocity), or None while it is absent).
         cover: function of (time, side) that returns what the arm hides, uint8, or None.
         missing: function of (time, side) that returns what a camera that turned away does not show, or None.
+        borders: of the left and of the right image, uint8, 255 along the border of what is looked at and beyond.
     """
 
-    def __init__(self, objects, cover=None, missing=None):
-        self.objects, self._cover, self._missing = objects, cover, missing
+    def __init__(self, objects, cover=None, missing=None, borders=(None, None)):
+        self.objects, self._cover, self._missing, self._borders = objects, cover, missing, borders
         self._headings = [0.0] * len(objects)
         self._before = [None, None]
 
@@ -101,7 +102,9 @@ class Stage:
                 self.objects[number][0].draw(camera, states[number][0], self._headings[number], image, mask)
             hidden = None if self._cover is None else self._cover(time, side)
             missing = None if self._missing is None else self._missing(time, side)
-            for unseen in (hidden, missing):
+            border = self._borders[side]
+            beyond = None if border is None else cv2.erode(border, np.ones((7, 7), np.uint8))
+            for unseen in (hidden, missing, beyond):
                 if unseen is not None:
                     mask = cv2.subtract(mask, unseen)
             moving = np.zeros_like(mask)
@@ -109,5 +112,5 @@ class Stage:
                 difference = cv2.max(*cv2.split(cv2.absdiff(image, self._before[side]))[:2])
                 moving = cv2.threshold(difference, 20, 255, cv2.THRESH_BINARY)[1]
             self._before[side] = image
-            found.append(Foreground(time, image, mask, moving, (0, 0), hidden, usable, missing=missing))
+            found.append(Foreground(time, image, mask, moving, (0, 0), hidden, usable, missing=missing, border=border))
         return found

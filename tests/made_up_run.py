@@ -10,7 +10,7 @@ from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_predictio
 from drake_tracker.core.timing import ESTIMATOR_SLOT, GRASP_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, vision_slot
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
-from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.train.task import TASK
 from drake_tracker.tasks.train.track_placement import place_track
 
@@ -21,8 +21,9 @@ TRAIN_Z = 0.485
 
 def straight_scenario():
     """A train that runs along +y at 0.1 m/s; with the default jaws it fits within 24 mm across."""
-    return TrainScenario(name="straight", seed=5).with_settings(
+    return load_scenario("train:blind", seed=5).with_settings(
         {
+            "name": "straight",
             "track.kind": "line",
             "track.direction": "forward",
             "track.centre_range": 0.0,

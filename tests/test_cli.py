@@ -221,7 +221,9 @@ def test_list_fits_the_terminal_and_has_a_section_for_each_part(monkeypatch, cap
     assert max(map(len, lines)) <= columns
     headings = [line.partition(":")[0] for before, line in zip(["", *lines], lines) if not before and line]
     assert headings[:3] == ["train", "track", "train"] and {"vision", "estimator", "grasp", "arm"} < set(headings)
-    assert {key for key, *_ in describe_settings(load_scenario("train"))} <= {line.split()[0] for line in lines if line}
+    assert {key for key, *_ in describe_settings(load_scenario("train:blind"))} <= {
+        line.split()[0] for line in lines if line
+    }
 
 
 def test_calibrate_hands_over_to_the_calibration(monkeypatch, tmp_path):

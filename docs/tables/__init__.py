@@ -10,7 +10,19 @@ from collections.abc import Callable
 
 MODULES = (
     *("headline", "train", "grasp_map", "vision", "estimators"),
-    *("ball", "autopsy", "faults", "tracking", "speed", "several", "eyes_open", "records", "fuzz", "provenance"),
+    *(
+        "ball",
+        "autopsy",
+        "faults",
+        "tracking",
+        "speed",
+        "several",
+        "eyes_open",
+        "records",
+        "fuzz",
+        "dispatch",
+        "provenance",
+    ),
 )
 WIDTH = 120
 _KEEP_LINES = re.compile(r"\||- |\d+\. ")

@@ -70,12 +70,8 @@ class Servo:
     """
 
     def __init__(self, settings: ServoConfig = ServoConfig(), *, coast: float = 0.3, lead: float = 0.0) -> None:
-        position = alpha_beta_gamma_gains(settings.tracking_index)
-        yaw = alpha_beta_gamma_gains(settings.yaw_tracking_index)
-        quick = alpha_beta_gamma_gains(settings.descent_tracking_index)
-        self.gains, self.descent_gains = (
-            AlphaBetaGammaGains(*(np.array([p, p, p, y]) for p, y in zip(gains, yaw))) for gains in (position, quick)
-        )
+        self.gains = _gains(settings.tracking_index, settings.yaw_tracking_index)
+        self.descent_gains = _gains(settings.descent_tracking_index, settings.descent_yaw_tracking_index)
         self.stale_after = settings.stale_after
         self.coast = coast
         self.lead = lead
@@ -149,6 +145,12 @@ class Servo:
             return measurement, (knots[2] - knots[0]) / (2 * dt), (knots[2] - 2 * knots[1] + knots[0]) / dt**2
         gains = self.descent_gains if frozen == Frozen.GUIDED else self.gains
         return abg_step(state.x, state.v, state.a, measurement, due - state.due, gains)
+
+
+def _gains(position: float, yaw: float) -> AlphaBetaGammaGains:
+    """Returns the gains of x, y, z and yaw, each of shape (4,), from the tracking indices of position and direction."""
+    pairs = zip(alpha_beta_gamma_gains(position), alpha_beta_gamma_gains(yaw))
+    return AlphaBetaGammaGains(*(np.array([p, p, p, y]) for p, y in pairs))
 
 
 def _is_newer(packet: np.ndarray, stamp: float) -> bool:

@@ -10,12 +10,15 @@ from drake_tracker.commands.common import (
     add_command,
     quiet_drake,
     run_directory,
+    warn,
 )
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.signals import exit_code
 
 LEAST_SEEN = 5
 """Number of images with motion in both cameras above which missing points indicate a mistake."""
+MOST_NAMED = 5
+"""Number of dropped images whose times are printed."""
 
 
 def register(commands: Commands) -> None:
@@ -99,20 +102,28 @@ def execute(options: Namespace) -> int:
         finally:
             progress.close()
     print(f"{'images described':<18}{summary['described']}, {summary['results']} of them with a result")
-    print(f"{'images dropped':<18}{' and '.join(map(str, summary['dropped']))}")
+    print(f"{'images dropped':<18}{' and '.join(map(_dropped, summary['dropped_at_s'], summary['dropped']))}")
+    if any(summary["surplus"]):
+        print(f"{'images too early':<18}{' and '.join(map(str, summary['surplus']))}")
     for key, label in (("gap_rms_m", "gap"), ("prediction_rms_m", "prediction rms")):
         if summary.get(key) is not None:
             print(f"{label:<18}{1e3 * summary[key]:.2f} mm")
     print(f"{'directory':<18}{out}")
+    for line in summary["warnings"]:
+        warn(line)
     if summary["interrupted"]:
         return exit_code()
-    both = summary.get("seen_by_both") or 0
-    if both > LEAST_SEEN and summary["results"] < 0.5 * both:
+    seen = summary.get("seen") or 0
+    if summary.get("swapped"):
+        print("The cameras are swapped: in the other order their rays meet. Name the left camera's images first")
+    elif len(options.source) == 2 and seen > LEAST_SEEN and summary["results"] < 0.5 * seen:
         print(
-            f"Both cameras saw motion in {both} images, but in most of them the gap between the two rays is larger "
-            f"than {options.max_gap:g} m (--max-gap). Are the cameras swapped, does the calibration belong to other "
-            "cameras, or were the videos not taken at the same time?"
+            f"Both cameras saw motion in {seen} images, but in most of them the gap between the two rays is larger "
+            f"than {options.max_gap:g} m (--max-gap). Does the calibration belong to other cameras, or were the videos "
+            "not taken at the same time?"
         )
+    elif seen and not summary["results"]:
+        print(f"Motion was seen in {seen} images, but always where the camera does not see the plane of the motion")
     elif not summary["results"]:
         print("No motion was found")
     note = doubts(summary)
@@ -122,3 +133,11 @@ def execute(options: Namespace) -> int:
         print(f"The object was followed in {summary['results']} of {summary['described']} images only")
         return NOT_TAKEN
     return SUCCESS if summary["results"] else NOT_TAKEN
+
+
+def _dropped(stamps: list[float], count: int) -> str:
+    """Returns the number of dropped images of a camera, and the times [s] of the first ones."""
+    if not stamps:
+        return str(count)
+    more = ", …" if count > MOST_NAMED else ""
+    return f"{count} (at {', '.join(f'{stamp:.2f}' for stamp in stamps[:MOST_NAMED])}{more} s)"

@@ -14,7 +14,8 @@ from drake_tracker.tasks.train.track_placement import place_track
 
 TRACKING = "train:paper"
 """The filter of 1991: the figures show what the paper's own filter makes of the points."""
-GRASPING = "train"
+GRASPING = "train:blind"
+"""The grasp of 1991."""
 LAPS, SPEED = 3, 0.15
 """Laps and speed [m/s] of the tracking run."""
 START_UP = 1.5

@@ -14,12 +14,13 @@ class Footage:
         name: as the user wrote it.
         size: (width, height) [px].
         frames: function that returns a new iterator over (time [s], RGB image uint8 (h, w, 3)), in the order of time,
-            which counts from the first image. It may raise DrakeTrackerError midway, when a file is damaged.
+            which counts from the first image. It may raise DrakeTrackerError midway, when a camera stops.
         times: (n,) of all images, known beforehand [s]; None for a live camera.
         epoch: time of the first image on a clock that other footage shares [s], or None: a clock of its own.
         counted: whether that clock counts images; other counted footage shares it if the numbers overlap.
         rate: images per second that a live camera announces.
         close: function that releases the source.
+        warning: function that returns in one line what of the images read so far is missing, or None.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Footage:
     counted: bool = False
     rate: float | None = None
     close: Callable[[], object] = lambda: None
+    warning: Callable[[], str | None] = lambda: None
 
     @property
     def live(self) -> bool:

@@ -1,5 +1,6 @@
 """The image of each tick of a clock, read one after the other on demand."""
 
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,10 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.frame_clock import FrameClock
+from drake_tracker.footage.read_ahead import read_ahead
+
+_MOST_AHEAD, _AHEAD_BYTES = 8, 64_000_000
+"""Largest number of images read ahead, and the memory that they may occupy [bytes]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +30,7 @@ class Tick:
 
 
 class FrameSequence:
-    """The ticks of some footage by number (`at`); holds at most two images in memory.
+    """The ticks of some footage by number (`at`). Holds two images in memory, and those that a thread reads ahead.
 
     Ticks are requested in order. A request for an earlier tick reads the footage again from its beginning, which is not
     possible with a live camera.
@@ -35,19 +40,34 @@ class FrameSequence:
         clock: in the footage's times.
         shift: number of ticks by which this camera began later than the one whose ticks are counted.
         zero: time of this footage at which stamps are 0 [s]; None is the first counted tick.
+
+    Attributes:
+        surplus: number of images so far that no tick was free for.
     """
 
     def __init__(self, footage: Footage, clock: FrameClock, shift: int = 0, zero: float | None = None) -> None:
         self.footage, self.clock, self.shift = footage, clock, shift
         self._zero = clock.time(-shift) if zero is None else zero
+        self._frames: Iterator[tuple[float, np.ndarray]] = iter(())
         self._rewind()
 
+    def close(self) -> None:
+        """Ends the thread that reads ahead. May be called again; the sequence can still be rewound."""
+        if isinstance(self._frames, Generator):
+            self._frames.close()
+
     def _rewind(self) -> None:
-        self._frames = self.footage.frames()
+        self.close()
+        if self.footage.live:  # the stamp of an image is the instant at which it is requested
+            self._frames = self.footage.frames()
+        else:
+            bytes_each = 3 * self.footage.size[0] * self.footage.size[1]
+            self._frames = read_ahead(self.footage.frames, int(np.clip(_AHEAD_BYTES // bytes_each, 1, _MOST_AHEAD)))
         self._next: tuple[int, float, np.ndarray] | None = None
         self._ended = False
         self._number = -1
         self._previous: int | None = None
+        self.surplus = 0
         self._image = np.zeros((*self.footage.size[::-1], 3), np.uint8)
         self._current: Tick | None = None
 
@@ -83,5 +103,6 @@ class FrameSequence:
             if tick is not None:
                 self._previous = tick
                 return tick, time, image
+            self.surplus += 1
         self._ended = True
         return None

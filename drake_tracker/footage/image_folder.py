@@ -38,12 +38,14 @@ def open_images(spec: str | Path, fps: float | None = None) -> Footage:
     if len(same):
         one, other = files[same[0]], files[same[0] + 1]
         raise DrakeTrackerError(f"{spec}: {one.name} and {other.name} have the same number")
-    first = read_whole(files[0])
+    first = next(filter(lambda image: image is not None, map(_whole_or_none, files)), None)
+    if first is None:
+        read_whole(files[0])  # raises
+    assert first is not None
     height, width = first.shape[:2]
     bits = bits_of(first)  # of all images: determined for each of them, the brightness would flicker
-    return Footage(
-        str(spec), (width, height), lambda: _frames(files, times, (width, height), bits), times, epoch, counted
-    )
+    images = _Images(str(spec), files, times, (width, height), bits)
+    return Footage(images.name, images.size, images.frames, times, epoch, counted, warning=images.warning)
 
 
 def _stamps(spec: str | Path, files: Sequence[Path], fps: float | None) -> tuple[np.ndarray, float | None, bool]:
@@ -71,13 +73,40 @@ def _stamps(spec: str | Path, files: Sequence[Path], fps: float | None) -> tuple
     return np.arange(len(files)) / fps, None, False
 
 
-def _frames(
-    files: Sequence[Path], times: Sequence[float] | np.ndarray, size: tuple[int, int], bits: int
-) -> Iterator[tuple[float, np.ndarray]]:
-    for file, time in zip(files, times):
-        image = read_image(file, bits=bits)
-        if image.shape[1::-1] != size:
-            raise DrakeTrackerError(
-                f"{file} has {image.shape[1]} x {image.shape[0]} px, the images before it have {size[0]} x {size[1]} px"
-            )
-        yield float(time), cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+def _whole_or_none(file: Path) -> np.ndarray | None:
+    try:
+        return read_whole(file)
+    except DrakeTrackerError:
+        return None
+
+
+class _Images:
+    """The images of a folder. One that cannot be read is left out, as if it had been dropped."""
+
+    def __init__(self, name: str, files: Sequence[Path], times: np.ndarray, size: tuple[int, int], bits: int) -> None:
+        self.name, self.size = name, size
+        self._files, self._times, self._bits = files, times, bits
+        self._bad: list[str] = []
+
+    def warning(self) -> str | None:
+        """Returns which images could not be read so far, or None."""
+        if not self._bad:
+            return None
+        more = f" and {len(self._bad) - 1} more" if len(self._bad) > 1 else ""
+        return f"{self.name}: {len(self._bad)} of {len(self._files)} images cannot be read: {self._bad[0]}{more}"
+
+    def frames(self) -> Iterator[tuple[float, np.ndarray]]:
+        """Yields (time [s], RGB image)."""
+        self._bad = []
+        for file, time in zip(self._files, self._times):
+            try:
+                image = read_image(file, bits=self._bits)
+            except DrakeTrackerError:
+                self._bad.append(file.name)
+                continue
+            if image.shape[1::-1] != self.size:
+                raise DrakeTrackerError(
+                    f"{file} has {image.shape[1]} x {image.shape[0]} px, the images before it have "
+                    f"{self.size[0]} x {self.size[1]} px"
+                )
+            yield float(time), cv2.cvtColor(image, cv2.COLOR_BGR2RGB)

@@ -1,5 +1,7 @@
 """Opens footage from what the user wrote: a camera number, a folder, a pattern, a bag or a video file."""
 
+import filecmp
+import os
 import re
 from pathlib import Path
 
@@ -9,6 +11,18 @@ from drake_tracker.footage.image_folder import open_images
 from drake_tracker.footage.live_camera import open_camera
 from drake_tracker.footage.rosbag import open_bag
 from drake_tracker.footage.video import open_video
+
+
+def is_same_source(one: str, other: str) -> bool:
+    """Returns whether two sources are the same, or two files with the same content."""
+    if one == other:
+        return True
+    try:
+        if os.path.samefile(one, other):
+            return True
+        return Path(one).is_file() and Path(other).is_file() and filecmp.cmp(one, other, shallow=False)
+    except (OSError, ValueError):  # a camera, a pattern or a topic
+        return False
 
 
 def open_footage(spec: str, fps: float | None = None) -> Footage:

@@ -11,10 +11,17 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
+from drake_tracker.footage.frame_times import FrameTimes
+from drake_tracker.footage.orientation import Orientation, read_orientation
+
+_MOST_DECLARED = 100
+"""Largest ratio of the images that a file declares to those in it; beyond, the number itself is damaged."""
 
 
 def open_video(path: str | Path, fps: float | None = None) -> Footage:
-    """Returns the `Footage` of a video file.
+    """Returns the `Footage` of a video file, upright as a player would show it.
+
+    A damaged or truncated file gives the images that can be decoded, and a warning.
 
     Args:
         path: of the file.
@@ -22,25 +29,30 @@ def open_video(path: str | Path, fps: float | None = None) -> Footage:
 
     Raises DrakeTrackerError, one line, when the file cannot be read, or contains no video or no times.
     """
+    ticks: list[Any] = []
     try:
         with av.open(str(path)) as container:
             stream = _video_stream(container, path)
-            size = (stream.codec_context.width, stream.codec_context.height)
-            ticks: list[Any] = [packet.pts for packet in container.demux(stream) if packet.size]
-            base = stream.time_base
+            stored = (stream.codec_context.width, stream.codec_context.height)
+            base, reordered = stream.time_base, bool(stream.codec_context.has_b_frames)
+            for packet in _packets(container, stream):
+                if not packet.is_discard:
+                    ticks.append(packet.dts if packet.pts is None else packet.pts)
+            missing = _missing_at_end(container, stream, ticks) if ticks else 0
+            orientation = _orientation(path)
     except (av.error.FFmpegError, OSError) as error:
         raise DrakeTrackerError(f"{path}: this video cannot be read: {reason(error)}") from None
-    if not ticks or not all(size):
+    if not ticks or not all(stored):
         raise DrakeTrackerError(f"{path}: there is no image in this video")
-    if fps is not None:
-        times, first = np.arange(len(ticks)) / fps, None
-    elif None in ticks:
+    if fps is None and None in ticks:
         raise DrakeTrackerError(f"{path}: this video does not contain the times of its frames; add --fps N")
-    else:
-        ticks = sorted(set(ticks))
-        first = ticks[0]
-        times = np.array([float((tick - first) * base) for tick in ticks])
-    return Footage(str(path), size, lambda: _frames(path, size, first, fps), times)
+    video = _Video(path, stored, orientation, len(ticks) + missing)
+    if fps is not None:
+        times = np.arange(len(ticks)) / fps
+        return Footage(str(path), video.size, lambda: video.frames(fps), times, warning=video.warning)
+    clock = FrameTimes(ticks, reordered)
+    times = np.array([float((tick - clock.ticks[0]) * base) for tick in clock.ticks])
+    return Footage(str(path), video.size, lambda: video.frames(clock, base), times, warning=video.warning)
 
 
 def reason(error: BaseException) -> str:
@@ -49,24 +61,112 @@ def reason(error: BaseException) -> str:
     return getattr(error, "strerror", None) or (os.strerror(code) if code else str(error))
 
 
-def _frames(
-    path: str | Path, size: tuple[int, int], first: Any, fps: float | None
-) -> Iterator[tuple[float, np.ndarray]]:
-    time = 0.0
-    try:
-        with av.open(str(path)) as container:
-            stream = _video_stream(container, path)
-            stream.thread_type = "AUTO"
-            for index, frame in enumerate(container.decode(stream)):
-                if (frame.width, frame.height) != size:
-                    raise DrakeTrackerError(f"{path}: the size of the images changes after {time:.2f} s")
-                if fps is not None:
-                    time = index / fps
-                elif frame.pts is not None:
-                    time = float((frame.pts - first) * frame.time_base)
-                yield time, _rgb(frame)
-    except (av.error.FFmpegError, OSError) as error:
-        raise DrakeTrackerError(f"{path}: this video is damaged after {time:.2f} s: {reason(error)}") from None
+class _Video:
+    """The images of a video file.
+
+    Attributes:
+        size: (width, height) of the upright images [px].
+    """
+
+    def __init__(self, path: str | Path, stored: tuple[int, int], orientation: Orientation, declared: int) -> None:
+        self._path, self._stored, self._orientation, self._declared = path, stored, orientation, declared
+        self.size = orientation.size(*stored)
+        self._good = 0
+        self._ended = False
+        self._bad = 0
+
+    def warning(self) -> str | None:
+        """Returns what could not be read so far, or None."""
+        missing = self._declared - self._good if self._ended else self._bad
+        if missing <= 0:
+            return None
+        return f"{self._path}: the file is damaged or truncated: {missing} of {self._declared} images could not be read"
+
+    def frames(self, clock: FrameTimes | float, base: Any = None) -> Iterator[tuple[float, np.ndarray]]:
+        """Yields (time [s], RGB image).
+
+        Args:
+            clock: times of the frames, or frames per second.
+            base: unit of the times [s].
+        """
+        self._good, self._bad, self._ended = 0, 0, False
+        if isinstance(clock, FrameTimes):
+            clock.restart()
+        try:
+            with av.open(str(self._path)) as container:
+                stream = _video_stream(container, self._path)
+                stream.thread_type = "AUTO"
+                for index, frame in enumerate(self._decode(container, stream)):
+                    if isinstance(clock, FrameTimes):
+                        time = float((clock.next(frame.pts) - clock.ticks[0]) * base)
+                    else:
+                        time = index / clock
+                    if frame.is_corrupt:
+                        self._bad += 1
+                        continue
+                    if (frame.width, frame.height) != self._stored:
+                        raise DrakeTrackerError(f"{self._path}: the size of the images changes after {time:.2f} s")
+                    self._good += 1
+                    yield time, self._orientation.apply(_rgb(frame))
+                self._ended = True
+        except (av.error.FFmpegError, OSError) as error:
+            raise DrakeTrackerError(f"{self._path}: this video cannot be read any more: {reason(error)}") from None
+
+    def _decode(self, container: Any, stream: Any) -> Iterator[Any]:
+        """Yields the frames that can be decoded."""
+        for packet in _packets(container, stream, flush=True):
+            try:
+                yield from stream.codec_context.decode(packet)
+            except av.error.InvalidDataError:
+                self._bad += 1
+
+
+def _packets(container: Any, stream: Any, flush: bool = False) -> Iterator[Any]:
+    """Yields the packets of a stream up to the end or to the first that cannot be read, and None at last to flush."""
+    packets = container.demux(stream)
+    while True:
+        try:
+            packet = next(packets, None)
+        except av.error.FFmpegError:
+            break
+        if packet is None:
+            break
+        if packet.size:
+            yield packet
+    if flush:
+        yield None
+
+
+def _missing_at_end(container: Any, stream: Any, ticks: list[Any]) -> int:
+    """Returns the number of images that the headers of a file declare beyond those in it."""
+    if "mp4" in container.format.name:
+        declared = len(stream.index_entries)  # an edit list may leave out some of ``stream.frames``
+    else:
+        declared = stream.frames
+    if 0 < declared < _MOST_DECLARED * len(ticks):
+        return max(0, declared - len(ticks))
+    known = sorted({tick for tick in ticks if tick is not None})
+    if stream.duration is not None or len(container.streams) > 1 or not container.duration or len(known) < 2:
+        return 0
+    period = float(np.median(np.diff(known))) * stream.time_base
+    end = known[-1] * stream.time_base + period
+    return max(0, int((container.duration / av.time_base - end) / period + 0.25))
+
+
+def _orientation(path: str | Path) -> Orientation:
+    """Returns the `Orientation` of a video, which is attached to its frames."""
+    with av.open(str(path)) as container:
+        stream = _video_stream(container, path)
+        for packet in _packets(container, stream, flush=True):
+            try:
+                for frame in stream.codec_context.decode(packet):
+                    for data in frame.side_data.keys():  # noqa: SIM118 - iterating gives the same, but is not typed
+                        if data.type.name == "DISPLAYMATRIX":
+                            return read_orientation(memoryview(data))
+                    return Orientation()
+            except av.error.InvalidDataError:
+                continue
+    return Orientation()
 
 
 def _rgb(frame: Any) -> np.ndarray:

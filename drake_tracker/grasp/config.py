@@ -24,9 +24,9 @@ class GraspConfig:
     approach_duration: float = setting(1.0, "duration of the motion to a place above the object", "s", (0.2, 10.0))
     descent_duration: float = setting(0.36, "duration of the descent", "s", (0.2, 5.0))
     descent: str = setting(
-        "blind",
-        "blind: as in 1991, no new packets from the launch on; guided: new packets until the jaws hold",
-        choices=("blind", "guided"),
+        "guided",
+        "guided: new packets until the jaws hold; blind: as in 1991, no new packets from the launch on",
+        choices=("guided", "blind"),
     )
     closing_lead: float = setting(
         0.06, "time before the end of the descent at which the jaws begin to close", "s", (0.0, 0.3)
@@ -48,9 +48,9 @@ class GraspConfig:
         1.0, "time without a new packet after which the hand stands still, high above the object", "s", (0.03, 10.0)
     )
     gate: str = setting(
-        "auto",
-        "evidence that a prediction needs; auto: memory or recent; probability: launch_probability",
-        choices=("auto", "memory", "recent", "probability"),
+        "probability",
+        "evidence that a prediction needs; probability: launch_probability; auto: memory or recent",
+        choices=("probability", "auto", "memory", "recent"),
     )
     launch_probability: float = setting(
         0.9, "with gate probability: probability of success from which on the hand descends", "", (0.0, 1.0)

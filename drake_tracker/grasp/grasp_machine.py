@@ -12,7 +12,14 @@ from drake_tracker.core.timing import PATH_DURATION
 from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.descent import behind, horizon, likelihood, time_to_touch
 from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, judge_prediction, judge_probability, stands
-from drake_tracker.grasp.jaws import GRIP_CONFIRMED, WIDTH_TOLERANCE, closed_on_nothing, feels_grip, next_opening
+from drake_tracker.grasp.jaws import (
+    GRIP_CONFIRMED,
+    STILL,
+    WIDTH_TOLERANCE,
+    closed_on_nothing,
+    feels_grip,
+    next_opening,
+)
 from drake_tracker.grasp.motor_schema import since
 from drake_tracker.grasp.operated import STOPPING_SHARE, OperatedMachine, OperatedState, Pace, resting_target
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
@@ -24,6 +31,9 @@ CAUGHT_UP = 0.008
 """Distance along the path [m] up to which a guided hand is above the object, so that the jaws may close."""
 LONGEST_WAIT = 0.3
 """Longest time for which the jaws wait for the hand to catch up [s]."""
+PATIENCE = 2.0
+"""A guided grasp has missed after this many times `GraspConfig.close_timeout` at the latest, even if the jaws still
+move."""
 MANUAL_ACCELERATION = 2.0
 """Largest acceleration of the hand under the operator's control [m/s^2]."""
 SHORTEST_STOP = 0.06
@@ -46,6 +56,7 @@ class GraspState(OperatedState):
         object: number of the track that the newest packet is about, 0 with a host that tracks only one object.
         followed: the same when the phase began.
         gripped_since: time since when the jaws have measured a grip [s], infinity while they do not.
+        jaws_moved: last time at which the opening of the jaws changed [s].
         attempts: number of grasps begun.
         gate: why the machine waits.
         remembered_error: largest lateral error [m] of the predictions on which the gate's verdict rests.
@@ -62,6 +73,7 @@ class GraspState(OperatedState):
     object: int = 0
     followed: int = 0
     gripped_since: float = np.inf
+    jaws_moved: float = -np.inf
     attempts: int = 0
     gate: Gate = Gate.NOT_TRACKING
     remembered_error: float = 0.0
@@ -127,6 +139,7 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
             state,
             seen_since=min(state.seen_since, seen.time) if fresh else np.inf,
             gripped_since=min(state.gripped_since, seen.time) if gripping else np.inf,
+            jaws_moved=seen.time if abs(seen.jaws.speed) > STILL else state.jaws_moved,
         )
         if seen.target.valid and seen.target.stamp > state.newest:
             number = packet_target(seen.target.seq)
@@ -226,10 +239,19 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         return since(state.gripped_since, seen.time) >= GRIP_CONFIRMED
 
     def jaws_empty(self, state: GraspState, seen: GraspObservation) -> bool:
-        """Returns whether the jaws have closed on nothing, or have found no grip in time."""
+        """Returns whether the jaws have closed on nothing, or have found no grip in time.
+
+        Oblique jaws stop at the corners of the object until it has turned straight. In a guided grasp the time
+        therefore counts from when the jaws stopped.
+        """
         if closed_on_nothing(seen.jaws, self.config.object_width):
             return True
-        return state.phase == Phase.CLOSE and self._elapsed(state, seen) > self.config.close_timeout
+        if state.phase != Phase.CLOSE:
+            return False
+        elapsed, timeout = self._elapsed(state, seen), self.config.close_timeout
+        if self.config.descent == "guided" and elapsed <= PATIENCE * timeout:
+            return min(elapsed, since(state.jaws_moved, seen.time)) > timeout
+        return elapsed > timeout
 
     def lets_go_of_full_jaws(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether the operator only supervises, and the jaws hold something."""

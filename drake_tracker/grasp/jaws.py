@@ -6,6 +6,8 @@ WIDTH_TOLERANCE = 0.010
 """Jaws that stop within this distance [m] of the object's width have stopped at the object."""
 FORCE_SHARE = 0.6
 """Fraction of the grip force that must be measured for a grip to be accepted."""
+STILL = 0.010
+"""Jaws whose opening changes more slowly than this [m/s] stand still."""
 GRIP_CONFIRMED = 0.06
 """The jaws hold something once they have stood still under force for this long [s]."""
 

@@ -19,8 +19,11 @@ from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TU
 REACH = 0.060
 """Largest error along the path at which the jaws still hold a train [m]: half of its length."""
 OBLIQUE = math.radians(40.0)
-"""Largest error in direction at which the jaws turn the object instead of pushing it away [rad]. This and `TRUST` were
-chosen on 70 launches, seeds 81000 to 81069, which no result uses."""
+"""Largest error in direction [rad] that does not count as a miss. This and `TRUST` were chosen on 70 launches, seeds
+81000 to 81069, which no result uses. The jaws themselves tolerate less: turned by 15 deg throughout the descent they
+lifted 12 of 12 trains, by 20 deg 8, by 25 deg 5 (measured vision, oval, 0.15 m/s, seeds 940 to 945). But the standard
+deviation of the direction, which follows from that of the position, is too large by about as much. With a limit of
+20 deg the mean probability of 83 launches was 69 %, with 40 deg 88 %, and 94 % of the trains were lifted."""
 TRUST = 2.0
 """Number of independent errors that the standard deviation stated by the estimator is worth."""
 SHORTEST = 0.01

@@ -9,6 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from drake_tracker.core.background import Background
 from drake_tracker.core.messages import Centroid, Prediction, TrackPoint, predicted_points
 from drake_tracker.run.video_file import VideoFile
 from drake_tracker.tasks.style import bgr, draw_text
@@ -22,12 +23,14 @@ _BAND, _BETWEEN = 36, 4
 _ENERGY, _PATH, _BRIGHT, _DIM, _GROUND = "#ffb000", "#4cc2ff", "#f2f4f6", "#a3abb5", "#15181c"
 _AHEAD = np.arange(0.0, 1.01, 0.1)
 """Times [s] after the stamp at which the predicted path is evaluated."""
+_WAITING = 4
+"""Largest number of images that wait for being drawn and encoded."""
 _SHIFT = 4
 """Fractional bits of the coordinates passed to OpenCV."""
 
 
 class TrackOverlay:
-    """A video with one frame for each image that a centroid describes.
+    """A video with one frame for each image that a centroid describes, drawn and encoded in a thread.
 
     Attributes:
         size: (width, height) of the video [px].
@@ -60,7 +63,9 @@ class TrackOverlay:
         self._kept = ceil(age_cycles) + 1
         self._masks: list[np.ndarray] | None = None
         self._objects: list[ImageObjects | None] = [None] * len(sizes)
+        self._ground = np.full((*self.size[::-1], 3), bgr(_GROUND), np.uint8)
         self._video = VideoFile(path, max(1, round(1.0 / period)), self.size)
+        self._background = Background(self._draw, _WAITING)
 
     def add(
         self,
@@ -84,12 +89,17 @@ class TrackOverlay:
         objects, self._objects = self._objects, [energy.objects for energy in energies]
         if len(self._images) <= self._kept:
             return
-        page = np.full((*self.size[::-1], 3), bgr(_GROUND), np.uint8)
+        vectors = [None if vector is None else np.array(vector) for vector in (point, packet)]
+        self._background.put((self._images.popleft(), masks, objects, [np.array(each) for each in centroids], *vectors))
+
+    def _draw(self, values: tuple[Any, ...]) -> None:
+        """Draws one image and appends it to the video."""
+        seen, masks, objects, centroids, point, packet = values
+        page = self._ground.copy()
         x = 0
-        seen = self._images.popleft()
         for k, (panel, scale, (image, _, fresh)) in enumerate(zip(self._panels, self._scales, seen)):
             view = page[: panel[1], x : x + panel[0]]
-            view[:] = cv2.resize(image, panel, interpolation=cv2.INTER_AREA)
+            view[:] = image if scale == 1.0 else cv2.resize(image, panel, interpolation=cv2.INTER_AREA)
             if masks is not None:
                 _tint(view, masks[k])
             if packet is not None and k < len(self._cameras):
@@ -109,16 +119,22 @@ class TrackOverlay:
         self._video.write(page)
 
     def close(self) -> None:
-        """Completes the video file."""
-        self._video.close()
+        """Completes the video file. Raises DrakeTrackerError when an image could not be written."""
+        try:
+            self._background.close()
+        finally:
+            self._video.close()
 
 
 def _tint(view: np.ndarray, mask: np.ndarray) -> None:
     """Colours the moving pixels of a panel, in place."""
     if mask.size <= 1 or not mask.any():
         return
-    moving = cv2.resize(mask, view.shape[1::-1], interpolation=cv2.INTER_NEAREST) > 0
-    view[moving] = 0.35 * view[moving] + 0.65 * np.array(bgr(_ENERGY))
+    moving = cv2.resize(mask, view.shape[1::-1], interpolation=cv2.INTER_NEAREST)
+    x, y, width, height = cv2.boundingRect(moving)
+    part = view[y : y + height, x : x + width]
+    tinted = cv2.addWeighted(part, 0.35, np.full_like(part, bgr(_ENERGY)), 0.65, 0.0)
+    np.copyto(part, tinted, where=moving[y : y + height, x : x + width, None] > 0)
 
 
 def _draw_path(view: np.ndarray, camera: CameraModel, packet: np.ndarray, scale: float) -> None:

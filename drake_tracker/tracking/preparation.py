@@ -13,7 +13,7 @@ from drake_tracker.diagrams.parts import estimator_of
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.footage.footage import Footage
-from drake_tracker.footage.sources import open_footage
+from drake_tracker.footage.sources import is_same_source, open_footage
 from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.scenarios.base import Custom
 from drake_tracker.scenarios.option import read_option
@@ -24,10 +24,15 @@ from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.detectors import DETECTORS, SCENE_DETECTORS, make_detector
 from drake_tracker.vision.image_tracker import ImageTracker
+from drake_tracker.vision.plane_projection import camera_on_board, project_to_plane
 
 DETECTOR_SETTINGS = NormalFlow | DETECTORS.union(without=SCENE_DETECTORS)
 ESTIMATOR_SETTINGS = CoordinatedTurn | ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS)
 """Settings of the estimators that ``--estimator`` may name."""
+LEAST_RATE, GREATEST_RATE = 0.01, 1e5
+"""Lowest and highest number of images per second; the fastest cameras take some 1e5 at a useful size."""
+_RAYS = 9
+"""Number of rays across the width and the height of an image by which a plane is looked for."""
 _NORMAL_FLOW_SPAN = 2 * VISION_PERIOD
 """Time [s] between the two images that normal flow compares, as with the simulated cameras."""
 
@@ -96,8 +101,8 @@ def prepare_track(
     _check_numbers({"fps": fps, "duration": duration, "max-gap": max_gap}, {"height": height, "offset": offset})
     detector_settings = read_option(detector, DETECTOR_SETTINGS, "detector")
     estimator_settings = read_option(estimator, ESTIMATOR_SETTINGS, "estimator")
-    _check_cameras(len(sources), calibration, plane)
     check_choice(len(sources), roi, follow, objects, calibration is not None)
+    _check_cameras(sources, calibration, plane)
     if detector_settings.centroid != "hull" and (roi or follow or objects > 1):
         raise DrakeTrackerError("--roi, --follow and --objects need a detector with centroid: hull")
     names = ["camera_left", "camera_right"] if len(sources) == 2 else [camera]
@@ -108,6 +113,9 @@ def prepare_track(
             footage.append(open_footage(source, fps))
         for model, name, each in zip(cameras, names, footage):
             _check_size(model, each, f"{calibration}: {name}")
+        surface = _load_plane(plane, calibration, height) if plane and calibration else None
+        if surface is not None:
+            _check_plane(cameras[0], surface, str(plane))
         timeline = align(footage, offset=offset, duration=duration)
         detector_settings = _with_stride(detector_settings, timeline.period)
         detectors = [make_detector(detector_settings, period=timeline.period) for _ in footage]
@@ -124,7 +132,7 @@ def prepare_track(
             detectors,
             cameras,
             estimator_of(estimator_settings, "--estimator", period=timeline.period) if cameras else None,
-            plane=_load_plane(plane, calibration, height) if plane and calibration else None,
+            plane=surface,
             max_gap=max_gap,
             trackers=trackers if detector_settings.centroid == "hull" else (),
         )
@@ -140,6 +148,7 @@ def prepare_track(
         "roi": list(roi),
         "follow": list(follow),
         "objects": objects,
+        "max_gap": max_gap,
         "detector": {"kind": type(detector_settings).__name__} | asdict(detector_settings),
         "estimator": {"kind": type(estimator_settings).__name__} | asdict(estimator_settings) if cameras else None,
     }
@@ -154,13 +163,19 @@ def _check_numbers(positive: dict[str, float | None], finite: dict[str, float]) 
     for name, value in positive.items():
         if value is not None and not 0.0 < value < np.inf:
             raise DrakeTrackerError(f"--{name} {value:g}: must be above 0 and finite")
+    fps = positive["fps"]
+    if fps is not None and not LEAST_RATE <= fps <= GREATEST_RATE:
+        raise DrakeTrackerError(f"--fps {fps:g}: must be from {LEAST_RATE:g} to {GREATEST_RATE:g} images per second")
     for name, number in finite.items():
         if not np.isfinite(number):
             raise DrakeTrackerError(f"--{name} {number:g}: must be a finite number")
 
 
-def _check_cameras(count: int, calibration: str | Path | None, plane: str | None) -> None:
-    """Raises DrakeTrackerError when calibration and plane do not suit the number of cameras."""
+def _check_cameras(sources: Sequence[str], calibration: str | Path | None, plane: str | None) -> None:
+    """Raises DrakeTrackerError when calibration and plane do not suit the cameras, or both cameras are the same."""
+    count = len(sources)
+    if count == 2 and is_same_source(*sources):
+        raise DrakeTrackerError(f"{sources[0]} and {sources[1]} are the same images; each camera needs its own")
     if count == 2 and calibration is None:
         raise DrakeTrackerError("two cameras need --calibration FILE; drake-tracker calibrate makes one")
     if count == 1 and calibration is not None and plane is None:
@@ -169,6 +184,17 @@ def _check_cameras(count: int, calibration: str | Path | None, plane: str | None
         )
     if plane is not None and (calibration is None or count == 2):
         raise DrakeTrackerError(f"--plane {plane}: only for a single camera with --calibration FILE")
+
+
+def _check_plane(model: CameraModel, plane: Plane, name: str) -> None:
+    """Raises DrakeTrackerError when a camera does not see the plane."""
+    view = camera_on_board(model.K, model.X_CW @ plane.X_WP, model.width, model.height, model.distortion)
+    across = [np.linspace(0.0, size - 1.0, _RAYS) for size in (model.width, model.height)]
+    if all(project_to_plane(view, (u, v), plane.height) is None for u in across[0] for v in across[1]):
+        raise DrakeTrackerError(
+            f"--plane {name}: the plane is out of view of the camera; is its pose that of this calibration (X_WP) and "
+            f"the height of {plane.height:g} m on the side of its normal?"
+        )
 
 
 def _check_size(model: CameraModel, footage: Footage, where: str) -> None:

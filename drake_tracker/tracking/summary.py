@@ -1,13 +1,17 @@
 """The summary of a track of your own cameras."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from drake_tracker.footage.timeline import Timeline
 from drake_tracker.tasks.results import git_commit, package_versions, tidy
 from drake_tracker.tracking.table import HORIZON
 from drake_tracker.vision.image_track import TrackState
+
+_MOST_NAMED = 1000
+"""Largest number of dropped images of a camera whose stamps are listed."""
 
 
 def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, Any]:
@@ -21,7 +25,7 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
     - ``prediction_rms_m``: root mean square error of the predictions `HORIZON` ahead, against the points measured at
       that time (interpolated between neighbours).
     - ``extent_m`` or ``extent_px``: size of the bounding box of the track.
-    - ``seen_by_both``: number of images in which both cameras saw motion.
+    - ``seen``: number of images in which every camera saw motion.
     - ``median_speed_m_s``: median speed of the filtered point.
 
     Args:
@@ -50,11 +54,11 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
     filtered = np.column_stack([data[f"filtered_{name}"] for name in names])
     steps = np.diff(data["stamp"])
     sides = [column for name, column in data.items() if name.endswith("_u")]
-    seen_by_both = int(np.isfinite(sides).all(axis=0).sum()) if len(sides) == 2 else None
+    seen = int(np.isfinite(sides).all(axis=0).sum())
     speeds = np.linalg.norm(np.diff(filtered, axis=0), axis=1) / np.where(steps > 0.0, steps, np.nan)
     return summary | {
         "extent_m": extent,
-        "seen_by_both": seen_by_both,
+        "seen": seen,
         "gap_rms_m": float(np.sqrt(np.mean(gap**2))) if len(gap) else None,
         "median_speed_m_s": float(np.nanmedian(speeds)) if np.isfinite(speeds).any() else None,
         "prediction_rms_m": _prediction_rms(data, path, valid, period),
@@ -74,6 +78,26 @@ def _prediction_rms(data: Mapping[str, np.ndarray], path: np.ndarray, valid: np.
     error = np.linalg.norm(predicted - measured, axis=1)[near]
     error = error[~np.isnan(error)]
     return float(np.sqrt(np.mean(error**2))) if len(error) else None
+
+
+def describe_footage(timeline: Timeline, dropped: Sequence[Sequence[float]]) -> dict[str, Any]:
+    """Returns what was wrong with the images of each camera.
+
+    - ``dropped``: number of ticks of the clock without an image, and ``dropped_at_s``: their stamps, at most 1000.
+    - ``surplus``: number of images that came too early for a tick of their own.
+    - ``warnings``: one line for each source with images that could not be read.
+
+    Args:
+        timeline: of the cameras.
+        dropped: stamps of the ticks without an image [s], for each camera.
+    """
+    warnings = [each.footage.warning() for each in timeline.sequences]
+    return {
+        "dropped": [len(stamps) for stamps in dropped],
+        "dropped_at_s": [list(stamps[:_MOST_NAMED]) for stamps in dropped],
+        "surplus": [each.surplus for each in timeline.sequences],
+        "warnings": [line for line in warnings if line is not None],
+    }
 
 
 def describe_run(**facts: Any) -> dict[str, Any]:

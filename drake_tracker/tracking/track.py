@@ -6,7 +6,6 @@ from types import TracebackType
 from typing import Any
 
 import av
-import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker.core.errors import DrakeTrackerError
@@ -17,7 +16,8 @@ from drake_tracker.tracking.overlay import TrackOverlay
 from drake_tracker.tracking.picture import draw_track_picture
 from drake_tracker.tracking.preparation import PreparedTrack
 from drake_tracker.tracking.quality import TrackQuality
-from drake_tracker.tracking.summary import describe_run, summarise_track
+from drake_tracker.tracking.summary import describe_footage, describe_run, summarise_track
+from drake_tracker.tracking.swapped import are_swapped
 from drake_tracker.tracking.table import TrackTable
 
 _READ_AT = 0.75
@@ -70,8 +70,8 @@ def _make_track(
     interrupted = False
     video: TrackOverlay | None = None
     table: TrackTable | None = None
-    dropped = [0] * len(track.footage)
     quality = TrackQuality()
+    dropped: list[list[float]] = [[] for _ in track.footage]
     try:
         with _Collected(errors, out):
             table = TrackTable(out / "track.csv", diagram.sides, diagram.has_points)
@@ -81,6 +81,8 @@ def _make_track(
             interrupted = _run(track, table, video, dropped, quality, progress, signals)
     except KeyboardInterrupt:
         interrupted = True
+    for sequence in track.timeline.sequences:
+        sequence.close()
     for each in track.footage:
         each.close()
     for part in (table, video):
@@ -91,7 +93,10 @@ def _make_track(
     if table is not None:
         data = table.data()
         summary = summarise_track(data, timeline.period) | quality.summary()
-        summary |= {"dropped": dropped, "interrupted": interrupted}
+        summary |= describe_footage(track.timeline, dropped)
+        summary["interrupted"] = interrupted
+        if len(track.cameras) == 2:
+            summary["swapped"] = are_swapped(data, track.cameras, track.facts["max_gap"])
         with _Collected(errors, out):
             save_summary(describe_run(**summary, **track.facts), out / "summary.json")
         with _Collected(errors, out):
@@ -129,15 +134,15 @@ def _run(
     track: PreparedTrack,
     table: TrackTable,
     video: TrackOverlay | None,
-    dropped: list[int],
+    dropped: list[list[float]],
     quality: TrackQuality,
     progress: Callable[[float, str], object] | None,
     signals: Sequence[int],
 ) -> bool:
-    """Runs the diagram cycle by cycle and records the values of its ports; counts dropped images in ``dropped``, and
-    what the images show in ``quality``.
+    """Runs the diagram cycle by cycle and records the values of its ports.
 
-    Returns whether a signal ended it.
+    The stamps of dropped images are added to ``dropped``, and what the images show is counted in ``quality``. Returns
+    whether a signal ended it.
     """
     diagram, timeline = track.diagram, track.timeline
     simulator = Simulator(diagram)
@@ -157,19 +162,20 @@ def _run(
         frames = [read(f"frame_{side}") for side in diagram.sides]
         if last is None or number < last:
             for k, frame in enumerate(frames):
-                dropped[k] += not frame[1]
+                if not frame[1]:
+                    dropped[k].append(round(float(frame[0]), 3))
         centroids = [read(f"centroid_{side}") for side in diagram.sides]
-        spatial: list[np.ndarray] = []
-        if diagram.has_points:
-            spatial = [read(name) for name in ("point", "filtered", "prediction")]
+        point, filtered, packet = (
+            read(name) if diagram.has_points else None for name in ("point", "filtered", "prediction")
+        )
         energies = [read(f"motion_{side}") for side in diagram.sides]
         objects = [None if energy is None else energy.objects for energy in before]
         before = energies
-        if table.add(centroids, *spatial, objects=objects):
+        if table.add(centroids, point, filtered, packet, objects):
             quality.add(objects)
         if video is not None:
             images = [(read(f"camera_{side}").data, frame) for side, frame in zip(diagram.sides, frames)]
-            video.add(images, energies, centroids, *spatial[::2])
+            video.add(images, energies, centroids, point, packet)
         if progress is not None:
             valid = sum(row[table.columns.index("valid")] for row in table.rows[-_RECENT:])
             progress(now, f"{valid:.0f} of the last {_RECENT}")

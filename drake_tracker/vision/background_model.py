@@ -26,6 +26,8 @@ NARROW_AFTER = 60
 where they were at first, and what is still unknown lies between them."""
 NARROW_JOIN = 9
 """See there [px]."""
+SHOWS = 0.5
+"""An object shows in images that follow each other closely if they show this share of what it has swept lately."""
 QUIET_IMAGES = 12
 """Images without motion after which a pixel counts as still."""
 MOTION_SHARE = 0.6
@@ -45,6 +47,8 @@ RATIO_SCALE = 100.0
 """Number that stands for equal brightness in an 8-bit image of ratios."""
 MARGIN = 3
 """Pixels around a silhouette that are looked at with it, and not learned from."""
+BORDER = 3
+"""Width [px] of the strip along the border of the image and of the window: an object that reaches it is cut off."""
 _SPECK = np.ones((2, 2), np.uint8)
 _SMALL, _MEDIUM, _START = np.ones((3, 3), np.uint8), np.ones((5, 5), np.uint8), np.ones((9, 9), np.uint8)
 
@@ -60,9 +64,11 @@ class Background(FrozenState):
         quiet: uint8 (h, w), images since something moved, up to 255.
         reference: the image with which the next one is compared to find motion, uint8 (h, w, 3).
         light: brightness of that image as a share of the background's.
+        newest: the last two images and their brightness as a share of the background's, newest first.
         moving: uint8 (h, w), 255 where edges moved when that was last looked for.
         swept: uint8 (h, w), the same with the gaps between edges filled.
         mask: uint8 (h, w), the newest silhouettes.
+        border: uint8 (h, w), 255 along the border of what is looked at, and beyond it.
         noise: standard deviation of the difference from the background [grey levels].
         count: number of images so far.
     """
@@ -73,9 +79,11 @@ class Background(FrozenState):
     quiet: np.ndarray
     reference: np.ndarray
     light: float
+    newest: tuple[tuple[np.ndarray, float], ...]
     moving: np.ndarray
     swept: np.ndarray
     mask: np.ndarray
+    border: np.ndarray
     noise: float
     count: int
 
@@ -102,9 +110,7 @@ class BackgroundModel:
             self._window = np.where(np.asarray(window) > 0, np.uint8(255), np.uint8(0))
             if not self._window.any():
                 raise DrakeTrackerError("silhouettes: the window of interest is empty")
-        self._joins = [
-            np.ones((int(distance) | 1,) * 2, np.uint8) for distance in (settings.join_distance, NARROW_JOIN)
-        ]
+        self._joins = [int(distance) | 1 for distance in (settings.join_distance, NARROW_JOIN)]
 
     def smooth(self, image: np.ndarray) -> np.ndarray:
         """Returns an image (h, w, 3), uint8, with less noise."""
@@ -114,7 +120,15 @@ class BackgroundModel:
         """Returns the state after the first smoothed image (h, w, 3): nothing is known of the background yet."""
         blank = read_only(np.zeros(image.shape[:2], np.uint8))
         mean = read_only(image.astype(np.float32))
-        return Background(mean, image, blank, blank, image, 1.0, blank, blank, blank, 1.0, 1)
+        border = self._border(image.shape[:2])
+        return Background(mean, image, blank, blank, image, 1.0, (), blank, blank, blank, border, 1.0, 1)
+
+    def _border(self, shape: tuple[int, int]) -> np.ndarray:
+        """Returns the border of what is looked at, and what lies beyond it, uint8 of a shape (h, w)."""
+        inside = np.full(shape, 255, np.uint8) if self._window is None else self._window
+        wide = cv2.copyMakeBorder(inside, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
+        side = 2 * BORDER + 1
+        return read_only(cv2.bitwise_not(cv2.erode(wide, np.ones((side, side), np.uint8))[1:-1, 1:-1]))
 
     def difference(self, state: Background, image: np.ndarray) -> np.ndarray:
         """Returns the largest difference of a smoothed image from the background over the channels, uint8 (h, w)."""
@@ -153,18 +167,18 @@ class BackgroundModel:
         if state.count == 1:
             first = NOISE_OF_MEDIAN * float(np.median(difference[::LEVEL_ROWS]))
             state = replace(state, noise=first)
+        motion_threshold = max(MOTION_SHARE * settings.threshold, MOTION_NOISE * settings.noise_factor * state.noise)
         if learning:
-            motion_threshold = max(
-                MOTION_SHARE * settings.threshold, MOTION_NOISE * settings.noise_factor * state.noise
-            )
             state = self._find_motion(state, image, gain, motion_threshold)
         threshold = max(settings.threshold, settings.noise_factor * state.noise)
         mask = cv2.threshold(difference, threshold, 255, cv2.THRESH_BINARY)[1]
         if cv2.countNonZero(state.known) < state.known.size:
-            cv2.copyTo(state.swept, cv2.bitwise_not(state.known), mask)
+            here = self._moving_objects(state, image, gain, motion_threshold)
+            cv2.copyTo(here, cv2.bitwise_not(state.known), mask)
         mask = _opened(self._within(mask, hidden))
         mask = self._without_shadows(mask, state.known, image, picture)
-        state = replace(state, mask=read_only(mask), count=state.count + 1)
+        newest = ((image, gain), *state.newest)[:2]
+        state = replace(state, mask=read_only(mask), newest=newest, count=state.count + 1)
         return (self._learn(state, image, picture, difference, gain, hidden) if learning else state), True
 
     def _gain(self, state: Background, image: np.ndarray) -> float | None:
@@ -177,15 +191,8 @@ class BackgroundModel:
 
     def _find_motion(self, state: Background, image: np.ndarray, light: float, threshold: float) -> Background:
         """Returns the state with the pixels that changed since the reference image, and what they enclose."""
-        reference, gain = state.reference, light / state.light
-        if abs(gain - 1.0) >= SAME_LIGHT:
-            reference = cv2.convertScaleAbs(reference, alpha=gain)
-        change = _largest(cv2.absdiff(image, reference))
-        moving = cv2.threshold(change, threshold, 255, cv2.THRESH_BINARY)[1]
-        moving = _opened(self._within(moving))
-        swept = cv2.morphologyEx(moving, cv2.MORPH_CLOSE, self._joins[state.count > NARROW_AFTER])
-        for outline in cv2.findContours(swept, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]:
-            cv2.fillConvexPoly(swept, cv2.convexHull(outline), 255)
+        moving = _opened(self._within(_changed(image, state.reference, light / state.light, threshold)))
+        swept = self._filled(moving, state.count)
         starting = state.count <= QUIET_IMAGES
         quiet = cv2.add(state.quiet, 1 if starting else LEARNING_PERIOD)
         quiet = cv2.subtract(quiet, cv2.dilate(swept, _START if starting else _SMALL))
@@ -198,6 +205,33 @@ class BackgroundModel:
             swept=read_only(swept),
             quiet=read_only(quiet),
         )
+
+    def _moving_objects(self, state: Background, image: np.ndarray, light: float, threshold: float) -> np.ndarray:
+        """Returns the moving objects of an image where nothing is known of the background, uint8 (h, w), 255 on them.
+
+        The difference of two images shows an object where it is and where it was. The shorter the time between them,
+        the smaller the error, but a slow object does not show in images that follow each other closely.
+        """
+        if len(state.newest) < 2 or not cv2.countNonZero(state.swept):
+            return state.swept
+        earlier, its_light = state.newest[-1]
+        close = self._filled(_opened(self._within(_changed(image, earlier, light / its_light, threshold))), state.count)
+        count, labels = cv2.connectedComponents(cv2.bitwise_or(state.swept, close), connectivity=8)
+        small, large = (np.bincount(labels[each > 0], minlength=count) for each in (close, state.swept))
+        shows = small >= SHOWS * large
+        return np.where(shows[labels], close, state.swept)
+
+    def _filled(self, moving: np.ndarray, count: int) -> np.ndarray:
+        """Returns what moving pixels enclose, uint8 (h, w).
+
+        Args:
+            moving: uint8 (h, w), 255 where edges move.
+            count: number of images before this one.
+        """
+        filled = _closed(moving, self._joins[count > NARROW_AFTER])
+        for outline in cv2.findContours(filled, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]:
+            cv2.fillConvexPoly(filled, cv2.convexHull(outline), 255)
+        return filled
 
     def _learn(
         self,
@@ -311,6 +345,32 @@ def _opened(mask: np.ndarray) -> np.ndarray:
     The anchors are opposite: OpenCV's own opening by a mask of even size shifts the image by a pixel.
     """
     return cv2.dilate(cv2.erode(mask, _SPECK, anchor=(0, 0)), _SPECK, anchor=(1, 1))
+
+
+def _closed(mask: np.ndarray, side: int) -> np.ndarray:
+    """Returns a mask whose gaps are closed by a square, its side odd [px].
+
+    Beyond the image, nothing is set. OpenCV would take that for unknown, and fill what lies between a region and the
+    image's border: the place that an object has just entered through.
+    """
+    half = side // 2
+    wide = cv2.copyMakeBorder(mask, half, half, half, half, cv2.BORDER_CONSTANT)
+    wide = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
+    return wide[half:-half, half:-half].copy()
+
+
+def _changed(image: np.ndarray, earlier: np.ndarray, gain: float, threshold: float) -> np.ndarray:
+    """Returns where an image differs from an earlier one, uint8 (h, w), 255 there.
+
+    Args:
+        image: smoothed, uint8 (h, w, 3).
+        earlier: smoothed, of the same shape.
+        gain: brightness of the image as a share of the earlier one's.
+        threshold: least difference that counts [grey levels].
+    """
+    if abs(gain - 1.0) >= SAME_LIGHT:
+        earlier = cv2.convertScaleAbs(earlier, alpha=gain)
+    return cv2.threshold(_largest(cv2.absdiff(image, earlier)), threshold, 255, cv2.THRESH_BINARY)[1]
 
 
 def _largest(difference: np.ndarray) -> np.ndarray:

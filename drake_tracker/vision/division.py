@@ -96,7 +96,7 @@ def divide(image: Silhouettes, silhouette: Silhouette, places: Mapping[int, np.n
 def _groups(images: Sequence[Silhouettes]) -> list[set[int]]:
     """Returns the groups of objects that must be placed together: they share silhouettes, directly or through others.
 
-    An object of which the arm covers a part is placed too, with those that share its silhouette.
+    An object of which a part is covered is placed too, with those that share its silhouette.
     """
     groups: list[set[int]] = []
     for image in images:
@@ -115,14 +115,15 @@ def _view_of(image: Silhouettes, members: Sequence[int]) -> tuple[ImageView, np.
     mine = [each.pixels for each in image.expected if set(each.members) & set(members)]
     whole = np.bitwise_or.reduce(mine) if mine else np.zeros((1, 1), np.uint8)
     offset, empty = image.offset, None
-    hidden = image.foreground.hidden
-    if hidden is not None and image.covered & set(members):
-        # Where the arm is, nothing is known. Elsewhere, pixels of no silhouette show that no object is there.
+    unseen = image.foreground.unseen
+    if unseen is not None and image.covered & set(members):
+        # Under the arm and beyond the border, nothing is known. Elsewhere, pixels of no silhouette show that no object
+        # is there.
         box, offset = whole, np.array(image.foreground.image_offset, float)
-        whole = np.zeros_like(hidden)
+        whole = np.zeros_like(unseen)
         if mine:
             whole[image.box] = box
-        empty = ((image.foreground.mask == 0) & (hidden == 0)).view(np.uint8)
+        empty = ((image.foreground.mask == 0) & (unseen == 0)).view(np.uint8)
     windows = [image.windows[number] for number in members]
     view = ImageView(
         whole,

@@ -1,10 +1,12 @@
 """What one image shows in front of the background."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
+import cv2
 import numpy as np
 
-from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.camera_motion import Verdict
 
 
@@ -23,6 +25,7 @@ class Foreground(FrozenState):
         camera: whether the camera itself moved; its motion is compensated in what the other attributes hold.
         displacement: of the camera's images by that motion [px].
         missing: uint8 (h, w), 255 where the image shows nothing, because the camera has turned away, or None.
+        border: uint8 (h, w), 255 along the border of what is looked at, and beyond it, or None.
         hand: by how much the markers show the hand displaced to the right and downwards, shape (2,) [px].
     """
 
@@ -36,7 +39,15 @@ class Foreground(FrozenState):
     camera: Verdict = Verdict.STILL
     displacement: float = 0.0
     missing: np.ndarray | None = None
+    border: np.ndarray | None = None
     hand: np.ndarray = field(default_factory=lambda: np.zeros(2))
+
+    @cached_property
+    def unseen(self) -> np.ndarray | None:
+        """uint8 (h, w), 255 where the arm covers the scene, or nothing is looked at; None if neither is so anywhere."""
+        if self.hidden is None or self.border is None:
+            return self.border if self.hidden is None else self.hidden
+        return read_only(cv2.bitwise_or(self.hidden, self.border))
 
     def shows(self, u: float, v: float) -> bool:
         """Returns whether the image contains the pixel at (u, v) of the full frame."""

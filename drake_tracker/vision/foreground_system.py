@@ -173,6 +173,7 @@ class ForegroundSystem(LeafSystem):
             seen.verdict,
             seen.displacement,
             None if seen.missing is None else read_only(seen.missing),
+            background.border,
         )
         dark = memory.dark + 1 if other_light else 0
         return replace(memory, background=background, alignment=alignment, dark=dark), found

@@ -24,9 +24,14 @@ SIZE_CHANGE = 1.0
 """The same from the size: sizes per second."""
 LIKE = 3.0
 """A region of this many times the size of an object, or of this fraction, does not show it alone."""
+STEADY = 0.25
+"""Share of its displacement by which an object may be beside the place where it is expected, for its patch to be taken.
+While it stops or turns back, its moving edges do not enclose it evenly."""
+SLOW = 0.25
+"""Speed below which an object may stand, in sizes per second."""
 LARGEST_PATCH = 96
 """Longer side above which a patch is used at lower resolution [px]."""
-SAME = 0.6
+SAME = 0.7
 """Least correlation of a patch with what the image shows, for the object to be there."""
 
 
@@ -82,6 +87,11 @@ class ImageTrack(FrozenState):
     def speed(self) -> float:
         """Speed in the image [px/s]."""
         return float(np.hypot(self.mean[2], self.mean[3]))
+
+    @property
+    def slow(self) -> bool:
+        """Whether it moves so slowly that it may stand."""
+        return self.speed < SLOW * self.size
 
     @property
     def std(self) -> float:
@@ -168,7 +178,9 @@ def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra
         image: grey uint8 (h, w).
         extra: see `measure`.
     """
-    patch, centre = cut_patch(image, region)
+    surprise = float(np.hypot(region.u - track.mean[0], region.v - track.mean[1]))
+    steady = surprise <= max(1.0, STEADY * track.speed * (track.stamp - track.seen))
+    patch, centre = cut_patch(image, region) if steady or track.hits < 3 else (track.patch, track.centre)
     w = max(SIZE_WEIGHT, 1.0 / (track.hits + 1))
     return replace(
         measure(track, region.u, region.v, extra),

@@ -38,6 +38,12 @@ CLOSE_SHARE = 0.05
 """Farthest distance of the object from the pixel that was given, as a share of the image's diagonal."""
 RIVAL_SHARE = 0.5
 """A moving object of this share of the size of the one followed is a rival."""
+SURE = 0.8
+"""Correlation from which on a patch shows its object even among others, or where something moves."""
+MERGED_REACH = 0.3
+"""Among other objects, an object's patch is looked for within this share of its size."""
+STOOD = 0.25
+"""An object that stood has not moved on while it is within this share of its size."""
 _FORBIDDEN = 1e6
 
 
@@ -179,7 +185,7 @@ class ImageTracker:
         after = []
         for i, track in enumerate(tracks):
             own = pairs.get(i, -1)
-            if own >= 0 and own not in merged:
+            if own >= 0 and own not in merged and not _left_its_place(track, regions[own], image):
                 after.append(with_region(track, regions[own], image, 0.5 * displacement))
                 continue
             inside = any(i in some for some in members.values())
@@ -270,6 +276,8 @@ def _is_of(track: ImageTrack, region: ImageRegion) -> bool:
 def _without_region(track: ImageTrack, image: np.ndarray, gate: float, inside: bool) -> ImageTrack:
     """Returns a predicted track that has no region of its own: its object stands, or is merged with another.
 
+    One that is merged may be hidden by the other, and is then expected to go on as before.
+
     Args:
         track: predicted for the time of the image.
         image: grey uint8 (h, w).
@@ -279,13 +287,21 @@ def _without_region(track: ImageTrack, image: np.ndarray, gate: float, inside: b
     unlike = track.unlike + 1 if inside else track.unlike
     if track.hits < CONFIRM_AFTER:
         return replace(track, state=TrackState.HIDDEN, unlike=unlike)
-    u, v, score = find_patch(track, image, min(gate, 1.5 * track.size))
-    if score < SAME:
+    reach, least = (MERGED_REACH * track.size, SURE) if inside else (min(gate, 1.5 * track.size), SAME)
+    u, v, score = find_patch(track, image, reach)
+    if score < least:
         return replace(track, state=TrackState.HIDDEN, unlike=unlike)
     measured = measure_track(track, u, v)
-    slow = measured.speed < 0.25 * track.size
-    state = TrackState.STANDING if slow and not inside else TrackState.MOVING
+    state = TrackState.STANDING if measured.slow and not inside else TrackState.MOVING
     return replace(measured, state=state, unlike=unlike)
+
+
+def _left_its_place(track: ImageTrack, region: ImageRegion, image: np.ndarray) -> bool:
+    """Returns whether the motion where an object stood shows that it is gone, or covered by another."""
+    moved = np.hypot(region.u - track.mean[0], region.v - track.mean[1])
+    if not track.slow or track.hits < CONFIRM_AFTER or moved > STOOD * track.size:
+        return False
+    return find_patch(track, image, STOOD * track.size)[2] < SURE
 
 
 def _same_object(old: ImageTrack, track: ImageTrack) -> bool:

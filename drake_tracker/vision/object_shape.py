@@ -18,6 +18,8 @@ MEMORY = 240
 """Number of pairs of images that a shape remembers."""
 SETTLED = 60
 """Number of pairs of images from which the dimensions are well known."""
+SIZED = 15
+"""Number from which the extents of the silhouettes are known for the direction in which the object was seen."""
 PRIOR_WEIGHT = 0.3
 """Weight of the first guess of the dimensions, in pairs of images."""
 SMALLEST = 0.01
@@ -64,6 +66,11 @@ class ObjectShape(FrozenState):
     def settled(self) -> bool:
         """Whether the dimensions are well known."""
         return self.count >= SETTLED
+
+    @property
+    def sized(self) -> bool:
+        """Whether the extents of its silhouettes are known, for the present direction of travel at least."""
+        return self.count >= SIZED
 
     def part(self, axis: int, count: int) -> Self:
         """Returns the first guess of the shape of each of some objects that stand in a row.

@@ -24,6 +24,7 @@ class ObjectWindow:
         depth: distance from the camera [m].
         jacobian: derivative of the centroid (u, v) by the position, shape (2, 3) [px/m].
         settled: whether the extents are well known.
+        sized: whether they are known for the present direction of travel at least.
     """
 
     track: int
@@ -35,6 +36,7 @@ class ObjectWindow:
     depth: float
     jacobian: np.ndarray
     settled: bool = True
+    sized: bool = True
 
     @cached_property
     def centre(self) -> np.ndarray:

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.vision.division import Part, divide
+from drake_tracker.vision.foreground import Foreground
 from drake_tracker.vision.silhouettes import FRAGMENT_PIXELS, Silhouettes
 
 BESIDE = np.ones((7, 7), np.uint8)
@@ -46,9 +47,11 @@ class Region(NamedTuple):
         track: number of the track in whose window it lies; 0: none, -1: one that is not yet confirmed.
         shared: whether it was cut out of a silhouette that shows several objects.
         apart: whether another large fragment lies in its window, which no other track expects.
-        covered: whether the robot's own arm covers a part of it.
-        cut: whether it touches the edge of what a camera that has turned away still sees: its centroid is that of a
-            part of the object.
+        covered: whether the robot's own arm covers a part of it, or the border of what is looked at cuts one off. It is
+            placed so that the object's outline fits the rest.
+        beyond: whether the latter is so.
+        cut: whether it touches that border without being placed so, or the edge of what a camera that has turned away
+            still sees: its centroid is that of a part of the object.
         colour: its mean colour, red, green and blue [grey levels].
     """
 
@@ -65,6 +68,7 @@ class Region(NamedTuple):
     shared: bool
     apart: bool
     covered: bool
+    beyond: bool
     cut: bool
     colour: tuple[float, float, float]
 
@@ -109,6 +113,17 @@ def _error(share: float, shared: bool, covered: bool) -> float:
         return SHAPE_ERROR**2 + SHARED_ERROR**2 / share
     missing = max(1.0 - share - MISSING_SHARE, 0.0)
     return SHAPE_ERROR**2 + (MISSING_ERROR * missing) ** 2 + (SHARED_ERROR**2 if shared else 0.0)
+
+
+def _is_cut(foreground: Foreground, pixels: np.ndarray, box: tuple[slice, slice], covered: bool) -> bool:
+    """Returns whether the pixels of a region, which are those of a box of the image, show only a part of the object."""
+    if (
+        not covered
+        and foreground.border is not None
+        and cv2.countNonZero(cv2.bitwise_and(pixels, foreground.border[box]))
+    ):
+        return True
+    return _touches(foreground.missing, pixels, box)
 
 
 def _touches(mask: np.ndarray | None, pixels: np.ndarray, box: tuple[slice, slice]) -> bool:
@@ -171,6 +186,7 @@ def _region(part: Part, silhouettes: Silhouettes, number: int | None, colours: b
         shared=part.shared,
         apart=number in silhouettes.apart,
         covered=covered,
-        cut=_touches(foreground.missing, part.pixels, box),
+        beyond=number in silhouettes.beyond,
+        cut=_is_cut(foreground, part.pixels, box, covered),
         colour=(float(colour[0]), float(colour[1]), float(colour[2])),
     )

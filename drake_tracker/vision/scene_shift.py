@@ -53,10 +53,11 @@ def suggests_shift(mask: np.ndarray) -> bool:
 
 
 def shift_estimate(before: np.ndarray, after: np.ndarray) -> float:
-    """Returns how far the whole image may have moved [px], from one step of Lucas and Kanade's method on every 16th pixel.
+    """Returns how far the whole image may have moved [px].
 
-    It costs little, and is right up to about a pixel; larger values mean no more than that the image has moved. Pixels
-    that change much more than most show objects and do not count.
+    It takes one step of Lucas and Kanade's method on every 16th pixel. It costs little, and is right up to about a
+    pixel; larger values mean no more than that the image has moved. Pixels that change much more than most show objects and do
+    not count.
 
     Args:
         before: grey image (h, w) of any type.

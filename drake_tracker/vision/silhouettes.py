@@ -49,7 +49,8 @@ class Silhouettes:
         expected: silhouettes that lie in windows.
         others: pixels of all others, uint8, 1 where they are.
         apart: places in ``windows`` of objects beside which another large fragment lies in their window.
-        covered: places in ``windows`` of objects of which the arm covers a part.
+        covered: places in ``windows`` of objects of which the arm covers a part, or the border cuts one off.
+        beyond: those of the latter. The border is that of what is looked at, and the size of the object is known.
     """
 
     foreground: Foreground
@@ -59,6 +60,7 @@ class Silhouettes:
     others: Sequence[np.ndarray]
     apart: Set[int]
     covered: Set[int]
+    beyond: Set[int]
 
     @cached_property
     def offset(self) -> np.ndarray:
@@ -80,7 +82,7 @@ def find_silhouettes(foreground: Foreground, windows: Sequence[ObjectWindow] = (
     u0, v0, width, height = cv2.boundingRect(foreground.mask)
     box = slice(v0, v0 + height), slice(u0, u0 + width)
     if width == 0:
-        return Silhouettes(foreground, windows, box, (), (), frozenset(), covered)
+        return Silhouettes(foreground, windows, box, (), (), frozenset(), covered, frozenset())
     count, labels, statistics, _ = cv2.connectedComponentsWithStats(foreground.mask[box], connectivity=8)
     offset = np.array([u0 + foreground.image_offset[0], v0 + foreground.image_offset[1]], float)
     areas = statistics[:, cv2.CC_STAT_AREA].tolist()
@@ -101,14 +103,16 @@ def find_silhouettes(foreground: Foreground, windows: Sequence[ObjectWindow] = (
     others = [
         _pixels_of(labels, {label}, count) for label in fragments if label not in owned and areas[label] >= min_pixels
     ]
-    expected = []
+    expected, beyond = [], set()
     pending = set(own)
     while pending:
         group = _sharing(pending.pop(), own)
         pending -= group
         whole = _pixels_of(labels, {label for number in group for label in own[number]}, count)
         expected.append(Silhouette(whole, tuple(sorted(group))))
-    return Silhouettes(foreground, windows, box, expected, others, apart, covered)
+        if foreground.border is not None and cv2.countNonZero(cv2.bitwise_and(whole, foreground.border[box])):
+            beyond |= {number for number in group if windows[number].sized}
+    return Silhouettes(foreground, windows, box, expected, others, apart, covered | beyond, frozenset(beyond))
 
 
 def _covered(foreground: Foreground, windows: Sequence[ObjectWindow]) -> frozenset[int]:

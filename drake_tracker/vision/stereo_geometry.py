@@ -142,9 +142,8 @@ class StereoGeometry:
             edges = J @ track.shape.edges
             pixels = track.shape.fill * outline_area(edges)
             depth = math.dist(track.position, camera.X_WC[:3, 3])
-            windows.append(
-                ObjectWindow(track.number or UNCONFIRMED, u, v, std, edges, pixels, depth, J, track.shape.settled)
-            )
+            number, shape = track.number or UNCONFIRMED, track.shape
+            windows.append(ObjectWindow(number, u, v, std, edges, pixels, depth, J, shape.settled, shape.sized))
         return windows
 
     def contains(self, p_WQ: np.ndarray) -> bool:

@@ -211,9 +211,11 @@ class Tracker:
         offsets: np.ndarray,
     ) -> ObjectTrack:
         """Returns a track after its regions, or without a measurement if it has none that agree."""
+        seen = places
         shown = [place >= 0 and _shows(found[side][place], track) for side, place in enumerate(places)]
         places = (places[0] if shown[0] else -1, places[1] if shown[1] else -1)
         regions = [found[side][place] if place >= 0 else None for side, place in enumerate(places)]
+        regions = _inside(regions) if track.height_known else regions
         measurement = self._measured(track, regions, offsets)
         if (
             measurement is not None
@@ -230,7 +232,8 @@ class Tracker:
             )
             state = TrackState.MOVING if moving else TrackState.STANDING
             return track if track.state is state else replace(track, state=state)
-        state = unseen_state(foregrounds, windows)
+        cut = any(place >= 0 and found[side][place].cut for side, place in enumerate(seen))
+        state = TrackState.OUT_OF_VIEW if cut else unseen_state(foregrounds, windows)
         return replace(track, state=state, misses=track.misses + 1, places=(-1, -1))
 
     def _measured(
@@ -318,9 +321,18 @@ def _shows(region: Region, track: ObjectTrack) -> bool:
 
     That a camera has turned away hides an unknown part. What the arm covers is known, and so is the size of the object.
     """
-    if region.covered and not (track.height_known and track.shape.settled and region.share >= VISIBLE):
-        return False
+    if region.covered:
+        sized = track.shape.sized if region.beyond else track.shape.settled
+        if not (track.height_known and sized and region.share >= VISIBLE):
+            return False
     return not region.cut
+
+
+def _inside(regions: Sequence[Region | None]) -> list[Region | None]:
+    """Returns the regions of an object, without one that the border cuts if the other image shows all of the object."""
+    if any(region is not None and region.whole for region in regions):
+        return [None if region is None or region.beyond else region for region in regions]
+    return list(regions)
 
 
 def unseen_state(foregrounds: Sequence[Foreground], windows: Sequence[ObjectWindow]) -> TrackState:

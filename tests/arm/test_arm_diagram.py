@@ -50,7 +50,7 @@ from drake_tracker.grasp.schema import Phase
 
 RADIUS, SPEED, LAG = 0.12, 0.15, 0.25
 HOME = np.array([0.56, 0.0, 0.485, np.pi])
-GRASP = GraspConfig()
+GRASP = GraspConfig(descent="blind", gate="auto")
 VOLUME = np.array([[0.33, -0.30, 0.45], [0.79, 0.30, 0.505]])
 
 

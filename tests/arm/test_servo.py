@@ -293,6 +293,25 @@ def test_a_guided_descent_follows_a_change_of_speed_at_once():
     assert 2.0 * late[Frozen.GUIDED] < late[Frozen.FREE] < 0.01 < 0.05 < late[Frozen.BLIND]
 
 
+def test_a_guided_descent_follows_the_end_of_a_bend_with_little_overshoot():
+    """A bend of 0.12 m radius that becomes a straight at 0.15 m/s: the greatest error of the direction."""
+
+    def straightens(t):
+        return poses(0.56, 0.1, 1.25 * np.minimum(t, 2.0))
+
+    def packet(time):  # what a filter predicts that knows the path
+        return packet_at(time - LAG, straightens)
+
+    servo = Servo(lead=LEAD)
+    before = run(servo, 0.0, 2.0 - LEAD, packet)[-1]
+    worst = {
+        frozen: np.rad2deg(max(abs(each.x[3] - 2.5) for each in states[3:]))
+        for frozen in (Frozen.FREE, Frozen.GUIDED)
+        for states in [run(servo, 2.0 - LEAD, 2.6, packet, state=before, frozen=frozen)]
+    }
+    assert worst[Frozen.GUIDED] < 1.5 < 3.0 < worst[Frozen.FREE], worst
+
+
 def test_a_guided_descent_stays_with_its_object():
     """A packet about another object, a track with another number, is not followed before the descent is over."""
     servo = Servo(lead=LEAD)

@@ -44,14 +44,14 @@ class TestEveryKind:
 
     def test_is_written_and_read_again(self, kind, tmp_path):
         changed = {} if kind.__name__ == "CalibrationWrong" else {"at": 4.0, "for": 2.5}
-        scenario = load_scenario("train", overrides=[f"faults=[!{kind.__name__} {{}}]"])
+        scenario = load_scenario("train:blind", overrides=[f"faults=[!{kind.__name__} {{}}]"])
         scenario = scenario.with_settings({"faults": [replace_settings(scenario.faults[0], changed)]})
         path = tmp_path / "mine.yaml"
         save_scenario(scenario, path)
         assert load_scenario(str(path)).faults == scenario.faults == (kind(**renamed(changed)),)
 
     def test_is_described(self, kind):
-        (item,) = load_scenario("train", overrides=[f"faults=[!{kind.__name__} {{}}]"]).faults
+        (item,) = load_scenario("train:blind", overrides=[f"faults=[!{kind.__name__} {{}}]"]).faults
         rows = describe_settings(TrainScenario(faults=(item,)))
         own = {key for key, *_ in rows if key.startswith("faults[0].")}
         assert own == {f"faults[0].{key_of(field)}" for field in settings_of(kind)}
@@ -90,7 +90,7 @@ def test_every_fault_acts_where_it_says(monkeypatch):
                 monkeypatch.setattr(cls, method, spy(cls, place, method))
     for vision in ([], ["vision=!Measured {}"]):
         hand_eye = make_diagram(
-            load_scenario("train", overrides=[all_at_once(), "cameras.render_processes=0", *vision])
+            load_scenario("train:blind", overrides=[all_at_once(), "cameras.render_processes=0", *vision])
         )
         simulator = Simulator(hand_eye)
         simulator.AdvanceTo(0.15)
@@ -101,7 +101,7 @@ def test_every_fault_acts_where_it_says(monkeypatch):
 
 def test_without_faults_nothing_is_inserted():
     for vision in ([], ["vision=!Measured {}"]):
-        hand_eye = make_diagram(load_scenario("train", overrides=vision))
+        hand_eye = make_diagram(load_scenario("train:blind", overrides=vision))
         names = [system.get_name() for part in (hand_eye.world, hand_eye.vision) for system in part.GetSystems()]
         assert not [name for name in names if "fault" in name or name == "train_forces"]
         assert type(hand_eye.link._link).__name__ == "LossyLink"
@@ -173,7 +173,7 @@ def test_a_campaign_can_vary_the_faults():
     from drake_tracker.campaign.grid import make_cells, parse_vary
 
     vary = parse_vary(["faults=[],[!LinkLoss {at: 2, for: 1}],[!CameraDark {camera: left}, !HostStopped {}]"])
-    cells = make_cells("train", [], vary)
+    cells = make_cells("train:blind", [], vary)
     assert [len(cell.scenario.faults) for cell in cells] == [0, 1, 2]
 
 
@@ -187,4 +187,6 @@ def test_a_setting_has_one_name_in_a_scenario():
 
 def test_a_joint_that_the_arm_does_not_have_is_refused():
     with pytest.raises(DrakeTrackerError, match=r"faults\[0\]\.joint is 8; the joints of this arm are 1 to 6"):
-        make_diagram(load_scenario("train", overrides=["faults=[!StickingJoint {joint: 8}]", "vision=!Measured {}"]))
+        make_diagram(
+            load_scenario("train:blind", overrides=["faults=[!StickingJoint {joint: 8}]", "vision=!Measured {}"])
+        )

@@ -106,8 +106,9 @@ def text_file(path):
 def test_a_broken_image_and_one_of_another_size_are_named(tmp_path, capfd):
     folder = write_images(tmp_path / "images", GREY[:3])
     (tmp_path / "images" / "image00003.png").write_text("this is no image")
-    with pytest.raises(DrakeTrackerError, match="image00003.png: this image cannot be read"):
-        list(open_footage(folder, fps=1.0).frames())
+    footage = open_footage(folder, fps=1.0)
+    assert [time for time, _ in footage.frames()] == [0.0, 1.0, 2.0]
+    assert footage.warning().endswith("1 of 4 images cannot be read: image00003.png")
     cv2.imwrite(str(tmp_path / "images" / "image00003.png"), np.zeros((4, 4), np.uint8))
     with pytest.raises(DrakeTrackerError, match="image00003.png has 4 x 4 px, .* have 24 x 16"):
         list(open_footage(folder, fps=1.0).frames())
@@ -120,13 +121,10 @@ def test_a_video_that_breaks_off_gives_what_it_has(tmp_path):
     data = bytearray(path.read_bytes())
     data[len(data) // 2 :] = bytes(len(data) - len(data) // 2)
     path.write_bytes(data)
-    seen = []
-    try:
-        for time, _ in open_footage(str(path)).frames():
-            seen.append(time)
-    except DrakeTrackerError as error:
-        assert "damaged after" in str(error)  # noqa: PT017, FFmpeg may also conceal the damage
+    footage = open_footage(str(path))
+    seen = list(footage.frames())
     assert 5 < len(seen) < 30
+    assert f"damaged or truncated: {30 - len(seen)} of 30 images" in footage.warning()
 
 
 class Device:

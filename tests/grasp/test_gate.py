@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -24,7 +26,7 @@ from drake_tracker.grasp.gate import (
 )
 from drake_tracker.grasp.prediction_memory import PredictionMemory, remember
 
-PARAMETERS = GraspConfig()
+PARAMETERS = GraspConfig(descent="blind", gate="auto")
 
 
 def straight(t, speed=0.15):
@@ -60,7 +62,7 @@ def pass_here(now, count=5, at=10.0, **error):
 
 
 def judge(memory, now, path=circle, **settings):
-    return judge_memory(GraspConfig(**settings), memory, packet_at(now, path), target_at(now))
+    return judge_memory(dataclasses.replace(PARAMETERS, **settings), memory, packet_at(now, path), target_at(now))
 
 
 def target_at(stamp):
@@ -71,8 +73,8 @@ def target_at(stamp):
 
 
 def test_touch_delay_and_horizon_add_up():
-    parameters = GraspConfig(
-        jaw_opening=0.088, object_width=0.04, jaw_speed=0.4, descent_duration=0.36, closing_lead=0.10
+    parameters = dataclasses.replace(
+        PARAMETERS, jaw_opening=0.088, object_width=0.04, jaw_speed=0.4, descent_duration=0.36, closing_lead=0.10
     )
     assert touch_delay(parameters) == pytest.approx(0.12)
     target = ServoTarget(np.zeros(14))
@@ -121,7 +123,7 @@ def judge_with(std, memory, now=30.0, **settings):
     """The verdict on a prediction whose filter says that it is off by ``std`` [m]."""
     times = now + KNOT_SPACING * np.arange(KNOT_COUNT)
     packet = pack_prediction(now, 1, np.column_stack([circle(times), np.full(KNOT_COUNT, std)]))
-    return judge_prediction(GraspConfig(**settings), memory, packet, target_at(now))[0]
+    return judge_prediction(dataclasses.replace(PARAMETERS, **settings), memory, packet, target_at(now))[0]
 
 
 def lately(now=30.0, **error):
@@ -167,8 +169,10 @@ def test_an_open_track_is_accepted_only_after_the_straight_length():
 
 def test_a_bend_is_not_straight_however_long_it_was_watched():
     memory = watched(4.0, circle)
-    assert not is_straight(GraspConfig(straight_length=0.15), memory, packet_at(4.0, circle))
-    assert is_straight(GraspConfig(straight_length=0.15, straight_tolerance=0.1), memory, packet_at(4.0, circle))
+    assert not is_straight(dataclasses.replace(PARAMETERS, straight_length=0.15), memory, packet_at(4.0, circle))
+    assert is_straight(
+        dataclasses.replace(PARAMETERS, straight_length=0.15, straight_tolerance=0.1), memory, packet_at(4.0, circle)
+    )
     assert judge(memory, 4.0, circle)[0] == Gate.NO_MEMORY
 
 
@@ -261,7 +265,7 @@ def hovering(arm_model):
 
 def follow(arm_model, hovering, path=circle, **settings):
     q, start = hovering
-    parameters = GraspConfig(**settings)
+    parameters = dataclasses.replace(PARAMETERS, **settings)
     ik_parameters = make_parameters(arm_model, SERVO_PERIOD)
     height, duration = parameters.hover_height, parameters.descent_duration
     return can_follow(parameters, arm_model, ik_parameters, q, packet_at(1.0, path), start, height, 1, duration)

@@ -24,6 +24,7 @@ from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.grasp_machine import (
     LONGEST_WAIT,
+    PATIENCE,
     SEEN_FOR,
     GraspMachine,
     GraspObservation,
@@ -32,7 +33,7 @@ from drake_tracker.grasp.jaws import FORCE_SHARE, GRIP_CONFIRMED
 from drake_tracker.grasp.prediction_memory import PredictionMemory
 from drake_tracker.grasp.schema import BY_HAND, PROGRAMS, Phase
 
-PARAMETERS = GraspConfig()
+PARAMETERS = GraspConfig(descent="blind", gate="auto")
 WIDTH, OPENING, FORCE = PARAMETERS.object_width, PARAMETERS.jaw_opening, PARAMETERS.grip_force
 LAG, LEAD = 0.25, 0.045
 
@@ -73,6 +74,7 @@ class Bench:
         operator=(0, 0, 0, 0, 0),
         ahead=0.0,
         left=0.0,
+        jaw_speed=0.0,
     ):
         """Ticks once. The predicted path is ``ahead`` of the hand and to the ``left`` of it [m]."""
         stamp, due = self.time - LAG, self.time + LEAD
@@ -84,7 +86,7 @@ class Bench:
             packet = pack_prediction(stamp, 1, knots)
         target = ServoTarget(np.array([due, *path(due), 0, 0, 0, 1.25, stamp, 1, 0.002, stale, valid]))
         status = ToolStatus(np.array([self.state.motion, fraction, flipping, *path(due), 1.0]))
-        jaws = JawState(np.array([width, 0.0, force]))
+        jaws = JawState(np.array([width, jaw_speed, force]))
         operator = OperatorCommand(np.array([*operator, 0.0]))
         q = self.joints(due - SERVO_PERIOD)
         self.state = self.machine.update(
@@ -246,6 +248,37 @@ def test_jaws_that_stop_without_force_have_missed_after_the_timeout(bench):
     assert took == pytest.approx(PARAMETERS.close_timeout, abs=2.1 * SERVO_PERIOD)
     bench.put(Phase.CLOSE)
     bench.until(Phase.RETREAT, width=WIDTH, force=0.9 * FORCE_SHARE * FORCE)  # not gripped
+
+
+@pytest.mark.parametrize("descent", ["blind", "guided"])
+def test_a_guided_hand_waits_for_oblique_jaws_that_still_move(arm_model, descent):
+    """Jaws that creep over the corners of an oblique object for 0.4 s, and would hold it 0.1 s after the timeout."""
+    timeout = PARAMETERS.close_timeout
+    bench = Bench(arm_model, replace(PARAMETERS, descent=descent))
+    pressing = {"width": 0.053, "force": FORCE}
+
+    def close():
+        bench.remember_well()
+        bench.put(Phase.CLOSE, jaw_width=WIDTH)
+        start = bench.time
+        while bench.time < start + 0.4:
+            assert bench.tick(**pressing, jaw_speed=-0.02) == Phase.CLOSE
+        return start
+
+    start = close()
+    while bench.time < start + timeout + 0.1 and bench.state.phase == Phase.CLOSE:
+        bench.tick(**pressing)
+    assert bench.state.phase == (Phase.CLOSE if descent == "guided" else Phase.RETREAT)
+    if descent == "guided":
+        assert bench.until(Phase.LIFT, width=WIDTH, force=FORCE) < 0.15
+    start = close()
+    bench.until(Phase.RETREAT, **pressing)
+    stopped = 0.4 if descent == "guided" else 0.0
+    assert bench.time - start == pytest.approx(stopped + timeout, abs=3.1 * SERVO_PERIOD)
+    start = close()
+    bench.until(Phase.RETREAT, **pressing, jaw_speed=-0.02)
+    longest = PATIENCE * timeout if descent == "guided" else timeout
+    assert bench.time - start == pytest.approx(longest, abs=2.1 * SERVO_PERIOD)
 
 
 def test_a_short_touch_is_no_grip(bench):

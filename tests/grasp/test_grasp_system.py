@@ -25,7 +25,7 @@ from drake_tracker.grasp.grasp_machine import GraspMachine
 from drake_tracker.grasp.grasp_system import GraspSystem
 from drake_tracker.grasp.schema import Phase
 
-PARAMETERS = GraspConfig()
+PARAMETERS = GraspConfig(descent="blind", gate="auto")
 TICK = servo_slot(GRASP_SLOT)
 SPEED = 0.15
 

@@ -8,7 +8,7 @@ from drake_tracker.grasp.gate import FEWEST_JUDGED, Gate, judge_probability
 from drake_tracker.grasp.prediction_memory import ALONG, LATERAL, STAMP, STD, TURN, PredictionMemory, X
 from drake_tracker.grasp.success import OBLIQUE, REACH, TRUST, Offset, no_surprise, success_probability
 
-CONFIG = GraspConfig()
+CONFIG = GraspConfig(descent="blind", gate="auto")
 HORIZON, STAMP_NOW, SPEED = 0.5, 3.0, 0.15
 ROOM = 0.5 * (CONFIG.jaw_opening - CONFIG.object_width)
 

@@ -68,6 +68,12 @@ class Page:
         return self.page.locator(selector)
 
 
+def let_it_run(page, seconds):
+    start = page.now()
+    until(lambda: page.now() > start + seconds)
+
+
+@pytest.mark.parametrize("run", [["--set", "grasp.settle_time=60"]], indirect=True)
 def test_the_page_shows_a_run_and_holds_it(browser, run):
     page = Page(browser, run.url)
     until(lambda: page.now() > 0.3)
@@ -136,22 +142,24 @@ def test_the_operator_stops_the_arm_and_takes_it_over(browser, run):
     page("#scene iframe").click(timeout=1e3 * PATIENCE)  # the keys work after a click into the scene, too
     press("t")
     until(lambda: stage.inner_text() == "arm under your control")
-    steady = page.now()
-    until(lambda: page.now() > steady + 0.5)
+    let_it_run(page, 0.5)
     for key in "www":
         press(key)
     for name in ("down", "down"):
         page.page.get_by_role("button", name=name, exact=True).click()
-    steady = page.now()
-    until(lambda: page.now() > steady + 1.0)
+    let_it_run(page, 1.0)
     press("r")
     until(lambda: stage.inner_text() == "running")
+    let_it_run(page, 0.3)  # an order that is replaced before the next cycle of the servo leaves no trace
     page("#stop").click()
     until(lambda: stage.inner_text() == "arm stopped")
+    let_it_run(page, 0.3)
     page("#release").click()
     until(lambda: stage.inner_text() == "running")
+    let_it_run(page, 0.3)
     page("#take-over").click()
     until(lambda: stage.inner_text() == "arm under your control")
+    let_it_run(page, 0.3)
     assert page("#operator-problem").inner_text() == "" and page.troubles == []
     assert page.page.evaluate("document.documentElement.scrollHeight <= innerHeight"), "one page without scrolling"
 

@@ -112,7 +112,10 @@ def test_cameras_and_detector_have_no_effect_in_a_replay_from_centroids(rendered
     [
         (["--from", "centroids"], "cannot be replayed from centroids, which are those of the target only; use --from"),
         (["--set", "vision.tracker.target=!Largest {}"], "vision.tracker.target has no effect in a replay from points"),
-        (["--from", "images", "--set", "vision.detector.centroid=mean"], "vision.detector.centroid has no effect"),
+        (
+            ["--from", "images", "--set", "vision.detector.centroid=mean"],
+            "vision.detector has no effect with tracker: !Several",
+        ),
     ],
 )
 def test_what_cannot_be_replayed_with_several_objects(several_run, capsys, tmp_path, monkeypatch, arguments, message):

@@ -36,7 +36,7 @@ def read(path):
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
-    scenario = load_scenario("train", seed=4, duration=0.8)
+    scenario = load_scenario("train:blind", seed=4, duration=0.8)
     simulate(scenario, folder, RunOptions(record=False, mcap=True))
     return read(folder / MCAP_FILE), load_log(folder)
 

@@ -8,6 +8,7 @@ import shutil
 import sys
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 import yaml
@@ -133,8 +134,24 @@ def test_swapped_cameras_are_suspected(folder, capsys):
         write_video(folder / f"{name}.mkv", images(other)[:45], TIMES[:45])
     track("left.mkv", "right.mkv", "--calibration", "stereo.yaml", "--no-overlay")
     said = capsys.readouterr().out
-    assert "Both cameras saw motion in" in said and "Are the cameras swapped" in said
-    assert "No motion was found" not in said
+    assert "The cameras are swapped" in said and "No motion was found" not in said
+    assert json.loads((folder / "out" / "summary.json").read_text())["swapped"] is True
+
+
+def test_a_plane_that_only_the_motion_misses_is_named(folder, capsys):
+    """The lower part of the image sees the plane, the ball moves above its horizon."""
+    X = np.eye(4)
+    X[2, 3] = 0.45 - 0.001  # just below the camera
+    (folder / "plane.yaml").write_text(yaml.safe_dump({"X_WP": X.tolist()}))
+    rolled = CAMERAS["camera_left"].X_CW.copy()
+    rolled[:3, :3] = cv2.Rodrigues(np.array([-0.7, 0.0, 0.0]))[0] @ rolled[:3, :3]
+    rolled[:3, 3] = -rolled[:3, :3] @ CAMERAS["camera_left"].X_WC[:3, 3]
+    camera = CAMERAS["camera_left"]
+    tilted = CameraModel(camera.K, camera.distortion, rolled, camera.width, camera.height)
+    write_calibration(folder / "tilted.yaml", {"camera_left": tilted})
+    write_video(folder / "left.mkv", images("left")[:30], TIMES[:30])
+    assert track("left.mkv", "--calibration", "tilted.yaml", "--plane", "plane.yaml", "--no-overlay") == 1
+    assert "does not see the plane of the motion" in capsys.readouterr().out
 
 
 def test_an_estimator_that_raises_midway_leaves_the_track_so_far(folder, monkeypatch, capfd):
@@ -249,7 +266,13 @@ def test_no_motion_is_not_a_success(folder, capsys):
         ("left.mkv --calibration stereo.yaml --plane board --camera top", ["there is no top; found camera_left"]),
         ("left.mkv --plane board", ["single camera with --calibration"]),
         ("left.mkv short.mkv --calibration stereo.yaml", ["lasts 1.00 s", "ends after 0.67 s", "--duration 0.66"]),
-        ("left.mkv left.mkv --calibration wide.yaml", ["wide.yaml", "640 x 480 px", "320 x 240 px"]),
+        ("left.mkv left.mkv --calibration stereo.yaml", ["are the same images"]),
+        ("left.mkv copy.mkv --calibration stereo.yaml", ["left.mkv and copy.mkv are the same images"]),
+        ("left.mkv --calibration stereo.yaml --plane behind.yaml", ["behind.yaml: the plane is out of view"]),
+        ("left.mkv --fps 0", ["--fps 0: must be above 0"]),
+        ("left.mkv --fps nan", ["--fps nan: must be above 0"]),
+        ("left.mkv --fps 1e9", ["--fps 1e+09: must be from 0.01 to 100000"]),
+        ("left.mkv short.mkv --calibration wide.yaml", ["wide.yaml", "640 x 480 px", "320 x 240 px"]),
         ("text.mkv", ["text.mkv: this video cannot be read"]),
         ("nowhere.mkv", ["nowhere.mkv: there is no such file"]),
         ("left.mkv --detector Eye", ["detector must be one of !NormalFlow, !FrameDifference"]),
@@ -274,6 +297,10 @@ def test_bad_input_is_one_line_and_leaves_nothing(folder, capfd, arguments, word
     write_video(folder / "left.mkv", images("left")[:30], TIMES[:30])
     write_video(folder / "short.mkv", images("right")[:20], TIMES[:20])
     (folder / "text.mkv").write_text("this is no video")
+    shutil.copy(folder / "left.mkv", folder / "copy.mkv")
+    behind = np.eye(4)
+    behind[2, 3] = 3.0
+    (folder / "behind.yaml").write_text(yaml.safe_dump({"X_WP": behind.tolist()}))
     wide = {name: CameraModel(c.K, c.distortion, c.X_CW, 640, 480) for name, c in CAMERAS.items()}
     write_calibration(folder / "wide.yaml", wide)
     assert track(*shlex.split(arguments)) == 2
@@ -333,12 +360,14 @@ def test_an_unplugged_camera_leaves_the_track_so_far(folder, plugged_in, capfd):
     assert len(read_track(folder / "out")["stamp"]) > 30
 
 
-def test_a_damaged_video_leaves_the_track_so_far(folder, capfd):
+def test_a_damaged_image_is_a_dropped_one(folder, capfd):
     numbered = write_images(folder / "left", images("left")[:30])
     (folder / "left" / "image00020.png").write_text("this is no image")
-    assert track(numbered, "--fps", "30") == 2
-    one_line(capfd, "image00020.png: this image cannot be read")
-    assert len(read_track(folder / "out")["stamp"]) in (17, 18)
+    assert track(numbered, "--fps", "30") == 0
+    one_line(capfd, "left: 1 of 30 images cannot be read: image00020.png")
+    data = read_track(folder / "out")
+    assert len(data["stamp"]) == 28 and (data["valid"] == 0).sum() == 3
+    assert json.loads((folder / "out" / "summary.json").read_text())["dropped_at_s"] == [[0.667]]
     assert {path.name for path in (folder / "out").iterdir()} >= {"overlay.mp4", "summary.json", "track.png"}
 
 

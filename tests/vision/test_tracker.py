@@ -169,6 +169,45 @@ def test_an_object_that_is_cut_off_is_no_new_track():
     assert not Run(Stage([(Cuboid(), path)], missing=cut)).watch(0.5).state.tracks
 
 
+def bordered(point, sides):
+    """Borders for a `Stage`: nothing is looked at on the far side (+y) of a point, in the images of some sides."""
+    borders = [None, None]
+    for side in sides:
+        camera = CAMERAS[side]
+        here, there = camera.project([point, point + [0.0, 0.1, 0.0]])[:, 0]
+        columns = np.arange(camera.width)
+        beyond = columns > here - 3 if there > here else columns < here + 3
+        borders[side] = np.where(np.tile(beyond, (camera.height, 1)), np.uint8(255), np.uint8(0))
+    return borders
+
+
+def test_an_object_that_enters_the_view_begins_a_track_when_all_of_it_is_seen():
+    edge = np.array([0.56, 0.05, HEIGHT])
+    path = on_line((0.56, 0.12), (0.0, -0.1))
+    run = Run(Stage([(Cuboid(), path)], borders=bordered(edge, (0, 1)))).watch(2.0)
+    begun = [(time, path(time)[0]) for time, _, state in run.history if state.confirmed()]
+    assert begun, "it is found"
+    errors, _ = run.errors(1, 0, since=begun[0][0])
+    assert errors.max() < NEAR
+    assert np.linalg.norm(begun[0][1] - edge) > 0.4 * Cuboid().dimensions[0], "not before"
+
+
+@pytest.mark.parametrize("sides", [(0,), (0, 1)])
+def test_an_object_that_stops_at_the_border_is_located_by_the_part_that_is_seen(sides):
+    """By the other image where that shows the whole object, otherwise by the size that it had before."""
+    edge = np.array([0.56, 0.10, HEIGHT])
+    line = on_line((0.56, -0.1), (0.0, 0.1))
+
+    def path(time):
+        return line(time) if time < 1.9 else (line(1.9)[0], np.zeros(3))
+
+    run = Run(Stage([(Cuboid(), path)], borders=bordered(edge, sides))).watch(3.0)
+    errors, share = run.errors(1, 0, since=1.5)
+    assert share == 1.0 and errors.max() < 1.5 * NEAR
+    (region,) = run.history[-1][2].regions[0]
+    assert region.beyond and region.covered and not region.cut
+
+
 def test_a_track_that_is_not_seen_is_deleted_and_its_number_is_not_used_again():
     settings = Several(coast_time=0.5)
     path = on_oval()

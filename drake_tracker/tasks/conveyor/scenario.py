@@ -21,6 +21,16 @@ from drake_tracker.world.conveyor_config import ArrivalsConfig, BeltConfig, Tray
 
 
 @dataclass(frozen=True)
+class ConveyorServoConfig(ServoConfig):
+    """The fixed-gain filter of the trajectory generator. Parts on a belt keep their direction, so that it need not be
+    followed more quickly during the descent."""
+
+    descent_yaw_tracking_index: float = setting(
+        0.003, "the same as yaw_tracking_index, during the descent to a part", "", (0.0001, 10.0)
+    )
+
+
+@dataclass(frozen=True)
 class ConveyorScenario(BaseScenario):
     """All settings of a run of the conveyor.
 
@@ -61,7 +71,9 @@ class ConveyorScenario(BaseScenario):
         Perfect, "from the host to the controller of the arm"
     )
     guard: PacketGuardConfig = setting(PacketGuardConfig, "which packets the arm follows")
-    servo: ServoConfig = setting(ServoConfig, "from packets of predicted path to set-points every 30 ms")
+    servo: ConveyorServoConfig = setting(
+        ConveyorServoConfig, "from packets of predicted path to set-points every 30 ms"
+    )
     pick: PickConfig = setting(PickConfig, "what the hand does, and when")
     arm: ARMS.union(Custom, without=arms_without(Hand.GRIPPER)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"

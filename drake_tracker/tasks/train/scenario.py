@@ -49,7 +49,7 @@ class Rendered:
     """
 
     detector: NormalFlow = setting(NormalFlow, "the motion detector, for a single object")
-    tracker: Single | Several = setting(Single, "one object or several, and which of them is followed", shared=True)
+    tracker: Single | Several = setting(Several, "one object or several, and which of them is followed", shared=True)
     lag_cycles: int = setting(
         15, "time from the capture of the middle image to its centroid", "cycles", (1, 120), shared=True
     )
@@ -62,7 +62,7 @@ class Rendered:
         shared=True,
     )
     outline: str = setting(
-        "ellipse",
+        "box",
         "outline of the work volume seen from above: the box, or the ellipse in it",
         choices=("box", "ellipse"),
         shared=True,
@@ -83,7 +83,7 @@ class Measured:
 
     file: str = setting("train_vision.yaml", "file of the measured error, from drake-tracker measure")
     tracker: Single | Several = setting(
-        Single, "the first train only or all objects, and which of them is followed", shared=True
+        Several, "the first train only or all objects, and which of them is followed", shared=True
     )
     lag_cycles: int = setting(
         15,
@@ -101,7 +101,7 @@ class Measured:
         shared=True,
     )
     outline: str = setting(
-        "ellipse",
+        "box",
         "outline of the work volume seen from above: the box, or the ellipse in it",
         choices=("box", "ellipse"),
         shared=True,
@@ -173,12 +173,14 @@ class TrainScenario(BaseScenario):
             found.append(("vision.work_volume", "must give the lowest corner first, then the highest"))
         if isinstance(self.vision, Rendered) and (self.vision.detector.smoothing_size or 1) % 2 == 0:
             found.append(("vision.detector.smoothing_size", "must be odd"))
+        rendered = self.vision if isinstance(self.vision, Rendered) else None
+        several = rendered is not None and isinstance(rendered.tracker, Several)
+        if rendered is not None and several and rendered.detector != NormalFlow():
+            found.append(("vision.detector", "has no effect with tracker: !Several; set vision.tracker to !Single {}"))
         left, right = self.cameras.azimuth_deg
         if math.isclose(left, right, abs_tol=1.0):
             found.append(("cameras.azimuth_deg", "must differ by more than 1 deg, or there is no baseline"))
-        if isinstance(self.cameras.wrist, WristCamera) and not (
-            isinstance(self.vision, Rendered) and isinstance(self.vision.tracker, Several)
-        ):
+        if isinstance(self.cameras.wrist, WristCamera) and not several:
             found.append(("cameras.wrist", "a camera on the hand needs vision: !Rendered with tracker: !Several"))
         if isinstance(self.vision, Rendered):
             found += image_problems("cameras", self.cameras.width, self.cameras.height, cameras=2)
