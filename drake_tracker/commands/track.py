@@ -124,7 +124,7 @@ def execute(options: Namespace) -> int:
         )
     elif seen and not summary["results"]:
         print(f"Motion was seen in {seen} images, but always where the camera does not see the plane of the motion")
-    elif not summary["results"]:
+    elif not summary["results"] and not options.follow:
         print("No motion was found")
     note = doubts(summary)
     if note is not None:

@@ -1,5 +1,6 @@
 """All moving regions of a mask, where `region_centroid.hull_centroid` returns the largest one only."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import cv2
@@ -9,6 +10,12 @@ from drake_tracker.vision.region_centroid import MINIMUM_FRAGMENT_PIXELS, MINIMU
 
 MOST_REGIONS = 40
 """Only so many regions of an image are used, the largest ones."""
+
+
+LEAST_CHANGE, CHANGE_NOISE = 10.0, 8.0
+"""Least change between two images that shows an object [grey levels], and the same in medians of all changes."""
+MIDWAY = 0.5
+"""A fast object is this share of its size or less away from the middle of the two places where it appears."""
 
 
 class ImageRegion(NamedTuple):
@@ -41,6 +48,45 @@ class ImageRegion(NamedTuple):
         """Returns the distance of a point (u, v) from the rectangle round the region [px], 0 inside."""
         right, bottom = self.left + self.width - 1, self.top + self.height - 1
         return float(np.hypot(max(self.left - u, u - right, 0.0), max(self.top - v, v - bottom, 0.0)))
+
+
+def changed_twice(images: Sequence[np.ndarray]) -> np.ndarray:
+    """Returns where the middle one of three images differs from both others: uint8 (h, w), 255 there.
+
+    Args:
+        images: grey uint8 (h, w), oldest first.
+    """
+    before, middle, after = images
+    differences = [cv2.absdiff(middle, each) for each in (before, after)]
+    threshold = max(LEAST_CHANGE, CHANGE_NOISE * float(np.median(differences[0][::4, ::4])))
+    change = cv2.min(*differences)
+    return cv2.threshold(change, threshold, 255, cv2.THRESH_BINARY)[1]
+
+
+def join_fast(regions: Sequence[ImageRegion], now: Sequence[ImageRegion]) -> list[ImageRegion]:
+    """Returns the regions, largest first, each pair that shows a single fast object replaced by one.
+
+    An object that moves by more than its size between images appears twice in their difference, where it was and where
+    it will be, and not where it is.
+
+    Args:
+        regions: of the difference of the images before and after.
+        now: of `changed_twice`.
+    """
+    rest = list(regions)
+    found = []
+    for region in now:
+        beside = [each for each in rest if 0.5 < each.extent / region.extent < 2.0]
+        if any(each.distance(region.u, region.v) == 0.0 for each in rest) or len(beside) < 2:
+            continue
+        places = np.array([each[:2] for each in beside])
+        off = np.linalg.norm(0.5 * (places[:, None] + places) - (region.u, region.v), axis=2)
+        off[np.tril_indices(len(off))] = np.inf
+        i, j = np.unravel_index(int(off.argmin()), off.shape)
+        if off[i, j] < MIDWAY * region.extent:
+            rest = [each for each in rest if each not in (beside[i], beside[j])]
+            found.append(region)
+    return sorted(rest + found, key=lambda each: -each.pixel_count)
 
 
 def find_regions(mask: np.ndarray, join_distance: float, min_pixels: int) -> list[ImageRegion]:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from drake_tracker.core.frozen_state import FrozenState
-from drake_tracker.vision.image_regions import ImageRegion, find_regions
+from drake_tracker.vision.image_regions import ImageRegion, changed_twice, find_regions, join_fast
 from drake_tracker.vision.image_track import (
     SAME,
     ImageTrack,
@@ -107,11 +107,13 @@ class ImageTracker:
             images: smoothed by it, oldest first.
         """
         middle = _grey(images[len(images) // 2])
-        mask, displacement, alert = self._mask(objects, detector, images)
-        if self.window is not None:
-            mask = cv2.bitwise_and(mask, self.window)
+        images, displacement, alert = self._aligned(objects, detector, images)
+        mask = self._within(detector.mask(*images), displacement)
         settings = getattr(detector, "parameters", None) or detector.settings
         regions = find_regions(mask, settings.join_distance, settings.min_pixels)
+        if len(images) == 3 and len(regions) > 1:
+            twice = self._within(changed_twice([_grey(image) for image in images]), displacement)
+            regions = join_fast(regions, find_regions(twice, settings.join_distance, settings.min_pixels))
         tracks = [predict_track(track, stamp) for track in objects.tracks]
         tracks, free = self._match(tracks, regions, middle, objects, displacement)
         number = objects.next_number
@@ -128,25 +130,29 @@ class ImageTracker:
         found = self._choose(found, middle, stamp)
         return found, mask, self._centroid(found, regions)
 
-    def _mask(
+    def _aligned(
         self, objects: ImageObjects, detector: Any, images: Sequence[np.ndarray]
-    ) -> tuple[np.ndarray, float, int]:
-        """Returns (moving pixels, displacement of the whole image [px], images for which to look for it)."""
+    ) -> tuple[Sequence[np.ndarray], float, int]:
+        """Returns (the images without motion of the camera, that motion [px], images for which to look for it)."""
         if not objects.alert:
             mask = detector.mask(*images)
             if not suggests_shift(mask) and shift_estimate(images[0], images[-1]) < 2.0 * STILL:
-                return mask, 0.0, 0
+                return images, 0.0, 0
         middle = len(images) // 2
         shifts = find_shifts(_grey(images[middle]), [_grey(image) for image in (images[0], images[-1])])
         if shifts is None or max(shift.displacement for shift in shifts) < STILL:
-            return detector.mask(*images), 0.0, max(objects.alert - 1, 0)
+            return images, 0.0, max(objects.alert - 1, 0)
         aligned = list(images)
         aligned[-1] = align_to(images[-1], shifts[1])
         if len(images) > 2:
             aligned[0] = align_to(images[0], shifts[0])
-        mask = detector.mask(*aligned)
-        clear_border(mask, shifts)
-        return mask, max(shift.displacement for shift in shifts), ALERT_IMAGES
+        return aligned, max(shift.displacement for shift in shifts), ALERT_IMAGES
+
+    def _within(self, mask: np.ndarray, displacement: float) -> np.ndarray:
+        """Returns a mask without what lies outside of the window, or at a border that not all images show."""
+        if displacement > 0.0:
+            mask = clear_border(mask, displacement)
+        return mask if self.window is None else cv2.bitwise_and(mask, self.window)
 
     def _match(
         self,

@@ -4,6 +4,7 @@
 detector compares are aligned with each other, so that a camera may move without end.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -56,8 +57,8 @@ def shift_estimate(before: np.ndarray, after: np.ndarray) -> float:
     """Returns how far the whole image may have moved [px].
 
     It takes one step of Lucas and Kanade's method on every 16th pixel. It costs little, and is right up to about a
-    pixel; larger values mean no more than that the image has moved. Pixels that change much more than most show objects and do
-    not count.
+    pixel; larger values mean no more than that the image has moved. Pixels that change much more than most show
+    objects and do not count.
 
     Args:
         before: grey image (h, w) of any type.
@@ -125,8 +126,15 @@ def align_to(image: np.ndarray, shift: SceneShift) -> np.ndarray:
     return cv2.warpAffine(image, shift.transform, image.shape[::-1], flags=flags, borderMode=cv2.BORDER_REPLICATE)
 
 
-def clear_border(mask: np.ndarray, shifts: Sequence[SceneShift]) -> None:
-    """Clears the border of a mask, of which not all images show something, in place."""
-    margin = min(int(np.ceil(max(shift.displacement for shift in shifts))) + 3, min(mask.shape) // 3)
-    mask[:margin] = mask[-margin:] = 0
-    mask[:, :margin] = mask[:, -margin:] = 0
+def clear_border(mask: np.ndarray, displacement: float) -> np.ndarray:
+    """Returns a mask without its border, of which not all aligned images show something.
+
+    Args:
+        mask: uint8 (h, w).
+        displacement: largest one between the images [px].
+    """
+    margin = min(math.ceil(displacement) + 3, min(mask.shape) // 3)
+    cleared = np.zeros_like(mask)
+    inner = np.s_[margin:-margin, margin:-margin]
+    cleared[inner] = mask[inner]
+    return cleared

@@ -112,3 +112,13 @@ def test_an_object_that_stops_stands_and_one_that_vanishes_is_lost():
     assert {states[k] for k in range(32, 48)} == {TrackState.STANDING}
     assert {states[k] for k in range(55, 75)} == {TrackState.HIDDEN}
     assert states[98] == TrackState.LOST
+
+
+@pytest.mark.parametrize("speed", [12.0, 25.0, 38.0])
+def test_a_fast_ball_is_found_where_it_is(speed):
+    """Between two images it moves by more than its size, so that their difference shows it twice."""
+    background, off = scene(5), []
+    pictures = [disc(background, 30.0 + speed * k, 150.0, 8.0, 230.0) for k in range(int(360 / speed))]
+    for k, _, centroid in run(pictures, ImageTracker()):
+        off.append(np.hypot(centroid.u - (30.0 + speed * k), centroid.v - 150.0) if centroid else np.inf)
+    assert np.median(off) < 0.5 and np.mean(np.array(off) > 2.0) < 0.2
