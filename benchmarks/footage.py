@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 import parts
 from footage_clips import KINDS, RATE, make_clip
+from footage_tables import TABLES
 from parts import Part
 
 from drake_tracker.campaign.wilson import wilson
@@ -134,28 +135,7 @@ def summary(rows):
     }
 
 
-def table(cells):
-    """Returns (header, rows) of the results."""
-    header = ["clips, method", "clips", "median error", "95th percentile", "wrong", "missed", "identities kept"]
-
-    def number(value):
-        return "" if value is None else f"{value:.1f} px"
-
-    return header, [
-        [
-            cell["cell"],
-            cell["clips"],
-            number(cell["median_px"]),
-            number(cell["p95_px"]),
-            "" if cell["wrong"] is None else f"{100 * cell['wrong']:.1f} %",
-            f"{100 * cell['missed']:.1f} %",
-            "" if cell["kept"] is None else f"{cell['kept']} of {cell['clips']}",
-        ]
-        for cell in cells
-    ]
-
-
-PARTS = {"accuracy": Part(job, dict.fromkeys(CELLS, 40), 7600, summary, table)}
+PARTS = {"accuracy": Part(job, dict.fromkeys(CELLS, 40), 7600, summary, TABLES["accuracy"])}
 
 if __name__ == "__main__":
     parts.main(__doc__, PARTS, FOLDER, RESULTS)

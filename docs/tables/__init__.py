@@ -18,6 +18,7 @@ MODULES = (
         "speed",
         "several",
         "eyes_open",
+        "footage",
         "records",
         "fuzz",
         "dispatch",
