@@ -14,10 +14,12 @@ from drake_tracker.grasp.descent import behind, horizon, likelihood, time_to_tou
 from drake_tracker.grasp.gate import SLOWER, Gate, can_follow, judge_prediction, judge_probability, stands
 from drake_tracker.grasp.jaws import (
     GRIP_CONFIRMED,
+    OBLIQUE_CONFIRMED,
     STILL,
     WIDTH_TOLERANCE,
     closed_on_nothing,
     feels_grip,
+    feels_oblique_grip,
     next_opening,
 )
 from drake_tracker.grasp.motor_schema import since
@@ -235,14 +237,22 @@ class GraspMachine(OperatedMachine[GraspState, GraspObservation]):
         return self.success_unlikely(state, seen) and self._wide_open(state, seen)
 
     def jaws_hold(self, state: GraspState, seen: GraspObservation) -> bool:
-        """Returns whether the grip is confirmed."""
-        return since(state.gripped_since, seen.time) >= GRIP_CONFIRMED
+        """Returns whether the grip is confirmed.
+
+        Oblique jaws stop at the corners of the object. A guided hand lifts it as it lies between them if it does not
+        turn straight.
+        """
+        if since(state.gripped_since, seen.time) >= GRIP_CONFIRMED:
+            return True
+        config = self.config
+        if config.descent != "guided" or since(state.jaws_moved, seen.time) < OBLIQUE_CONFIRMED:
+            return False
+        return feels_oblique_grip(seen.jaws, config.object_width, config.jaw_opening, config.grip_force)
 
     def jaws_empty(self, state: GraspState, seen: GraspObservation) -> bool:
         """Returns whether the jaws have closed on nothing, or have found no grip in time.
 
-        Oblique jaws stop at the corners of the object until it has turned straight. In a guided grasp the time
-        therefore counts from when the jaws stopped.
+        In a guided grasp the time counts from when the jaws stopped.
         """
         if closed_on_nothing(seen.jaws, self.config.object_width):
             return True

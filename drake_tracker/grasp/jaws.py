@@ -10,6 +10,8 @@ STILL = 0.010
 """Jaws whose opening changes more slowly than this [m/s] stand still."""
 GRIP_CONFIRMED = 0.06
 """The jaws hold something once they have stood still under force for this long [s]."""
+OBLIQUE_CONFIRMED = 0.15
+"""The same where they stand wider open than the object is: it may still turn straight between them [s]."""
 
 
 def feels_grip(jaws: Any, width: float, grip_force: float) -> bool:
@@ -21,6 +23,19 @@ def feels_grip(jaws: Any, width: float, grip_force: float) -> bool:
         grip_force: largest force of the drive on each pad [N].
     """
     return abs(jaws.width - width) <= WIDTH_TOLERANCE and jaws.force >= FORCE_SHARE * grip_force
+
+
+def feels_oblique_grip(jaws: Any, width: float, opening: float, grip_force: float) -> bool:
+    """Returns whether the jaws press on an object that lies obliquely between them.
+
+    Args:
+        jaws: a `JawState`.
+        width: of the object, measured straight across [m].
+        opening: of the jaws before the grasp [m].
+        grip_force: largest force of the drive on each pad [N].
+    """
+    between = width + WIDTH_TOLERANCE < jaws.width < opening - WIDTH_TOLERANCE
+    return bool(between and jaws.force >= FORCE_SHARE * grip_force)
 
 
 def closed_on_nothing(jaws: Any, width: float) -> bool:
