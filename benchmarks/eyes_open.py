@@ -9,7 +9,7 @@
   which tells when the launch will be.
 - calm: nothing happens. How many are lifted, and after how many laps: by the blind descent of 1991, by a guided one,
   and by `train`, which does not wait for a lap. Seeds 4120 to 4131 had shown that oblique jaws were opened too
-  early; since that was cured, other seeds are measured.
+  early; since that was cured, other seeds are measured. Of these, seed 4143 was looked at when the next cause was sought.
 - pass: the train passes once, on an open track of at most 2 m, and stops at its end. `train` grasps it on the
   way when success is likely enough, and otherwise where it stands.
 - calibrated: is the probability of success that the arm computes as frequent as it says? The hand descends at a time
