@@ -64,10 +64,13 @@ TRACK_FIELDS = ("number", "state", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", 
     "red",
     "green",
     "blue",
+    "yaw",
+    "yaw_known",
 )
 """Fields of a track: identity (0: empty slot); `vision.object_track.TrackState`; position in W [m], measured where the
 object is seen and predicted otherwise; covariance of the position [m^2]; velocity [m/s]; gap between the rays [m];
-stamp at which it was last seen [s]; largest dimension [m]; colour [grey levels]."""
+stamp at which it was last seen [s]; largest dimension [m]; colour [grey levels]; direction in which an object at rest
+lies [rad], up to half a turn, and 1 if the images have shown it."""
 TrackPoints = namedview(
     "TrackPoints",
     ["stamp", "target", "reason", "overflow", "valid"]

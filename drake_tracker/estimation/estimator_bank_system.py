@@ -30,7 +30,9 @@ from drake_tracker.estimation.point_check import refuse_point
 from drake_tracker.estimation.trail import NO_TRAIL, heading_at_rest, passed
 from drake_tracker.vision.object_track import TrackState
 
-_NUMBER, _STATE, _X, _SEEN = (TRACK_FIELDS.index(name) for name in ("number", "state", "x", "seen"))
+_NUMBER, _STATE, _X, _SEEN, _YAW, _YAW_KNOWN = (
+    TRACK_FIELDS.index(name) for name in ("number", "state", "x", "seen", "yaw", "yaw_known")
+)
 _UNSEEN = (TrackState.OCCLUDED, TrackState.NOT_OBSERVED, TrackState.OUT_OF_VIEW)
 """States in which the fixed cameras do not see an object. A camera on the hand may have seen it."""
 _VELOCITY_STEP = 0.01
@@ -143,14 +145,16 @@ class EstimatorBankSystem(LeafSystem):
                 updated.add(number)
             members[number] = newest
             if row[_STATE] == TrackState.STANDING:
-                standing[number] = row[_X : _X + 2]
+                standing[number] = row
         target = int(header.target)
         seq, packet, filtered = memory.seq, memory.packet, memory.filtered
         if target in updated and self._estimator.ready(members[target].estimate):
             seq += 1
             packet, filtered = make_packet(self._estimator, members[target].estimate, target * TARGET_STRIDE + seq)
             if target in standing:
-                packet, filtered = at_rest(packet, filtered, members[target].trail, standing[target])
+                row = standing[target]
+                yaw = float(row[_YAW]) if row[_YAW_KNOWN] else None
+                packet, filtered = at_rest(packet, filtered, members[target].trail, row[_X : _X + 2], yaw)
         expected = self._expected(members, rows, header.stamp)
         state.get_mutable_abstract_state(0).set_value(
             BankMemory(members, target, seq, read_only(packet), read_only(filtered), read_only(expected))
@@ -187,19 +191,25 @@ class EstimatorBankSystem(LeafSystem):
 
 
 def at_rest(
-    packet: np.ndarray, filtered: np.ndarray, trail: np.ndarray, place: np.ndarray
+    packet: np.ndarray, filtered: np.ndarray, trail: np.ndarray, place: np.ndarray, yaw: float | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the packet and the filtered state of an object that stands, with the direction that its trail tells.
+    """Returns the packet and the filtered state of an object that stands, with the direction in which it lies.
+
+    That is the direction that the images show. If they do not, it is the one that the object's trail tells.
 
     Args:
         packet: a `Prediction` vector.
         filtered: the `Filtered` vector that belongs to it.
         trail: the last places that the object passed, shape (n, 2) [m].
         place: where it is seen, shape (2,) [m]. The filter may still be on its way to that place.
+        yaw: direction that the images show, up to half a turn [rad], None if they do not.
     """
     packet, filtered = packet.copy(), filtered.copy()
     state = Filtered(filtered)
-    turn = heading_at_rest(trail, float(place[0]), float(place[1]), state.yaw) - state.yaw
+    if yaw is None:
+        turn = heading_at_rest(trail, float(place[0]), float(place[1]), state.yaw) - state.yaw
+    else:
+        turn = math.remainder(yaw - state.yaw, math.pi)
     prediction_knots(packet)[:, KNOT_FIELDS.index("yaw")] += turn
     state.yaw += turn
     return packet, filtered

@@ -161,9 +161,12 @@ def fresh_tracks(log: Mapping[str, Signal]) -> np.ndarray:
     """Returns the `TrackPoints` vectors of a log with a stamp of their own, shape (n, k); n is 0 without the signal."""
     fields = TrackPoints.get_fields()
     signal = log.get(TRACKS)
-    if signal is None or signal.names != tuple(fields):
+    if signal is None or not set(signal.names) <= set(fields):
         return np.zeros((0, len(fields)))
-    data = signal.data[np.isfinite(signal.data).all(axis=1)]
+    # Older logs do not have all fields of today's tracks.
+    data = np.zeros((len(signal.data), len(fields)))
+    data[:, [fields.index(name) for name in signal.names]] = signal.data
+    data = data[np.isfinite(data).all(axis=1)]
     data = data[data[:, fields.index("valid")] > 0.0]
     stamps = data[:, fields.index("stamp")]
     return data[np.diff(stamps, prepend=-np.inf) > 0.0]

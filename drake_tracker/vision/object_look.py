@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.object_track import COLOUR_WEIGHT, ObjectTrack
+from drake_tracker.vision.object_track import COLOUR_WEIGHT, ObjectTrack, TrackState
 from drake_tracker.vision.regions import Region
 from drake_tracker.vision.stereo_geometry import projection_jacobian
 
@@ -33,6 +33,15 @@ def learn_look(
         height += weight * (p_WQ[2] - height)
         red, green, blue = (old + weight * (new - old) for old, new in zip(track.colour, regions[0].colour))
     shape = track.shape.turned(track.mean[3:])
+    # A silhouette that looks too large for one object may only lie in another direction.
+    stands = track.state == TrackState.STANDING and shape.settled
+    if stands and all(region is not None and not (region.covered or region.cut) for region in regions):
+        whole = [region for region in regions if region is not None]
+        shape = shape.at_rest(
+            np.array([projection_jacobian(camera, track.position) for camera in cameras]),
+            np.array([region.extents for region in whole]),
+            np.array([region.slant for region in whole]),
+        )
     views = [
         (projection_jacobian(camera, track.position), region)
         for camera, region in zip(cameras, regions)

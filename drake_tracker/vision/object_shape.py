@@ -5,12 +5,14 @@ height, and is linear in them: the extent of a projected box along an image dire
 three edges. Two cameras measure four extents per pair of images, which determines the box by least squares.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.vision.silhouette_heading import silhouette_heading
 
 HEADING_SPEED = 0.04
 """Speed above which the direction of travel is known well enough [m/s]."""
@@ -39,6 +41,7 @@ class ObjectShape(FrozenState):
         vector: of the least-squares problem, shape (3,) [px^2/m].
         fill: share of the box's silhouette that the object fills.
         count: number of pairs of images so far.
+        resting: whether ``heading`` was seen while the object stood.
     """
 
     dimensions: np.ndarray
@@ -47,6 +50,7 @@ class ObjectShape(FrozenState):
     vector: np.ndarray
     fill: float = FILL
     count: int = 0
+    resting: bool = False
 
     @classmethod
     def guess(cls, jacobians: np.ndarray, extents: np.ndarray) -> Self:
@@ -100,7 +104,22 @@ class ObjectShape(FrozenState):
         """Returns the shape with the heading of a velocity, shape (3,) [m/s], unless it is too slow to tell."""
         if np.hypot(velocity[0], velocity[1]) < HEADING_SPEED:
             return self
-        return replace(self, heading=float(np.arctan2(velocity[1], velocity[0])))
+        return replace(self, heading=float(np.arctan2(velocity[1], velocity[0])), resting=False)
+
+    def at_rest(self, jacobians: np.ndarray, extents: np.ndarray, slants: np.ndarray) -> Self:
+        """Returns the shape of a standing object with the heading that its silhouettes show, if they show it clearly.
+
+        A heading and that which is half a turn away look alike; the one nearer to the present heading is taken.
+
+        Args:
+            jacobians: as for `learned`.
+            extents: as for `learned`.
+            slants: slant of the silhouette in every image, shape (n,) [px].
+        """
+        found = silhouette_heading(self.dimensions, jacobians, extents, slants)
+        if found is None:
+            return self
+        return replace(self, heading=self.heading + math.remainder(found - self.heading, math.pi), resting=True)
 
     def learned(self, jacobians: np.ndarray, extents: np.ndarray, pixels: np.ndarray) -> Self:
         """Returns the shape after one more pair of silhouettes that show the whole object.

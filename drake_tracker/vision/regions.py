@@ -13,6 +13,7 @@ import numpy as np
 
 from drake_tracker.vision.division import Part, divide
 from drake_tracker.vision.foreground import Foreground
+from drake_tracker.vision.silhouette_heading import polygon_slant
 from drake_tracker.vision.silhouettes import FRAGMENT_PIXELS, Silhouettes
 
 BESIDE = np.ones((7, 7), np.uint8)
@@ -40,6 +41,7 @@ class Region(NamedTuple):
         pixels: number of its pixels.
         width: extent along u [px].
         height: extent along v [px].
+        slant: how its hull lies across the axes of the image, see `silhouette_heading.polygon_slant` [px].
         var_u: variance of the centroid along u, its shape bias included [px^2].
         var_v: variance along v [px^2].
         moving: share of its pixels that move.
@@ -60,6 +62,7 @@ class Region(NamedTuple):
     pixels: int
     width: float
     height: float
+    slant: float
     var_u: float
     var_v: float
     moving: float
@@ -150,9 +153,10 @@ def _region(part: Part, silhouettes: Silhouettes, number: int | None, colours: b
     left, top, width, height = cv2.boundingRect(part.pixels)
     inner = slice(top, top + height), slice(left, left + width)
     piece = part.pixels[inner]
+    outlines = cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]
+    hull = cv2.convexHull(outlines[0] if len(outlines) == 1 else np.concatenate(outlines))
     if part.centre is None:
-        outlines = cv2.findContours(piece, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]
-        moments = cv2.moments(cv2.convexHull(outlines[0] if len(outlines) == 1 else np.concatenate(outlines)))
+        moments = cv2.moments(hull)
         if moments["m00"] > 0.0:
             u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
         else:  # All pixels on one line: the hull has no area.
@@ -178,6 +182,7 @@ def _region(part: Part, silhouettes: Silhouettes, number: int | None, colours: b
         pixels=pixels,
         width=float(width),
         height=float(height),
+        slant=polygon_slant(hull),
         var_u=var_u,
         var_v=var_v,
         moving=moving,

@@ -193,6 +193,7 @@ def pack_tracks(state: TrackerState, target: int, no_target: Reason = Reason.NO_
         row[:] = [
             *(track.number, track.state, *p_WQ, *covariance[upper], *track.mean[3:], gap, track.seen),
             *(track.shape.dimensions.max(), *track.colour),
+            *(track.shape.heading, float(track.shape.resting)),
         ]
     return message
 

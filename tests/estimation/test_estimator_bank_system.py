@@ -194,6 +194,30 @@ def test_an_object_that_stops_after_a_corner_has_the_direction_of_its_last_piece
     assert abs(own - np.pi / 2) > np.deg2rad(25.0)
 
 
+@pytest.mark.parametrize("seen, expected", [(100.0, 100.0), (-80.0, 100.0), (20.0, 20.0)])
+def test_an_object_that_stands_has_the_direction_that_its_silhouettes_show(seen, expected):
+    """It came along +y. The images show a direction up to half a turn only."""
+    rest, where = 60, (TRACK_FIELDS.index("yaw"), TRACK_FIELDS.index("yaw_known"))
+
+    def track(cycle):
+        y = 0.1 * stamp_of(min(cycle, rest)) - 0.2
+        return (np.array([0.5, y, 0.485]), STANDING if cycle > rest else MOVING, cycle)
+
+    def with_yaw(cycle):
+        message = tracks_message(cycle, {1: track(cycle)})
+        message_rows(message, TRACK_FIELDS)[0, where] = np.radians(seen), float(cycle > rest)
+        return message
+
+    runner = bank("coordinated_turn")
+    runner.follow(LAG_CYCLES + rest, lambda cycle: {1: track(cycle)})
+    assert runner.output("filtered")[4] == pytest.approx(np.pi / 2, abs=0.05)
+    for _ in range(30):
+        runner.give(with_yaw(runner.cycle - LAG_CYCLES))
+    packet = runner.packet()
+    yaw = np.degrees(evaluate_prediction(packet[:], packet.stamp)[3])
+    assert yaw == pytest.approx(expected) and np.degrees(runner.output("filtered")[4]) == pytest.approx(expected)
+
+
 def lost_from(first, track):
     """A track that is not seen from a cycle on: its position stays in the message."""
     return lambda cycle: (track(min(cycle, first - 1)), LOST if cycle >= first else MOVING, min(cycle, first - 1))

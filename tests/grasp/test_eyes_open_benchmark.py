@@ -151,6 +151,6 @@ def test_trains_that_were_lifted_where_they_stood_are_told_apart():
 
 
 def test_a_train_that_is_too_fast_is_a_line_of_the_results(monkeypatch):
-    monkeypatch.setitem(eyes_open.PASS, "line 1.0 m/s", ("line", 1.0))
+    monkeypatch.setitem(eyes_open.PASS, "line 1.0 m/s", ("line", 1.0, []))
     row = eyes_open.pass_job("line 1.0 m/s", 1, True)
     assert not row["success"] and row["cause"] == "refused" and "a grasp takes" in row["failure_reason"]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from track_messages import track, track_points, tracks_signal
 
+from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.tracks import (
     STATE_WORDS,
@@ -53,6 +54,17 @@ def test_the_tracks_of_a_log():
     assert np.count_nonzero(~first.seen) == 20 and second.seen.all()
     assert (first.target_share, second.target_share) == (1.0, 0.0)
     assert first.xyz[-1] == pytest.approx([0.599, 0.0, 0.485]) and second.times[0] == pytest.approx(51 * VISION_PERIOD)
+
+
+def test_the_tracks_of_a_log_that_does_not_tell_directions():
+    """Such logs were written before tracks had the fields ``yaw`` and ``yaw_known``."""
+    signal = LOG["tracks"]
+    kept = [k for k, name in enumerate(signal.names) if "yaw" not in name]
+    old = {"tracks": Signal(signal.times, signal.data[:, kept], tuple(signal.names[k] for k in kept))}
+    assert len(kept) < len(signal.names)
+    first, second = logged_tracks(old)
+    assert first.xyz.tolist() == logged_tracks(LOG)[0].xyz.tolist() and len(second.times) == 50
+    assert reason_shares(old) == reason_shares(LOG)
 
 
 def test_the_reasons_of_a_log():

@@ -1,8 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from cuboids import CAMERAS, Cuboid, oval
 
 from drake_tracker.vision.object_shape import ObjectShape, outline_area
+from drake_tracker.vision.silhouette_heading import polygon_slant
 from drake_tracker.vision.stereo_geometry import projection_jacobian
 
 TRAIN = (0.11, 0.04, 0.05)
@@ -107,3 +110,21 @@ def test_the_area_of_an_outline():
     # A unit cube seen along its diagonal: a regular hexagon with sides of sqrt(2/3).
     diagonal = np.linalg.svd(np.ones((1, 3)))[2][1:]
     assert outline_area(diagonal) == pytest.approx(np.sqrt(3.0))
+
+
+def test_a_standing_object_has_the_heading_of_its_silhouettes():
+    """It stopped just after a corner, so that its path tells another heading."""
+    p_WQ, heading = np.array([0.56, 0.0, 0.485]), np.radians(70.0)
+    outlines = [Cuboid(TRAIN).outline(camera, p_WQ, heading) for camera in CAMERAS]
+    jacobians = np.array([projection_jacobian(camera, p_WQ) for camera in CAMERAS])
+    extents = np.array([np.ptp(outline, axis=0) for outline in outlines])
+    slants = np.array([polygon_slant(outline.astype(np.float32)) for outline in outlines])
+    shape = ObjectShape(np.array(TRAIN), np.radians(20.0), np.eye(3), np.zeros(3))
+    found = shape.at_rest(jacobians, extents, slants)
+    assert found.resting and found.heading == pytest.approx(heading, abs=np.radians(4.0))
+    # The half turn is that of the heading before.
+    found = replace(shape, heading=np.radians(230.0)).at_rest(jacobians, extents, slants)
+    assert found.heading == pytest.approx(heading + np.pi, abs=np.radians(4.0))
+    assert not found.turned(np.array([0.1, 0.0, 0.0])).resting, "it moves again"
+    # Silhouettes that fit no heading tell nothing.
+    assert shape.at_rest(jacobians, 2.0 * extents, slants) is shape
