@@ -113,8 +113,8 @@ DARK = 2.0
 """Time from the launch for which a camera is dark [s]."""
 STANDING = 0.02
 """Speed [m/s] up to which a train counts as standing when the hand descends."""
-AFTER = 8.0
-"""A run with an event ends this long after the launch [s]."""
+AFTER = 16.0
+"""A run with an event ends this long after the launch [s]: long enough for a second attempt, by either descent."""
 
 
 def launch_time(scenario):
