@@ -20,7 +20,9 @@ class GraspConfig:
     grip_force: float = setting(25.0, "force of the gripper on each pad", "N", (1.0, 25.0))
     hover_height: float = setting(0.22, "height while tracking", "m", (0.10, 0.40))
     grasp_height: float = setting(0.004, "height at which the jaws close", "m", (-0.01, 0.03))
-    lift_height: float = setting(0.15, "height after the lift", "m", (0.02, 0.40))
+    lift_height: float = setting(
+        0.18, "height after the lift, so that a train that hangs from its end is lifted, too", "m", (0.02, 0.40)
+    )
     approach_duration: float = setting(1.0, "duration of the motion to a place above the object", "s", (0.2, 10.0))
     descent_duration: float = setting(0.36, "duration of the descent", "s", (0.2, 5.0))
     descent: str = setting(
