@@ -24,7 +24,7 @@ from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.detectors import DETECTORS, SCENE_DETECTORS, make_detector
 from drake_tracker.vision.image_tracker import ImageTracker
-from drake_tracker.vision.plane_projection import camera_on_board, project_to_plane
+from drake_tracker.vision.plane_projection import project_to_plane
 
 DETECTOR_SETTINGS = NormalFlow | DETECTORS.union(without=SCENE_DETECTORS)
 ESTIMATOR_SETTINGS = CoordinatedTurn | ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS)
@@ -188,7 +188,7 @@ def _check_cameras(sources: Sequence[str], calibration: str | Path | None, plane
 
 def _check_plane(model: CameraModel, plane: Plane, name: str) -> None:
     """Raises DrakeTrackerError when a camera does not see the plane."""
-    view = camera_on_board(model.K, model.X_CW @ plane.X_WP, model.width, model.height, model.distortion)
+    view = model.in_frame(plane.X_WP)
     across = [np.linspace(0.0, size - 1.0, _RAYS) for size in (model.width, model.height)]
     if all(project_to_plane(view, (u, v), plane.height) is None for u in across[0] for v in across[1]):
         raise DrakeTrackerError(
