@@ -1,9 +1,9 @@
 """Models of a lens: from normalised image coordinates to pixels, and back.
 
-Normalised image coordinates are x / z and y / z in the camera frame. All three models are OpenCV's, and have other names
-elsewhere: `BrownLens` is ROS's ``plumb_bob`` and, without k3, Kalibr's ``radtan``; `RationalLens` is ROS's
-``rational_polynomial``; `FisheyeLens` is ROS's and Kalibr's ``equidistant``. Sources: OpenCV, "Camera Calibration and 3D
-Reconstruction" and "Fisheye camera model"; Kannala and Brandt 2006, equation (6).
+Normalised image coordinates are x / z and y / z in the camera frame. All three models are OpenCV's, and have other
+names elsewhere: `BrownLens` is ROS's ``plumb_bob`` and, without k3, Kalibr's ``radtan``; `RationalLens` is ROS's
+``rational_polynomial``; `FisheyeLens` is ROS's and Kalibr's ``equidistant``. Sources: OpenCV, "Camera Calibration and
+3D Reconstruction" and "Fisheye camera model"; Kannala and Brandt 2006, equation (6).
 """
 
 import math
