@@ -18,6 +18,7 @@ from drake_tracker.vision.board import Board
 from drake_tracker.vision.board_kinds import kind_of
 from drake_tracker.vision.calibration import Lens, board_pose, lens_from_corners
 from drake_tracker.vision.calibration_file import save_calibration
+from drake_tracker.vision.camera_files import OWN, save_foreign
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.left_out import left_out_errors, left_out_reprojection
 from drake_tracker.vision.lens_models import FISHEYE, PINHOLE
@@ -53,6 +54,7 @@ def calibrate_photographs(
     world: bool = False,
     lens: str = PINHOLE,
     baseline: float | None = None,
+    form: str = OWN,
 ) -> dict[str, CameraModel]:
     """Calibrates one camera or two from photographs, prints the errors, and writes the calibration file and a picture.
 
@@ -65,6 +67,7 @@ def calibrate_photographs(
             right, y down, z forward.
         lens: one of `LENSES`.
         baseline: distance between two cameras that was measured, to check the size of the board [m].
+        form: one of `FORMATS`; only the package's own contains the world frame, the errors and the plane of the board.
 
     Returns {name: CameraModel}: camera_left and camera_right, or camera_left for a single camera. Raises
     DrakeTrackerError, in one line, when images cannot be read or paired, when too few show the board, and when they do
@@ -75,6 +78,10 @@ def calibrate_photographs(
         raise DrakeTrackerError(f"-o {path}: there is no folder {path.parent}")
     if path.is_dir():
         raise DrakeTrackerError(f"-o {path}: is a folder; name a file")
+    if path.suffix.lower() == ".png":
+        raise DrakeTrackerError(f"-o {path}: the suffix .png is for the picture; name the file {path.stem}.yaml")
+    if world and form != OWN:
+        raise DrakeTrackerError(f"--world: the format {form} has no world frame; leave it out")
     rows, options = list_photographs(specs), LENSES[lens]
     with closing(StepsProgress()) as progress:
         boards = find_boards(rows, board, progress)
@@ -114,11 +121,13 @@ def calibrate_photographs(
         "quality": {name: quality.notes() for name, quality in zip(cameras, qualities)},
         "retake": retake,
     }
-    save_calibration(path, cameras, notes=notes)
-    print(f"wrote {path}")
+    if form == OWN:
+        save_calibration(path, cameras, notes=notes)
+    written = [path] if form == OWN else save_foreign(path, cameras, form)
     picture = path.with_suffix(".png")
     draw_quality(picture, boards, dict(zip(cameras, qualities)), pairs)
-    print(f"wrote {picture}")
+    for file in (*written, picture):
+        print(f"wrote {file}")
     return cameras
 
 

@@ -32,7 +32,7 @@ def draw_quality(path: Path, boards: FoundBoards, qualities: Mapping[str, Camera
     with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(16, 9), facecolor="white")
         FigureCanvasAgg(figure)
-        columns = figure.add_gridspec(1, len(qualities), left=0.05, right=0.97, top=0.86, bottom=0.42)
+        columns = figure.add_gridspec(1, len(qualities), left=0.05, right=0.97, top=0.84, bottom=0.40)
         for k, (name, quality) in enumerate(qualities.items()):
             ax = figure.add_subplot(columns[k])
             _draw_image(ax, boards.views[k], boards.shapes[k], quality.cells)
@@ -42,13 +42,13 @@ def draw_quality(path: Path, boards: FoundBoards, qualities: Mapping[str, Camera
                 f"focal length {0.5 * (K[0, 0] + K[1, 1]):.1f} ± {std[:2].max():.1f} px, principal point "
                 f"({K[0, 2]:.1f} ± {std[2]:.1f}, {K[1, 2]:.1f} ± {std[3]:.1f}) px"
             )
-        ax = figure.add_axes((0.05, 0.13, 0.92, 0.18))
+        ax = figure.add_axes((0.05, 0.10, 0.92, 0.17))
         _draw_errors(ax, boards, qualities, pairs)
         figure.text(0.05, 0.945, "Calibration", fontsize=17, weight="bold", va="center")
         figure.text(
-            0.14,
-            0.945,
-            "one colour for each photograph; in the red cells there was no board: take more photographs there",
+            0.05,
+            0.91,
+            "One colour for each photograph; in the red cells there was no board: take more photographs there",
             color=SOFT_INK,
             fontsize=12,
             va="center",
@@ -85,4 +85,4 @@ def _draw_errors(ax: Axes, boards: FoundBoards, qualities: Mapping[str, CameraQu
     ax.set_xticks(np.arange(len(names)), [Path(name).stem[-12:] for name in names], rotation=60, fontsize=9)
     ax.set_ylabel("error  [px rms]")
     ax.set_title("Errors of each photograph")
-    ax.legend(loc="upper right", frameon=False, ncols=3, fontsize=10)
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.02), frameon=False, ncols=3, fontsize=10)

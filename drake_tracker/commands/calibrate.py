@@ -32,6 +32,13 @@ def register(commands: Commands) -> None:
         help="model of the lens: pinhole with 5 or with 8 (rational, for wide lenses) coefficients, or fisheye",
     )
     command.add_argument(
+        "--format",
+        choices=("drake", "opencv", "ros", "kalibr"),
+        default="drake",
+        help="format of the file: of drake-tracker, OpenCV (.xml and .json by the suffix of FILE, otherwise YAML), ROS "
+        "(two cameras: FILE_left, FILE_right), or Kalibr",
+    )
+    command.add_argument(
         "--baseline", type=float, metavar="M", help="distance between the cameras that you measured, as a check [m]"
     )
     command.add_argument(
@@ -105,7 +112,13 @@ def execute(options: Namespace) -> int:
 
     described = parse_board(board, options.square, options.kind, options.marker, options.family)
     calibrate_photographs(
-        sources, described, options.out, world=options.world, lens=options.lens, baseline=options.baseline
+        sources,
+        described,
+        options.out,
+        world=options.world,
+        lens=options.lens,
+        baseline=options.baseline,
+        form=options.format,
     )
     return SUCCESS
 

@@ -64,7 +64,7 @@ def load_calibration(path: str | Path, rig: Mapping[str, Any] | None = None) -> 
     entries = _mapping(path, data, "cameras")
     if rig is not None:
         check_rig(path, _mapping(path, data, "rig"), rig, "calibrate")
-    return {name: _read_camera(path, f"cameras.{name}", _mapping(path, entries, name)) for name in entries}
+    return {name: read_camera(path, f"cameras.{name}", _mapping(path, entries, name)) for name in entries}
 
 
 def load_pose(path: str | Path, *keys: str) -> np.ndarray:
@@ -88,16 +88,30 @@ def load_pose(path: str | Path, *keys: str) -> np.ndarray:
 
 def _read_yaml(path: str | Path) -> Any:
     try:
-        return load_yaml(read_text(path))
+        return load_yaml(read_calibration_text(path))
+    except yaml.YAMLError as error:
+        raise yaml_error(path, error) from None
+
+
+def read_calibration_text(path: str | Path) -> str:
+    """Returns the text of a calibration file.
+
+    Raises DrakeTrackerError, one line naming the file, when it cannot be read.
+    """
+    try:
+        return read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise DrakeTrackerError(
             f"{path}: the calibration cannot be read ({getattr(error, 'strerror', None) or 'it is not text'}); "
             "make one with drake-tracker calibrate"
         ) from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f" line {mark.line + 1}" if mark else ""
-        raise DrakeTrackerError(f"{path}{where}: {getattr(error, 'problem', None) or 'this is not YAML'}") from None
+
+
+def yaml_error(path: str | Path, error: yaml.YAMLError) -> DrakeTrackerError:
+    """Returns the error of a file that is not YAML, as one line naming the file and the line."""
+    mark = getattr(error, "problem_mark", None)
+    where = f" line {mark.line + 1}" if mark else ""
+    return DrakeTrackerError(f"{path}{where}: {getattr(error, 'problem', None) or 'this is not YAML'}")
 
 
 def _mapping(path: str | Path, data: Any, key: str) -> dict[str, Any]:
@@ -129,12 +143,22 @@ def check_rig(path: str | Path, found: Any, wanted: Mapping[str, Any], command: 
             )
 
 
-def _read_camera(path: str | Path, key: str, entry: Mapping[str, Any]) -> CameraModel:
+def read_camera(path: str | Path, key: str, entry: Mapping[str, Any], least_size: int = 1) -> CameraModel:
+    """Returns the camera of an entry of a file.
+
+    Args:
+        path: of the file, for messages.
+        key: of the entry, for messages.
+        entry: width, height, K, distortion, X_CW and, unless it is a pinhole, lens.
+        least_size: least width and height [px].
+
+    Raises DrakeTrackerError, one line naming the file and the key, when a value is wrong.
+    """
     sizes: dict[str, int] = {}
     arrays: dict[str, np.ndarray] = {}
     for name in ("width", "height"):
         size = entry.get(name)
-        if type(size) is not int or not 0 < size <= _MOST_PIXELS:
+        if type(size) is not int or not least_size <= size <= _MOST_PIXELS:
             raise DrakeTrackerError(
                 f"{path}: {key}.{name} is {size!r}; it must be a whole number from 1 to {_MOST_PIXELS}"
             )
