@@ -24,7 +24,7 @@ from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.grasp.pick_system import PickSystem
 from drake_tracker.link.link_diagram import LinkDiagram
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
-from drake_tracker.vision.measured_parts_system import MeasuredPartsDiagram, MeasuredPartsSystem
+from drake_tracker.tasks.conveyor.vision_parts import image_pipeline, make_vision
 from drake_tracker.world.arrivals import Arrival, draw_arrivals
 from drake_tracker.world.belt_motion import make_belt_motion
 from drake_tracker.world.conveyor_plant import TABLE_BELOW
@@ -63,6 +63,8 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
     home = home_reference(scenario)
     over_home = tool_down(home[:3] + [0.0, 0.0, scenario.pick.hover_height], home[3])
     q_initial = joints_for(model, description.q_start, over_home)
+    pipeline = image_pipeline(scenario)
+    vision, windows = make_vision(scenario, arrivals, pipeline)
     world = ConveyorWorldDiagram(
         description=description,
         q_initial=q_initial,
@@ -74,7 +76,8 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
         jaw_opening=scenario.pick.jaw_opening,
         cameras=scenario.cameras,
         lighting=scenario.lighting,
-        windows={},
+        windows=windows,
+        pipeline=pipeline,
         seed=scenario.seed,
         time_step=scenario.time_step,
     )
@@ -95,7 +98,7 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
         clearance=ArmClearance(description, [table_box(height=scenario.belt.height - TABLE_BELOW)]),
     )
     connections = (*WITH_ORDERS, *WITH_ENCODER) if scenario.belt.encoder else WITH_ORDERS
-    return HandEyeDiagram(world, conveyor_vision(scenario, arrivals), conveyor_host(scenario), link, arm, connections)
+    return HandEyeDiagram(world, vision, conveyor_host(scenario), link, arm, connections)
 
 
 def arrivals_of(scenario: ConveyorScenario) -> tuple[Arrival, ...]:
@@ -117,20 +120,6 @@ def place_volume(scenario: ConveyorScenario) -> np.ndarray:
     centres, half, floor = cell_centres(scenario.tray), 0.5 * scenario.tray.cell, scenario.belt.height
     low, high = centres.min(axis=0) - half, centres.max(axis=0) + half
     return np.array([[*low, floor], [*high, floor + HIGHEST_PART]])
-
-
-def conveyor_vision(scenario: ConveyorScenario, arrivals: tuple[Arrival, ...]) -> MeasuredPartsDiagram:
-    """Returns the vision of a scenario, which sees the belt from its entry to its end."""
-    belt, half = scenario.belt, 0.5 * scenario.belt.width
-    view = np.array([[belt.middle - half, belt.entry], [belt.middle + half, belt.end]])
-    system = MeasuredPartsSystem(
-        scenario.vision,
-        [arrival.kind for arrival in arrivals],
-        belt_height=belt.height,
-        view=view,
-        seed=scenario.seed,
-    )
-    return MeasuredPartsDiagram(system, scenario.vision.lag_cycles)
 
 
 def conveyor_host(scenario: ConveyorScenario) -> PickHostSystem:
