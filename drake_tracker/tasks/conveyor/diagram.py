@@ -36,6 +36,8 @@ SEEKING = (PickPhase.WAIT, PickPhase.TRACK)
 """Phases in which the hand has not yet begun to descend."""
 CARRYING = (PickPhase.CARRY, PickPhase.LOWER, PickPhase.RELEASE, PickPhase.RAISE)
 """Phases in which it carries a part, puts it down or comes back."""
+CELL_YAW = 0.5 * np.pi
+"""Direction of x_P of a part in its cell [rad]: the jaws open across the columns, where neighbours leave room."""
 PART_HEIGHT = 0.015
 """Height of the origin of a part above the belt, for the pose in which the hand waits [m]."""
 HIGHEST_PART = 0.05
@@ -96,6 +98,7 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
         scenario.time_step,
         jaw_opening=scenario.pick.jaw_opening,
         clearance=ArmClearance(description, [table_box(height=scenario.belt.height - TABLE_BELOW)]),
+        swings=True,
     )
     connections = (*WITH_ORDERS, *WITH_ENCODER) if scenario.belt.encoder else WITH_ORDERS
     return HandEyeDiagram(world, vision, conveyor_host(scenario), link, arm, connections)
@@ -111,8 +114,19 @@ def arrivals_of(scenario: ConveyorScenario) -> tuple[Arrival, ...]:
 
 def home_reference(scenario: ConveyorScenario) -> np.ndarray:
     """Returns the reference (x, y, z, yaw) in W over which the hand waits [m, rad], shape (4,)."""
-    middle = 0.5 * (scenario.window.y_first + scenario.window.y_last)
-    return np.array([scenario.belt.middle, middle, scenario.belt.height + PART_HEIGHT, np.pi])
+    y, z = scenario.window.y_wait, scenario.belt.height + PART_HEIGHT
+    return np.array([scenario.belt.middle, y, z, CELL_YAW])
+
+
+def filling_order(scenario: ConveyorScenario) -> list[int]:
+    """Returns the numbers of the cells in the order in which they are filled.
+
+    The tray that is nearer to the waiting hand comes first. In a tray, y decreases from row to row: the jaws hold an
+    ell beside its middle, and stand over the edge of the next cell towards -y, which must still be empty.
+    """
+    x, y = cell_centres(scenario.tray).T
+    farther = np.abs(np.sign(y) - np.sign(scenario.window.y_wait)) > 1.0
+    return np.lexsort((x, -y.round(6), farther)).tolist()
 
 
 def place_volume(scenario: ConveyorScenario) -> np.ndarray:
@@ -127,12 +141,15 @@ def conveyor_host(scenario: ConveyorScenario) -> PickHostSystem:
     centres = cell_centres(scenario.tray)
     model = CycleModel(scenario.cycle, scenario.window)
     clerk = OrderClerk(
-        make_dispatcher(scenario.dispatch, model, scenario.eligibility), model, [Cell(x, y) for x, y in centres]
+        make_dispatcher(scenario.dispatch, model, scenario.eligibility),
+        model,
+        [Cell(x, y) for x, y in centres],
+        filling_order(scenario),
     )
     host = PickHostSystem(
         BeltEstimator(scenario.estimator),
         clerk,
-        [CellPose(x, y, scenario.belt.height, 0.5 * np.pi) for x, y in centres],
+        [CellPose(x, y, scenario.belt.height, CELL_YAW) for x, y in centres],
         SEEKING,
         CARRYING,
         offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step),

@@ -80,7 +80,9 @@ class ConveyorTask(Task[ConveyorScenario]):
         ("missed", "missed", _COUNT),
         ("dropped", "dropped", _COUNT),
         ("misplaced", "misplaced", _COUNT),
+        ("doubles", "picked together with another part", _COUNT),
         ("picks_per_minute", "picks a minute", (1.0, "", 1)),
+        ("share_of_clairvoyant", "share of the picks of an arm that knows all arrivals", (100.0, "%", 0)),
         ("placement_rms_m", "position error in the cells, rms", _MM),
         ("placement_turn_rms_rad", "direction error in the cells, rms", (180.0 / np.pi, "°", 1)),
     )
@@ -94,6 +96,7 @@ class ConveyorTask(Task[ConveyorScenario]):
         ("misplaced", "misplaced", ""),
         ("dropped", "dropped", ""),
         ("picks_per_minute", "picks a minute", ""),
+        ("share_of_clairvoyant", "share of clairvoyant", ""),
         ("placement_rms_m", "placement rms", "m"),
         ("real_time_factor", "real-time factor", ""),
     )
