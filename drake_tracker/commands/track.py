@@ -29,7 +29,7 @@ def register(commands: Commands) -> None:
         execute,
         help="track what moves in front of your own cameras",
         description="Tracks the motion in one or two videos: a file, a folder or quoted pattern of images, the number "
-        "of a camera, or a ROS 2 bag as BAG.mcap:/topic. Leaves the track as a table, a picture and a video.",
+        "of a camera, or a ROS 2 bag as BAG:/topic. Leaves the track as a table, a picture and a video.",
         next_step="drake-tracker calibrate LEFT RIGHT --board CxR --square M -o FILE calibrates your cameras, so that "
         "the track is in metres.",
     )

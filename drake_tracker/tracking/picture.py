@@ -1,5 +1,6 @@
 """The picture of a track of your own cameras: its path, and its coordinates over time."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -16,6 +17,8 @@ from drake_tracker.vision.image_track import TrackState
 
 TROUBLE = "#c2410c"
 """Colour of the marks."""
+LONGEST_TITLE = 110
+"""Characters of a title that fit."""
 FROM_ABOVE = {"camera_left": ("x", "z"), "board": ("x", "y")}
 """Axes of the view from above, by what the world frame W is: y points down in a camera frame."""
 
@@ -62,7 +65,7 @@ def draw_track_picture(
             row.set_ylabel(f"{name}  [{unit}]")
         rows[0].set_title("Over time")
         rows[-1].set_xlabel("time  [s]")
-        figure.text(0.06, 0.945, title, fontsize=17, weight="bold", va="center")
+        figure.text(0.06, 0.945, _shortened(title), fontsize=17, weight="bold", va="center", parse_math=False)
         _draw_marks(rows[-1], data, marks or {})
         names = [("measured", SEEN)]
         if spatial:
@@ -73,8 +76,14 @@ def draw_track_picture(
             x = text.get_window_extent(canvas.get_renderer()).x1 / figure.bbox.width + 0.02
         count, valid = len(data["valid"]), int(data["valid"].sum())
         figure.text(x, 0.9, f"{valid} of {count} images with a result", color=SOFT_INK, fontsize=12, va="center")
-        with replacing(path) as beside:
+        with replacing(path) as beside, warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Glyph .* missing")  # in the name of a source
             figure.savefig(beside, dpi=150)
+
+
+def _shortened(title: str) -> str:
+    """Returns a title that fits into the picture."""
+    return title if len(title) <= LONGEST_TITLE else f"{title[: LONGEST_TITLE // 2]}…{title[-LONGEST_TITLE // 2 :]}"
 
 
 def _draw_marks(ax: Axes, data: Mapping[str, np.ndarray], marks: Mapping[str, Sequence[float]]) -> None:

@@ -444,3 +444,10 @@ def test_points_that_are_not_filtered_are_counted_by_reason(folder, capsys):
 def films_with_a_jump():
     """The left camera's images of a ball that is suddenly on the other side of its circle."""
     return film("left", TIMES[:30]) + film("left", TIMES[:30] + 2.0)
+
+
+def test_a_long_name_in_another_script_is_drawn_without_a_warning(folder, capfd):
+    name = f"測試 $x$ {'長' * 60}.mkv"
+    write_video(folder / name, images("left")[:20], TIMES[:20])
+    assert track(name, "--no-overlay") == 0
+    assert "Warning" not in capfd.readouterr().err and (folder / "out" / "track.png").is_file()
