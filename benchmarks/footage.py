@@ -43,7 +43,7 @@ def follow(clip, kind):
     """Yields (number of the image, places of the objects or None, whether each can be seen) as `track` finds them."""
     detector = NormalFlowDetector(NormalFlow(stride=1), period=1.0 / RATE)
     count = 2 if kind == "crossing" else 1
-    tracker = ImageTracker(count, tuple(clip.truth[0, 0]) if kind == "rival" else None)
+    tracker = ImageTracker(count, tuple(clip.truth[0, 0]) if kind == "rival" else None, period=1.0 / RATE)
     objects, images = tracker.start(), []
     for k, image in enumerate(clip.images):
         images = [*images, detector.smooth(image)][-3:]

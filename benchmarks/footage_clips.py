@@ -1,8 +1,10 @@
 """Synthetic clips with known tracks for `footage.py`: a textured background, textured objects, noise, a camera at rest
 or not. All of a clip is drawn from its seed."""
 
+import io
 from dataclasses import dataclass
 
+import av
 import cv2
 import numpy as np
 
@@ -11,7 +13,11 @@ NOISE = 2.0
 """Standard deviation of the noise of a pixel [grey levels]."""
 MARGIN = 80
 """Pixels of the background on each side beyond the image, for a camera that moves."""
-KINDS = ("plain", "shake", "pan", "rival", "ball", "crossing", "person")
+KINDS = ("plain", "shake", "pan", "rival", "ball", "crossing", "person", "blur", "light", "compressed", "stop")
+EXPOSURE, EXPOSURES = 0.5, 6
+"""Time for which the shutter is open, in periods, and the number of instants that are averaged; only with blur."""
+QUALITY = 32
+"""Rate factor (CRF) of H.264: a small file with visible artefacts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,14 +48,54 @@ def make_clip(kind: str, seed: int, count: int = 120) -> Clip:
     objects, paths = _objects(kind, rng, count)
     images = []
     truth = np.array(paths).transpose(1, 0, 2) - camera[:, None]
+    steps = np.gradient(truth, axis=0)
+    gain = np.ones(count)
+    if kind == "light":
+        gain += 0.15 * np.sin(2.0 * np.pi * (0.4 / RATE * np.arange(count) + rng.random())) + rng.normal(0, 0.02, count)
     for k in range(count):
         shift = np.float32([[1, 0, -MARGIN - camera[k, 0]], [0, 1, -MARGIN - camera[k, 1]]])
         image = cv2.warpAffine(sky, shift, (WIDTH, HEIGHT), flags=cv2.INTER_LINEAR)
-        for number in reversed(range(len(objects))):
-            _paint(image, objects[number], truth[k, number], k)
-        image += rng.normal(0.0, NOISE, image.shape)
+        if kind == "blur":
+            offsets = EXPOSURE * np.linspace(-0.5, 0.5, EXPOSURES)
+            image = np.mean([_painted(image, objects, truth[k] + at * steps[k], k) for at in offsets], axis=0)
+        else:
+            image = _painted(image, objects, truth[k], k)
+        image = gain[k] * image + rng.normal(0.0, NOISE, image.shape)
         images.append(np.clip(np.rint(image), 0, 255).astype(np.uint8))
+    if kind == "compressed":
+        images = _compressed(images)
+    if kind == "person":
+        truth = truth + [[_middle_of_person(k)] for k in range(count)]
     return Clip(np.array(images), truth, float(np.sqrt(4.0 / np.pi * (objects[0].alpha > 0.5).sum())))
+
+
+def _painted(image, objects, centres, k):
+    """Returns a copy of an image with the objects of image k at ``centres`` (n, 2), the first one in front."""
+    image = image.copy()
+    for number in reversed(range(len(objects))):
+        _paint(image, objects[number], centres[number], k)
+    return image
+
+
+def _compressed(images):
+    """Returns grey images after H.264 of low quality."""
+    buffer = io.BytesIO()
+    with av.open(buffer, "w", format="matroska") as container:
+        stream = container.add_stream("libx264", rate=round(RATE), options={"crf": str(QUALITY)})
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+        stream.codec_context.thread_count = 1
+        for image in images:
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGB), "rgb24")))
+        container.mux(stream.encode())
+    buffer.seek(0)
+    with av.open(buffer) as container:
+        return [cv2.cvtColor(f.to_ndarray(format="rgb24"), cv2.COLOR_RGB2GRAY) for f in container.decode(video=0)]
+
+
+def _middle_of_person(k):
+    """Returns the centroid of the convex hull of a walking figure, relative to the middle of its drawing (2,) [px]."""
+    moments = cv2.moments(cv2.convexHull(cv2.findNonZero((_person(k) > 0.5).astype(np.uint8))))
+    return np.array([moments["m10"], moments["m01"]]) / moments["m00"] - 0.5 * np.array([99.0, 159.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +206,14 @@ def _objects(kind, rng, count):
         paths = [middle + speed * time[:, None] * [np.cos(a), np.sin(a)] for a, speed in zip((angle, turn), speeds)]
         return [_disc(rng, size, mean) for size, mean in zip(sizes, rng.permutation([225.0, 25.0]))], paths
     things = [_disc(rng, rng.uniform(30.0, 50.0), rng.choice([20.0, 225.0]))]
-    paths = [_curve(rng, count, rng.uniform(2.0, 4.0), 110.0 if kind != "rival" else 170.0)]
+    speed = rng.uniform(6.0, 14.0) if kind == "blur" else rng.uniform(2.0, 4.0)
+    paths = [_curve(rng, count, speed, 110.0 if kind != "rival" else 170.0)]
+    if kind == "stop":  # it stands for a second in the middle of the clip
+        stands = round(RATE)
+        first = round(rng.uniform(0.3, 0.5) * count)
+        paths[0] = np.concatenate(
+            [paths[0][:first], np.repeat(paths[0][first : first + 1], stands, 0), paths[0][first:]]
+        )[:count]
     if kind == "rival":
         things.append(_disc(rng, rng.uniform(80.0, 110.0), rng.choice([20.0, 225.0])))
         across = np.array([rng.uniform(0.0, WIDTH), rng.choice([60.0, HEIGHT - 60.0])])

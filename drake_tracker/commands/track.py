@@ -31,7 +31,7 @@ def register(commands: Commands) -> None:
         execute,
         help="track what moves in front of your own cameras",
         description="Tracks the motion in one or two videos: a file, a folder or quoted pattern of images, the number "
-        "of a camera, or a ROS 2 bag as BAG.mcap:/topic. Leaves the track as a table, a picture and a video.",
+        "of a camera, or a ROS 2 bag as BAG:/topic. Leaves the track as a table, a picture and a video.",
         next_step="drake-tracker calibrate LEFT RIGHT --board CxR --square M -o FILE calibrates your cameras, so that "
         "the track is in metres.",
     )
@@ -58,15 +58,14 @@ def register(commands: Commands) -> None:
         "--estimator",
         default="CoordinatedTurn {}",
         metavar="TAG",
-        help="CoordinatedTurn, ClosedPath, ArcLength, AlphaBetaGamma or Custom, for example "
-        "'!CoordinatedTurn {speed_noise: 0.01}'",
+        help="CoordinatedTurn, ClosedPath, ArcLength, AlphaBetaGamma or Custom; without settings it adapts to the "
+        "speed and the unit of length, with settings such as '!CoordinatedTurn {speed_noise: 0.01}' it is in metres",
     )
     command.add_argument(
         "--max-gap",
         type=float,
-        default=0.03,
         metavar="M",
-        help="largest gap between the two rays of one point [m]",
+        help="largest gap between the two rays of one point [m] (default: 16 pixels where the cameras look)",
     )
     command.add_argument(
         "--roi",
@@ -112,6 +111,7 @@ def execute(options: Namespace) -> int:
         raise DrakeTrackerError(f"track: {len(options.source)} sources; give one or two, and put patterns in quotes")
 
     from drake_tracker.core.progress import Progress
+    from drake_tracker.tracking.filtered import describe_filtered
     from drake_tracker.tracking.preparation import prepare_track
     from drake_tracker.tracking.quality import doubts
     from drake_tracker.tracking.track import make_track
@@ -132,6 +132,8 @@ def execute(options: Namespace) -> int:
     for key, label in (("gap_rms_m", "gap"), ("prediction_rms_m", "prediction rms")):
         if summary.get(key) is not None:
             print(f"{label:<18}{1e3 * summary[key]:.2f} mm")
+    if summary.get("filtered"):
+        print(f"{'points filtered':<18}{describe_filtered(summary['filtered'])}")
     print(f"{'directory':<18}{out}")
     for line in summary["warnings"]:
         warn(line)
@@ -143,8 +145,8 @@ def execute(options: Namespace) -> int:
     elif len(options.source) == 2 and seen > LEAST_SEEN and summary["results"] < 0.5 * seen:
         print(
             f"Both cameras saw motion in {seen} images, but in most of them the gap between the two rays is larger "
-            f"than {options.max_gap:g} m (--max-gap). Does the calibration belong to other cameras, or were the videos "
-            "not taken at the same time?"
+            f"than {track.facts['max_gap']:.3g} m (--max-gap). Does the calibration belong to other cameras, or were "
+            "the videos not taken at the same time?"
         )
     elif seen and not summary["results"]:
         print(f"Motion was seen in {seen} images, but always where the camera does not see the plane of the motion")
@@ -153,9 +155,11 @@ def execute(options: Namespace) -> int:
     note = doubts(summary)
     if note is not None:
         print(note)
-    if options.follow and summary["results"] < 0.5 * summary["described"]:
-        print(f"The object was followed in {summary['results']} of {summary['described']} images only")
-        return NOT_TAKEN
+    if summary["results"] < 0.5 * summary["described"]:
+        what = "The object was followed" if options.follow else "Something was tracked"
+        print(f"{what} in {summary['results']} of {summary['described']} images only")
+        if options.follow or options.roi or options.objects > 1:
+            return NOT_TAKEN
     return SUCCESS if summary["results"] else NOT_TAKEN
 
 

@@ -21,7 +21,7 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.estimation.estimator import Estimator, EstimatorState
-from drake_tracker.estimation.point_check import refuse_point
+from drake_tracker.estimation.point_check import FARTHEST, refuse_point
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,7 @@ class EstimatorSystem(LeafSystem):
         estimator: the estimator.
         period: period of the update [s].
         offset: time of the first update [s].
+        farthest: largest coordinate of a point that can be right [m]; infinite where any unit of length may be used.
 
     Raises:
         DrakeTrackerError: at an update, when the estimator, which may be a custom one, predicts something that is not
@@ -81,10 +82,11 @@ class EstimatorSystem(LeafSystem):
         *,
         period: float = VISION_PERIOD,
         offset: float = vision_slot(ESTIMATOR_SLOT),
+        farthest: float = FARTHEST,
     ) -> None:
         super().__init__()
         self._estimator = estimator
-        self._period = period
+        self._period, self._farthest = period, farthest
         memory = EstimatorMemory(
             estimate=estimator.initial_state(),
             stamp=-math.inf,
@@ -102,7 +104,7 @@ class EstimatorSystem(LeafSystem):
     def _update(self, context: Context, state: State) -> None:
         memory = state.get_abstract_state(0).get_value()
         values = self._point.Eval(context)
-        if refuse_point(values, context.get_time(), self._period):
+        if refuse_point(values, context.get_time(), self._period, self._farthest):
             return
         point = TrackPoint(values)
         # Compared with the System's own stamp, because an estimator need not accept a point or keep its stamp.

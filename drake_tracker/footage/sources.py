@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.footage.bag_storage import is_bag
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.image_folder import open_images
 from drake_tracker.footage.live_camera import open_camera
@@ -29,16 +30,18 @@ def open_footage(spec: str, fps: float | None = None) -> Footage:
     """Returns the `Footage` of a source.
 
     Args:
-        spec: "0" (a camera), a folder of images or a pattern such as 'shots/left*.png', BAG.mcap or BAG.mcap:/topic (a
-            ROS 2 bag, or its folder), or a video file.
+        spec: "0" (a camera), a folder of images or a pattern such as 'shots/left*.png', BAG or BAG:/topic (a ROS 2
+            bag: a file .mcap or .db3, or its folder), or a video file.
         fps: images per second, for a source without capture times; replaces those of a video file.
 
     Raises DrakeTrackerError, one line, when it cannot be read.
     """
+    if not spec.strip():
+        raise DrakeTrackerError("the name of a source is empty")
     if re.fullmatch("[0-9]{1,4}", spec):
         return open_camera(spec, fps)
     bag, _, topic = spec.partition(":/")
-    if bag.endswith(".mcap") or (Path(bag).is_dir() and any(Path(bag).glob("*.mcap"))):
+    if is_bag(bag):
         return open_bag(bag, f"/{topic}" if topic else None)
     if Path(spec).is_dir() or (any(sign in spec for sign in "*?[") and not Path(spec).exists()):
         return open_images(spec, fps)

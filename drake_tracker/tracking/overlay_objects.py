@@ -13,6 +13,10 @@ OTHER = "#a3abb5"
 """Colour of all others."""
 
 
+SHOWN = 0.5
+"""Time for which a leap is written into the video [s]."""
+
+
 def draw_objects(view: np.ndarray, objects: ImageObjects, scale: float) -> list[str]:
     """Draws a rectangle with number and state round each confirmed object, in place; returns what to note.
 
@@ -34,6 +38,8 @@ def draw_objects(view: np.ndarray, objects: ImageObjects, scale: float) -> list[
     notes = []
     if objects.displacement > 0.0:
         notes.append(f"camera moves {objects.displacement:.1f} px")
+    if objects.leaps and max((track.stamp for track in objects.tracks), default=0.0) - objects.leapt < SHOWN:
+        notes.append("leap")
     if objects.rivals:
         notes.append("other large object")
     return notes

@@ -1,5 +1,6 @@
 """Vision and estimation for your own cameras: no world, no arm."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -113,7 +114,9 @@ class OwnCamerasDiagram(Diagram):
         self.has_points = "point" in vision
         if self.has_points:
             offset = vision_slot(ESTIMATOR_SLOT, period)
-            host = builder.AddNamedSystem("host", EstimatorSystem(estimator, period=period, offset=offset))
+            host = builder.AddNamedSystem(
+                "host", EstimatorSystem(estimator, period=period, offset=offset, farthest=math.inf)
+            )
             builder.Connect(vision["point"], host.GetInputPort("point"))
             builder.ExportOutput(vision["point"], "point")
             for name in ("filtered", "prediction"):

@@ -1,6 +1,7 @@
 """The picture of a track of your own cameras: its path, and its coordinates over time."""
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import matplotlib
@@ -12,7 +13,12 @@ from matplotlib.figure import Figure
 from drake_tracker.core.atomic_file import replacing
 from drake_tracker.tasks.style import FILTERED, PLOT_STYLE, PREDICTED, SEEN, SOFT_INK
 from drake_tracker.tracking.table import HORIZON
+from drake_tracker.vision.image_track import TrackState
 
+TROUBLE = "#c2410c"
+"""Colour of the marks."""
+LONGEST_TITLE = 110
+"""Characters of a title that fit."""
 FROM_ABOVE = {"camera_left": ("x", "z"), "board": ("x", "y")}
 """Axes of the view from above, by what the world frame W is: y points down in a camera frame."""
 
@@ -24,6 +30,7 @@ def draw_track_picture(
     world: str = "board",
     title: str = "",
     period: float = 1.0 / 60.0,
+    marks: Mapping[str, Sequence[float]] | None = None,
 ) -> None:
     """Draws a track as a picture of 2400 x 1350 px.
 
@@ -33,6 +40,7 @@ def draw_track_picture(
         world: key of `FROM_ABOVE`.
         title: line of text.
         period: period of the images [s]; lines are interrupted where images are missing.
+        marks: for each kind of trouble the stamps of its images [s], drawn as a strip below the lines.
     """
     spatial = "x" in data
     axes = ("x", "y", "z") if spatial else ("u", "v")
@@ -57,7 +65,8 @@ def draw_track_picture(
             row.set_ylabel(f"{name}  [{unit}]")
         rows[0].set_title("Over time")
         rows[-1].set_xlabel("time  [s]")
-        figure.text(0.06, 0.945, title, fontsize=17, weight="bold", va="center")
+        figure.text(0.06, 0.945, _shortened(title), fontsize=17, weight="bold", va="center", parse_math=False)
+        _draw_marks(rows[-1], data, marks or {})
         names = [("measured", SEEN)]
         if spatial:
             names += [("filtered", FILTERED), (f"predicted {HORIZON:g} s earlier", PREDICTED)]
@@ -67,8 +76,24 @@ def draw_track_picture(
             x = text.get_window_extent(canvas.get_renderer()).x1 / figure.bbox.width + 0.02
         count, valid = len(data["valid"]), int(data["valid"].sum())
         figure.text(x, 0.9, f"{valid} of {count} images with a result", color=SOFT_INK, fontsize=12, va="center")
-        with replacing(path) as beside:
+        with replacing(path) as beside, warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Glyph .* missing")  # in the name of a source
             figure.savefig(beside, dpi=150)
+
+
+def _shortened(title: str) -> str:
+    """Returns a title that fits into the picture."""
+    return title if len(title) <= LONGEST_TITLE else f"{title[: LONGEST_TITLE // 2]}…{title[-LONGEST_TITLE // 2 :]}"
+
+
+def _draw_marks(ax: Axes, data: Mapping[str, np.ndarray], marks: Mapping[str, Sequence[float]]) -> None:
+    """Draws a strip for each kind of trouble that there was, and for hidden objects, below the lines."""
+    hidden = data["stamp"][data["state"] == TrackState.HIDDEN] if "state" in data else np.zeros(0)
+    strips = [(kind, stamps) for kind, stamps in {**marks, "hidden": hidden}.items() if len(stamps)]
+    for number, (kind, stamps) in enumerate(strips):
+        height = 0.03 + 0.07 * number
+        ax.plot(stamps, np.full(len(stamps), height), "|", color=TROUBLE, ms=6, transform=ax.get_xaxis_transform())
+        ax.text(1.0, height, f" {kind}", color=TROUBLE, fontsize=9, va="center", transform=ax.transAxes)
 
 
 def _draw_lines(ax: Axes, data: Mapping[str, np.ndarray], across: str, up: str, period: float) -> None:

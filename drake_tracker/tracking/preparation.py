@@ -9,7 +9,6 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.diagrams.parts import estimator_of
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.footage.footage import Footage
@@ -19,6 +18,7 @@ from drake_tracker.scenarios.base import Custom
 from drake_tracker.scenarios.option import read_option
 from drake_tracker.tracking.choice import check_choice, read_pixel, read_window
 from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
+from drake_tracker.tracking.scale import is_scaled, own_estimator, usual_gap
 from drake_tracker.vision.calibration_file import load_pose
 from drake_tracker.vision.camera_files import OWN, load_cameras
 from drake_tracker.vision.camera_model import CameraModel
@@ -76,7 +76,7 @@ def prepare_track(
     duration: float | None = None,
     detector: str = "NormalFlow {}",
     estimator: str = "CoordinatedTurn {}",
-    max_gap: float = MAX_GAP,
+    max_gap: float | None = None,
     roi: Sequence[str] = (),
     follow: Sequence[str] = (),
     objects: int = 1,
@@ -94,8 +94,8 @@ def prepare_track(
         offset: time by which the second recording began later [s], see `align`.
         duration: longest time to use [s].
         detector: tag of `DETECTOR_SETTINGS` with settings, see `read_option`.
-        estimator: tag of `ESTIMATOR_SETTINGS` with settings, see `read_option`.
-        max_gap: largest gap between the two rays of one point [m].
+        estimator: tag of `ESTIMATOR_SETTINGS` with settings, see `read_option` and `own_estimator`.
+        max_gap: largest gap between the two rays of one point [m]; None: see `usual_gap`.
         roi: for each camera, the part of the image in which motion counts, see `read_window`; or empty.
         follow: for each camera, "U,V", the pixel of the object to follow in the first image; or empty.
         objects: largest number of objects to track; more than one only with a single camera without calibration.
@@ -130,14 +130,17 @@ def prepare_track(
                 objects,
                 read_pixel(follow[k], each.size) if follow else None,
                 read_window(roi[k], each.size) if roi else None,
+                period=timeline.period,
             )
             for k, each in enumerate(footage)
         ]
+        if max_gap is None:
+            max_gap = usual_gap(cameras) if len(cameras) == 2 else MAX_GAP
         diagram = OwnCamerasDiagram(
             timeline,
             detectors,
             cameras,
-            estimator_of(estimator_settings, "--estimator", period=timeline.period) if cameras else None,
+            own_estimator(estimator_settings, timeline.period) if cameras else None,
             plane=surface,
             max_gap=max_gap,
             trackers=trackers if detector_settings.centroid == "hull" else (),
@@ -156,7 +159,10 @@ def prepare_track(
         "objects": objects,
         "max_gap": max_gap,
         "detector": {"kind": type(detector_settings).__name__} | asdict(detector_settings),
-        "estimator": {"kind": type(estimator_settings).__name__} | asdict(estimator_settings) if cameras else None,
+        "estimator": {"kind": type(estimator_settings).__name__, "scaled_to_data": is_scaled(estimator_settings)}
+        | asdict(estimator_settings)
+        if cameras
+        else None,
     }
     world = None
     if cameras:

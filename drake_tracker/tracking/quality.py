@@ -5,6 +5,9 @@ from typing import Any
 
 from drake_tracker.vision.image_tracker import ImageObjects
 
+MARKS = ("camera moves", "large rival", "other object", "leap")
+"""Kinds of trouble, in the order of the counts of `TrackQuality`."""
+
 
 class TrackQuality:
     """Counts, image by image, what makes a track doubtful.
@@ -14,19 +17,32 @@ class TrackQuality:
         moved: number of those in which a camera itself moved.
         rivals: number of those in which another object was as large as the one followed.
         switches: number of times another object took the place of one that was lost, in all cameras.
+        leaps: number of times an object was found again farther away than it can have moved.
+        marks: stamps of the images with each kind of trouble [s].
     """
 
     def __init__(self) -> None:
-        self.images = self.moved = self.rivals = self.switches = 0
+        self.images = self.moved = self.rivals = self.switches = self.leaps = 0
+        self.marks: dict[str, list[float]] = {kind: [] for kind in MARKS}
 
-    def add(self, objects: Sequence[ImageObjects | None]) -> None:
-        """Counts an image, given the objects in the view of each camera."""
+    def add(self, stamp: float, objects: Sequence[ImageObjects | None]) -> None:
+        """Counts an image.
+
+        Args:
+            stamp: of the image [s].
+            objects: in the view of each camera.
+        """
+        counts = (self.moved, self.rivals, self.switches, self.leaps)
         known = [each for each in objects if each is not None]
         self.images += 1
         self.moved += any(each.displacement > 0.0 for each in known)
         self.rivals += any(each.rivals > 0 for each in known)
         if known:
             self.switches = max(self.switches, sum(each.switches for each in known))
+            self.leaps = max(self.leaps, sum(each.leaps for each in known))
+        for kind, before, now in zip(MARKS, counts, (self.moved, self.rivals, self.switches, self.leaps)):
+            if now > before:
+                self.marks[kind].append(stamp)
 
     def summary(self) -> dict[str, Any]:
         """Returns the counts for the summary."""
@@ -34,6 +50,7 @@ class TrackQuality:
             "images_with_camera_motion": self.moved,
             "images_with_rivals": self.rivals,
             "object_changes": self.switches,
+            "leaps": self.leaps,
         }
 
 
@@ -52,6 +69,8 @@ def doubts(summary: dict[str, Any]) -> str | None:
         )
     if summary.get("object_changes"):
         parts.append(f"the track changed to another object {summary['object_changes']} times (column id)")
+    if summary.get("leaps"):
+        parts.append(f"the object leapt {summary['leaps']} times")
     hidden = summary.get("states", {}).get("hidden", 0)
     if hidden:
         parts.append(f"an object was hidden in {hidden} rows")

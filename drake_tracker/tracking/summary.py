@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_tracker.footage.timeline import Timeline
 from drake_tracker.tasks.results import git_commit, package_versions, tidy
+from drake_tracker.tracking.filtered import count_filtered
 from drake_tracker.tracking.table import HORIZON
 from drake_tracker.vision.image_track import TrackState
 
@@ -27,6 +28,7 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
     - ``extent_m`` or ``extent_px``: size of the bounding box of the track.
     - ``seen``: number of images in which every camera saw motion.
     - ``median_speed_m_s``: median speed of the filtered point.
+    - ``filtered``: how many points were filtered, and why the others were not, see `count_filtered`.
 
     Args:
         data: columns of the track, see `TrackTable.data`.
@@ -61,6 +63,7 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
         "seen": seen,
         "gap_rms_m": float(np.sqrt(np.mean(gap**2))) if len(gap) else None,
         "median_speed_m_s": float(np.nanmedian(speeds)) if np.isfinite(speeds).any() else None,
+        "filtered": count_filtered(data),
         "prediction_rms_m": _prediction_rms(data, path, valid, period),
         "prediction_horizon_s": HORIZON,
     }

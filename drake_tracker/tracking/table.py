@@ -142,8 +142,8 @@ def _others(stamp: float, objects: Sequence[ImageObjects | None]) -> list[list[f
         track = objects[0].target(place) if objects[0] is not None else None
         if track is not None:
             seen = track.seen >= track.stamp
-            u, v = track.mean[:2].tolist() if seen else (np.nan, np.nan)
-            count = float(round(track.pixel_count)) if seen else 0.0
+            u, v = track.place.tolist() if seen else (np.nan, np.nan)
+            count = float(track.moving) if seen else 0.0
             rows.append([stamp, u, v, count, float(seen), float(track.number), float(track.state)])
     return rows
 

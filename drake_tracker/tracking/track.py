@@ -102,7 +102,9 @@ def _make_track(
         with _Collected(errors, out):
             names = " and ".join(each.name for each in track.footage)
             world = track.world or "board"
-            draw_track_picture(data, out / "track.png", world=world, title=names, period=timeline.period)
+            draw_track_picture(
+                data, out / "track.png", world=world, title=names, period=timeline.period, marks=quality.marks
+            )
     if errors:
         raise errors[0]
     return summary
@@ -172,7 +174,7 @@ def _run(
         objects = [None if energy is None else energy.objects for energy in before]
         before = energies
         if table.add(centroids, point, filtered, packet, objects):
-            quality.add(objects)
+            quality.add(table.rows[-1][0], objects)
         if video is not None:
             images = [(read(f"camera_{side}").data, frame) for side, frame in zip(diagram.sides, frames)]
             video.add(images, energies, centroids, point, packet)

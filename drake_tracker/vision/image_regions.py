@@ -29,6 +29,7 @@ class ImageRegion(NamedTuple):
         top: first row [px].
         width: number of columns [px].
         height: number of rows [px].
+        exact: whether it shows the object where it is, without where it was in the image before and will be.
     """
 
     u: float
@@ -38,6 +39,7 @@ class ImageRegion(NamedTuple):
     top: int
     width: int
     height: int
+    exact: bool = False
 
     @property
     def extent(self) -> float:
@@ -64,10 +66,11 @@ def changed_twice(images: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def join_fast(regions: Sequence[ImageRegion], now: Sequence[ImageRegion]) -> list[ImageRegion]:
-    """Returns the regions, largest first, each pair that shows a single fast object replaced by one.
+    """Returns the regions, largest first, with those where fast objects are, in place of where they were and will be.
 
     An object that moves by more than its size between images appears twice in their difference, where it was and where
-    it will be, and not where it is.
+    it will be, and not where it is. Where it turns back, these two places are on the same side of it, and may be one
+    region or cancel each other.
 
     Args:
         regions: of the difference of the images before and after.
@@ -76,8 +79,11 @@ def join_fast(regions: Sequence[ImageRegion], now: Sequence[ImageRegion]) -> lis
     rest = list(regions)
     found = []
     for region in now:
+        if any(each.distance(region.u, region.v) == 0.0 for each in rest):
+            continue
         beside = [each for each in rest if 0.5 < each.extent / region.extent < 2.0]
-        if any(each.distance(region.u, region.v) == 0.0 for each in rest) or len(beside) < 2:
+        found.append(region._replace(exact=True))
+        if len(beside) < 2:
             continue
         places = np.array([each[:2] for each in beside])
         off = np.linalg.norm(0.5 * (places[:, None] + places) - (region.u, region.v), axis=2)
@@ -85,7 +91,6 @@ def join_fast(regions: Sequence[ImageRegion], now: Sequence[ImageRegion]) -> lis
         i, j = np.unravel_index(int(off.argmin()), off.shape)
         if off[i, j] < MIDWAY * region.extent:
             rest = [each for each in rest if each not in (beside[i], beside[j])]
-            found.append(region)
     return sorted(rest + found, key=lambda each: -each.pixel_count)
 
 

@@ -25,14 +25,18 @@ SIZE_CHANGE = 1.0
 LIKE = 3.0
 """A region of this many times the size of an object, or of this fraction, does not show it alone."""
 STEADY = 0.25
-"""Share of its displacement by which an object may be beside the place where it is expected, for its patch to be taken.
-While it stops or turns back, its moving edges do not enclose it evenly."""
+"""Share of its displacement by which an object may be beside the place where it is expected, for its patch to be taken,
+see `with_region`."""
+LARGEST_MARGIN = 0.4
+"""Largest share of a region on each side that shows where its object was and will be."""
 SLOW = 0.25
 """Speed below which an object may stand, in sizes per second."""
 LARGEST_PATCH = 96
 """Longer side above which a patch is used at lower resolution [px]."""
 SAME = 0.7
 """Least correlation of a patch with what the image shows, for the object to be there."""
+SURE = 0.8
+"""The same among other objects, or where something moves."""
 
 
 class TrackState(IntEnum):
@@ -62,6 +66,9 @@ class ImageTrack(FrozenState):
         patch: grey uint8, the object when it was last seen alone.
         centre: place of the object's centroid in the patch (u, v) [px], shape (2,).
         unlike: number of newest images in which its region was too large or too small.
+        since: stamp of the image in which it was seen first [s].
+        place: u, v where it was seen last [px], shape (2,).
+        moving: number of moving pixels when it was seen last, 0 if it was found by its patch.
     """
 
     number: int
@@ -76,7 +83,10 @@ class ImageTrack(FrozenState):
     state: TrackState
     patch: np.ndarray
     centre: np.ndarray
+    place: np.ndarray
+    moving: int = 0
     unlike: int = 0
+    since: float = 0.0
 
     @property
     def size(self) -> float:
@@ -97,6 +107,21 @@ class ImageTrack(FrozenState):
     def std(self) -> float:
         """Standard deviation of the position [px]."""
         return float(np.sqrt(max(self.covariance[0, 0], self.covariance[1, 1])))
+
+    def alone(self, region: ImageRegion, reach: float) -> ImageRegion:
+        """Returns the part of a region where the object is, without where it was and will be.
+
+        Args:
+            region: of the object.
+            reach: time from the image to the others with which it was compared [s].
+        """
+        if region.exact or self.hits < 3:
+            return region
+        sizes = np.array([region.width, region.height])
+        margin = np.minimum(np.abs(self.mean[2:]) * reach, LARGEST_MARGIN * sizes).astype(int)
+        left, top = (int(value) for value in (region.left, region.top) + margin)
+        width, height = (int(value) for value in sizes - 2 * margin)
+        return region._replace(left=left, top=top, width=width, height=height)
 
     def is_like(self, region: ImageRegion) -> bool:
         """Returns whether a region has about the size of the object."""
@@ -128,6 +153,9 @@ def start_track(number: int, stamp: float, region: ImageRegion, image: np.ndarra
         state=TrackState.MOVING,
         patch=patch,
         centre=centre,
+        place=read_only(np.array([region.u, region.v])),
+        moving=region.pixel_count,
+        since=stamp,
     )
 
 
@@ -165,25 +193,43 @@ def measure(track: ImageTrack, u: float, v: float, extra: float = 0.0) -> ImageT
     K = np.linalg.solve(S, P[:2]).T
     mean = track.mean + K @ innovation
     P = P - K @ P[:2]
-    covariance = 0.5 * (P + P.T)
-    return replace(track, mean=read_only(mean), covariance=read_only(covariance), hits=track.hits + 1, seen=track.stamp)
+    return replace(
+        track,
+        mean=read_only(mean),
+        covariance=read_only(0.5 * (P + P.T)),
+        hits=track.hits + 1,
+        seen=track.stamp,
+        place=read_only(np.array([u, v])),
+        moving=0,
+    )
 
 
 def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra: float = 0.0) -> ImageTrack:
     """Returns a predicted track after the region that shows its object alone.
 
+    While an object stops or turns back, its moving edges do not enclose it evenly: where its patch is found, that place
+    counts.
+
     Args:
         track: predicted for the time of the image.
-        region: of the object.
+        region: of the object, see `ImageTrack.alone`.
         image: grey uint8 (h, w).
         extra: see `measure`.
     """
     surprise = float(np.hypot(region.u - track.mean[0], region.v - track.mean[1]))
     steady = surprise <= max(1.0, STEADY * track.speed * (track.stamp - track.seen))
-    patch, centre = cut_patch(image, region) if steady or track.hits < 3 else (track.patch, track.centre)
+    u, v = region.u, region.v
+    if steady or track.hits < 3:
+        patch, centre = cut_patch(image, region)
+    else:
+        patch, centre = track.patch, track.centre
+        found_u, found_v, score = find_patch(track, image, surprise + 0.5 * track.size)
+        if score >= SURE:
+            u, v = found_u, found_v
     w = max(SIZE_WEIGHT, 1.0 / (track.hits + 1))
     return replace(
-        measure(track, region.u, region.v, extra),
+        measure(track, u, v, extra),
+        moving=region.pixel_count,
         width=track.width + w * (region.width - track.width),
         height=track.height + w * (region.height - track.height),
         pixel_count=track.pixel_count + w * (region.pixel_count - track.pixel_count),

@@ -12,9 +12,11 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.image_regions import ImageRegion, changed_twice, find_regions, join_fast
 from drake_tracker.vision.image_track import (
     SAME,
+    SURE,
     ImageTrack,
     TrackState,
     find_patch,
@@ -38,12 +40,12 @@ CLOSE_SHARE = 0.05
 """Farthest distance of the object from the pixel that was given, as a share of the image's diagonal."""
 RIVAL_SHARE = 0.5
 """A moving object of this share of the size of the one followed is a rival."""
-SURE = 0.8
-"""Correlation from which on a patch shows its object even among others, or where something moves."""
 MERGED_REACH = 0.3
 """Among other objects, an object's patch is looked for within this share of its size."""
 STOOD = 0.25
 """An object that stood has not moved on while it is within this share of its size."""
+KNOWN = 2.0
+"""A region belongs to a confirmed object rather than to one that may be none; other costs are of the order of 1."""
 _FORBIDDEN = 1e6
 
 
@@ -60,6 +62,8 @@ class ImageObjects(FrozenState):
         rivals: number of other objects that are as large as the first target, or close to it.
         switches: number of times that a place in ``targets`` was given to another object.
         lost: last known track of each target that is lost, None where none is.
+        leaps: number of times that a target was found again farther away than it can have moved.
+        leapt: stamp of the last image in which that happened [s].
     """
 
     tracks: tuple[ImageTrack, ...] = ()
@@ -70,6 +74,8 @@ class ImageObjects(FrozenState):
     rivals: int = 0
     switches: int = 0
     lost: tuple[ImageTrack | None, ...] = ()
+    leaps: int = 0
+    leapt: float = -np.inf
 
     def target(self, place: int = 0) -> ImageTrack | None:
         """Returns the track of one of the targets, or None."""
@@ -84,12 +90,18 @@ class ImageTracker:
         objects: number of objects to report.
         follow: pixel (u, v) of the first object in the first image; None follows the largest.
         window: uint8 (h, w), 0 where motion is ignored; None uses the whole image.
+        period: of the images [s].
     """
 
     def __init__(
-        self, objects: int = 1, follow: tuple[float, float] | None = None, window: np.ndarray | None = None
+        self,
+        objects: int = 1,
+        follow: tuple[float, float] | None = None,
+        window: np.ndarray | None = None,
+        *,
+        period: float = VISION_PERIOD,
     ) -> None:
-        self.objects, self.follow, self.window = objects, follow, window
+        self.objects, self.follow, self.window, self.period = objects, follow, window, period
 
     def start(self) -> ImageObjects:
         """Returns the state before the first image."""
@@ -111,11 +123,12 @@ class ImageTracker:
         mask = self._within(detector.mask(*images), displacement)
         settings = getattr(detector, "parameters", None) or detector.settings
         regions = find_regions(mask, settings.join_distance, settings.min_pixels)
-        if len(images) == 3 and len(regions) > 1:
+        if len(images) == 3:
             twice = self._within(changed_twice([_grey(image) for image in images]), displacement)
             regions = join_fast(regions, find_regions(twice, settings.join_distance, settings.min_pixels))
         tracks = [predict_track(track, stamp) for track in objects.tracks]
-        tracks, free = self._match(tracks, regions, middle, objects, displacement)
+        reach = 0.5 * (len(images) - 1) * detector.stride * self.period
+        tracks, free = self._match(tracks, regions, middle, objects, displacement, reach)
         number = objects.next_number
         for region in free:
             tracks.append(start_track(number, stamp, region, middle))
@@ -161,6 +174,7 @@ class ImageTracker:
         image: np.ndarray,
         objects: ImageObjects,
         displacement: float,
+        reach: float,
     ) -> tuple[list[ImageTrack], list[ImageRegion]]:
         """Returns (tracks after the regions of an image, regions that belong to none of them)."""
         before = {track.number: track for track in objects.tracks}
@@ -173,10 +187,11 @@ class ImageTracker:
         for i, track in enumerate(tracks):
             for j, region in enumerate(regions):
                 distance = np.hypot(region.u - track.mean[0], region.v - track.mean[1])
+                region = track.alone(region, reach)
                 alike = track.is_like(region) or track.hits < CONFIRM_AFTER
                 if distance < gates[i] and (alike or track.unlike >= UNLIKE_IMAGES):
                     ratio = abs(np.log(region.width * region.height / (track.width * track.height)))
-                    cost[i, j] = distance / gates[i] + 0.3 * ratio - (0.5 if track.hits >= CONFIRM_AFTER else 0.0)
+                    cost[i, j] = distance / gates[i] + 0.3 * ratio - (KNOWN if track.hits >= CONFIRM_AFTER else 0.0)
         pairs = {}
         if cost.size:
             rows, columns = linear_sum_assignment(cost)
@@ -192,7 +207,7 @@ class ImageTracker:
         for i, track in enumerate(tracks):
             own = pairs.get(i, -1)
             if own >= 0 and own not in merged and not _left_its_place(track, regions[own], image):
-                after.append(with_region(track, regions[own], image, 0.5 * displacement))
+                after.append(with_region(track, track.alone(regions[own], reach), image, 0.5 * displacement))
                 continue
             inside = any(i in some for some in members.values())
             after.append(_without_region(track, image, gates[i], inside))
@@ -211,7 +226,16 @@ class ImageTracker:
         """Returns the objects with their targets."""
         tracks = {track.number: track for track in objects.tracks}
         targets, lost, switches = list(objects.targets), list(objects.lost), objects.switches
+        leaps, leapt = objects.leaps, objects.leapt
         for place, number in enumerate(targets):
+            if number in tracks and tracks[number].state == TrackState.HIDDEN:
+                free = [track for track in tracks.values() if track.number not in targets]
+                found = _found_again(tracks[number], free, 2.5 * self.period)
+                if found is not None:
+                    leap = _is_leap(tracks[number], found)
+                    leaps, leapt = (leaps + 1, stamp) if leap else (leaps, leapt)
+                    del tracks[found.number]
+                    tracks[number] = replace(found, number=number, since=tracks[number].since)
             if number in tracks:
                 lost[place] = tracks[number]
                 continue
@@ -243,6 +267,8 @@ class ImageTracker:
             lost=tuple(lost),
             switches=switches,
             rivals=rivals,
+            leaps=leaps,
+            leapt=leapt,
         )
 
     def _candidate(
@@ -266,17 +292,7 @@ class ImageTracker:
         track = objects.target()
         if track is None or track.seen < track.stamp:
             return None
-        region = next((each for each in regions if _is_of(track, each)), None)
-        if region is not None and track.state == TrackState.MOVING:
-            return RegionCentroid(*region[:3])
-        return RegionCentroid(float(track.mean[0]), float(track.mean[1]), 0)
-
-
-def _is_of(track: ImageTrack, region: ImageRegion) -> bool:
-    """Returns whether a track was updated with a region in this image."""
-    return track.patch.shape == (region.height, region.width) and bool(
-        np.allclose(track.centre, (region.u - region.left, region.v - region.top))
-    )
+        return RegionCentroid(float(track.place[0]), float(track.place[1]), track.moving)
 
 
 def _without_region(track: ImageTrack, image: np.ndarray, gate: float, inside: bool) -> ImageTrack:
@@ -308,6 +324,28 @@ def _left_its_place(track: ImageTrack, region: ImageRegion, image: np.ndarray) -
     if not track.slow or track.hits < CONFIRM_AFTER or moved > STOOD * track.size:
         return False
     return find_patch(track, image, STOOD * track.size)[2] < SURE
+
+
+def _found_again(hidden: ImageTrack, free: Sequence[ImageTrack], early: float) -> ImageTrack | None:
+    """Returns the new track that shows a hidden object, which has moved on in another way than expected, or None.
+
+    Args:
+        hidden: its track.
+        free: tracks that are no targets.
+        early: time by which motion may appear at the new place before it ends at the old one [s].
+    """
+    alike = [
+        track
+        for track in free
+        if track.hits >= CONFIRM_AFTER and track.since > hidden.seen - early and _same_object(hidden, track)
+    ]
+    return min(alike, key=lambda track: float(np.hypot(*(track.mean - hidden.mean)[:2])), default=None)
+
+
+def _is_leap(hidden: ImageTrack, found: ImageTrack) -> bool:
+    """Returns whether a hidden object was found again farther away than it can have moved."""
+    reach = 2.0 * (hidden.size + max(hidden.speed, found.speed) * (found.stamp - hidden.seen))
+    return bool(np.hypot(*(found.mean[:2] - hidden.place)) > reach)
 
 
 def _same_object(old: ImageTrack, track: ImageTrack) -> bool:

@@ -1,11 +1,16 @@
+import sqlite3
+import struct
 import sys
 
 import cv2
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from mcap_ros2.writer import Writer
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.footage.ros_image import IMAGE as IMAGE_TYPE
+from drake_tracker.footage.ros_image import read_ros_image
 from drake_tracker.footage.sources import open_footage
 
 HEADER = """std_msgs/Header header
@@ -81,3 +86,120 @@ def test_without_the_packages_it_says_how_to_get_them(bag, monkeypatch):
     monkeypatch.setitem(sys.modules, "mcap.reader", None)
     with pytest.raises(DrakeTrackerError, match=r"pip install 'drake-tracker\[rosbag\]'"):
         open_footage(f"{bag}:/right")
+
+
+def as_database(bag, folder, files=1):
+    """The same messages as rosbag2 stores them in SQLite, split into files."""
+    folder.mkdir()
+    (folder / "metadata.yaml").write_text("rosbag2_bagfile_information: {}\n")
+    with open(bag, "rb") as stream:
+        found = [(schema.name, channel.topic, m) for schema, channel, m in make_reader(stream).iter_messages()]
+    numbers = {topic: k + 1 for k, topic in enumerate(sorted({topic for _, topic, _ in found}))}
+    for part in range(files):
+        base = sqlite3.connect(folder / f"bag_{part + 9}.db3")
+        base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)")
+        base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
+        for kind, topic, _ in {each[1]: each for each in found}.values():
+            base.execute("INSERT INTO topics VALUES (?, ?, ?, 'cdr')", (numbers[topic], topic, kind))
+        for _, topic, message in found[part * len(found) // files : (part + 1) * len(found) // files]:
+            row = (numbers[topic], message.log_time, message.data)
+            base.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)", row)
+        base.commit()
+        base.close()
+    return folder
+
+
+@pytest.mark.parametrize("files", [1, 3])
+@pytest.mark.parametrize("topic", ["/left/image_raw", "/right"])
+def test_a_folder_of_databases_is_the_same_bag(bag, tmp_path, files, topic):
+    folder = as_database(bag, tmp_path / "Aufnahme 1 \u6e2c\u8a66", files)
+    there, here = open_footage(f"{bag}:{topic}"), open_footage(f"{folder}:{topic}")
+    assert (here.size, here.epoch) == (there.size, there.epoch)
+    np.testing.assert_array_equal(here.times, there.times)
+    for (_, one), (_, other) in zip(here.frames(), there.frames(), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert not [path for path in folder.iterdir() if path.suffix not in (".db3", ".yaml")]
+    if files == 1:
+        assert open_footage(f"{folder / 'bag_9.db3'}:{topic}").size == (6, 4)
+
+
+def test_a_broken_database_is_one_line(tmp_path):
+    for content, words in ((b"no bag", "file is not a database"), (b"", "no such table")):
+        (tmp_path / "bag.db3").write_bytes(content)
+        with pytest.raises(DrakeTrackerError, match=f"bag.db3: this bag cannot be read: .*{words}") as caught:
+            open_footage(str(tmp_path / "bag.db3"))
+        assert "\n" not in str(caught.value)
+    with pytest.raises(DrakeTrackerError, match="there is no such file"):
+        open_footage(str(tmp_path / "nowhere.db3"))
+
+
+def message(encoding, data, width=8, height=4, step=None, order="<"):
+    """An Image as a ROS node serializes it."""
+    body = struct.pack(f"{order}iI", 5, 6)
+    for text in (b"cam\0",):
+        body += struct.pack(f"{order}I", len(text)) + text
+    body += struct.pack(f"{order}II", height, width)
+    text = encoding.encode() + b"\0"
+    body += struct.pack(f"{order}I", len(text)) + text + b"\0"  # little-endian pixels
+    body += b"\0" * (-len(body) % 4) + struct.pack(f"{order}I", step or len(data) // height)
+    return (b"\0\1" if order == "<" else b"\0\0") + b"\0\0" + body + struct.pack(f"{order}I", len(data)) + data
+
+
+COLOUR = np.array([200, 90, 40])
+
+
+def encoded(encoding):
+    """An image of 8 x 4 px of one colour, or of its brightness, in an encoding: (bytes, bytes in a row)."""
+    rgb = np.full((4, 8, 3), COLOUR, np.uint8)
+    grey = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
+    if encoding in ("mono16", "16UC1"):
+        return (grey.astype("<u2") << 8).tobytes(), 16
+    if encoding in ("rgb16", "bgr16"):
+        return (rgb[..., :: -1 if encoding == "bgr16" else 1].astype("<u2") << 8).tobytes(), 48
+    yuv = cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV_I420).ravel()
+    y, u, v = yuv[:32].reshape(4, 8), yuv[32], yuv[40]
+    if encoding == "nv21":
+        return y.tobytes() + np.tile([v, u], 8).astype(np.uint8).tobytes(), 8
+    pairs = np.empty((4, 8, 2), np.uint8)
+    luma = 1 if encoding in ("uyvy", "yuv422") else 0
+    pairs[..., luma] = y
+    pairs[:, ::2, 1 - luma], pairs[:, 1::2, 1 - luma] = u, v
+    return pairs.tobytes(), 16
+
+
+@pytest.mark.parametrize(
+    "encoding", ["mono16", "16UC1", "rgb16", "bgr16", "uyvy", "yuv422", "yuyv", "yuv422_yuy2", "nv21"]
+)
+def test_deep_and_yuv_images_have_their_colours(encoding):
+    data, step = encoded(encoding)
+    image = read_ros_image(message(encoding, data, step=step), IMAGE_TYPE, "bag")
+    expected = np.full(3, cv2.cvtColor(np.full((1, 1, 3), COLOUR, np.uint8), cv2.COLOR_RGB2GRAY)[0, 0]) if encoding in ("mono16", "16UC1") else COLOUR
+    assert image.shape == (4, 8, 3) and np.abs(image - expected).max() <= 4
+
+
+def test_byte_order_and_twelve_bits():
+    values = np.arange(32, dtype=np.uint16).reshape(4, 8) * 100
+    image = read_ros_image(message("mono16", values.tobytes(), step=16, order=">"), IMAGE_TYPE, "bag", bits=12)
+    np.testing.assert_array_equal(image[..., 0], values >> 4)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"encoding": "32FC1"}, "encoding 32FC1 is not supported; rgb8"),
+        ({"height": 2**32 - 1, "step": 2**32 - 1}, "damaged: 8 x 4294967295 px"),
+        ({"width": 9}, "damaged: 9 x 4 px"),
+        ({"width": 0}, "damaged: 0 x 4 px"),
+    ],
+)
+def test_an_image_that_contradicts_itself_is_one_line(changed, words):
+    facts = {"encoding": "uyvy", "data": encoded("uyvy")[0], "step": 16} | changed
+    with pytest.raises(DrakeTrackerError, match=words):
+        read_ros_image(message(**facts), IMAGE_TYPE, "bag")
+
+
+def test_a_message_that_is_cut_off_anywhere_is_one_line():
+    whole = message("mono8", bytes(32), step=8)
+    for length in range(len(whole)):
+        with pytest.raises(DrakeTrackerError, match="bag: an image is damaged: a message is cut off|a text of"):
+            read_ros_image(whole[:length], IMAGE_TYPE, "bag")

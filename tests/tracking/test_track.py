@@ -405,3 +405,49 @@ def test_the_ball_covers_enough_pixels():
     camera = CAMERAS["camera_left"]
     depth = (camera.X_CW @ [*on_circle(0.0), 1.0])[2]
     assert 12 < camera.K[0, 0] * 2 * BALL / depth < 35
+
+
+def in_unit(unit):
+    """The cameras with lengths in another unit of so many metres."""
+    scaled = {}
+    for name, camera in CAMERAS.items():
+        X_CW = camera.X_CW.copy()
+        X_CW[:3, 3] /= unit
+        scaled[name] = CameraModel(camera.K, camera.distortion, X_CW, camera.width, camera.height)
+    return scaled
+
+
+def test_a_calibration_in_millimetres_gives_the_same_track_in_millimetres(folder):
+    write_calibration(folder / "mm.yaml", in_unit(0.001))
+    sources = videos(folder)
+    tracks = []
+    for name in ("stereo", "mm"):
+        assert cli.main(["track", *sources, "--calibration", f"{name}.yaml", "--no-overlay", "--out", name]) == 0
+        tracks.append(read_track(folder / name))
+    metres, millimetres = tracks
+    for column in ("x", "gap", "filtered_y", "predicted_x"):
+        np.testing.assert_allclose(1000.0 * metres[column], millimetres[column], atol=0.01)
+    summary = json.loads((folder / "mm" / "summary.json").read_text())
+    assert summary["filtered"] == {"points": 73, "filtered": 65, "start": 8, "after_a_gap": 0, "after_a_jump": 0}
+    assert summary["max_gap"] == pytest.approx(28.0, rel=0.3) and summary["estimator"]["scaled_to_data"] is True
+
+
+def test_points_that_are_not_filtered_are_counted_by_reason(folder, capsys):
+    there = films_with_a_jump()
+    write_video(folder / "left.mkv", there, TIMES[:60])
+    assert track("left.mkv", "--calibration", "stereo.yaml", "--plane", "board", "--no-overlay") == 0
+    counts = json.loads((folder / "out" / "summary.json").read_text())["filtered"]
+    assert counts["start"] == 8 and counts["after_a_jump"] > 3
+    assert f"{counts['filtered']} of {counts['points']}; not filtered: 8 at the start" in capsys.readouterr().out
+
+
+def films_with_a_jump():
+    """The left camera's images of a ball that is suddenly on the other side of its circle."""
+    return film("left", TIMES[:30]) + film("left", TIMES[:30] + 2.0)
+
+
+def test_a_long_name_in_another_script_is_drawn_without_a_warning(folder, capfd):
+    name = f"測試 $x$ {'長' * 60}.mkv"
+    write_video(folder / name, images("left")[:20], TIMES[:20])
+    assert track(name, "--no-overlay") == 0
+    assert "Warning" not in capfd.readouterr().err and (folder / "out" / "track.png").is_file()

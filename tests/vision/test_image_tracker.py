@@ -122,3 +122,28 @@ def test_a_fast_ball_is_found_where_it_is(speed):
     for k, _, centroid in run(pictures, ImageTracker()):
         off.append(np.hypot(centroid.u - (30.0 + speed * k), centroid.v - 150.0) if centroid else np.inf)
     assert np.median(off) < 0.5 and np.mean(np.array(off) > 2.0) < 0.2
+
+
+@pytest.mark.parametrize("speed", [9.0, 23.0, 34.0])
+def test_a_ball_that_is_thrown_back_is_not_lost(speed):
+    """Where it turns back, the images before and after show it on the same side, and their difference shows neither."""
+    background, off = scene(6), []
+    path = 30.0 + 320.0 - np.abs((speed * np.arange(60)) % 640.0 - 320.0)
+    pictures = [disc(background, u, 150.0 + 0.4 * k, 13.0, 230.0) for k, u in enumerate(path)]
+    numbers = set()
+    for k, objects, centroid in run(pictures, ImageTracker(period=PERIOD)):
+        off.append(np.hypot(centroid.u - path[k], centroid.v - 150.0 - 0.4 * k) if centroid else np.inf)
+        numbers.add(objects.targets[0])
+    assert np.median(off) < 0.5 and np.mean(np.array(off[8:]) > 10.0) < 0.03 and numbers - {0} == {1}
+
+
+def test_an_object_that_leaps_keeps_its_number_and_the_leap_is_counted():
+    background = scene(7)
+    pictures = [
+        disc(background, (60.0 if k < 25 else 230.0) + 3.0 * k, 90.0 if k < 25 else 250.0, 15.0, 230.0)
+        for k in range(50)
+    ]
+    *_, (k, objects, centroid) = run(pictures, ImageTracker(period=PERIOD))
+    assert objects.leaps == 1 and objects.switches == 0 and objects.targets == (1,)
+    assert objects.leapt < 33 * PERIOD
+    assert np.hypot(centroid.u - (230.0 + 3.0 * k), centroid.v - 250.0) < 1.0

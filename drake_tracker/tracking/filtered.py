@@ -1,0 +1,48 @@
+"""How many points of a track the estimator filtered, and why not the others."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+LONG_GAP = 1.0
+"""Time without points after which an estimator starts again [s]."""
+
+
+def count_filtered(data: Mapping[str, np.ndarray]) -> dict[str, int]:
+    """Returns the number of points, of filtered ones, and of the others by reason.
+
+    - ``start``: the first points, from which the estimator learns speed and direction.
+    - ``after_a_gap``: the same after a time without points.
+    - ``after_a_jump``: the same after points that do not continue the path.
+
+    Args:
+        data: columns of the track, see `TrackTable.data`.
+    """
+    valid = data["valid"] > 0
+    stamps, filtered = data["stamp"][valid], np.isfinite(data["filtered_x"][valid])
+    counts = {"points": len(stamps), "filtered": int(filtered.sum()), "start": 0, "after_a_gap": 0, "after_a_jump": 0}
+    reason = "start"
+    for k, is_filtered in enumerate(filtered):
+        if k and stamps[k] - stamps[k - 1] > LONG_GAP:
+            reason = "after_a_gap"
+        if is_filtered:
+            reason = "after_a_jump"  # of the next point that is not
+        else:
+            counts[reason] += 1
+    return counts
+
+
+def describe_filtered(counts: Mapping[str, Any]) -> str:
+    """Returns the numbers of `count_filtered` in one line."""
+    reasons = [
+        f"{counts[key]} {words}"
+        for key, words in (
+            ("start", "at the start"),
+            ("after_a_gap", "after a gap"),
+            ("after_a_jump", "after the path jumped"),
+        )
+        if counts[key]
+    ]
+    missing = f"; not filtered: {', '.join(reasons)}" if reasons else ""
+    return f"{counts['filtered']} of {counts['points']}{missing}"
