@@ -67,7 +67,7 @@ def execute(options: Namespace) -> int:
     names = ["camera_left", "camera_right"] if len(options.source) == 2 else [options.camera]
     if options.calibration:
         _check_calibration(options.calibration, names)
-    measured = []
+    measured: list[Measurement] = []
     with ExitStack() as page:
         for spec in options.source:  # one after the other: a busy machine would delay the images of both
             footage = open_footage(spec, options.fps)
