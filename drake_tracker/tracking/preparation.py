@@ -21,6 +21,7 @@ from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagra
 from drake_tracker.tracking.scale import is_scaled, own_estimator, usual_gap
 from drake_tracker.vision.calibration_file import load_pose
 from drake_tracker.vision.camera_files import OWN, load_cameras
+from drake_tracker.vision.camera_latency import load_latencies
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.detectors import DETECTORS, SCENE_DETECTORS, make_detector
@@ -113,10 +114,12 @@ def prepare_track(
         raise DrakeTrackerError("--roi, --follow and --objects need a detector with centroid: hull")
     names = ["camera_left", "camera_right"] if len(sources) == 2 else [camera]
     cameras, form = _load_cameras(files, names) if files else ([], OWN)
+    known = load_latencies(files[0]) if files and form == OWN else {}
+    latencies = [known.get(name, 0.0) for name in names]
     footage: list[Footage] = []
     try:
-        for source in sources:
-            footage.append(open_footage(source, fps))
+        for source, latency in zip(sources, latencies):
+            footage.append(_earlier(open_footage(source, fps), latency))
         where = " and ".join(map(str, files))
         cameras = [_sized(model, each, f"{where}: {name}") for model, name, each in zip(cameras, names, footage)]
         surface = _load_plane(plane, files[0], form, height) if plane and files else None
@@ -153,6 +156,8 @@ def prepare_track(
         "cameras": [{"source": each.name, "width": each.size[0], "height": each.size[1]} for each in footage],
         "frame_rate": 1.0 / timeline.period,
         "calibration": where or None,
+        "latency_s": latencies,
+        "stamp_zero": None if footage[0].counted else footage[0].epoch,
         "plane": plane,
         "roi": list(roi),
         "follow": list(follow),
@@ -168,6 +173,13 @@ def prepare_track(
     if cameras:
         world = "camera_left" if np.array_equal(cameras[0].X_CW, np.eye(4)) else "board"
     return PreparedTrack(footage, timeline, diagram, cameras, detectors[0].stamp_age_cycles, world, facts)
+
+
+def _earlier(footage: Footage, latency: float) -> Footage:
+    """Returns footage whose first image was captured earlier by a latency [s], where its time is known at all."""
+    if footage.epoch is None or footage.counted:
+        return footage
+    return replace(footage, epoch=footage.epoch - latency)
 
 
 def _check_numbers(positive: dict[str, float | None], finite: dict[str, float]) -> None:
