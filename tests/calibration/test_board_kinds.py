@@ -1,5 +1,6 @@
 """Calibration with every kind of board and lens, and photographs of which some or all cannot be used."""
 
+import argparse
 from pathlib import Path
 
 import cv2
@@ -9,8 +10,11 @@ from board_pictures import held, photograph, pose
 
 from drake_tracker import cli
 from drake_tracker.calibration.found_boards import FoundBoards
+from drake_tracker.calibration.photographs import LENSES
 from drake_tracker.calibration.quality import CameraQuality, to_retake
-from drake_tracker.vision.camera_files import load_cameras
+from drake_tracker.commands import calibrate as calibrate_command
+from drake_tracker.vision.board_kinds import BOARDS
+from drake_tracker.vision.camera_files import FORMATS, load_cameras
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.chessboard import Chessboard
 from drake_tracker.vision.circle_grid import AsymmetricCircleGrid, CircleGrid
@@ -104,26 +108,14 @@ def test_exchanged_pairs_are_left_out_and_named(even, capsys):
     assert "(7 pairs)" in said
 
 
-@pytest.mark.parametrize(
-    ("board", "left", "options"),
-    [
-        (CharucoBoard(8, 6, 0.024), PINHOLE, "--kind charuco --board 8x6 --square 0.024"),
-        (
-            CharucoBoard(7, 6, 0.036, 0.028, "5x5"),
-            FISHEYE,
-            "--lens fisheye --kind charuco --board 7x6 --square 0.036 --marker 0.028 --family 5x5",
-        ),
-        (AprilTagGrid(5, 4, 0.033), PINHOLE, "--kind apriltag --board 5x4 --square 0.033"),
-        (AsymmetricCircleGrid(4, 9, 0.014), PINHOLE, "--kind asymmetric_circles --board 4x9 --square 0.014"),
-    ],
-    ids=["charuco", "fisheye", "apriltag", "asymmetric_circles"],
-)
-def test_a_pair_of_cameras(folder, board, left, options):
-    shoot(board, left, BESIDE)
-    assert calibrate(f"left right {options} --baseline 0.061") == 0
+def test_a_pair_of_fisheyes_and_a_board_with_markers(folder):
+    board = CharucoBoard(7, 6, 0.036, 0.028, "5x5")
+    shoot(board, FISHEYE, BESIDE)
+    options = "--kind charuco --board 7x6 --square 0.036 --marker 0.028 --family 5x5"
+    assert calibrate(f"left right {options} --lens fisheye --baseline 0.061") == 0
     cameras, _ = load_cameras(["rig.yaml"])
-    assert cameras["camera_left"].lens == left.lens
-    assert cameras["camera_left"].K[0, 0] == pytest.approx(left.K[0, 0], rel=0.03)
+    assert cameras["camera_left"].lens == "fisheye"
+    assert cameras["camera_left"].K[0, 0] == pytest.approx(FISHEYE.K[0, 0], rel=0.03)
     np.testing.assert_allclose(cameras["camera_right"].X_WC[:3, 3], -BESIDE[:3, :3].T @ BESIDE[:3, 3], atol=0.004)
 
 
@@ -131,9 +123,11 @@ def test_a_pair_of_cameras(folder, board, left, options):
     ("board", "options"),
     [
         (CircleGrid(7, 5, 0.024), "--kind circles --board 7x5 --square 0.024"),
+        (AsymmetricCircleGrid(4, 9, 0.014), "--kind asymmetric_circles --board 4x9 --square 0.014"),
+        (AprilTagGrid(5, 4, 0.033), "--kind apriltag --board 5x4 --square 0.033"),
         (Chessboard(7, 5, 0.024), "--board 7x5 --square 0.024 --lens rational"),
     ],
-    ids=["circles", "rational"],
+    ids=["circles", "asymmetric_circles", "apriltag", "rational"],
 )
 def test_a_single_camera(folder, capsys, board, options):
     shoot(board, PINHOLE)
@@ -218,6 +212,14 @@ def test_unusable_data_is_refused_with_a_reason_in_one_line(even, capfd, spoil, 
     (line,) = capfd.readouterr().err.splitlines()
     assert line.startswith("drake-tracker: ") and message in line
     assert not Path("rig.yaml").exists() and not Path("rig.png").exists()
+
+
+def test_the_options_name_every_kind():
+    parser = argparse.ArgumentParser()
+    calibrate_command.register(parser.add_subparsers())
+    actions = parser._subparsers._group_actions[0].choices["calibrate"]._option_string_actions
+    for option, names in (("--kind", BOARDS), ("--lens", LENSES), ("--format", FORMATS)):
+        assert list(actions[option].choices) == list(names)
 
 
 def test_the_picture_does_not_replace_the_file(even, capfd):
