@@ -9,7 +9,8 @@ def add_board(command: ArgumentParser) -> None:
         "--kind",
         choices=("chessboard", "circles", "asymmetric_circles", "charuco", "apriltag"),
         default="chessboard",
-        help="kind of board",
+        metavar="KIND",
+        help="chessboard, circles, asymmetric_circles, charuco or apriltag",
     )
     command.add_argument(
         "--board",
