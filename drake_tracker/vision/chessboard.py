@@ -8,7 +8,8 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.board import BoardShapes, as_seen_from_the_front, grid_turns
 
-_FINDER_WIDTH = 1024
+_FINDER_WIDTH, _LARGEST_FINDER_WIDTH = 1024, 1800
+"""Width to which a small image is enlarged, and a large one reduced, to find the board in it [px]."""
 _FRONTAL_SQUARE, _LARGEST_FRONTAL_SQUARE = 24, 96
 """Least and greatest side of a square in the frontal picture, in which the corners are refined [px]."""
 _REFINE_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-4)
@@ -100,11 +101,14 @@ def find_corners(image: np.ndarray, board: Chessboard) -> np.ndarray | None:
     they can. The corners are refined in a frontal picture of the board, because the squares of a board that lies flat
     in front of a low camera are so short that an upright window would contain several corners.
     """
-    # The finder needs squares of about 20 px; a small image is enlarged for it.
-    scale = max(1, round(_FINDER_WIDTH / max(image.shape)))
-    enlarged = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
+    # The finder needs squares of about 20 px, for which a small image is enlarged. It is slow in a large one.
+    scale: float = max(1, round(_FINDER_WIDTH / max(image.shape)))
+    if max(image.shape) > _LARGEST_FINDER_WIDTH:
+        scale = _LARGEST_FINDER_WIDTH / max(image.shape)
+    method = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_CUBIC
+    resized = cv2.resize(image, None, fx=scale, fy=scale, interpolation=method)
     found, corners = cv2.findChessboardCorners(
-        enlarged, (board.columns, board.rows), flags=cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
+        resized, (board.columns, board.rows), flags=cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
     )
     if not found:
         return None
