@@ -180,8 +180,9 @@ class BeltParts(Contrast):
     """Finds the parts on a moving belt: what stands out from the empty belt, and has the outline of a part."""
 
     largest_misfit: float = setting(
-        0.05,
-        "difference of silhouette and outline, as a share of the outline, up to which a part is seen",
+        0.03,
+        "mean square of the difference between silhouette and outline up to which a new part is one; a known part may "
+        "have twice as much",
         "",
         (0.01, 1.0),
     )

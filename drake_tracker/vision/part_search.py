@@ -16,7 +16,7 @@ from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.part_silhouette import PartPose, piece_corners
 
-CELL = 0.0025
+CELL = 0.004
 """Side of a cell of the plane [m]."""
 YAW_STEP = math.radians(10.0)
 """Step of the directions that are tried."""
@@ -29,7 +29,7 @@ MOST_PARTS = 5
 OUTSIDE, TAKEN, BESIDE = 1.0, 1.0, 1.5
 """Weights of what counts against a place of a part, relative to what it covers: that it is empty; that another part
 covers it already; and that the region goes on beside it. The last one finds the outermost part first."""
-_BESIDE, _ERASED = np.ones((5, 5), np.uint8), np.ones((3, 3), np.uint8)
+_BESIDE, _ERASED = np.ones((3, 3), np.uint8), np.ones((3, 3), np.uint8)
 
 
 class Candidate(NamedTuple):

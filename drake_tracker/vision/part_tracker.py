@@ -22,7 +22,7 @@ from drake_tracker.vision.part_track import PartTrack
 
 FIRST_STEPS, STEPS = 5, 2
 """Steps of the fit of a part that was just found, and of one that is tracked."""
-SEARCH_PERIOD = 3
+SEARCH_PERIOD = 4
 """Images from one search for new parts to the next."""
 SPEED_GAIN = 0.05
 """Share of the surprise about the displacement of the belt by which its speed is corrected."""
@@ -30,6 +30,8 @@ NEAR = 0.005
 """A part that lies farther from where the belt should have carried it since the last image is not the same [m]."""
 SEEN_SHARE, WHOLE_SHARE = 0.4, 0.5
 """Shares of the outlines that must not be hidden, for a part to be seen and for a new part to be judged."""
+KNOWN = 2.0
+"""Misfit that a known part may have, as a multiple of a new one's."""
 UNCLEAR_SHARE = 0.6
 """Share of the outlines of what is not clear that must stand out from the belt, for it to be there."""
 FULL = 0.85
@@ -168,7 +170,7 @@ class PartTracker:
         fit = fit_part(windows, track.pose, STEPS)
         if fit is None or fit.share < SEEN_SHARE:
             return replace(track, visible=stamp)
-        if fit.misfit <= self.settings.largest_misfit and _distance(fit.pose, track.pose) <= NEAR:
+        if fit.misfit <= KNOWN * self.settings.largest_misfit and _distance(fit.pose, track.pose) <= NEAR:
             return track.found(fit, stamp)
         return replace(track, visible=stamp) if fit.filled >= FULL else track
 

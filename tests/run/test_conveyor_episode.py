@@ -19,7 +19,7 @@ DURATION, SEED = 9.0, 5
 class Episode:
     def __init__(self, out):
         self.out = out
-        self.scenario = load_scenario("conveyor", seed=SEED, duration=DURATION, overrides=["arrivals.rate=20"])
+        self.scenario = load_scenario("conveyor:measured", seed=SEED, duration=DURATION, overrides=["arrivals.rate=20"])
         self.summary = simulate(self.scenario, out=out)
         self.log = load_log(out / "log.npz")
 

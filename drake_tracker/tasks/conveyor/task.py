@@ -144,7 +144,7 @@ class ConveyorTask(Task[ConveyorScenario]):
         return f"seed {scenario.seed}, {scenario.arrivals.rate:g} parts a minute, belt at {belt.speed:g} m/s"
 
     def film(self, scenario: ConveyorScenario, hand_eye: HandEyeDiagram) -> Film:
-        return conveyor_film(scenario, hand_eye, self.subtitle(scenario))
+        return conveyor_film(scenario, hand_eye)
 
     def snapshot(self, scenario: ConveyorScenario) -> Snapshot:
         raise DrakeTrackerError(f"{scenario.name or scenario.task}: the conveyor has no motion detector")
