@@ -113,9 +113,7 @@ class PartSearch:
         """
         column, row, width, height = box.tolist()
         middle = self._low + CELL * np.array([column + 0.5 * width, row + 0.5 * height])
-        templates = [
-            (kind, yaw, self._template(kind, *middle, yaw)) for kind, turns in _TURNS.items() for yaw in turns
-        ]
+        templates = [(kind, yaw, self._template(kind, *middle, yaw)) for kind, turns in _TURNS.items() for yaw in turns]
         margin = max(max(template.shape) for *_, template in templates)
         near = slice(row, row + height + 2 * margin), slice(column, column + width + 2 * margin)
         left = cv2.copyMakeBorder(region, *(margin,) * 4, cv2.BORDER_CONSTANT)[near].astype(np.float32)
@@ -138,7 +136,9 @@ class PartSearch:
                 break
             poses = {}
             for each, (_, yaw, (i, j), shape) in best.items():
-                x, y = self._low + CELL * (np.array([column + i, row + j]) - margin + 0.5 * (np.array(shape.shape)[::-1] - 1))
+                x, y = self._low + CELL * (
+                    np.array([column + i, row + j]) - margin + 0.5 * (np.array(shape.shape)[::-1] - 1)
+                )
                 poses[each] = PartPose(each, float(x), float(y), yaw)
             around = slice(v, v + template.shape[0]), slice(u, u + template.shape[1])
             if not (cut[around] * template).any():

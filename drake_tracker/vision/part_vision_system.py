@@ -92,9 +92,7 @@ class PartVisionSystem(LeafSystem):
         self._images = [
             self.DeclareAbstractInputPort(f"camera_{side}", AbstractValue.Make(ImageRgba8U())) for side in SIDES
         ]
-        self._hidden = [
-            self.DeclareAbstractInputPort(f"hidden_{side}", AbstractValue.Make(object())) for side in SIDES
-        ]
+        self._hidden = [self.DeclareAbstractInputPort(f"hidden_{side}", AbstractValue.Make(object())) for side in SIDES]
         state = self.DeclareAbstractState(AbstractValue.Make(PartVisionMemory()))
         ticket = {self.abstract_state_ticket(state)}
 
@@ -120,9 +118,7 @@ class PartVisionSystem(LeafSystem):
                     tracks.stamp, self._reported(tracks), silhouette, offset
                 ),
             )
-            declare(
-                f"centroid_{side}", Centroid, lambda tracks: np.array([tracks.stamp, 0.0, 0.0, 0.0, 0.0])
-            )
+            declare(f"centroid_{side}", Centroid, lambda tracks: np.array([tracks.stamp, 0.0, 0.0, 0.0, 0.0]))
 
             def calc_motion(context: Context, output: AbstractValue, k: int = k) -> None:
                 output.set_value(self._motion(context, k))
