@@ -30,9 +30,6 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP, VISION_PERIOD, servo_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
-from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
-from drake_tracker.estimation.estimator_system import EstimatorSystem
-from drake_tracker.link.link_system import LinkSystem
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.episode import Log, PhaseSpan, phase_spans
 from drake_tracker.tasks.filming import Closeup, Film, Snapshot, View

@@ -112,8 +112,8 @@ class PartSearch:
             least: smallest area that shows a part [m^2].
         """
         column, row, width, height = box.tolist()
-        middle = self._low + CELL * np.array([column + 0.5 * width, row + 0.5 * height])
-        templates = [(kind, yaw, self._template(kind, *middle, yaw)) for kind, turns in _TURNS.items() for yaw in turns]
+        x, y = (self._low + CELL * np.array([column + 0.5 * width, row + 0.5 * height])).tolist()
+        templates = [(kind, yaw, self._template(kind, x, y, yaw)) for kind, turns in _TURNS.items() for yaw in turns]
         margin = max(max(template.shape) for *_, template in templates)
         near = slice(row, row + height + 2 * margin), slice(column, column + width + 2 * margin)
         left = cv2.copyMakeBorder(region, *(margin,) * 4, cv2.BORDER_CONSTANT)[near].astype(np.float32)
@@ -136,10 +136,10 @@ class PartSearch:
                 break
             poses = {}
             for each, (_, yaw, (i, j), shape) in best.items():
-                x, y = self._low + CELL * (
+                place = self._low + CELL * (
                     np.array([column + i, row + j]) - margin + 0.5 * (np.array(shape.shape)[::-1] - 1)
                 )
-                poses[each] = PartPose(each, float(x), float(y), yaw)
+                poses[each] = PartPose(each, float(place[0]), float(place[1]), yaw)
             around = slice(v, v + template.shape[0]), slice(u, u + template.shape[1])
             if not (cut[around] * template).any():
                 found.append(Candidate(poses, kind))
@@ -148,7 +148,7 @@ class PartSearch:
         return found
 
     def _template(self, kind: PartKind, x: float, y: float, yaw: float) -> np.ndarray:
-        """Returns the region that a part at a place would make, float32 of odd size, with the origin of P in its middle."""
+        """Returns the region that a part at a place would make, float32 of odd size, its origin of P in the middle."""
         c, s = math.cos(yaw), math.sin(yaw)
         half = math.ceil((PART_SHAPES[kind].radius + 2.0 * PLANE) / CELL)
         common = None

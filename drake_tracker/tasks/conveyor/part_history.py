@@ -2,17 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, PART_SLOTS, packet_target
 from drake_tracker.core.part_kinds import PART_SHAPES
+from drake_tracker.core.part_outline import placed_outline
 from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.episode import Log
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.part_fates import PartFate
-from drake_tracker.core.part_outline import placed_outline
 from drake_tracker.world.tray import cell_centres
 
 PICKING = (PickPhase.INTERCEPT, PickPhase.CLOSE, PickPhase.LIFT)
@@ -86,7 +87,7 @@ def part_histories(scenario: ConveyorScenario, arrivals: Sequence[Arrival], log:
     if len(fates.times) == 0:
         return ()
     tracks = tracks_of(log, len(arrivals))
-    ordered = {int(number): row for number, row in zip(log["order"]["number"], log["order"].data)}
+    ordered: dict[int, Any] = dict(zip(log["order"]["number"].astype(int).tolist(), log["order"].data))
     attempted, roomy = _attempted(log), _with_room(scenario, log)
     order_fields = log["order"].names
     histories = []
@@ -94,7 +95,8 @@ def part_histories(scenario: ConveyorScenario, arrivals: Sequence[Arrival], log:
         numbers = tracks[k]
         fate = fates[f"fate_{k}"].astype(int)
         orders = [ordered[number] for number in numbers if number in ordered]
-        order = dict(zip(order_fields, max(orders, key=lambda row: row[0]))) if orders else None
+        newest = max(orders, key=lambda row: row[0]) if orders else None
+        order = None if newest is None else dict(zip(order_fields, newest))
         placement = None
         if fate[-1] == PartFate.PLACED and order is not None:
             pose = states.view(*(f"{field}_{k}" for field in ("x", "y", "qw", "qx", "qy", "qz")))[-1]

@@ -33,14 +33,15 @@ from drake_tracker.tasks.conveyor.diagram import (
     make_conveyor_diagram,
 )
 from drake_tracker.tasks.conveyor.filming import CONVEYOR_VIEW, PREDICTING, conveyor_film
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured, Rendered
 from drake_tracker.tasks.conveyor.replaying import PickFreeMotion, with_target
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured, Rendered
 from drake_tracker.tasks.conveyor.strips import CONVEYOR_STRIPS
 from drake_tracker.tasks.conveyor.summary import summarise_conveyor
 from drake_tracker.tasks.conveyor.vision_parts import HIGHEST, image_vision, rendered_windows, seen_belt
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.filming import Film, Snapshot, View
 from drake_tracker.tasks.task import BODY_STATE, MOTION_PICTURE, CalibrationPlace, ReplayParts, Task
+from drake_tracker.vision.part_vision_diagram import PartVisionDiagram
 
 _REPORTS, _ARM = ("diagnosis", "status"), ("arm_state", "jaws")
 """Signals of the arm that the host reads, and those that vision reads."""
@@ -203,8 +204,10 @@ class ConveyorTask(Task[ConveyorScenario]):
         return super().signal_offset(name, time_step)
 
     def rebuild(self, scenario: ConveyorScenario, recorded: ConveyorScenario, start: str, folder: Path) -> ReplayParts:
-        vision, images = None, {}
+        vision: PartVisionDiagram | None = None
+        images: dict[str, tuple[int, int]] = {}
         if start == "images":
+            assert isinstance(scenario.vision, Rendered)  # `replay_sources` refuses others
             windows = rendered_windows(recorded)
             vision = image_vision(scenario, scenario.vision, windows)
             images = {f"camera_{side}": window[2:] for side, window in windows.items()}
