@@ -47,7 +47,8 @@ class PartHistory:
     """What became of one part. Times are None for what did not happen.
 
     Attributes:
-        number: of the part, from 1, in the order of arrival; with measured vision also that of its track.
+        number: of the part, from 1, in the order of arrival.
+        tracks: numbers under which vision reported it, see `tracks_of`.
         arrival: of the part.
         times: of the samples [s], shape (n,).
         xy: its true place at these times in W [m], shape (n, 2).
@@ -62,6 +63,7 @@ class PartHistory:
     """
 
     number: int
+    tracks: frozenset[int]
     arrival: Arrival
     times: np.ndarray
     xy: np.ndarray
@@ -104,6 +106,7 @@ def part_histories(scenario: ConveyorScenario, arrivals: Sequence[Arrival], log:
         histories.append(
             PartHistory(
                 number=k + 1,
+                tracks=frozenset(numbers),
                 arrival=arrival,
                 times=states.times,
                 xy=states.view(f"x_{k}", f"y_{k}"),
