@@ -8,8 +8,8 @@
 **accuracy**: the clips are drawn (`footage_clips.py`), so that the true centre of every object is known. `track` gets
 the pixel of the object in the first image (beside the larger mover, ``--follow``) or nothing; CSRT, KCF, MIL and median
 flow the true rectangle in the first image; MOG2 nothing: the centroid of its largest contour. Each describes every
-image after the first ten. A place is wrong when it is farther from the truth than half of the object's size, and 10 px. CSRT,
-KCF and median flow are measured where OpenCV has them: in opencv-contrib-python-headless.
+image after the first ten. A place is wrong when it is farther from the truth than half of the object's size, and 10 px.
+CSRT, KCF and median flow are measured where OpenCV has them: in opencv-contrib-python-headless.
 
 **files**: the same clip in other containers and codecs, turned, with dropped images (`footage_files.py`).
 
