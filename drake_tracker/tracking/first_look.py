@@ -82,9 +82,9 @@ def take_a_look(
     background = np.median([each[REACH] for each in sequences], axis=0).astype(np.uint8)
     found = []
     for sequence in sequences:
-        boxes = [_largest(sequence[k], background, window) for k in (0, REACH, REACH + 1, 2 * REACH)]
-        if all(box is not None for box in boxes):
-            found.append((sequence, np.array(boxes, dtype=float)))
+        seen = [_largest(sequence[k], background, window) for k in (0, REACH, REACH + 1, 2 * REACH)]
+        if all(box is not None for box in seen):
+            found.append((sequence, np.array(seen, dtype=float)))
     if len(found) < 3:
         return None
     boxes = np.array([each for _, each in found])

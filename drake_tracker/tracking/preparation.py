@@ -17,6 +17,7 @@ from drake_tracker.scenarios.base import Custom
 from drake_tracker.scenarios.option import read_option
 from drake_tracker.tracking.choice import check_choice, read_pixel, read_window
 from drake_tracker.tracking.detector_choice import can_suit, suited
+from drake_tracker.tracking.first_look import FirstLook
 from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
 from drake_tracker.tracking.scale import is_scaled, own_estimator, usual_gap
 from drake_tracker.vision.calibration_file import load_calibration, load_pose
@@ -116,7 +117,7 @@ def prepare_track(
             _check_plane(cameras[0], surface, str(plane))
         timeline = align(footage, offset=offset, duration=duration)
         windows = [read_window(roi[k], each.size) if roi else None for k, each in enumerate(footage)]
-        looks = []
+        looks: list[FirstLook | None] = []
         if can_suit(detector_settings):
             detector_settings, looks = suited(detector_settings, footage, timeline.period, windows)
         detectors = [make_detector(detector_settings, period=timeline.period) for _ in footage]
