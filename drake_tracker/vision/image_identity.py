@@ -14,6 +14,8 @@ CONFIRM_AFTER = 4
 """Images in which a new object must be seen before it counts."""
 MERGED_REACH = 0.3
 """Among other objects, an object's patch is looked for within this share of its size."""
+FAST = 0.2
+"""Share of its size above which an object's motion between images counts as fast."""
 STOOD = 0.25
 """An object that stood has not moved on while it is within this share of its size."""
 
@@ -84,3 +86,14 @@ def distance_from(track: ImageTrack, point: tuple[float, float]) -> float:
     """Returns the distance of a pixel from the rectangle round an object [px]."""
     aside = np.maximum(np.abs(track.mean[:2] - point) - 0.5 * np.array([track.width, track.height]), 0.0)
     return float(np.hypot(*aside))
+
+
+def may_be_fast(tracks: Sequence[ImageTrack], reach: float) -> bool:
+    """Returns whether an object may move by a good part of its size between images, or is not seen where it was.
+
+    Args:
+        tracks: before the image.
+        reach: time from the image to the others with which it is compared [s].
+    """
+    known = [track for track in tracks if track.hits >= CONFIRM_AFTER]
+    return not known or any(track.seen < track.stamp or track.speed * reach > FAST * track.size for track in known)

@@ -20,16 +20,11 @@ from drake_tracker.vision.image_identity import (
     is_leap,
     is_same_object,
     left_its_place,
+    may_be_fast,
     without_region,
 )
 from drake_tracker.vision.image_regions import ImageRegion, changed_twice, find_regions, join_fast
-from drake_tracker.vision.image_track import (
-    ImageTrack,
-    TrackState,
-    predict_track,
-    start_track,
-    with_region,
-)
+from drake_tracker.vision.image_track import ImageTrack, TrackState, predict_track, start_track, with_region
 from drake_tracker.vision.region_centroid import RegionCentroid
 from drake_tracker.vision.scene_shift import STILL, align_to, clear_border, find_shifts, shift_estimate, suggests_shift
 
@@ -118,15 +113,15 @@ class ImageTracker:
             images: smoothed by it, oldest first.
         """
         middle = _grey(images[len(images) // 2])
-        images, displacement, alert = self._aligned(objects, detector, images)
-        mask = self._within(detector.mask(*images), displacement)
+        images, mask, displacement, alert = self._aligned(objects, detector, images)
+        mask = self._within(mask, displacement)
+        reach = 0.5 * (len(images) - 1) * detector.stride * self.period
         settings = getattr(detector, "parameters", None) or detector.settings
         regions = find_regions(mask, settings.join_distance, settings.min_pixels)
-        if len(images) == 3:
+        if len(images) == 3 and (len(regions) > 1 or may_be_fast(objects.tracks, reach)):
             twice = self._within(changed_twice([_grey(image) for image in images]), displacement)
             regions = join_fast(regions, find_regions(twice, settings.join_distance, settings.min_pixels))
         tracks = [predict_track(track, stamp) for track in objects.tracks]
-        reach = 0.5 * (len(images) - 1) * detector.stride * self.period
         tracks, free = self._match(tracks, regions, middle, objects, displacement, reach)
         number = objects.next_number
         for region in free:
@@ -144,21 +139,21 @@ class ImageTracker:
 
     def _aligned(
         self, objects: ImageObjects, detector: Any, images: Sequence[np.ndarray]
-    ) -> tuple[Sequence[np.ndarray], float, int]:
-        """Returns (the images without motion of the camera, that motion [px], images for which to look for it)."""
-        if not objects.alert:
-            mask = detector.mask(*images)
-            if not suggests_shift(mask) and shift_estimate(images[0], images[-1]) < 2.0 * STILL:
-                return images, 0.0, 0
+    ) -> tuple[Sequence[np.ndarray], np.ndarray, float, int]:
+        """Returns (the images without motion of the camera, the mask of moving pixels, the camera's motion [px], images
+        for which to look for it)."""
+        mask = detector.mask(*images)
+        if not (objects.alert or suggests_shift(mask)) and shift_estimate(images[0], images[-1]) < 2.0 * STILL:
+            return images, mask, 0.0, 0
         middle = len(images) // 2
         shifts = find_shifts(_grey(images[middle]), [_grey(image) for image in (images[0], images[-1])])
         if shifts is None or max(shift.displacement for shift in shifts) < STILL:
-            return images, 0.0, max(objects.alert - 1, 0)
+            return images, mask, 0.0, max(objects.alert - 1, 0)
         aligned = list(images)
         aligned[-1] = align_to(images[-1], shifts[1])
         if len(images) > 2:
             aligned[0] = align_to(images[0], shifts[0])
-        return aligned, max(shift.displacement for shift in shifts), ALERT_IMAGES
+        return aligned, detector.mask(*aligned), max(shift.displacement for shift in shifts), ALERT_IMAGES
 
     def _within(self, mask: np.ndarray, displacement: float) -> np.ndarray:
         """Returns a mask without what lies outside of the window, or at a border that not all images show."""
