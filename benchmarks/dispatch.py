@@ -36,8 +36,9 @@ DURATION, RATE = 120.0, 0.8
 SPEEDS, BUNCHES = (0.10, 0.06), (1, 4)
 """A bunch of one part stands for Poisson arrivals."""
 ROWS = [0.19 + 0.065 * row for row in range(6)]
-CELLS = tuple(Cell(x, side * y) for side in (1, -1) for y in ROWS for x in (0.345, 0.410))
-START, WAIT = Hand(0.60, -0.35, 0.0), (0.60, -0.35)
+CELLS = tuple(Cell(x, y) for y in (*(-row for row in ROWS), *reversed(ROWS)) for x in (0.345, 0.410))
+"""The cells in the order in which the conveyor fills them."""
+START, WAIT = Hand(0.60, -0.30, 0.0), (0.60, -0.30)
 RESAMPLES = 2000
 
 

@@ -51,6 +51,8 @@ from drake_tracker.tasks.train.episode import phase_spans
 RESULTS = common.RESULTS / "eyes_open.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "eyes_open"
 COMMON = ["vision.tracker=!Several {}", "cameras.render_processes=0"]
+SAME_LIFT = "grasp.lift_height=0.18"
+"""Both descents lift as high as `train` does: high enough for a train that hangs from its end."""
 DESCENTS = ("blind", "guided")
 EVENTS = {
     "half the speed": "!ChangeSpeed {factor: 0.5, %s}",
@@ -113,8 +115,8 @@ DARK = 2.0
 """Time from the launch for which a camera is dark [s]."""
 STANDING = 0.02
 """Speed [m/s] up to which a train counts as standing when the hand descends."""
-AFTER = 8.0
-"""A run with an event ends this long after the launch [s]."""
+AFTER = 16.0
+"""A run with an event ends this long after the launch [s]: long enough for a second attempt, by either descent."""
 
 
 def launch_time(scenario):
@@ -168,7 +170,7 @@ def speed_at_launch(log, spans):
 def event_job(cell, seed, quick):
     """Returns the line of a run with an event around the launch."""
     name, when, descent, others = EVENT[cell]
-    settings = [*COMMON, "track.speed=0.2", f"grasp.descent={descent}", *others]
+    settings = [*COMMON, "track.speed=0.2", f"grasp.descent={descent}", SAME_LIFT, *others]
     launch = launch_time(load_scenario("train:blind", seed=seed, overrides=settings))
     if launch is None:
         return {"success": False, "failure_reason": "no launch", "along_m": None}

@@ -125,6 +125,7 @@ class ConveyorRun:
 
     def _fill_host(self, data, times, fates):
         order = PickOrder.get_fields()
+        data["parts"][:, 0], data["parts"][:, 1] = times, 1.0
         for row, time in enumerate(times):
             on_belt = [
                 k for k in range(len(self.stories)) if fates[row, k] == PartFate.ON_BELT and self.stories[k].seen
@@ -133,6 +134,7 @@ class ConveyorRun:
             for track, slot, k in zip(tracks, slots, on_belt):
                 story = self.stories[k]
                 track[0] = slot[0] = k + 1
+                track[2:4] = story.arrival.x, self._y(story, time)
                 slot[BELT_FIELDS.index("y")], slot[BELT_FIELDS.index("clear")] = self._y(story, time), story.clear
             ordered = [k for k in on_belt if self.stories[k].ordered]
             if ordered:

@@ -24,7 +24,7 @@ SUBSYSTEMS = (
 )
 TASKS = ("scenarios", "diagrams", "tasks")
 APPLICATIONS = (
-    *("run", "replay", "live", "report", "campaign", "calibration", "tracking", "figures", "commands"),
+    *("run", "replay", "live", "report", "campaign", "calibration", "latency", "tracking", "figures", "commands"),
     *("cli", "__main__", "__init__"),
 )
 CONTROLLER = ("vision", "estimation", "dispatch", "link", "arm", "grasp", "network")

@@ -22,6 +22,7 @@ MODULES = (
         "records",
         "fuzz",
         "dispatch",
+        "conveyor",
         "provenance",
     ),
 )

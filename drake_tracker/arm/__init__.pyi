@@ -10,6 +10,7 @@ from .config import PacketGuardConfig as PacketGuardConfig
 from .config import Puma560 as Puma560
 from .config import ServoConfig as ServoConfig
 from .config import SevenJoint as SevenJoint
+from .config import UR5e as UR5e
 from .description import FINGERS as FINGERS
 from .description import MARKERS as MARKERS
 from .description import PROBE_FRAME as PROBE_FRAME
@@ -17,6 +18,8 @@ from .description import PUMA560 as PUMA560
 from .description import PUMA560_CUP as PUMA560_CUP
 from .description import PUMA560_MARKED as PUMA560_MARKED
 from .description import SEVEN_JOINT as SEVEN_JOINT
+from .description import UR5E as UR5E
+from .description import UR5E_CUP as UR5E_CUP
 from .description import Arm as Arm
 from .description import ArmDescription as ArmDescription
 from .differential_ik import joints_for as joints_for

@@ -91,6 +91,7 @@ class ArmDiagram(Diagram):
         jaw_opening: opening of the jaws at the start [m].
         clearance: distances that the limiter of the joints keeps; None: it keeps none.
         edge: corrects the target by what the cameras see of the hand; None: nothing does.
+        swings: whether the hand goes far about the base, see `ToolMotion`.
 
     Attributes:
         model: as given.
@@ -110,6 +111,7 @@ class ArmDiagram(Diagram):
         jaw_opening: float = 0.0,
         clearance: ArmClearance | None = None,
         edge: VisualEdge | None = None,
+        swings: bool = False,
     ) -> None:
         super().__init__()
         self.set_name("arm")
@@ -134,7 +136,7 @@ class ArmDiagram(Diagram):
         own_goal = decision.HasOutputPort("object")
         controller = add_tool_controller(
             builder,
-            motion=ToolMotion(home, period, model.symmetric_hand, moving=not own_goal),
+            motion=ToolMotion(home, period, model.symmetric_hand, moving=not own_goal, swings=swings),
             model=model,
             q_initial=q_initial,
             target=decision.GetOutputPort("object") if own_goal else target,

@@ -106,6 +106,12 @@ class SevenJoint:
     """An arm with seven joints, with the kinematics of the Robotics Research K-1607. It has a cup."""
 
 
+@dataclass(frozen=True)
+class UR5e:
+    """A modern arm with six joints: kinematics, masses and limits of the Universal Robots UR5e. It has a gripper or a
+    cup."""
+
+
 class Hand(Enum):
     """The hand at the end of an arm; a task needs one of them."""
 

@@ -3,6 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
+import numpy as np
+
 from drake_tracker.arm.config import Hand
 
 FINGERS = ("finger_left", "finger_right")
@@ -133,3 +135,15 @@ SEVEN_JOINT = ArmDescription(
     **CUP,
 )
 """The arm with seven joints with the cup."""
+
+UR5E = replace(
+    PUMA560,
+    arm_url="package://drake_tracker_models/ur5e/ur5e.sdf",
+    servo_inertia=(2.2, 3.2, 1.2, 0.2, 0.15, 0.12),
+    servo_bandwidth=(60.0, 60.0, 60.0, 40.0, 40.0, 40.0),
+    q_start=(0.0, -2.0, -1.8, -0.9, 0.5 * np.pi, 0.5 * np.pi),
+)
+"""An arm like the UR5e with the gripper."""
+
+UR5E_CUP = replace(UR5E, **CUP)
+"""An arm like the UR5e with the cup."""

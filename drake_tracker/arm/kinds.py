@@ -1,7 +1,15 @@
 """The registry of the arms."""
 
-from drake_tracker.arm.config import Hand, Puma560, SevenJoint
-from drake_tracker.arm.description import PUMA560, PUMA560_CUP, PUMA560_MARKED, SEVEN_JOINT, ArmDescription
+from drake_tracker.arm.config import Hand, Puma560, SevenJoint, UR5e
+from drake_tracker.arm.description import (
+    PUMA560,
+    PUMA560_CUP,
+    PUMA560_MARKED,
+    SEVEN_JOINT,
+    UR5E,
+    UR5E_CUP,
+    ArmDescription,
+)
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.kinds import Kinds
 
@@ -18,7 +26,12 @@ def seven_joint(settings: SevenJoint, *, hand: Hand) -> ArmDescription:
     return _with_hand(settings, (SEVEN_JOINT,), hand)
 
 
-ARMS: Kinds[ArmDescription] = Kinds("arm", {Puma560: puma560, SevenJoint: seven_joint})
+def ur5e(settings: UR5e, *, hand: Hand) -> ArmDescription:
+    """Returns the arm like the UR5e with a hand."""
+    return _with_hand(settings, (UR5E, UR5E_CUP), hand)
+
+
+ARMS: Kinds[ArmDescription] = Kinds("arm", {Puma560: puma560, SevenJoint: seven_joint, UR5e: ur5e})
 """Every arm of the package by its settings; the one place where an arm is registered. A maker takes the settings and
 the hand that the task needs."""
 

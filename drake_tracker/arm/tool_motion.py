@@ -1,5 +1,6 @@
 """Straight-line motions of the tool relative to the object, one after the other without a jump of speed."""
 
+import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
@@ -76,12 +77,16 @@ class ToolMotion:
         symmetric: whether half a turn about the approach leaves the hand as it is; otherwise the hand never flips.
         moving: whether the object moves by itself, so that the last step of its reference is its speed. A goal that is
             corrected from time to time does not move.
+        swings: whether a motion goes so far about the base that the arm's first joint turns the hand. Then the branch
+            is the one that is best at the end of the motion, and not at its beginning.
     """
 
-    def __init__(self, home: np.ndarray, period: float, symmetric: bool = True, moving: bool = True) -> None:
+    def __init__(
+        self, home: np.ndarray, period: float, symmetric: bool = True, moving: bool = True, swings: bool = False
+    ) -> None:
         self.home = np.asarray(home, dtype=float)
         self.period = period
-        self.symmetric, self.moving = symmetric, moving
+        self.symmetric, self.moving, self.swings = symmetric, moving, swings
 
     def initial_state(self, p_WT: np.ndarray, yaw: float) -> ToolMotionState:
         """Returns the state of a tool that stands still at p_WT [m] with its x axis at ``yaw`` [rad]."""
@@ -104,7 +109,7 @@ class ToolMotion:
         state = self._follow_reference(state, command, target)
         if command.motion != state.motion or self._jumped(state, command):
             state = self._begin(state, time, command, target, q6)
-        elif self.symmetric and not _flip_locked(command) and not self.flipping(state, time) and must_flip(q6):
+        elif self._may_flip(state, time, command) and must_flip(self._last_joint(state, q6)):
             state = self._flip(state, time, q6, target.yaw_rate)
         duration = max(command.duration, self.period)
         fraction = min((time - state.start) / duration, 1.0)
@@ -163,11 +168,29 @@ class ToolMotion:
 
     def _best_branch(self, state: ToolMotionState, q6: float) -> int:
         if self.symmetric:
-            return best_branch(q6, state.tool[3], state.reference[3])
+            return best_branch(q6 + self._swing(state), state.tool[3], state.reference[3])
         return nearest_whole_turn(state.tool[3], state.reference[3])
 
+    def _may_flip(self, state: ToolMotionState, time: float, command: Any) -> bool:
+        """Returns whether the jaws may begin to flip."""
+        return self.symmetric and not _flip_locked(command) and not self.flipping(state, time)
+
+    def _swing(self, state: ToolMotionState) -> float:
+        """Returns by how much the first joint will turn the last one until the tool is at the reference [rad]."""
+        if not self.swings:
+            return 0.0
+        (x, y), (x_R, y_R) = state.tool[:2], state.reference[:2]
+        return math.remainder(math.atan2(y_R, x_R) - math.atan2(y, x), 2.0 * math.pi)
+
+    def _last_joint(self, state: ToolMotionState, q6: float) -> float:
+        """Returns the angle of the last joint [rad] that decides whether the jaws must flip: now or, where a motion
+        swings the hand about the base at W's origin, at its end."""
+        if not self.swings:
+            return q6
+        return q6 + self._swing(state) + state.tool[3] - state.reference[3] - math.pi * state.branch
+
     def _flip(self, state: ToolMotionState, time: float, q6: float, yaw_rate: float) -> ToolMotionState:
-        branch = best_branch(q6, state.tool[3], state.reference[3])
+        branch = best_branch(q6 + self._swing(state), state.tool[3], state.reference[3])
         if branch == state.branch:
             return state
         duration = flip_duration(branch - state.branch, yaw_rate)

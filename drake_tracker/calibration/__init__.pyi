@@ -1,6 +1,6 @@
+from .described_board import parse_board as parse_board
 from .measure_vision import measure as measure
 from .photographs import calibrate_photographs as calibrate_photographs
-from .photographs import parse_board as parse_board
 from .rendered_boards import CameraCalibration as CameraCalibration
 from .rendered_boards import calibrate as calibrate
 from .rendered_boards import calibrate_cameras as calibrate_cameras

@@ -1,4 +1,4 @@
-"""The chessboard in photographs of one camera or two."""
+"""The board in photographs of one camera or two."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,10 +11,22 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.progress import StepsProgress
 from drake_tracker.footage.image_files import list_images, read_image
-from drake_tracker.vision.chessboard import Chessboard, find_corners
+from drake_tracker.vision.board import Board, enough_points
+from drake_tracker.vision.board_kinds import kind_of
+from drake_tracker.vision.chessboard import Chessboard
 
 LEAST_VIEWS = 5
 """Fewest pairs of photographs, or photographs of a single camera, with a board in them."""
+COUNTS = {
+    "chessboard": "inner corners, where four squares meet",
+    "circles": "the circles of a row, and the rows",
+    "asymmetric_circles": "the circles of a row, and the rows",
+    "charuco": "squares",
+    "apriltag": "tags",
+}
+"""What ``--board`` counts, for each kind."""
+_OTHERS = 3
+"""Number of photographs in which a chessboard of another size is searched when none was found."""
 
 ImageShape = tuple[int, int]
 """Height and width of an image [px]."""
@@ -26,7 +38,7 @@ class FoundBoards:
 
     Attributes:
         names: file names of each photograph or pair.
-        views: for each camera the corners (n, 2) [px] in each of its photographs.
+        views: for each camera the points (n, 2) [px] in each of its photographs, NaN for hidden ones.
         shapes: for each camera the shape of its images.
     """
 
@@ -53,12 +65,14 @@ def list_photographs(specs: Sequence[str]) -> list[tuple[Path, ...]]:
     return list(zip(*files))
 
 
-def find_boards(rows: Sequence[tuple[Path, ...]], board: Chessboard, progress: StepsProgress) -> FoundBoards:
-    """Returns the boards in photographs. Prints which photographs are skipped because a camera does not see the board.
+def find_boards(rows: Sequence[tuple[Path, ...]], board: Board, progress: StepsProgress) -> FoundBoards:
+    """Returns the boards in photographs.
+
+    Prints which photographs are skipped, because a camera does not see the board, or because they are copies.
 
     Args:
         rows: files of each photograph or pair, from `list_photographs`.
-        board: the chessboard.
+        board: the board.
         progress: shows how many photographs have been searched.
 
     Raises DrakeTrackerError when an image cannot be read, the images of a camera differ in size, or the board is found
@@ -67,6 +81,8 @@ def find_boards(rows: Sequence[tuple[Path, ...]], board: Chessboard, progress: S
     names: list[str] = []
     found: list[list[np.ndarray]] = []
     shapes: list[ImageShape] = []
+    known: dict[bytes, str] = {}
+    copies = 0
     for k, row in enumerate(rows):
         progress(k, len(rows), "looking for the board")
         images = [read_image(file, cv2.IMREAD_GRAYSCALE) for file in row]
@@ -78,18 +94,44 @@ def find_boards(rows: Sequence[tuple[Path, ...]], board: Chessboard, progress: S
                     f"{file} has {shape[1]} x {shape[0]} px, those before have {first[1]} x {first[0]} px; "
                     "all images of a camera must have the same size"
                 )
-        corners = [find_corners(image, board) for image in images]
-        missing = [str(file) for file, each in zip(row, corners) if each is None]
+        name, content = " and ".join(map(str, row)), b"".join(image.tobytes() for image in images)
+        original = known.setdefault(content, name)
+        if original != name:
+            progress.close()
+            print(f"skipped {name}: the same as {original}")
+            copies += 1
+            continue
+        points = [board.find(image) for image in images]
+        missing = [str(file) for file, each in zip(row, points) if each is None]
         if missing:
             progress.close()
-            print(f"skipped {' and '.join(map(str, row))}: no board in {' and '.join(missing)}")
+            print(f"skipped {name}: no board in {' and '.join(missing)}")
             continue
-        names.append(" and ".join(map(str, row)))
-        found.append([each for each in corners if each is not None])
+        seen = [each for each in points if each is not None]
+        if not enough_points(np.sum(seen, axis=0)):  # NaN where a camera does not see a point
+            progress.close()
+            print(f"skipped {name}: the two images show different parts of the board")
+            continue
+        names.append(name)
+        found.append(seen)
     if len(found) < LEAST_VIEWS:
-        what = "pairs of images" if len(rows[0]) == 2 else "images"
-        raise DrakeTrackerError(
-            f"the {board.columns} x {board.rows} board was found in {len(found)} of {len(rows)} {what}; at least "
-            f"{LEAST_VIEWS} are needed; --board counts inner corners, where four squares meet"
-        )
+        _refuse(rows, board, len(found), copies)
     return FoundBoards(names, list(zip(*found)), shapes)
+
+
+def _refuse(rows: Sequence[tuple[Path, ...]], board: Board, found: int, copies: int) -> None:
+    """Raises DrakeTrackerError: the board was found too rarely."""
+    what = "pairs of images" if len(rows[0]) == 2 else "images"
+    reason = f"--board counts {COUNTS[kind_of(board)]}"
+    if copies:
+        reason = f"{copies} of them are copies of others"
+    elif isinstance(board, Chessboard) and not found:
+        for columns, rows_ in ((board.columns - 1, board.rows - 1), (board.columns + 1, board.rows + 1)):
+            if min(columns, rows_) >= 3 and any(
+                Chessboard(columns, rows_).find(read_image(row[0], cv2.IMREAD_GRAYSCALE)) is not None
+                for row in rows[:_OTHERS]
+            ):
+                reason = f"a board with {columns} x {rows_} inner corners is there"
+    raise DrakeTrackerError(
+        f"the {board.name} was found in {found} of {len(rows)} {what}; at least {LEAST_VIEWS} are needed; {reason}"
+    )

@@ -1,8 +1,9 @@
 """Calibrates a scenario's cameras from rendered images of a chessboard, and reports the accuracy of the result."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -10,8 +11,8 @@ from pydrake.math import RigidTransform
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.machine import require_renderer
 from drake_tracker.tasks import scenario_file
-from drake_tracker.tasks.registry import require_task
-from drake_tracker.tasks.train.scenario import TrainScenario
+from drake_tracker.tasks.registry import task_of
+from drake_tracker.tasks.task import CalibrationPlace
 from drake_tracker.vision.calibration import calibrate_intrinsics, locate_camera
 from drake_tracker.vision.calibration_file import save_calibration
 from drake_tracker.vision.camera_model import CameraModel
@@ -30,7 +31,7 @@ _SQUARE_OF_FIELD = 0.06
 _TILT, _ROLL = 0.6, 0.3
 """Largest tilt and roll of the held board [rad]."""
 
-Volume = tuple[tuple[float, ...], ...]
+Volume = Sequence[Sequence[float]]
 """Lowest and highest corner (3,) [m, W] of a box."""
 
 
@@ -49,28 +50,29 @@ class CameraCalibration:
     place_rms: float
 
 
-def calibrate(scenario: TrainScenario, path: str | Path | None = None) -> dict[str, CameraModel]:
+def calibrate(scenario: Any, path: str | Path | None = None) -> dict[str, CameraModel]:
     """Calibrates the cameras of a scenario, prints the errors, and writes the calibration file.
 
     Args:
-        scenario: of the train.
+        scenario: of a task with two fixed cameras.
         path: of the file to write; None for the file that the scenario names.
 
     Returns {name: CameraModel}. Raises DrakeTrackerError for another task, for cameras that do not see the work volume,
     and without a renderer.
     """
-    require_task(
-        scenario,
-        "train",
-        "only the train's cameras are calibrated; with the ball, each run finds the board in its image",
-    )
+    place = task_of(scenario).calibration_place(scenario)
+    if place is None:
+        raise DrakeTrackerError(
+            f"{scenario.name or scenario.task}: this needs a scenario with two fixed cameras; with the ball, each run "
+            "finds the board in its image"
+        )
     cameras, truth = scenario.cameras, true_camera_models(scenario.cameras)
     path = Path(path or scenario_file(cameras.calibration))
-    check_request(scenario, path, truth)
+    check_request(scenario, place, path, truth)
     board = board_for(cameras)
-    results = calibrate_cameras(cameras, scenario.lighting, table_height=scenario.table_height, board=board)
+    results = calibrate_cameras(cameras, scenario.lighting, table_height=place.height, board=board)
     models = {name: result.model for name, result in results.items()}
-    errors = calibration_error(models, truth, scenario.vision.work_volume)
+    errors = calibration_error(models, truth, place.volume)
     for name, result in results.items():
         print(f"{name}: reprojection {result.lens_rms:.3f} px (lens), {result.place_rms:.3f} px (place)")
     rms = float(np.sqrt((errors**2).sum(axis=1).mean()))
@@ -94,11 +96,12 @@ def board_for(cameras: CamerasConfig) -> Chessboard:
     return Chessboard(square=round(float(_SQUARE_OF_FIELD * field), 3))
 
 
-def check_request(scenario: TrainScenario, path: Path, truth: Mapping[str, CameraModel]) -> None:
+def check_request(scenario: Any, place: CalibrationPlace, path: Path, truth: Mapping[str, CameraModel]) -> None:
     """Checks, before anything is rendered, that a calibration is possible.
 
     Args:
-        scenario: of the train.
+        scenario: of a task with two fixed cameras.
+        place: where they are calibrated.
         path: of the file to write.
         truth: {name: CameraModel} of the simulator itself.
 
@@ -106,9 +109,9 @@ def check_request(scenario: TrainScenario, path: Path, truth: Mapping[str, Camer
     """
     if path.is_dir() or not path.absolute().parent.is_dir():
         raise DrakeTrackerError(f"-o {path}: must be a file in a folder that exists")
-    if not len(points_seen(truth, scenario.vision.work_volume)):
+    if not len(points_seen(truth, place.volume)):
         raise DrakeTrackerError(
-            f"{scenario.where('cameras.look_at')}: no part of vision.work_volume is in view of both cameras"
+            f"{scenario.where('cameras.look_at')}: no part of {place.volume_setting} is in view of both cameras"
         )
     require_renderer()
 

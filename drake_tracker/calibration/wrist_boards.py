@@ -117,7 +117,7 @@ def find_wrist_camera(scenario: TrainScenario, config: WristCamera, *, seed: int
         seed=seed,
     )
     truth = true_wrist_model(config)
-    corners = np.array([scene.X_WB @ corner for corner in BOARD.corners()])
+    corners = np.array([scene.X_WB @ corner for corner in BOARD.points()])
     rng = np.random.default_rng(seed)
     poses: list[np.ndarray] = []
     views: list[np.ndarray] = []

@@ -1,6 +1,6 @@
 """``drake-tracker calibrate``: calibrates a scenario's cameras from rendered images, or your own from photographs."""
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +14,33 @@ def register(commands: Commands) -> None:
         commands,
         "calibrate",
         execute,
-        help="calibrate a scenario's cameras, or your own from photographs of a chessboard",
+        help="calibrate a scenario's cameras, or your own from photographs of a board",
         description="With one SCENARIO: calibrates its cameras from rendered images. With --board: calibrates your own "
-        "cameras from photographs of a chessboard, given as a folder or a quoted pattern for each camera; two for a "
-        "pair of cameras.",
+        "cameras from photographs of a board, given as a folder or a quoted pattern for each camera; two for a pair of "
+        "cameras.",
         next_step="drake-tracker track LEFT RIGHT --calibration FILE for your own cameras; drake-tracker run SCENARIO "
         "--set cameras.calibration=FILE for a scenario.",
     )
     command.add_argument("source", nargs="+", metavar="SCENARIO|IMAGES", help="a scenario, or one or two image sets")
     add_overrides(command)
     command.add_argument("-o", "--out", type=Path, metavar="FILE", help="calibration file to write")
-    command.add_argument("--board", metavar="CxR", help="number of inner corners of the board, for example 9x6")
-    command.add_argument("--square", type=float, metavar="M", help="side of a square of the board [m]")
+    add_board(command)
+    command.add_argument(
+        "--lens",
+        choices=("pinhole", "rational", "fisheye"),
+        default="pinhole",
+        help="model of the lens: pinhole with 5 or with 8 (rational, for wide lenses) coefficients, or fisheye",
+    )
+    command.add_argument(
+        "--format",
+        choices=("drake", "opencv", "ros", "kalibr"),
+        default="drake",
+        help="format of the file: of drake-tracker, OpenCV (.xml and .json by the suffix of FILE, otherwise YAML), ROS "
+        "(two cameras: FILE_left, FILE_right), or Kalibr",
+    )
+    command.add_argument(
+        "--baseline", type=float, metavar="M", help="distance between the cameras that you measured, as a check [m]"
+    )
     command.add_argument(
         "--wrist", action="store_true", help="calibrate the camera on the hand of a scenario, not its fixed cameras"
     )
@@ -36,6 +51,30 @@ def register(commands: Commands) -> None:
     )
 
 
+def add_board(command: ArgumentParser) -> None:
+    """Adds the options that describe a board."""
+    command.add_argument(
+        "--kind",
+        choices=("chessboard", "circles", "asymmetric_circles", "charuco", "apriltag"),
+        default="chessboard",
+        help="kind of board",
+    )
+    command.add_argument(
+        "--board",
+        metavar="CxR",
+        help="columns and rows, for example 9x6: inner corners of a chessboard, squares of a ChArUco board, circles, "
+        "or tags",
+    )
+    command.add_argument(
+        "--square",
+        type=float,
+        metavar="M",
+        help="side of a square; distance between circles (rows of an asymmetric grid), or from tag to tag [m]",
+    )
+    command.add_argument("--marker", type=float, metavar="M", help="side of a marker or a tag [m]")
+    command.add_argument("--family", metavar="NAME", help="markers of a ChArUco board: 4x4, 5x5, 6x6 or 7x7")
+
+
 def execute(options: Namespace) -> int:
     """Calibrates the cameras; returns the exit code."""
     from drake_tracker.tasks import in_package, load_scenario
@@ -43,7 +82,7 @@ def execute(options: Namespace) -> int:
     sources, board = options.source, options.board
     if board is None and (len(sources) > 1 or options.square is not None or options.world):
         raise DrakeTrackerError(
-            "calibrate: photographs need --board, the number of inner corners of the chessboard, for example 9x6"
+            "calibrate: photographs need --board, the columns and rows of the board, for example 9x6"
         )
     if board is None:
         scenario = load_scenario(sources[0], overrides=options.overrides)
@@ -66,9 +105,21 @@ def execute(options: Namespace) -> int:
         raise DrakeTrackerError("calibrate: --set changes a scenario; photographs have no settings")
     if options.out is None:
         raise DrakeTrackerError("calibrate: -o FILE is missing: the calibration file to write")
-    from drake_tracker.calibration.photographs import calibrate_photographs, parse_board
+    if options.baseline is not None and not (len(sources) == 2 and options.baseline > 0.0):
+        raise DrakeTrackerError(f"--baseline {options.baseline:g}: a distance above 0 m between two cameras")
+    from drake_tracker.calibration.described_board import parse_board
+    from drake_tracker.calibration.photographs import calibrate_photographs
 
-    calibrate_photographs(sources, parse_board(board, options.square), options.out, world=options.world)
+    described = parse_board(board, options.square, options.kind, options.marker, options.family)
+    calibrate_photographs(
+        sources,
+        described,
+        options.out,
+        world=options.world,
+        lens=options.lens,
+        baseline=options.baseline,
+        form=options.format,
+    )
     return SUCCESS
 
 

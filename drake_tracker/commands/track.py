@@ -17,6 +17,8 @@ from drake_tracker.core.signals import exit_code
 
 LEAST_SEEN = 5
 """Number of images with motion in both cameras above which missing points indicate a mistake."""
+CALIBRATION_SUFFIXES = (".yaml", ".yml", ".xml", ".json", ".cfg")
+"""Suffixes of a second calibration file; ROS names some of its files .cfg."""
 MOST_NAMED = 5
 """Number of dropped images whose times are printed."""
 
@@ -34,9 +36,15 @@ def register(commands: Commands) -> None:
         "the track is in metres.",
     )
     command.add_argument(
-        "source", nargs="+", metavar="SOURCE", help="footage of the left or only camera; then of the right one"
+        "source", nargs="*", metavar="SOURCE", help="footage of the left or only camera; then of the right one"
     )
-    command.add_argument("--calibration", metavar="FILE", help="file of drake-tracker calibrate for these cameras")
+    command.add_argument(
+        "--calibration",
+        nargs="+",
+        metavar="FILE",
+        help="calibration of these cameras by drake-tracker calibrate, OpenCV, ROS or Kalibr; two files where the tool "
+        "writes two",
+    )
     command.add_argument("--plane", metavar="FILE", help="for a single camera: a file with X_WP, or the word board")
     command.add_argument("--height", type=float, default=0.0, metavar="M", help="height of the object above it [m]")
     command.add_argument(
@@ -84,8 +92,24 @@ def register(commands: Commands) -> None:
     command.add_argument("--out", type=Path, metavar="DIR", help="directory, new or empty (default: runs/track-TIME)")
 
 
+def split_calibration(values: list[str]) -> tuple[list[str], list[str]]:
+    """Returns (calibration files, sources) of what follows ``--calibration``.
+
+    After the first file, what has not the suffix of a calibration file is footage.
+    """
+    count = 1
+    while count < len(values) and Path(values[count]).suffix.lower() in CALIBRATION_SUFFIXES:
+        count += 1
+    return values[:count], values[count:]
+
+
 def execute(options: Namespace) -> int:
     """Makes the track; returns the exit code."""
+    if options.calibration:
+        options.calibration, rest = split_calibration(options.calibration)
+        options.source = options.source + rest
+    if not options.source:
+        raise DrakeTrackerError("track: no SOURCE; give a video, a folder of images, or the number of a camera")
     if len(options.source) > 2:
         raise DrakeTrackerError(f"track: {len(options.source)} sources; give one or two, and put patterns in quotes")
 

@@ -74,7 +74,7 @@ class McapFile:
             frame: name of the camera's frame, x to the right, y down.
             size: (width, height) of the image [px].
             K: intrinsic matrix, shape (3, 3) [px].
-            distortion: coefficients in OpenCV's order, shape (5,) or (8,).
+            distortion: coefficients in OpenCV's order, shape (5,), (8,) or, of a fisheye, (4,).
         """
         self._log(
             topic,
@@ -84,7 +84,7 @@ class McapFile:
             frame_id=frame,
             width=size[0],
             height=size[1],
-            distortion_model="plumb_bob" if len(distortion) == 5 else "rational_polynomial",
+            distortion_model={4: "kannala_brandt", 5: "plumb_bob", 8: "rational_polynomial"}[len(distortion)],
             D=[float(value) for value in distortion],
             K=np.ravel(K).tolist(),
             R=np.eye(3).ravel().tolist(),

@@ -10,7 +10,10 @@ class Window:
     """The piece of the belt on which parts may be picked. A part must be in it when the jaws have closed."""
 
     y_first: float = setting(-0.40, "where picking begins, along the belt", "m", (-2.0, 2.0))
-    y_last: float = setting(0.35, "where picking ends, along the belt", "m", (-2.0, 2.0))
+    y_last: float = setting(0.42, "where picking ends, along the belt", "m", (-2.0, 2.0))
+    y_wait: float = setting(
+        -0.30, "where the hand waits while there is nothing to pick, along the belt", "m", (-2.0, 2.0)
+    )
 
 
 @dataclass(frozen=True)
@@ -26,19 +29,20 @@ class CycleTime:
     """How long the arm takes to pick a part and to put it into a cell.
 
     The hand approaches from rest to rest at a constant acceleration up to a constant speed, and carries in the same
-    way. All other phases have constant durations. Each setting is described by its ``help``.
+    way. All other phases have constant durations. Each setting is described by its ``help``. The defaults are fitted to
+    runs of the PUMA 560 on development seeds, with ``python benchmarks/conveyor_cycle.py``.
     """
 
-    approach_speed: float = setting(0.6, "largest speed of the hand on the way to a part", "m/s", (0.05, 5.0))
-    approach_acceleration: float = setting(2.5, "its acceleration", "m/s^2", (0.1, 50.0))
-    descent: float = setting(0.36, "duration of the descent, above the moving part", "s", (0.0, 10.0))
-    close: float = setting(0.20, "time in which the jaws close", "s", (0.0, 5.0))
-    lift: float = setting(0.36, "duration of the lift", "s", (0.0, 10.0))
-    carry_speed: float = setting(0.6, "largest speed of the hand on the way to a cell", "m/s", (0.05, 5.0))
-    carry_acceleration: float = setting(2.5, "its acceleration", "m/s^2", (0.1, 50.0))
-    lower: float = setting(0.36, "duration of lowering the part into the cell", "s", (0.0, 10.0))
-    release: float = setting(0.15, "time in which the jaws open", "s", (0.0, 5.0))
-    rise: float = setting(0.30, "duration of the rise out of the cell", "s", (0.0, 10.0))
+    approach_speed: float = setting(1.5, "largest speed of the hand on the way to a part", "m/s", (0.05, 5.0))
+    approach_acceleration: float = setting(5.0, "its acceleration", "m/s^2", (0.1, 50.0))
+    descent: float = setting(0.46, "duration of settling above the moving part, and of the descent", "s", (0.0, 10.0))
+    close: float = setting(0.24, "time in which the jaws close", "s", (0.0, 5.0))
+    lift: float = setting(0.27, "duration of the lift", "s", (0.0, 10.0))
+    carry_speed: float = setting(0.9, "largest speed of the hand on the way to a cell", "m/s", (0.05, 5.0))
+    carry_acceleration: float = setting(2.6, "its acceleration", "m/s^2", (0.1, 50.0))
+    lower: float = setting(0.24, "duration of lowering the part into the cell", "s", (0.0, 10.0))
+    release: float = setting(0.12, "time in which the jaws open", "s", (0.0, 5.0))
+    rise: float = setting(0.24, "duration of the rise out of the cell", "s", (0.0, 10.0))
 
 
 @dataclass(frozen=True)

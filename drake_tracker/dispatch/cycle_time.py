@@ -44,6 +44,8 @@ class CycleModel:
             return None
         start = max(now, hand.free_at)
         enters, leaves = self.in_window(part, now)
+        if enters > leaves:
+            return None
         follow = cycle.descent + cycle.close
         met = meeting_time(
             part.x - hand.x,

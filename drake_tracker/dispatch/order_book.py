@@ -79,17 +79,23 @@ class OrderClerk:
     Args:
         dispatcher: decides which part is next.
         model: the arm's cycle.
-        cells: the cells, in the order in which they are filled.
+        cells: the cells, in the order of their numbers.
+        filling: their numbers in the order in which they are filled; None: in the order of their numbers.
     """
 
-    def __init__(self, dispatcher: Dispatcher, model: CycleModel, cells: Sequence[Cell]) -> None:
+    def __init__(
+        self, dispatcher: Dispatcher, model: CycleModel, cells: Sequence[Cell], filling: Sequence[int] | None = None
+    ) -> None:
         self.dispatcher, self.model, self.cells = dispatcher, model, tuple(cells)
+        self.filling = tuple(range(len(self.cells))) if filling is None else tuple(filling)
 
     def update(self, book: OrderBook, arm: ArmReport, candidates: Sequence[Candidate], now: float) -> OrderBook:
         """Returns the book after looking at the arm and at the belt.
 
         A part is chosen while the arm still puts down the one before. The choice may change until the hand is free;
-        then it stays, unless the part can no longer be picked.
+        then it stays, unless the part can no longer be picked in time and another one can. A hand that is already on
+        its way may be faster than the model says, so that an order is withdrawn without another one only when the part
+        leaves the window.
 
         Args:
             book: before.
@@ -110,10 +116,13 @@ class OrderClerk:
             part = next((each for each in offered if each.number == book.order.number), None)
             if part is not None and self.model.pick_time(hand, part, now) is not None:
                 return book
-        cells = [k for k in range(len(self.cells)) if k not in self._taken(book)]
+            worth_trying = part is not None and self.model.in_window(part, now)[1] >= now + self.model.cycle.close
+        else:
+            worth_trying = False
+        cells = [k for k in self.filling if k not in self._taken(book)]
         plan = self.dispatcher.choose(hand, offered, [self.cells[k] for k in cells], now) if cells else Plan()
         if plan.number is None:
-            return replace(book, order=None, plan=plan)
+            return book if worth_trying else replace(book, order=None, plan=plan)
         if book.order is not None and plan.number == book.order.number:
             return replace(book, plan=plan)
         kind = next(each.kind for each in offered if each.number == plan.number)

@@ -32,7 +32,7 @@ from drake_tracker.dispatch.candidate import Candidate
 from drake_tracker.dispatch.clearance import jaw_clearance
 from drake_tracker.dispatch.encoder_history import EncoderHistory
 from drake_tracker.dispatch.order_book import OrderBook, OrderClerk, report_of
-from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPoint, Travel
+from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPath, PartPoint, Travel
 
 STAMP_TOLERANCE = 0.001
 """Time by which a stamp may be later than the present [s]."""
@@ -186,11 +186,22 @@ class PickHostSystem(LeafSystem):
         ]
         return self._estimator.update(belt, float(header.stamp), points, encoder.travel(belt.stamp, header.stamp))
 
+    def _path(self, belt: BeltState, number: int, times: np.ndarray, travel: Travel | None = None) -> PartPath:
+        """Returns the predicted path of a part, see `BeltEstimator.predict`.
+
+        A part without a direction gets that of a part in a cell: the hand need not turn between belt and cell.
+        """
+        path = self._estimator.predict(belt, number, times, travel)
+        kind = next(part.kind for part in belt.parts if part.number == number)
+        if PART_SHAPES[kind].turns == 0:
+            path.rows[:, 3] = self._cells[0].yaw
+        return path
+
     def _candidates(self, belt: BeltState, travel: Travel | None, now: float) -> list[Candidate]:
         """Returns the parts as they are now."""
         places = []
         for k, part in enumerate(belt.parts):
-            path = self._estimator.predict(belt, part.number, np.array([now]), travel)
+            path = self._path(belt, part.number, np.array([now]), travel)
             speed = travel.speed if travel is not None else belt.speed
             places.append((part, path.rows[0], path.std[0], speed + belt.mean[2 + 2 * k]))
         candidates = []
@@ -211,13 +222,13 @@ class PickHostSystem(LeafSystem):
         times = belt.stamp + _KNOTS
         travel = encoder.travel(belt.stamp, now)
         if travel is None:
-            path = self._estimator.predict(belt, number, times)
+            path = self._path(belt, number, times)
             return pack_prediction(belt.stamp, number * TARGET_STRIDE + seq, np.column_stack(path))
         rows, std = np.empty((KNOT_COUNT, 4)), np.empty(KNOT_COUNT)
         for k, time in enumerate(times.tolist()):  # the encoder knows how far the belt went until now
             measured = min(time, now)
             then = encoder.travel(belt.stamp, measured)
-            path = self._estimator.predict(belt, number, np.array([measured, time]), then)
+            path = self._path(belt, number, np.array([measured, time]), then)
             rows[k], std[k] = path.rows[1], path.std[1]
         return pack_prediction(belt.stamp, number * TARGET_STRIDE + seq, np.column_stack([rows, std]))
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import chdtri
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
@@ -18,8 +19,8 @@ from drake_tracker.estimation.config import Belt
 
 FIRST_SPEED_STD = 0.5
 """Standard deviation of the speed of a belt of which nothing is known yet [m/s]."""
-SURPRISE = 9.0
-"""Mean square of the normalised innovations from which on the belt is taken to change its speed."""
+FALSE_ALARM = 1e-6
+"""Probability that the innovations of one stamp make a belt of constant speed seem to change it: once in some hours."""
 SPEED_CHANGE = 0.1
 """Standard deviation of such a change [m/s]."""
 NOTICED_AFTER = 0.03
@@ -271,7 +272,8 @@ class BeltEstimator:
         if len(points) < FEWEST:
             outlying[:] = False
         used = ~outlying
-        if not encoder and used.any() and np.mean((innovation[used] / std[used]) ** 2) > SURPRISE:
+        surprise = np.sum((innovation[used] / std[used]) ** 2)
+        if not encoder and used.any() and surprise > chdtri(np.count_nonzero(used), FALSE_ALARM):
             change = np.zeros(len(mean))
             change[0], change[1::2] = SPEED_CHANGE, SPEED_CHANGE * NOTICED_AFTER
             P += np.outer(change, change)

@@ -31,7 +31,7 @@ def open_camera(
         number: of the camera, as OpenCV counts them.
         fps: images per second to request from the camera; None leaves it as it is.
         device: function that opens a camera by its number.
-        clock: function that returns the time [s].
+        clock: function that returns the time [s]; the epoch of the footage is a time since 1970 by the default one.
 
     Raises DrakeTrackerError when there is no such camera, or when it stops.
     """
@@ -51,6 +51,7 @@ def open_camera(
     rate = fps or (told if 1.0 <= told <= 1000.0 else DEFAULT_RATE)
     height, width = image.shape[:2]
     epoch = clock()
+    since_1970 = epoch + (time.time() - time.monotonic() if clock is time.monotonic else 0.0)
 
     def frames() -> Iterator[tuple[float, np.ndarray]]:
         yield 0.0, cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
@@ -61,4 +62,4 @@ def open_camera(
                 yield taken, cv2.cvtColor(newest, cv2.COLOR_BGR2RGB)
         raise DrakeTrackerError(f"camera {number}: it delivers no more images")
 
-    return Footage(f"camera {number}", (width, height), frames, epoch=epoch, rate=rate, close=camera.release)
+    return Footage(f"camera {number}", (width, height), frames, epoch=since_1970, rate=rate, close=camera.release)

@@ -75,6 +75,7 @@ def page_of(run: RunFiles) -> str:
             attempts=_attempts(autopsy),
             tracking=_tracking(autopsy),
             tracks=_guarded(run, "The tracks cannot be shown", lambda: make_tracks_section(run.log or {})),
+            lost=((run.summary or {}).get("lost_parts") or {}).get("sentences", ()),
             troubles=((run.summary or {}).get("tracking") or {}).get("sentences", ()),
             pictures={name: caption for name, caption in captions.items() if name in run.names},
             rows=summary_rows(run.summary or {}, run.task.summary_rows),

@@ -64,6 +64,7 @@ _KINDS: dict[str, Callable[[Any], bool]] = {
     "lag_s": _is_lag,
     "packets_rejected_for": _are_counts,
     "tracking": _has_sentences,
+    "lost_parts": _has_sentences,
     "package_versions": _are_versions,
 }
 """{key: returns whether a value is of the right kind}."""

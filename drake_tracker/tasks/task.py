@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from pydrake.systems.framework import System
@@ -53,6 +53,20 @@ CAMERA_FILES = ("cameras.mp4", MOTION_PICTURE)
 """Files that only a run with rendered images leaves."""
 BODY_STATE = ("qw", "qx", "qy", "qz", "x", "y", "z", "wx", "wy", "wz", "vx", "vy", "vz")
 """Fields of a free body's state in W: quaternion, position [m], angular [rad/s] and translational [m/s] velocity."""
+
+
+class CalibrationPlace(NamedTuple):
+    """Where the cameras of a scenario are calibrated.
+
+    Attributes:
+        height: z_W of the plane on which the chessboard lies [m].
+        volume: lowest and highest corner (3,) in W of the box in which the cameras measure [m].
+        volume_setting: name of the setting that determines the box.
+    """
+
+    height: float
+    volume: Sequence[Sequence[float]]
+    volume_setting: str
 
 
 class FreeMotion(Protocol):
@@ -328,6 +342,10 @@ class Task(Protocol[Scenario]):
             folder: directory of the run.
         """
         ...
+
+    def calibration_place(self, scenario: Scenario) -> CalibrationPlace | None:
+        """Returns where the fixed cameras of a scenario are calibrated, None for a task without such cameras."""
+        return None
 
     # The same for every task
 

@@ -17,7 +17,7 @@ from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.image_tracker import ImageTracker
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
-from drake_tracker.vision.plane_projection import EveryPoint, camera_on_board
+from drake_tracker.vision.plane_projection import EveryPoint
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
 MAX_GAP = 0.03
@@ -162,11 +162,10 @@ class OwnCamerasDiagram(Diagram):
         tracker: ImageTracker | None,
     ) -> dict[str, Any]:
         """Adds the vision of a single camera that sees a plane; returns its ports by name."""
-        X_CP = camera.X_CW @ plane.X_WP
         vision = builder.AddSystem(
             BoardVisionDiagram(
                 detector,
-                camera_on_board(camera.K, X_CP, camera.width, camera.height, camera.distortion),
+                camera.in_frame(plane.X_WP),
                 plane.X_WP,
                 plane.height,
                 EveryPoint(),

@@ -1,7 +1,7 @@
 """Prepares a track of your own cameras: checks the options, opens the footage, builds the diagram."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,18 +20,23 @@ from drake_tracker.tracking.detector_choice import can_suit, suited
 from drake_tracker.tracking.first_look import FirstLook
 from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
 from drake_tracker.tracking.scale import is_scaled, own_estimator, usual_gap
-from drake_tracker.vision.calibration_file import load_calibration, load_pose
+from drake_tracker.vision.calibration_file import load_pose
+from drake_tracker.vision.camera_files import OWN, load_cameras
+from drake_tracker.vision.camera_latency import load_latencies
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.detectors import DETECTORS, SCENE_DETECTORS, make_detector
+from drake_tracker.vision.foreign_camera import UNKNOWN_SIZE
 from drake_tracker.vision.image_tracker import ImageTracker
-from drake_tracker.vision.plane_projection import camera_on_board, project_to_plane
+from drake_tracker.vision.plane_projection import project_to_plane
 
 DETECTOR_SETTINGS = NormalFlow | DETECTORS.union(without=SCENE_DETECTORS)
 ESTIMATOR_SETTINGS = CoordinatedTurn | ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS)
 """Settings of the estimators that ``--estimator`` may name."""
 LEAST_RATE, GREATEST_RATE = 0.01, 1e5
 """Lowest and highest number of images per second; the fastest cameras take some 1e5 at a useful size."""
+_PRINCIPAL_POINT = (0.25, 0.75)
+"""Where a principal point lies in an image, as fractions of its width and height."""
 _RAYS = 9
 """Number of rays across the width and the height of an image by which a plane is looked for."""
 
@@ -62,7 +67,7 @@ class PreparedTrack:
 def prepare_track(
     sources: Sequence[str],
     *,
-    calibration: str | Path | None = None,
+    calibration: str | Path | Sequence[str | Path] | None = None,
     plane: str | None = None,
     height: float = 0.0,
     camera: str = "camera_left",
@@ -80,7 +85,8 @@ def prepare_track(
 
     Args:
         sources: one source or two, as `open_footage` takes them.
-        calibration: file made by `drake-tracker calibrate`; None gives the 2-D centroid of a single camera.
+        calibration: file made by `drake-tracker calibrate` or another tool, or two files, see `load_cameras`; None
+            gives the 2-D centroid of a single camera.
         plane: for a single camera, "board" (the board in the calibration's first photograph) or a YAML file with X_WP.
         height: height of the moving object above that plane [m].
         camera: name of a single camera in the calibration.
@@ -100,19 +106,22 @@ def prepare_track(
     _check_numbers({"fps": fps, "duration": duration, "max-gap": max_gap}, {"height": height, "offset": offset})
     detector_settings = read_option(detector, DETECTOR_SETTINGS, "detector")
     estimator_settings = read_option(estimator, ESTIMATOR_SETTINGS, "estimator")
-    check_choice(len(sources), roi, follow, objects, calibration is not None)
-    _check_cameras(sources, calibration, plane)
+    check_choice(len(sources), roi, follow, objects, bool(calibration))
+    files = [calibration] if isinstance(calibration, str | Path) else list(calibration or ())
+    _check_cameras(sources, files, plane)
     if detector_settings.centroid != "hull" and (roi or follow or objects > 1):
         raise DrakeTrackerError("--roi, --follow and --objects need a detector with centroid: hull")
     names = ["camera_left", "camera_right"] if len(sources) == 2 else [camera]
-    cameras = [] if calibration is None else _load_cameras(calibration, names)
+    cameras, form = _load_cameras(files, names) if files else ([], OWN)
+    known = load_latencies(files[0]) if files and form == OWN else {}
+    latencies = [known.get(name, 0.0) for name in names]
     footage: list[Footage] = []
     try:
-        for source in sources:
-            footage.append(open_footage(source, fps))
-        for model, name, each in zip(cameras, names, footage):
-            _check_size(model, each, f"{calibration}: {name}")
-        surface = _load_plane(plane, calibration, height) if plane and calibration else None
+        for source, latency in zip(sources, latencies):
+            footage.append(_earlier(open_footage(source, fps), latency))
+        where = " and ".join(map(str, files))
+        cameras = [_sized(model, each, f"{where}: {name}") for model, name, each in zip(cameras, names, footage)]
+        surface = _load_plane(plane, files[0], form, height) if plane and files else None
         if surface is not None:
             _check_plane(cameras[0], surface, str(plane))
         timeline = align(footage, offset=offset, duration=duration)
@@ -148,7 +157,9 @@ def prepare_track(
     facts = {
         "cameras": [{"source": each.name, "width": each.size[0], "height": each.size[1]} for each in footage],
         "frame_rate": 1.0 / timeline.period,
-        "calibration": calibration and str(calibration),
+        "calibration": where or None,
+        "latency_s": latencies,
+        "stamp_zero": None if footage[0].counted else footage[0].epoch,
         "plane": plane,
         "roi": list(roi),
         "follow": list(follow),
@@ -167,6 +178,13 @@ def prepare_track(
     return PreparedTrack(footage, timeline, diagram, cameras, detectors[0].stamp_age_cycles, world, facts)
 
 
+def _earlier(footage: Footage, latency: float) -> Footage:
+    """Returns footage whose first image was captured earlier by a latency [s], where its time is known at all."""
+    if footage.epoch is None or footage.counted:
+        return footage
+    return replace(footage, epoch=footage.epoch - latency)
+
+
 def _check_numbers(positive: dict[str, float | None], finite: dict[str, float]) -> None:
     """Raises DrakeTrackerError when an option is out of range."""
     for name, value in positive.items():
@@ -180,24 +198,24 @@ def _check_numbers(positive: dict[str, float | None], finite: dict[str, float]) 
             raise DrakeTrackerError(f"--{name} {number:g}: must be a finite number")
 
 
-def _check_cameras(sources: Sequence[str], calibration: str | Path | None, plane: str | None) -> None:
+def _check_cameras(sources: Sequence[str], calibration: Sequence[str | Path], plane: str | None) -> None:
     """Raises DrakeTrackerError when calibration and plane do not suit the cameras, or both cameras are the same."""
     count = len(sources)
     if count == 2 and is_same_source(*sources):
         raise DrakeTrackerError(f"{sources[0]} and {sources[1]} are the same images; each camera needs its own")
-    if count == 2 and calibration is None:
+    if count == 2 and not calibration:
         raise DrakeTrackerError("two cameras need --calibration FILE; drake-tracker calibrate makes one")
-    if count == 1 and calibration is not None and plane is None:
+    if count == 1 and calibration and plane is None:
         raise DrakeTrackerError(
             "a single camera measures only a direction: add --plane board or --plane FILE, the plane of the motion"
         )
-    if plane is not None and (calibration is None or count == 2):
+    if plane is not None and (not calibration or count == 2):
         raise DrakeTrackerError(f"--plane {plane}: only for a single camera with --calibration FILE")
 
 
 def _check_plane(model: CameraModel, plane: Plane, name: str) -> None:
     """Raises DrakeTrackerError when a camera does not see the plane."""
-    view = camera_on_board(model.K, model.X_CW @ plane.X_WP, model.width, model.height, model.distortion)
+    view = model.in_frame(plane.X_WP)
     across = [np.linspace(0.0, size - 1.0, _RAYS) for size in (model.width, model.height)]
     if all(project_to_plane(view, (u, v), plane.height) is None for u in across[0] for v in across[1]):
         raise DrakeTrackerError(
@@ -206,24 +224,42 @@ def _check_plane(model: CameraModel, plane: Plane, name: str) -> None:
         )
 
 
-def _check_size(model: CameraModel, footage: Footage, where: str) -> None:
-    """Raises DrakeTrackerError when a camera was calibrated at another image size."""
+def _sized(model: CameraModel, footage: Footage, where: str) -> CameraModel:
+    """Returns a camera with the image size of its footage, if its file did not contain one.
+
+    Raises DrakeTrackerError when the camera was calibrated at another image size.
+    """
+    if model.width == UNKNOWN_SIZE:
+        model = replace(model, width=footage.size[0], height=footage.size[1])
+        middle = model.K[:2, 2] / footage.size
+        if not ((middle > _PRINCIPAL_POINT[0]) & (middle < _PRINCIPAL_POINT[1])).all():
+            raise DrakeTrackerError(
+                f"{where} has its principal point at ({model.K[0, 2]:.0f}, {model.K[1, 2]:.0f}) px, but {footage.name} "
+                f"has {footage.size[0]} x {footage.size[1]} px; calibrate with images of that size"
+            )
     if (model.width, model.height) != footage.size:
         raise DrakeTrackerError(
             f"{where} was calibrated at {model.width} x {model.height} px, but {footage.name} has "
             f"{footage.size[0]} x {footage.size[1]} px; calibrate with images of that size"
         )
+    return model
 
 
-def _load_cameras(path: str | Path, names: list[str]) -> list[CameraModel]:
-    models = load_calibration(path)
+def _load_cameras(paths: Sequence[str | Path], names: list[str]) -> tuple[list[CameraModel], str]:
+    """Returns the cameras of a calibration that have these names, and the format of its files."""
+    models, form = load_cameras(paths)
     for name in names:
         if name not in models:
-            raise DrakeTrackerError(f"{path}: there is no {name}; found {', '.join(models) or 'none'}")
-    return [models[name] for name in names]
+            where = " and ".join(map(str, paths))
+            raise DrakeTrackerError(f"{where}: there is no {name}; found {', '.join(models) or 'none'}")
+    return [models[name] for name in names], form
 
 
-def _load_plane(plane: str, calibration: str | Path, height: float) -> Plane:
+def _load_plane(plane: str, calibration: str | Path, form: str, height: float) -> Plane:
     if plane == "board":
+        if form != OWN:
+            raise DrakeTrackerError(
+                f"--plane board: {calibration} does not say where a board was; give a file with the pose X_WP"
+            )
         return Plane(load_pose(calibration, "notes", "X_WP"), height)
     return Plane(load_pose(plane, "X_WP"), height)

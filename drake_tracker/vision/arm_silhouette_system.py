@@ -5,12 +5,14 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, InputPort, LeafSystem, ValueProducer
+from pydrake.systems.framework import Context, DiagramBuilder, InputPort, LeafSystem, ValueProducer
 
 from drake_tracker.arm.arm_shape import ArmShape
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import JawState, message_size
 from drake_tracker.vision.arm_silhouette import ArmSilhouette
+from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.delay_line_system import DelayLineSystem
 
 
 class ArmSilhouetteSystem(LeafSystem):
@@ -70,3 +72,36 @@ class ArmSilhouetteSystem(LeafSystem):
     def _calc_pieces(self, context: Context, output: AbstractValue) -> None:
         q = self._arm_state.Eval(context)[: self._num_joints]
         output.set_value(self._shape.pieces(q, JawState(self._jaws.Eval(context)).width))
+
+
+def add_arm_silhouette(
+    builder: DiagramBuilder,
+    cameras: Mapping[str, CameraModel],
+    image_windows: Mapping[str, tuple[int, int, int, int]],
+    arm: tuple[ArmShape, int],
+    *,
+    period: float,
+    latency: int,
+) -> ArmSilhouetteSystem:
+    """Adds the silhouettes of the arm at the capture of the images, and exports the inputs ``arm_state`` and ``jaws``.
+
+    Args:
+        builder: of the vision's diagram.
+        cameras: {side: calibrated camera}.
+        image_windows: {side: part of the full image that the images show (u0, v0, width, height) [px]}.
+        arm: its shape and the number of its joints.
+        period: of a cycle [s].
+        latency: cycles from the capture of an image until it appears.
+    """
+    shape, num_joints = arm
+    silhouettes = {side: ArmSilhouette(camera, image_windows[side]) for side, camera in cameras.items()}
+    system = builder.AddNamedSystem("arm_silhouette", ArmSilhouetteSystem(shape, silhouettes, num_joints))
+    for name, size in (("arm_state", 2 * num_joints), ("jaws", message_size(JawState))):
+        if latency == 0:
+            builder.ExportInput(system.GetInputPort(name), name)
+            continue
+        # Vision reads the line before it takes in the newest sample, hence one step less.
+        line = builder.AddNamedSystem(f"{name}_at_capture", DelayLineSystem(size, latency - 1, period=period))
+        builder.ExportInput(line.get_input_port(), name)
+        builder.Connect(line.get_output_port(), system.GetInputPort(name))
+    return system

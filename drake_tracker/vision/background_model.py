@@ -14,7 +14,8 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.check_settings import check_settings
 from drake_tracker.vision.config import Silhouettes
-from drake_tracker.vision.light_gain import light_gain
+from drake_tracker.vision.light_gain import SAME_LIGHT, light_gain
+from drake_tracker.vision.pixel_tests import bodies, largest_channel, opened, shadow_like
 
 GHOST_EDGE_RATIO = 1.3
 """A region that stands still is a ghost, a place that an object has left, when the edges along its outline are this
@@ -41,15 +42,10 @@ NOISE_WEIGHT = 0.3
 """Weight of the newest image in the estimate of the noise."""
 LEVEL_ROWS = 4
 """One row in this many is enough to measure brightness and noise of an image."""
-SAME_LIGHT = 0.004
-"""Changes of the brightness below this share are not compensated."""
-RATIO_SCALE = 100.0
-"""Number that stands for equal brightness in an 8-bit image of ratios."""
 MARGIN = 3
 """Pixels around a silhouette that are looked at with it, and not learned from."""
 BORDER = 3
 """Width [px] of the strip along the border of the image and of the window: an object that reaches it is cut off."""
-_SPECK = np.ones((2, 2), np.uint8)
 _SMALL, _MEDIUM, _START = np.ones((3, 3), np.uint8), np.ones((5, 5), np.uint8), np.ones((9, 9), np.uint8)
 
 
@@ -132,7 +128,7 @@ class BackgroundModel:
 
     def difference(self, state: Background, image: np.ndarray) -> np.ndarray:
         """Returns the largest difference of a smoothed image from the background over the channels, uint8 (h, w)."""
-        return _largest(cv2.absdiff(image, state.picture))
+        return largest_channel(cv2.absdiff(image, state.picture))
 
     def update(
         self,
@@ -160,7 +156,7 @@ class BackgroundModel:
         if abs(gain - 1.0) >= SAME_LIGHT:
             picture, difference = cv2.convertScaleAbs(picture, alpha=gain), None
         if difference is None:
-            difference = _largest(cv2.absdiff(image, picture))
+            difference = largest_channel(cv2.absdiff(image, picture))
         if tolerance is not None:
             difference = cv2.subtract(difference, tolerance)
         learning = state.count <= QUIET_IMAGES or state.count % LEARNING_PERIOD == 0
@@ -175,7 +171,7 @@ class BackgroundModel:
         if cv2.countNonZero(state.known) < state.known.size:
             here = self._moving_objects(state, image, gain, motion_threshold)
             cv2.copyTo(here, cv2.bitwise_not(state.known), mask)
-        mask = _opened(self._within(mask, hidden))
+        mask = opened(self._within(mask, hidden))
         mask = self._without_shadows(mask, state.known, image, picture)
         newest = ((image, gain), *state.newest)[:2]
         state = replace(state, mask=read_only(mask), newest=newest, count=state.count + 1)
@@ -191,7 +187,7 @@ class BackgroundModel:
 
     def _find_motion(self, state: Background, image: np.ndarray, light: float, threshold: float) -> Background:
         """Returns the state with the pixels that changed since the reference image, and what they enclose."""
-        moving = _opened(self._within(_changed(image, state.reference, light / state.light, threshold)))
+        moving = opened(self._within(_changed(image, state.reference, light / state.light, threshold)))
         swept = self._filled(moving, state.count)
         starting = state.count <= QUIET_IMAGES
         quiet = cv2.add(state.quiet, 1 if starting else LEARNING_PERIOD)
@@ -215,7 +211,7 @@ class BackgroundModel:
         if len(state.newest) < 2 or not cv2.countNonZero(state.swept):
             return state.swept
         earlier, its_light = state.newest[-1]
-        close = self._filled(_opened(self._within(_changed(image, earlier, light / its_light, threshold))), state.count)
+        close = self._filled(opened(self._within(_changed(image, earlier, light / its_light, threshold))), state.count)
         count, labels = cv2.connectedComponents(cv2.bitwise_or(state.swept, close), connectivity=8)
         small, large = (np.bincount(labels[each > 0], minlength=count) for each in (close, state.swept))
         shows = small >= SHOWS * large
@@ -293,23 +289,11 @@ class BackgroundModel:
         if width == 0:
             return mask
         box = slice(v0, v0 + height), slice(u0, u0 + width)
-        ratios = cv2.split(cv2.divide(image[box], cv2.max(picture[box], 1), scale=RATIO_SCALE))
-        lightest = cv2.max(cv2.max(ratios[0], ratios[1]), ratios[2])
-        darkest = cv2.min(cv2.min(ratios[0], ratios[1]), ratios[2])
-        allowed = cv2.convertScaleAbs(lightest, alpha=settings.shadow_spread)
-        shadow = cv2.inRange(lightest, RATIO_SCALE * settings.shadow_darkest, RATIO_SCALE * settings.shadow_lightest)
-        shadow = cv2.bitwise_and(shadow, cv2.compare(cv2.subtract(lightest, darkest), allowed, cv2.CMP_LE))
-        shadow = cv2.bitwise_and(shadow, known[box])
+        shadow = cv2.bitwise_and(shadow_like(image[box], picture[box], settings), known[box])
         whole = mask[box]
         if not cv2.countNonZero(cv2.bitwise_and(shadow, whole)):
             return mask
-        body = _opened(cv2.subtract(whole, shadow))
-        body = cv2.bitwise_and(cv2.morphologyEx(body, cv2.MORPH_CLOSE, _MEDIUM), whole)
-        count, labels = cv2.connectedComponents(whole, connectivity=8)
-        kept, of = (np.bincount(labels[each > 0], minlength=count) for each in (body, whole))
-        dark_object = kept < settings.body_share * of
-        if dark_object.any():
-            np.copyto(body, whole, where=dark_object[labels])
+        body = bodies(whole, shadow, settings.body_share)
         result = np.zeros_like(mask)
         result[box] = body
         return result
@@ -339,14 +323,6 @@ class BackgroundModel:
         return found
 
 
-def _opened(mask: np.ndarray) -> np.ndarray:
-    """Returns a mask without lines and specks of a single pixel.
-
-    The anchors are opposite: OpenCV's own opening by a mask of even size shifts the image by a pixel.
-    """
-    return cv2.dilate(cv2.erode(mask, _SPECK, anchor=(0, 0)), _SPECK, anchor=(1, 1))
-
-
 def _closed(mask: np.ndarray, side: int) -> np.ndarray:
     """Returns a mask whose gaps are closed by a square, its side odd [px].
 
@@ -370,13 +346,7 @@ def _changed(image: np.ndarray, earlier: np.ndarray, gain: float, threshold: flo
     """
     if abs(gain - 1.0) >= SAME_LIGHT:
         earlier = cv2.convertScaleAbs(earlier, alpha=gain)
-    return cv2.threshold(_largest(cv2.absdiff(image, earlier)), threshold, 255, cv2.THRESH_BINARY)[1]
-
-
-def _largest(difference: np.ndarray) -> np.ndarray:
-    """Returns the largest of the three channels (h, w, 3) of every pixel, (h, w)."""
-    red, green, blue = cv2.split(difference)
-    return cv2.max(cv2.max(red, green), blue)
+    return cv2.threshold(largest_channel(cv2.absdiff(image, earlier)), threshold, 255, cv2.THRESH_BINARY)[1]
 
 
 def _median(values: np.ndarray) -> float:

@@ -12,8 +12,9 @@ from drake_tracker.core.bounded_yaml import load_yaml
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.text_file import read_text
 from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.lens_models import COEFFICIENTS, FISHEYE, PINHOLE
 
-_CAMERA_ARRAYS = {"K": (3, 3), "distortion": (5,), "X_CW": (4, 4)}
+_CAMERA_ARRAYS = ("K", "distortion", "X_CW")
 _DIGITS = 9
 _ROTATION_TOLERANCE = 1e-6
 _MOST_PIXELS = 100_000
@@ -41,7 +42,8 @@ def save_calibration(
     """
     data: dict[str, Any] = {"rig": rig or {}, "notes": notes or {}, "cameras": {}}
     for name, camera in cameras.items():
-        data["cameras"][name] = {"width": camera.width, "height": camera.height} | {
+        lens = {} if camera.lens == PINHOLE else {"lens": camera.lens}
+        data["cameras"][name] = {"width": camera.width, "height": camera.height, **lens} | {
             key: np.round(getattr(camera, key), _DIGITS).tolist() for key in _CAMERA_ARRAYS
         }
     text = yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=120)
@@ -62,7 +64,7 @@ def load_calibration(path: str | Path, rig: Mapping[str, Any] | None = None) -> 
     entries = _mapping(path, data, "cameras")
     if rig is not None:
         check_rig(path, _mapping(path, data, "rig"), rig, "calibrate")
-    return {name: _read_camera(path, f"cameras.{name}", _mapping(path, entries, name)) for name in entries}
+    return {name: read_camera(path, f"cameras.{name}", _mapping(path, entries, name)) for name in entries}
 
 
 def load_pose(path: str | Path, *keys: str) -> np.ndarray:
@@ -86,16 +88,30 @@ def load_pose(path: str | Path, *keys: str) -> np.ndarray:
 
 def _read_yaml(path: str | Path) -> Any:
     try:
-        return load_yaml(read_text(path))
+        return load_yaml(read_calibration_text(path))
+    except yaml.YAMLError as error:
+        raise yaml_error(path, error) from None
+
+
+def read_calibration_text(path: str | Path) -> str:
+    """Returns the text of a calibration file.
+
+    Raises DrakeTrackerError, one line naming the file, when it cannot be read.
+    """
+    try:
+        return read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise DrakeTrackerError(
             f"{path}: the calibration cannot be read ({getattr(error, 'strerror', None) or 'it is not text'}); "
             "make one with drake-tracker calibrate"
         ) from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f" line {mark.line + 1}" if mark else ""
-        raise DrakeTrackerError(f"{path}{where}: {getattr(error, 'problem', None) or 'this is not YAML'}") from None
+
+
+def yaml_error(path: str | Path, error: yaml.YAMLError) -> DrakeTrackerError:
+    """Returns the error of a file that is not YAML, as one line naming the file and the line."""
+    mark = getattr(error, "problem_mark", None)
+    where = f" line {mark.line + 1}" if mark else ""
+    return DrakeTrackerError(f"{path}{where}: {getattr(error, 'problem', None) or 'this is not YAML'}")
 
 
 def _mapping(path: str | Path, data: Any, key: str) -> dict[str, Any]:
@@ -127,32 +143,46 @@ def check_rig(path: str | Path, found: Any, wanted: Mapping[str, Any], command: 
             )
 
 
-def _read_camera(path: str | Path, key: str, entry: Mapping[str, Any]) -> CameraModel:
+def read_camera(path: str | Path, key: str, entry: Mapping[str, Any], least_size: int = 1) -> CameraModel:
+    """Returns the camera of an entry of a file.
+
+    Args:
+        path: of the file, for messages.
+        key: of the entry, for messages.
+        entry: width, height, K, distortion, X_CW and, unless it is a pinhole, lens.
+        least_size: least width and height [px].
+
+    Raises DrakeTrackerError, one line naming the file and the key, when a value is wrong.
+    """
     sizes: dict[str, int] = {}
     arrays: dict[str, np.ndarray] = {}
     for name in ("width", "height"):
         size = entry.get(name)
-        if type(size) is not int or not 0 < size <= _MOST_PIXELS:
+        if type(size) is not int or not least_size <= size <= _MOST_PIXELS:
             raise DrakeTrackerError(
                 f"{path}: {key}.{name} is {size!r}; it must be a whole number from 1 to {_MOST_PIXELS}"
             )
         sizes[name] = size
-    for name, shape in _CAMERA_ARRAYS.items():
+    lens = entry.get("lens", PINHOLE)
+    if lens not in (PINHOLE, FISHEYE):
+        raise DrakeTrackerError(f"{path}: {key}.lens is {str(lens)[:60]!r}; it must be {PINHOLE} or {FISHEYE}")
+    for name, shapes in (("K", [(3, 3)]), ("distortion", [(n,) for n in COEFFICIENTS[lens]]), ("X_CW", [(4, 4)])):
         try:
             arrays[name] = np.array(entry.get(name), dtype=float)
         except (TypeError, ValueError, OverflowError):
             arrays[name] = np.empty(0)
-        if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
-            raise DrakeTrackerError(f"{path}: {key}.{name} must contain {' x '.join(map(str, shape))} finite numbers")
+        if arrays[name].shape not in shapes or not np.isfinite(arrays[name]).all():
+            wanted = " or ".join(" x ".join(map(str, shape)) for shape in shapes)
+            raise DrakeTrackerError(f"{path}: {key}.{name} must contain {wanted} finite numbers")
         most = _MOST_PIXELS if name == "K" else _FARTHEST
         if np.abs(arrays[name]).max() > most:
             raise DrakeTrackerError(f"{path}: {key}.{name} has a number beyond {most:g}, which no camera has")
     K, X_CW = arrays["K"], arrays["X_CW"]
-    if K[0, 0] <= 0.0 or K[1, 1] <= 0.0 or not np.allclose(K[[1, 2, 2, 2], [0, 0, 1, 2]], [0.0, 0.0, 0.0, 1.0]):
-        raise DrakeTrackerError(f"{path}: {key}.K must be [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with fx, fy above 0")
+    if K[0, 0] <= 0.0 or K[1, 1] <= 0.0 or not np.allclose(K[[0, 1, 2, 2, 2], [1, 0, 0, 1, 2]], [0, 0, 0, 0, 1]):
+        raise DrakeTrackerError(f"{path}: {key}.K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] with fx, fy above 0")
     if not _is_pose(X_CW):
         raise DrakeTrackerError(f"{path}: {key}.X_CW must be a rotation and a translation, last row 0 0 0 1")
-    return CameraModel(arrays["K"], arrays["distortion"], arrays["X_CW"], sizes["width"], sizes["height"])
+    return CameraModel(arrays["K"], arrays["distortion"], arrays["X_CW"], sizes["width"], sizes["height"], lens)
 
 
 def _is_pose(X: np.ndarray) -> bool:

@@ -3,33 +3,32 @@
 import dataclasses
 import math
 from functools import cached_property
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.math import RigidTransform
 
-Coordinate = TypeVar("Coordinate", float, np.ndarray)
-_UNDISTORT_ROUNDS = 30
-_UNDISTORT_TOLERANCE_PX = 1e-6
+from drake_tracker.vision.lens_models import COEFFICIENTS, PINHOLE, Coordinate, LensModel, make_lens
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class CameraModel:
-    """A pinhole camera with lens distortion, at a known pose.
+    """A calibrated camera at a known pose.
 
     Pixel coordinates follow OpenCV: the centre of the top left pixel is (0, 0), u runs to the right, v down. The camera
     frame C has x to the right, y down and z along the optical axis.
 
     Attributes:
         K: (3, 3) intrinsic matrix [px].
-        distortion: (5,) coefficients k1, k2, p1, p2, k3 in OpenCV's order.
+        distortion: coefficients in OpenCV's order: k1, k2, p1, p2, k3 or k1, k2, p1, p2, k3, ..., k6 of a pinhole;
+            k1, ..., k4 of a fisheye.
         X_CW: (4, 4) homogeneous matrix that takes p_WQ to p_CQ [m].
         width: of the full image [px].
         height: of the full image [px].
+        lens: "pinhole" or "fisheye", see `lens_models`.
 
-    The arrays are copied and made read-only. Raises ValueError on an array of another shape.
+    The arrays are copied and made read-only. Raises ValueError on an array of another shape, or another lens.
     """
 
     K: np.ndarray
@@ -37,12 +36,17 @@ class CameraModel:
     X_CW: np.ndarray
     width: int
     height: int
+    lens: str = PINHOLE
 
     def __post_init__(self) -> None:
-        for name, shape in (("K", (3, 3)), ("distortion", (5,)), ("X_CW", (4, 4))):
+        if self.lens not in COEFFICIENTS:
+            raise ValueError(f"CameraModel.lens is {self.lens!r}; it must be one of {', '.join(COEFFICIENTS)}")
+        shapes = [(count,) for count in COEFFICIENTS[self.lens]]
+        for name, allowed in (("K", [(3, 3)]), ("distortion", shapes), ("X_CW", [(4, 4)])):
             array = np.array(getattr(self, name), dtype=float)
-            if array.shape != shape:
-                raise ValueError(f"CameraModel.{name} has shape {array.shape}; it must be {shape}")
+            if array.shape not in allowed:
+                wanted = " or ".join(map(str, allowed))
+                raise ValueError(f"CameraModel.{name} has shape {array.shape}; it must be {wanted}")
             array.setflags(write=False)
             object.__setattr__(self, name, array)
 
@@ -91,61 +95,46 @@ class CameraModel:
 
         Returns (origin, directions): p_WC (3,) [m], the camera's centre, and unit vectors (n, 3) towards the scene.
         """
-        uv = np.asarray(uv, dtype=float).reshape(-1, 1, 2)
+        uv = np.asarray(uv, dtype=float).reshape(-1, 2)
         X_WC = self.X_WC
         if len(uv) == 0:
             return X_WC[:3, 3], np.empty((0, 3))
-        directions_C = np.column_stack([self._undistort(uv), np.ones(len(uv))])
+        directions_C = np.column_stack([self._model.normalised(uv), np.ones(len(uv))])
         directions_C /= np.linalg.norm(directions_C, axis=1, keepdims=True)
         return X_WC[:3, 3], directions_C @ X_WC[:3, :3].T
 
     def ray(self, u: float, v: float) -> tuple[np.ndarray, np.ndarray]:
         """Returns the same as `rays` of a single pixel, in less time: (origin (3,) [m], direction (3,))."""
-        if self._is_pinhole:
-            fx, fy, cx, cy = self._lens[:4]
-            x, y = (u - cx) * (1.0 / fx), (v - cy) * (1.0 / fy)
-        else:
-            x, y = self._undistort_one(u, v)
+        x, y = self._model.normalised_one(u, v)
         length = math.sqrt(x * x + y * y + 1.0)
         return self.X_WC[:3, 3], (np.array([[x / length, y / length, 1.0 / length]]) @ self.X_WC[:3, :3].T)[0]
 
     def pixels(self, x: Coordinate, y: Coordinate) -> tuple[Coordinate, Coordinate]:
-        """Returns the pixels (u, v) of normalised image coordinates, which are x / z and y / z in the camera frame.
+        """Returns the pixels (u, v) of normalised image coordinates, which are x / z and y / z in the camera frame."""
+        return self._model.pixels(x, y)
 
-        The arithmetic is that of ``cv2.projectPoints``, to the last bit, which also computes derivatives.
+    def in_frame(self, X_WF: ArrayLike) -> Self:
+        """Returns the same camera with another frame F as its world.
+
+        Args:
+            X_WF: pose of F, shape (4, 4) [m].
         """
-        fx, fy, cx, cy, k1, k2, p1, p2, k3 = self._lens
-        if not self._is_pinhole:
-            r2 = x * x + y * y
-            radial = 1.0 + k1 * r2
-            if k2 or k3:
-                r4 = r2 * r2
-                radial = radial + k2 * r4 + k3 * (r4 * r2)
-            if p1 or p2:
-                cross = 2.0 * x * y
-                x, y = (
-                    x * radial + p1 * cross + p2 * (r2 + 2.0 * x * x),
-                    y * radial + p1 * (r2 + 2.0 * y * y) + p2 * cross,
-                )
-            else:
-                x, y = x * radial, y * radial
-        return x * fx + cx, y * fy + cy
+        return dataclasses.replace(self, X_CW=self.X_CW @ np.asarray(X_WF))
 
     @property
     def focal_lengths(self) -> tuple[float, float]:
         """Focal lengths along u and v [px]."""
-        return self._lens[0], self._lens[1]
+        return float(self.K[0, 0]), float(self.K[1, 1])
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether the lens is a fisheye or has rational distortion."""
+        return len(self.distortion) != 5
 
     @cached_property
-    def _lens(self) -> tuple[float, ...]:
-        """Focal lengths and principal point [px], and coefficients of the distortion: fx, fy, cx, cy, k1, ..., k3."""
-        K = self.K
-        return (*(float(value) for value in (K[0, 0], K[1, 1], K[0, 2], K[1, 2])), *self.distortion.tolist())
-
-    @cached_property
-    def _is_pinhole(self) -> bool:
-        """Whether the lens has no distortion."""
-        return not self.distortion.any()
+    def _model(self) -> LensModel:
+        """The lens."""
+        return make_lens(self.lens, self.K, self.distortion)
 
     def _distort(self, p_CQ: np.ndarray) -> np.ndarray:
         """Returns the pixels (n, 2) of the points ``p_CQ`` (n, 3) [m] in front of the camera."""
@@ -154,31 +143,6 @@ class CameraModel:
             inverse = 1.0 / z
             return np.array([self.pixels(x * inverse, y * inverse)])
         return np.column_stack(self.pixels(*(p_CQ[:, :2] * (1.0 / p_CQ[:, 2:])).T))
-
-    def _undistort(self, uv: np.ndarray) -> np.ndarray:
-        """Returns the normalised image coordinates (n, 2) of the pixels ``uv`` (n, 1, 2), without distortion."""
-        if self._is_pinhole:
-            return (uv[:, 0] - self.K[:2, 2]) * (1.0 / self.K.diagonal()[:2])
-        xy = cv2.undistortPoints(uv, self.K, self.distortion)[:, 0]
-        # OpenCV stops after five iterations, which leaves up to .02 px with a strong lens: iterate until it is exact.
-        for _ in range(_UNDISTORT_ROUNDS):
-            miss = self._distort(np.column_stack([xy, np.ones(len(xy))])) - uv[:, 0]
-            if np.abs(miss).max() < _UNDISTORT_TOLERANCE_PX:
-                break
-            xy = xy - miss / (self.K[0, 0], self.K[1, 1])
-        return xy
-
-    def _undistort_one(self, u: float, v: float) -> tuple[float, float]:
-        """Returns the same as `_undistort` of a single pixel."""
-        x, y = cv2.undistortPoints(np.array([[[u, v]]]), self.K, self.distortion)[0, 0].tolist()
-        fx, fy = self._lens[:2]
-        for _ in range(_UNDISTORT_ROUNDS):
-            found_u, found_v = self.pixels(x, y)
-            miss_u, miss_v = found_u - u, found_v - v
-            if abs(miss_u) < _UNDISTORT_TOLERANCE_PX and abs(miss_v) < _UNDISTORT_TOLERANCE_PX:
-                break
-            x, y = x - miss_u / fx, y - miss_v / fy
-        return x, y
 
 
 def opencv_intrinsics(info: Any) -> np.ndarray:

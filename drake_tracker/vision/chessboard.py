@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.vision.board import BoardShapes, as_seen_from_the_front, grid_turns
 
 _FINDER_WIDTH = 1024
 _FRONTAL_SQUARE = 24
@@ -25,15 +26,16 @@ class Chessboard:
     """A chessboard of (columns + 1) x (rows + 1) squares.
 
     The board's frame B has its origin at the first inner corner, x along the columns, y along the rows, and z into the
-    board, so that the axes of a board seen from the front are parallel to the image's u, v. The square diagonally
-    outside the first inner corner is black.
+    board, so that the axes of a board seen from the front are parallel to the image's u, v. If one of both numbers is
+    odd and one even, the square diagonally outside the first inner corner is black. Otherwise the board looks the same
+    after half a turn, and either end may be the first.
 
     Attributes:
         columns: inner corners along x.
-        rows: inner corners along y; one of both numbers must be odd and one even, or a half turn looks the same.
+        rows: inner corners along y.
         square: side of a square [m], or the unit of length.
 
-    Raises DrakeTrackerError when columns and rows are both odd or both even, or too few.
+    Raises DrakeTrackerError when there are too few.
     """
 
     columns: int = 9
@@ -41,16 +43,41 @@ class Chessboard:
     square: float = 0.05
 
     def __post_init__(self) -> None:
-        if min(self.columns, self.rows) < 3 or (self.columns + self.rows) % 2 == 0:
+        if min(self.columns, self.rows) < 3:
             raise DrakeTrackerError(
-                f"a board of {self.columns} x {self.rows} inner corners cannot be used; both must be at least 3, "
-                "one odd and one even"
+                f"a board of {self.columns} x {self.rows} inner corners cannot be used; both must be at least 3"
             )
 
-    def corners(self) -> np.ndarray:
+    @property
+    def name(self) -> str:
+        """The board in words."""
+        return f"{self.columns} x {self.rows} board"
+
+    @property
+    def spacing(self) -> float:
+        """Distance between neighbouring corners [m]."""
+        return self.square
+
+    def points(self) -> np.ndarray:
         """Returns p_BQ of the inner corners (columns * rows, 3) [m], row by row."""
         y, x = np.mgrid[: self.rows, : self.columns]
         return self.square * np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+
+    def turns(self) -> list[np.ndarray]:
+        """Returns the orders of the corners in which a turned board looks the same."""
+        half = (self.columns + self.rows) % 2 == 0
+        return grid_turns(self.columns, self.rows, half=half, quarter=self.columns == self.rows)
+
+    def find(self, image: np.ndarray) -> np.ndarray | None:
+        """Returns the pixels (n, 2) of the inner corners in a grey image (h, w), or None."""
+        return find_corners(image, self)
+
+    def shapes(self) -> BoardShapes:
+        """Returns what is black on the board."""
+        y, x = np.mgrid[-1 : self.rows, -1 : self.columns]
+        black = (x + y) % 2 == 0
+        squares = np.column_stack([x[black], y[black], np.ones((black.sum(), 2))]) * self.square
+        return BoardShapes(squares, np.zeros((0, 3)))
 
 
 def draw_board(board: Chessboard) -> np.ndarray:
@@ -69,9 +96,9 @@ def draw_board(board: Chessboard) -> np.ndarray:
 def find_corners(image: np.ndarray, board: Chessboard) -> np.ndarray | None:
     """Returns the pixels (columns * rows, 2) of a board's inner corners in a grey image (h, w), or None.
 
-    The order is that of `Chessboard.corners`; the colours of the squares determine which end of the board is which. The
-    corners are refined in a frontal picture of the board, because the squares of a board that lies flat in front of a
-    low camera are so short that an upright window would contain several corners.
+    The order is that of `Chessboard.points`; the colours of the squares determine which end of the board is which, if
+    they can. The corners are refined in a frontal picture of the board, because the squares of a board that lies flat
+    in front of a low camera are so short that an upright window would contain several corners.
     """
     # The finder needs squares of about 20 px; a small image is enlarged for it.
     scale = max(1, round(_FINDER_WIDTH / max(image.shape)))
@@ -82,7 +109,7 @@ def find_corners(image: np.ndarray, board: Chessboard) -> np.ndarray | None:
     if not found:
         return None
     corners = (corners.reshape(-1, 2).astype(float) + 0.5) / scale - 0.5
-    frontal = _FRONTAL_SQUARE * (board.corners()[:, :2] / board.square + 2.0)
+    frontal = _FRONTAL_SQUARE * (board.points()[:, :2] / board.square + 2.0)
     H, _ = cv2.findHomography(corners, frontal)
     if H is None:
         return None
@@ -93,6 +120,8 @@ def find_corners(image: np.ndarray, board: Chessboard) -> np.ndarray | None:
     start = cv2.perspectiveTransform(corners[:, np.newaxis], H).astype(np.float32)
     refined = cv2.cornerSubPix(picture, start, window, (-1, -1), _REFINE_STOP)
     corners = cv2.perspectiveTransform(refined.reshape(-1, 1, 2).astype(float), np.linalg.inv(H))[:, 0]
+    if len(board.turns()) > 1:
+        return as_seen_from_the_front(corners, board.points(), board.columns)
     return corners if _first_square_is_black(picture, board) else corners[::-1].copy()
 
 

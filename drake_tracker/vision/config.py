@@ -94,15 +94,12 @@ class StaticThreshold(BinaryImage):
 
 
 @dataclass(frozen=True)
-class Silhouettes:
-    """Finds whole objects: the difference from a picture of the empty scene, which is learned from the images."""
+class Contrast:
+    """What counts as an object in the difference from the empty scene, and what as its shadow."""
 
     threshold: float = setting(10.0, "least difference from the background that counts", "grey levels", (1.0, 255.0))
     noise_factor: float = setting(
         5.0, "raises the threshold to this many standard deviations of the noise", "", (0.0, 50.0)
-    )
-    join_distance: int = setting(
-        25, "gap between moving edges that is bridged until the background is known", "px", (1, 255)
     )
     learning_rate: float = setting(0.02, "share of each image in the background", "", (0.0, 1.0))
     shadow_darkest: float = setting(
@@ -112,6 +109,15 @@ class Silhouettes:
     shadow_spread: float = setting(0.22, "largest change of colour in a shadow, 0: no test for shadows", "", (0.0, 2.0))
     body_share: float = setting(
         0.25, "share of a region that is not shadow-like from which on the rest counts as its shadow", "", (0.0, 1.0)
+    )
+
+
+@dataclass(frozen=True)
+class Silhouettes(Contrast):
+    """Finds whole objects: the difference from a picture of the empty scene, which is learned from the images."""
+
+    join_distance: int = setting(
+        25, "gap between moving edges that is bridged until the background is known", "px", (1, 255)
     )
 
 
@@ -164,4 +170,24 @@ class MeasuredParts:
     turn_bias_std_deg: float = setting(
         1.0, "standard deviation of the direction that each part keeps", "deg", (0.0, 45.0)
     )
-    lag_cycles: int = setting(15, "time from the capture of an image to the parts in it", "cycles", (0, 120))
+    lag_cycles: int = setting(
+        15, "time from the capture of an image to the parts in it", "cycles", (0, 120), shared=True
+    )
+
+
+@dataclass(frozen=True)
+class BeltParts(Contrast):
+    """Finds the parts on a moving belt: what stands out from the empty belt, and has the outline of a part."""
+
+    largest_misfit: float = setting(
+        0.05,
+        "difference of silhouette and outline, as a share of the outline, up to which a part is seen",
+        "",
+        (0.01, 1.0),
+    )
+    confirm_after: int = setting(8, "pairs of images after which a new part is reported", "", (1, 1000))
+    coast_time: float = setting(3.0, "time after which a part that the arm hides is forgotten", "s", (0.05, 60.0))
+    lost_after: float = setting(
+        0.3, "time after which a part that is not where it should be is forgotten", "s", (0.0, 60.0)
+    )
+    mask_arm: bool = setting(True, "ignore the pixels where the robot's own arm is, as its joint angles tell")

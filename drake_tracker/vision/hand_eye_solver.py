@@ -51,7 +51,7 @@ def solve_hand_eye(X_WTs: Sequence[np.ndarray], views: Sequence[np.ndarray], boa
         raise DrakeTrackerError(
             f"hand-eye calibration: {len(views)} views at {len(X_WTs)} poses; at least {FEWEST_VIEWS} are needed"
         )
-    corners = board.corners()
+    corners = board.points()
     X_CBs = []
     for view in views:
         _, turn, p = cv2.solvePnP(corners, view, lens.K, lens.distortion)

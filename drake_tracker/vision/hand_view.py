@@ -39,7 +39,7 @@ class HandView:
         """Returns the camera in the world at joint positions q, shape (n,) [rad]."""
         X_TW = self._model.tool_pose(q).inverse().GetAsMatrix4()
         camera = self.camera
-        return CameraModel(camera.K, camera.distortion, camera.X_CW @ X_TW, camera.width, camera.height)
+        return camera.in_frame(X_TW)
 
     def scene(self, jaw_width: float) -> np.ndarray:
         """Returns float32 (h, w), 1 where the image shows the scene and 0 where it shows the hand.

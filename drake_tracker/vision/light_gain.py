@@ -5,6 +5,9 @@ import math
 GAIN_LIMITS = (2 / 3, 3 / 2)
 """When the brightness changes by a larger factor between two images, the light was switched: no motion can be found."""
 
+SAME_LIGHT = 0.004
+"""Changes of the brightness below this share are not compensated."""
+
 
 def light_gain(level0: float, level1: float) -> float | None:
     """Returns the factor that scales an image of total brightness ``level0`` to another image of ``level1``.

@@ -13,7 +13,7 @@ from drake_tracker.core.messages import Centroid, TrackPoint, message_size
 from drake_tracker.core.timing import PROJECTOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.localiser_system import connect_centroids
-from drake_tracker.vision.plane_projection import EveryPoint, LastPoint, PointFilter, camera_on_board, project_to_plane
+from drake_tracker.vision.plane_projection import EveryPoint, LastPoint, PointFilter, project_to_plane
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +130,7 @@ def add_plane_projector(
         name: of the System.
     """
     X_WP = (X_WP or RigidTransform()).GetAsMatrix4()
-    on_plane = camera_on_board(camera.K, camera.X_CW @ X_WP, camera.width, camera.height, camera.distortion)
+    on_plane = camera.in_frame(X_WP)
     system: PlaneProjectorSystem = builder.AddNamedSystem(
         name, PlaneProjectorSystem(on_plane, X_WP, height, plausible, period=period, offset=offset)
     )

@@ -8,14 +8,11 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from drake_tracker.arm.arm_shape import ArmShape
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.messages import JawState, message_size
 from drake_tracker.core.timing import LAG_CYCLES, PROJECTOR_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
-from drake_tracker.vision.arm_silhouette import ArmSilhouette
-from drake_tracker.vision.arm_silhouette_system import ArmSilhouetteSystem
+from drake_tracker.vision.arm_silhouette_system import add_arm_silhouette
 from drake_tracker.vision.background_model import BackgroundModel
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import Several
-from drake_tracker.vision.delay_line_system import DelayLineSystem
 from drake_tracker.vision.foreground_system import ForegroundSystem
 from drake_tracker.vision.tracker import Tracker
 from drake_tracker.vision.tracker_system import TrackerSystem
@@ -118,7 +115,10 @@ class SeveralVisionDiagram(Diagram):
         )
         hidden: dict[str, OutputPort] = {}
         if arm is not None:
-            hidden = self._add_arm(builder, cameras, image_windows, arm, period, image_latency)
+            system = add_arm_silhouette(builder, cameras, image_windows, arm, period=period, latency=image_latency)
+            for side in SIDES:
+                hidden[side] = system.GetOutputPort(f"hidden_{side}")
+                builder.ExportInput(system.GetInputPort(f"displacement_{side}"), f"displacement_{side}")
         for side in SIDES:
             window = None if windows is None else windows[side].mask(image_windows[side])
             system = builder.AddNamedSystem(
@@ -159,28 +159,3 @@ class SeveralVisionDiagram(Diagram):
         for name, port in ({port.get_name(): port for port in ports} | taken).items():
             builder.ExportOutput(port, name)
         builder.BuildInto(self)
-
-    @staticmethod
-    def _add_arm(
-        builder: DiagramBuilder,
-        cameras: Mapping[str, CameraModel],
-        image_windows: Mapping[str, tuple[int, int, int, int]],
-        arm: tuple[ArmShape, int],
-        period: float,
-        latency: int,
-    ) -> dict[str, OutputPort]:
-        """Adds the silhouette of the arm, at the capture of the images; returns {side: output port}."""
-        shape, num_joints = arm
-        silhouettes = {side: ArmSilhouette(cameras[side], image_windows[side]) for side in SIDES}
-        system = builder.AddNamedSystem("arm_silhouette", ArmSilhouetteSystem(shape, silhouettes, num_joints))
-        for name, size in (("arm_state", 2 * num_joints), ("jaws", message_size(JawState))):
-            if latency == 0:
-                builder.ExportInput(system.GetInputPort(name), name)
-                continue
-            # Vision reads the line before it takes in the newest sample, hence one step less.
-            line = builder.AddNamedSystem(f"{name}_at_capture", DelayLineSystem(size, latency - 1, period=period))
-            builder.ExportInput(line.get_input_port(), name)
-            builder.Connect(line.get_output_port(), system.GetInputPort(name))
-        for side in SIDES:
-            builder.ExportInput(system.GetInputPort(f"displacement_{side}"), f"displacement_{side}")
-        return {side: system.GetOutputPort(f"hidden_{side}") for side in SIDES}

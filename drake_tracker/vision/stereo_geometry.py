@@ -20,6 +20,8 @@ WIDEST_GATE = 12.0
 """Largest standard deviation of an expected centroid [px]."""
 HEIGHT_STD = 0.004
 """Standard deviation of the height of an object that moves on a surface [m]."""
+_STEP = 1e-5
+"""Step of a numerical derivative, as a fraction of the distance from the camera."""
 
 
 class StereoGeometry:
@@ -158,7 +160,14 @@ class StereoGeometry:
 
 
 def projection_jacobian(camera: CameraModel, p_WQ: np.ndarray) -> np.ndarray:
-    """Returns the derivative of the pixel (u, v) by the position p_WQ, shape (2, 3) [px/m], without lens distortion."""
+    """Returns the derivative of the pixel (u, v) by the position p_WQ, shape (2, 3) [px/m].
+
+    The distortion of a pinhole with five coefficients is left out; that of wider lenses is not.
+    """
+    if camera.is_wide:
+        step = _STEP * float(np.linalg.norm(p_WQ - camera.X_WC[:3, 3]))
+        uv = camera.project(p_WQ + step * np.vstack([np.eye(3), -np.eye(3)]))
+        return (uv[:3] - uv[3:]).T / (2.0 * step)
     R_CW, (fx, fy) = camera.X_CW[:3, :3], camera.focal_lengths
     x, y, z = R_CW @ p_WQ + camera.X_CW[:3, 3]
     return np.array([[fx / z, 0.0, -fx * x / z**2], [0.0, fy / z, -fy * y / z**2]]) @ R_CW

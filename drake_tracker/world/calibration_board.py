@@ -112,7 +112,7 @@ def paint_board(
     picture = Path(folder) / "board.png"
     cv2.imwrite(str(picture), draw_board(board))
     size = np.array([board.columns + 3, board.rows + 3]) * board.square
-    X_BG = RigidTransform([*board.corners()[:, :2].mean(axis=0), BOARD_THICKNESS / 2.0])
+    X_BG = RigidTransform([*board.points()[:, :2].mean(axis=0), BOARD_THICKNESS / 2.0])
     instance = GeometryInstance(X_PB @ X_BG, Box(*size, BOARD_THICKNESS), "board")
     properties = PerceptionProperties()
     properties.AddProperty("phong", "diffuse_map", str(picture))
@@ -121,5 +121,5 @@ def paint_board(
 
 
 def _centred(board: Chessboard, R_WB: RotationMatrix, centre: Sequence[float] | np.ndarray) -> RigidTransform:
-    middle = board.corners().mean(axis=0)
+    middle = board.points().mean(axis=0)
     return RigidTransform(R_WB, np.asarray(centre, dtype=float) - R_WB @ middle)

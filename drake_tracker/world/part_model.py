@@ -11,8 +11,8 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import RigidBody, SpatialInertia
 
 from drake_tracker.core.colour import rgb
-from drake_tracker.core.part_kinds import ELL_LEG, PART_SHAPES, PartKind
-from drake_tracker.world.part_outline import part_outline
+from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
+from drake_tracker.core.part_outline import part_outline, solids
 from drake_tracker.world.visual_mesh import add_visual_mesh, disc, merge, prism, rectangle
 
 FRICTION = 0.8
@@ -28,20 +28,6 @@ _DISC_FEET = 4
 def rest_height(kind: PartKind) -> float:
     """Returns the height of the origin of P above the plane on which a part stands [m]."""
     return 0.5 * PART_SHAPES[kind].height
-
-
-def solids(kind: PartKind) -> tuple[tuple[tuple[float, float], tuple[float, float]], ...]:
-    """Returns the centre (x, y) and the size (along x, along y) in P of each cuboid of a part, without overlap [m].
-
-    A disc has one, which contains it.
-    """
-    shape = PART_SHAPES[kind]
-    long_leg = ((shape.middle, 0.0), (shape.length, shape.width))
-    if kind is not PartKind.ELL:
-        return (long_leg,)
-    reach = ELL_LEG - shape.width
-    short_leg = ((shape.middle + 0.5 * (shape.length - shape.width), 0.5 * (shape.width + reach)), (shape.width, reach))
-    return long_leg, short_leg
 
 
 def part_inertia(kind: PartKind) -> SpatialInertia:

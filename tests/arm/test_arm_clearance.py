@@ -3,7 +3,7 @@ import pytest
 
 from drake_tracker.arm.arm_clearance import MARGIN, ArmClearance, Nearness
 from drake_tracker.arm.arm_model import tool_down
-from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT
+from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT, UR5E
 from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.world.plant import table_box
 
@@ -43,7 +43,9 @@ def test_nothing_is_kept_from_call_to_call(arm_model, clearance):
     assert clearance.distance(q, 0.02) == first
 
 
-@pytest.mark.parametrize("description", [PUMA560, PUMA560_CUP, SEVEN_JOINT], ids=["puma560", "cup", "seven_joint"])
+@pytest.mark.parametrize(
+    "description", [PUMA560, PUMA560_CUP, SEVEN_JOINT, UR5E], ids=["puma560", "cup", "seven_joint", "ur5e"]
+)
 def test_every_link_is_watched_and_the_arm_starts_clear(description):
     """The geometry of the models leaves room in the pose from which every run starts."""
     clearance = ArmClearance(description)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_tracker.arm.arm_shape import TOLERANCE, ArmShape
-from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT
+from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT, UR5E
 from drake_tracker.core.errors import DrakeTrackerError
 
 HAND = """<sdf version="1.9"><model name="gripper"><link name="hand">
@@ -24,7 +24,9 @@ def reach(points, direction):
     return float((points @ direction).max())
 
 
-@pytest.mark.parametrize("description", [PUMA560, PUMA560_CUP, SEVEN_JOINT], ids=["puma560", "cup", "seven_joint"])
+@pytest.mark.parametrize(
+    "description", [PUMA560, PUMA560_CUP, SEVEN_JOINT, UR5E], ids=["puma560", "cup", "seven_joint", "ur5e"]
+)
 def test_every_moving_link_has_a_piece_of_few_points_and_the_base_has_none(description):
     q = np.array(description.q_start)
     links = len(q) + 1 + len(description.fingers)

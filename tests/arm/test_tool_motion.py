@@ -313,3 +313,24 @@ def test_a_hand_without_symmetry_does_not_spin_for_a_pose_that_is_given_a_turn_a
     for k in range(90):
         run.tick(command(motion=k // 30, frozen=float(k >= 30)), target(HOME if k < 30 else [*HOME[:3], -np.pi + 0.1]))
     assert np.ptp(np.array(run.rows)[:, 3]) < 0.2
+
+
+@pytest.mark.parametrize("object_yaw", np.linspace(-3.0, 3.0, 13))
+def test_a_hand_that_swings_about_the_base_chooses_the_branch_for_the_end_of_the_motion(object_yaw):
+    """Joint 1 turns the hand as well: without the look ahead, the jaws flip on arrival, which takes half a second."""
+    start, end = np.array([0.41, -0.52, 0.52]), np.array([0.61, 0.25, 0.465])
+
+    def flips(swings):
+        motion = ToolMotion(HOME, SERVO_PERIOD, swings=swings)
+        state = motion.initial_state(start, 0.5 * np.pi)
+        branches = []
+        for k in range(70):
+            azimuth = np.arctan2(state.tool[1], state.tool[0])
+            q6 = azimuth - np.arctan2(start[1], start[0]) - (state.tool[3] - 0.5 * np.pi) - 0.9
+            state = motion.update(state, k * SERVO_PERIOD, command(duration=0.9), target([*end, object_yaw]), q6)
+            branches.append(state.branch)
+        return len(set(branches)) - 1, abs(q6)
+
+    count, q6 = flips(swings=True)
+    assert count == 0 and q6 <= 0.5 * np.pi + 0.01
+    assert flips(swings=False)[1] <= FLIP_ANGLE + 0.01

@@ -82,9 +82,9 @@ def test_a_pair_of_cameras(shots, capsys):
 def test_the_world_may_be_the_board_of_the_first_pair(shots):
     assert calibrate("left", "right", "--world") == 0
     cameras = load_calibration("rig.yaml")
-    p_PQ = BOARD.corners() * [1.0, -1.0, 1.0]
+    p_PQ = BOARD.points() * [1.0, -1.0, 1.0]
     for name, model in (("camera_left", LEFT), ("camera_right", RIGHT)):
-        truth = model.project(BOARD.corners() @ HELD[0][:3, :3].T + HELD[0][:3, 3])
+        truth = model.project(BOARD.points() @ HELD[0][:3, :3].T + HELD[0][:3, 3])
         assert np.abs(cameras[name].project(p_PQ) - truth).max() < 0.6
         assert cameras[name].X_WC[2, 3] > 0.2  # above the board
     np.testing.assert_array_equal(load_pose("rig.yaml", "notes", "X_WP"), np.eye(4))
@@ -112,11 +112,18 @@ def test_a_pair_without_the_board_is_named_and_skipped(shots, capsys):
         (lambda: None, "left right", {"board": "9x6"}, "the 9 x 6 board was found in 0 of 7 pairs"),
         (lambda: None, "left right", {"board": "6by5"}, "--board 6by5: give the inner corners as COLUMNSxROWS"),
         (lambda: None, "left right", {"board": "6x4x2"}, "--board 6x4x2"),
-        (lambda: None, "left right", {"board": "6x6"}, "a board of 6 x 6 inner corners cannot be used"),
+        (lambda: None, "left right", {"board": "6x2"}, "a board of 6 x 2 inner corners cannot be used"),
+        (lambda: None, "left right", {"board": "7x6"}, "a board with 6 x 5 inner corners is there"),
+        (lambda: None, "left right", {"square": "0.6"}, "this board would be 4.2 m wide; is the square in metres?"),
         (lambda: None, "left right", {"square": "0"}, "--square 0: the side of a square must lie in 0.0001..1 m"),
         (lambda: None, "left right", {"square": "30"}, "--square 30: the side of a square must lie in 0.0001..1 m"),
         (lambda: None, "left left", {}, "left and left: these are the same images"),
-        (lambda: alike(0), "left right", {}, "left: the board is held at the same angle in all images, within 0 deg"),
+        (
+            lambda: alike(0),
+            "left right",
+            {},
+            "was found in 1 of 7 pairs of images; at least 5 are needed; 6 of them are",
+        ),
         (lambda: None, "left nowhere", {}, "nowhere: there is no such folder of images"),
         (lambda: None, "left right left", {}, "3 image sets; give one or two"),
         (lambda: None, "left right --set a=b", {}, "--set changes a scenario"),

@@ -61,14 +61,14 @@ def test_a_part_that_passes_a_slow_hand_is_met_as_it_passes():
 
 def test_a_pick_on_a_belt_at_rest_takes_the_motion_the_descent_and_the_closing():
     pick = MODEL.pick_time(START, part(1, x=0.68, y=0.0, v=0.0), now=5.0)
-    assert pick == pytest.approx(5.0 + motion_time(0.3, 0.6, 2.5) + FOLLOW)
+    assert pick == pytest.approx(5.0 + motion_time(0.3, CYCLE.approach_speed, CYCLE.approach_acceleration) + FOLLOW)
 
 
 def test_a_part_is_not_picked_before_the_window_nor_after_it():
     upstream = part(1, y=-0.60, v=0.1)
     assert MODEL.pick_time(START, upstream, 0.0) == pytest.approx(2.0)
-    assert MODEL.pick_time(START, part(1, y=0.34, v=0.1), 0.0) is None
-    assert MODEL.pick_time(START, part(1, y=0.36, v=0.0), 0.0) is None
+    assert MODEL.pick_time(START, part(1, y=0.41, v=0.1), 0.0) is None
+    assert MODEL.pick_time(START, part(1, y=0.43, v=0.0), 0.0) is None
     assert MODEL.pick_time(START, part(1, y=-0.41, v=0.0), 0.0) is None
 
 
@@ -79,7 +79,7 @@ def test_every_pick_is_in_the_window_and_after_the_hand_is_free(seed):
         pick = MODEL.pick_time(hand, candidate, now=1.0)
         if pick is not None:
             y = candidate.y + candidate.v * (pick - 1.0)
-            assert -0.40 - 1e-9 <= y <= 0.35 + 1e-9
+            assert -0.40 - 1e-9 <= y <= 0.42 + 1e-9
             assert pick >= 2.5 + FOLLOW
 
 
@@ -92,15 +92,17 @@ def test_a_hand_that_is_free_earlier_never_picks_later(seed):
 
 
 def test_a_part_as_fast_as_the_hand_is_not_picked():
-    fast = part(1, y=-0.4, v=0.7)
+    fast = part(1, y=-1.4, v=1.6)
     assert MODEL.pick_time(START, fast, 0.0) is None
-    assert CycleModel(CycleTime(approach_speed=2.0, approach_acceleration=20.0), Window()).pick_time(START, fast, 0.0)
+    assert CycleModel(CycleTime(approach_speed=4.0, approach_acceleration=40.0), Window()).pick_time(START, fast, 0.0)
 
 
 def test_the_hand_is_free_over_its_cell_after_the_phases_of_placing():
     candidate = part(1, x=0.60, y=-0.1, v=0.1)
     pick, after = MODEL.after(START, candidate, CELLS[0], 0.0)
     distance = math.dist((0.60, -0.1 + 0.1 * pick), (CELLS[0].x, CELLS[0].y))
-    assert after.free_at == pytest.approx(pick + PLACE + motion_time(distance, 0.6, 2.5))
+    assert after.free_at == pytest.approx(
+        pick + PLACE + motion_time(distance, CYCLE.carry_speed, CYCLE.carry_acceleration)
+    )
     assert (after.x, after.y) == (CELLS[0].x, CELLS[0].y)
-    assert MODEL.after(START, part(1, y=0.35), CELLS[0], 0.0) is None
+    assert MODEL.after(START, part(1, y=0.42), CELLS[0], 0.0) is None

@@ -59,6 +59,21 @@ def test_an_order_is_withdrawn_when_no_other_part_is_left(clerk):
     assert book.order is None and book.seq == 1
 
 
+def test_a_hand_that_may_still_be_in_time_goes_on_while_no_other_part_can_be_picked(clerk):
+    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.1)]), (SEEKING, [part(1, 0.37)]))
+    assert book.order.number == 1
+    assert through(clerk, book, (SEEKING, [part(1, 0.37), part(2, -0.2)])).order.number == 2
+    assert through(clerk, book, (SEEKING, [part(1, 0.41)])).order is None
+
+
+def test_cells_are_filled_in_the_order_that_is_asked_for(clerk):
+    clerk = OrderClerk(clerk.dispatcher, clerk.model, CELLS, filling=[2, 0, 1])
+    book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.1)]))
+    assert book.order.cell == 2
+    book = through(clerk, OrderBook(filled=frozenset({2})), (SEEKING, [part(1, -0.1)]))
+    assert book.order.cell == 0
+
+
 def test_an_order_is_not_changed_during_the_descent(clerk):
     book = through(clerk, OrderBook(), (SEEKING, [part(1, -0.1)]), (BUSY, []), (BUSY, [part(2, 0.0)]))
     assert (book.seq, book.order.number) == (1, 1)

@@ -97,6 +97,14 @@ def test_it_orders_a_part_and_predicts_where_it_will_be(encoder):
     assert 0.0 < std < 0.02
 
 
+def test_a_disc_is_taken_in_the_direction_in_which_it_will_lie():
+    """The hand need not turn between belt and cell; which way vision says that a disc points has no meaning."""
+    host = Host([(1, PartKind.DISC, 0.61, -0.5, 2.0)])
+    host.run(1.0)
+    packet = host.read("prediction", Prediction)
+    assert evaluate_prediction(np.array(packet[:]), host.time)[3] == POSES[0].yaw
+
+
 def test_the_middle_of_a_part_is_ordered_into_the_middle_of_the_cell():
     host = Host([(1, PartKind.ELL, 0.6, -0.5, 0.3)])
     host.run(1.0)

@@ -67,7 +67,7 @@ def test_a_run_is_possible(settings, seed):
     picked = [pick.number for pick in run.picks]
     assert len(set(picked)) == len(picked) > 5
     for pick in run.picks:
-        assert -0.40 - 1e-9 <= pick.y <= 0.35 + 1e-9
+        assert -0.40 - 1e-9 <= pick.y <= 0.42 + 1e-9
         assert seen[pick.number] <= pick.start < pick.time < pick.end
         assert pick.time <= DURATION
     assert all(pick.end <= following.start for pick, following in itertools.pairwise(run.picks))

@@ -59,6 +59,19 @@ def test_a_belt_that_stops_is_noticed_within_a_few_points():
     assert abs(states[-1].speed) < 0.01
 
 
+@pytest.mark.parametrize("count", [1, 2])
+def test_noise_alone_does_not_look_like_a_belt_that_changes_its_speed(count):
+    """With few parts, a mean square above 9 is frequent: with one part it came every six seconds."""
+    _, states = run(lambda t: 0.15 * t, count, 3000)
+    late = [state.speed for state in states[120:]]
+    assert max(late) - min(late) < 0.02
+
+
+def test_a_stop_is_noticed_with_one_part_too():
+    _, states = run(lambda t: 0.15 * min(t, 1.0), 1, 90)
+    assert abs(states[74].speed) < 0.03
+
+
 def test_a_part_that_slips_has_a_speed_of_its_own_and_the_belt_keeps_its_own():
     _, states = run(lambda t: 0.15 * t, 4, 120, slip=lambda t: -0.1 * max(t - 1.0, 0.0))
     final = states[-1]

@@ -147,6 +147,14 @@ def test_trouble_with_the_tracks_is_told(run_folder, made_up):
     assert "The target changed" not in page(run_folder)
 
 
+def test_the_sentences_on_lost_parts_are_shown(run_folder):
+    edit_summary(run_folder, lost_parts={"sentences": ["Part 5 (box), <dropped>."]})
+    assert "<li>Part 5 (box), &lt;dropped&gt;.</li>" in page(run_folder)
+    for wrong in ("none", {"sentences": [1]}, None):
+        edit_summary(run_folder, lost_parts=wrong)
+        assert "Parts that were not placed" not in page(run_folder)
+
+
 def test_the_page_of_a_caught_ball_needs_only_its_summary(run_folder):
     for name in ("scenario.yaml", "log.npz"):
         (run_folder / name).unlink()

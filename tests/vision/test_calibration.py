@@ -10,12 +10,12 @@ from drake_tracker.vision.calibration import (
     calibrate_intrinsics,
     lens_from_corners,
     locate_camera,
-    stereo_from_corners,
 )
 from drake_tracker.vision.calibration_file import load_calibration, load_pose, save_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.chessboard import Chessboard, draw_board, find_corners
 from drake_tracker.vision.left_out import left_out_errors
+from drake_tracker.vision.stereo_calibration import stereo_from_corners
 
 BOARD = Chessboard(9, 6, 0.03)
 SIZE = 240
@@ -68,7 +68,7 @@ def test_finds_focal_length_and_keeps_the_centre():
 
 def test_finds_distortion_from_corners():
     truth = CameraModel(camera().K, [-0.2, 0.05, 0.001, -0.001, 0.0], np.eye(4), SIZE, SIZE)
-    views = [truth.project(BOARD.corners() @ X[:3, :3].T + X[:3, 3]) for X in HELD]
+    views = [truth.project(BOARD.points() @ X[:3, :3].T + X[:3, 3]) for X in HELD]
     lens = lens_from_corners(
         views, BOARD, (SIZE, SIZE), fix_principal_point=False, fix_aspect_ratio=False, radial_terms=2, tangential=True
     )
@@ -100,7 +100,7 @@ def test_says_when_the_board_is_not_found():
     blank = [np.full((SIZE, SIZE), 40, np.uint8)] * 4
     with pytest.raises(DrakeTrackerError, match="9 x 6 board was found in 0 of 4 images"):
         calibrate_intrinsics(blank, BOARD)
-    views = [camera().project(BOARD.corners() @ X[:3, :3].T + X[:3, 3]) for X in HELD]
+    views = [camera().project(BOARD.points() @ X[:3, :3].T + X[:3, 3]) for X in HELD]
     lens = lens_from_corners(views, BOARD, (SIZE, SIZE))
     with pytest.raises(DrakeTrackerError, match="not found in image 0"):
         locate_camera(blank[:1], lens, BOARD, [np.eye(4)])
@@ -151,7 +151,7 @@ def test_a_file_gives_back_the_cameras(tmp_path):
     [
         (("width: 240", "width: -3"), r"cameras.yaml: cameras.camera_left.width is -3; it must be a whole number"),
         (("400.0", ".nan"), r"cameras.yaml: cameras.camera_left.K must contain 3 x 3 finite numbers"),
-        (("distortion: [0.0,", "distortion: [bent,"), r"camera_left.distortion must contain 5 finite numbers"),
+        (("distortion: [0.0,", "distortion: [bent,"), r"camera_left.distortion must contain 5 or 8 finite numbers"),
         (("X_CW:", "X_CV:"), r"camera_left.X_CW must contain 4 x 4 finite numbers"),
         (("3.0]", "3.0"), r"cameras.yaml line \d+: "),
         (("cameras:", "lenses:"), r"cameras.yaml: cameras is missing"),

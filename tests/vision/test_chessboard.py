@@ -2,7 +2,6 @@ import cv2
 import numpy as np
 import pytest
 
-from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.chessboard import Chessboard, draw_board, find_corners
 
 BOARD = Chessboard(9, 6, 0.05)
@@ -19,7 +18,7 @@ def view(turn, size=256, noise=2.0):
     )
     image = cv2.warpPerspective(picture, H, (size, size), borderValue=30).astype(float)
     image += np.random.default_rng(0).normal(0.0, noise, image.shape)
-    on_picture = texels * (BOARD.corners()[:, :2] / BOARD.square + 2.0) - 0.5
+    on_picture = texels * (BOARD.points()[:, :2] / BOARD.square + 2.0) - 0.5
     return np.clip(image, 0, 255).astype(np.uint8), cv2.perspectiveTransform(on_picture[:, None], H)[:, 0]
 
 
@@ -40,12 +39,6 @@ def test_says_when_there_is_no_board():
 
 
 def test_the_board_lies_in_its_plane_row_by_row():
-    corners = BOARD.corners()
+    corners = BOARD.points()
     assert corners.shape == (54, 3)
     np.testing.assert_allclose(corners[[0, 1, 9]], [[0, 0, 0], [0.05, 0, 0], [0, 0.05, 0]])
-
-
-@pytest.mark.parametrize(("columns", "rows"), [(9, 7), (8, 6), (2, 9)])
-def test_refuses_a_board_that_looks_the_same_after_a_half_turn(columns, rows):
-    with pytest.raises(DrakeTrackerError, match="one odd and one even"):
-        Chessboard(columns, rows)

@@ -26,7 +26,7 @@ def views(count, noise=0.0, seed=0, axes=3):
     """Poses of the tool from which a camera sees the board, and the corners in its images."""
     rng = np.random.default_rng(seed)
     X_WTs, corners = [], []
-    middle = BOARD.corners().mean(axis=0)
+    middle = BOARD.points().mean(axis=0)
     for _ in range(count):
         turn = np.zeros(3)
         turn[3 - axes :] = rng.uniform(-0.4, 0.4, axes)
@@ -35,7 +35,7 @@ def views(count, noise=0.0, seed=0, axes=3):
         )
         X_WC = X_WB @ X_BC
         uv = CameraModel(LENS.K, LENS.distortion, np.linalg.inv(X_WC), 128, 128).project(
-            BOARD.corners() @ X_WB[:3, :3].T + X_WB[:3, 3]
+            BOARD.points() @ X_WB[:3, :3].T + X_WB[:3, 3]
         )
         X_WTs.append(X_WC @ np.linalg.inv(X_TC))
         corners.append(uv + rng.normal(0.0, noise, uv.shape))

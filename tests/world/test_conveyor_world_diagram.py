@@ -18,7 +18,7 @@ from drake_tracker.world.conveyor_config import BELT_MOTIONS, BeltConfig, TrayCo
 from drake_tracker.world.conveyor_world_diagram import ConveyorWorldDiagram
 from drake_tracker.world.part_fates import PartFate
 from drake_tracker.world.part_model import feet, part_inertia, rest_height
-from drake_tracker.world.part_outline import part_outline
+from drake_tracker.core.part_outline import part_outline
 from drake_tracker.world.tray import cell_centres
 
 KINDS = tuple(PART_SHAPES)

@@ -4,10 +4,12 @@ from .diagram import conveyor_host as conveyor_host
 from .diagram import conveyor_vision as conveyor_vision
 from .diagram import make_conveyor_diagram as make_conveyor_diagram
 from .figures import draw_conveyor as draw_conveyor
+from .lost_parts import LostPart as LostPart
+from .lost_parts import lost_parts as lost_parts
 from .part_history import PartHistory as PartHistory
 from .part_history import part_histories as part_histories
 from .scenario import ConveyorScenario as ConveyorScenario
-from .summary import could_be_picked as could_be_picked
-from .summary import missed_because as missed_because
 from .summary import summarise_conveyor as summarise_conveyor
 from .task import ConveyorTask as ConveyorTask
+from .windows import clairvoyant_picks as clairvoyant_picks
+from .windows import could_be_picked as could_be_picked

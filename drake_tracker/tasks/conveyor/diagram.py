@@ -24,7 +24,7 @@ from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.grasp.pick_system import PickSystem
 from drake_tracker.link.link_diagram import LinkDiagram
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
-from drake_tracker.vision.measured_parts_system import MeasuredPartsDiagram, MeasuredPartsSystem
+from drake_tracker.tasks.conveyor.vision_parts import image_pipeline, make_vision
 from drake_tracker.world.arrivals import Arrival, draw_arrivals
 from drake_tracker.world.belt_motion import make_belt_motion
 from drake_tracker.world.conveyor_plant import TABLE_BELOW
@@ -36,6 +36,8 @@ SEEKING = (PickPhase.WAIT, PickPhase.TRACK)
 """Phases in which the hand has not yet begun to descend."""
 CARRYING = (PickPhase.CARRY, PickPhase.LOWER, PickPhase.RELEASE, PickPhase.RAISE)
 """Phases in which it carries a part, puts it down or comes back."""
+CELL_YAW = 0.5 * np.pi
+"""Direction of x_P of a part in its cell [rad]: the jaws open across the columns, where neighbours leave room."""
 PART_HEIGHT = 0.015
 """Height of the origin of a part above the belt, for the pose in which the hand waits [m]."""
 HIGHEST_PART = 0.05
@@ -63,6 +65,8 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
     home = home_reference(scenario)
     over_home = tool_down(home[:3] + [0.0, 0.0, scenario.pick.hover_height], home[3])
     q_initial = joints_for(model, description.q_start, over_home)
+    pipeline = image_pipeline(scenario)
+    vision, windows = make_vision(scenario, arrivals, pipeline)
     world = ConveyorWorldDiagram(
         description=description,
         q_initial=q_initial,
@@ -74,7 +78,8 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
         jaw_opening=scenario.pick.jaw_opening,
         cameras=scenario.cameras,
         lighting=scenario.lighting,
-        windows={},
+        windows=windows,
+        pipeline=pipeline,
         seed=scenario.seed,
         time_step=scenario.time_step,
     )
@@ -93,9 +98,10 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
         scenario.time_step,
         jaw_opening=scenario.pick.jaw_opening,
         clearance=ArmClearance(description, [table_box(height=scenario.belt.height - TABLE_BELOW)]),
+        swings=True,
     )
     connections = (*WITH_ORDERS, *WITH_ENCODER) if scenario.belt.encoder else WITH_ORDERS
-    return HandEyeDiagram(world, conveyor_vision(scenario, arrivals), conveyor_host(scenario), link, arm, connections)
+    return HandEyeDiagram(world, vision, conveyor_host(scenario), link, arm, connections)
 
 
 def arrivals_of(scenario: ConveyorScenario) -> tuple[Arrival, ...]:
@@ -108,8 +114,19 @@ def arrivals_of(scenario: ConveyorScenario) -> tuple[Arrival, ...]:
 
 def home_reference(scenario: ConveyorScenario) -> np.ndarray:
     """Returns the reference (x, y, z, yaw) in W over which the hand waits [m, rad], shape (4,)."""
-    middle = 0.5 * (scenario.window.y_first + scenario.window.y_last)
-    return np.array([scenario.belt.middle, middle, scenario.belt.height + PART_HEIGHT, np.pi])
+    y, z = scenario.window.y_wait, scenario.belt.height + PART_HEIGHT
+    return np.array([scenario.belt.middle, y, z, CELL_YAW])
+
+
+def filling_order(scenario: ConveyorScenario) -> list[int]:
+    """Returns the numbers of the cells in the order in which they are filled.
+
+    The tray that is nearer to the waiting hand comes first. In a tray, y decreases from row to row: the jaws hold an
+    ell beside its middle, and stand over the edge of the next cell towards -y, which must still be empty.
+    """
+    x, y = cell_centres(scenario.tray).T
+    farther = np.abs(np.sign(y) - np.sign(scenario.window.y_wait)) > 1.0
+    return np.lexsort((x, -y.round(6), farther)).tolist()
 
 
 def place_volume(scenario: ConveyorScenario) -> np.ndarray:
@@ -119,31 +136,20 @@ def place_volume(scenario: ConveyorScenario) -> np.ndarray:
     return np.array([[*low, floor], [*high, floor + HIGHEST_PART]])
 
 
-def conveyor_vision(scenario: ConveyorScenario, arrivals: tuple[Arrival, ...]) -> MeasuredPartsDiagram:
-    """Returns the vision of a scenario, which sees the belt from its entry to its end."""
-    belt, half = scenario.belt, 0.5 * scenario.belt.width
-    view = np.array([[belt.middle - half, belt.entry], [belt.middle + half, belt.end]])
-    system = MeasuredPartsSystem(
-        scenario.vision,
-        [arrival.kind for arrival in arrivals],
-        belt_height=belt.height,
-        view=view,
-        seed=scenario.seed,
-    )
-    return MeasuredPartsDiagram(system, scenario.vision.lag_cycles)
-
-
 def conveyor_host(scenario: ConveyorScenario) -> PickHostSystem:
     """Returns the host of a scenario: estimator, dispatcher and orders as a System."""
     centres = cell_centres(scenario.tray)
     model = CycleModel(scenario.cycle, scenario.window)
     clerk = OrderClerk(
-        make_dispatcher(scenario.dispatch, model, scenario.eligibility), model, [Cell(x, y) for x, y in centres]
+        make_dispatcher(scenario.dispatch, model, scenario.eligibility),
+        model,
+        [Cell(x, y) for x, y in centres],
+        filling_order(scenario),
     )
     host = PickHostSystem(
         BeltEstimator(scenario.estimator),
         clerk,
-        [CellPose(x, y, scenario.belt.height, 0.5 * np.pi) for x, y in centres],
+        [CellPose(x, y, scenario.belt.height, CELL_YAW) for x, y in centres],
         SEEKING,
         CARRYING,
         offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step),

@@ -12,7 +12,7 @@ from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.episode import Log
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.part_fates import PartFate
-from drake_tracker.world.part_outline import placed_outline
+from drake_tracker.core.part_outline import placed_outline
 from drake_tracker.world.tray import cell_centres
 
 PICKING = (PickPhase.INTERCEPT, PickPhase.CLOSE, PickPhase.LIFT)
@@ -46,7 +46,7 @@ class PartHistory:
     """What became of one part. Times are None for what did not happen.
 
     Attributes:
-        number: of the part, from 1, in the order of arrival; also that of its track.
+        number: of the part, from 1, in the order of arrival; with measured vision also that of its track.
         arrival: of the part.
         times: of the samples [s], shape (n,).
         xy: its true place at these times in W [m], shape (n, 2).
@@ -85,36 +85,59 @@ def part_histories(scenario: ConveyorScenario, arrivals: Sequence[Arrival], log:
     states, fates = log["truth_part_states"], log["truth_fates"]
     if len(fates.times) == 0:
         return ()
-    seen = set(np.unique(log["parts"].data[:, 2:].reshape(-1, PART_SLOTS, len(PART_FIELDS))[:, :, 0]).astype(int))
+    tracks = tracks_of(log, len(arrivals))
     ordered = {int(number): row for number, row in zip(log["order"]["number"], log["order"].data)}
     attempted, roomy = _attempted(log), _with_room(scenario, log)
     order_fields = log["order"].names
     histories = []
     for k, arrival in enumerate(arrivals):
-        number = k + 1
+        numbers = tracks[k]
         fate = fates[f"fate_{k}"].astype(int)
-        order = dict(zip(order_fields, ordered[number])) if number in ordered else None
+        orders = [ordered[number] for number in numbers if number in ordered]
+        order = dict(zip(order_fields, max(orders, key=lambda row: row[0]))) if orders else None
         placement = None
         if fate[-1] == PartFate.PLACED and order is not None:
             pose = states.view(*(f"{field}_{k}" for field in ("x", "y", "qw", "qx", "qy", "qz")))[-1]
             placement = _placement(scenario, arrival, pose, int(order["cell"]), order["place_yaw"])
         histories.append(
             PartHistory(
-                number=number,
+                number=k + 1,
                 arrival=arrival,
                 times=states.times,
                 xy=states.view(f"x_{k}", f"y_{k}"),
                 fate=PartFate(int(fate[-1])),
                 picked_at=_first(fates.times, fate == PartFate.HELD),
                 placed_at=_last_entry(fates.times, fate == PartFate.PLACED),
-                ordered=number in ordered,
-                attempted=number in attempted,
-                seen=number in seen,
-                had_room=number in roomy,
+                ordered=bool(orders),
+                attempted=not attempted.isdisjoint(numbers),
+                seen=bool(numbers),
+                had_room=not roomy.isdisjoint(numbers),
                 placement=placement,
             )
         )
     return tuple(histories)
+
+
+def tracks_of(log: Log, count: int) -> list[set[int]]:
+    """Returns the numbers under which vision reported each part: none if it never did, several if it lost its identity.
+
+    A track belongs to the part that was nearest when the track was first reported.
+
+    Args:
+        log: {name: Signal} of the run.
+        count: number of parts.
+    """
+    parts, states = log["parts"], log["truth_part_states"]
+    places = np.stack([states.view(f"x_{k}", f"y_{k}") for k in range(count)], axis=1)
+    rows = parts.data[:, 2:].reshape(-1, PART_SLOTS, len(PART_FIELDS))
+    numbers = rows[:, :, 0].astype(int)
+    tracks: list[set[int]] = [set() for _ in range(count)]
+    for number in np.unique(numbers[numbers > 0]).tolist():
+        sample, slot = np.argwhere(numbers == number)[0].tolist()
+        then = min(int(np.searchsorted(states.times, parts["stamp"][sample] - 1e-6)), len(places) - 1)
+        distance = np.linalg.norm(places[then] - rows[sample, slot, 2:4], axis=1)
+        tracks[int(distance.argmin())].add(number)
+    return tracks
 
 
 def _placement(

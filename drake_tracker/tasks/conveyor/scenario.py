@@ -15,7 +15,7 @@ from drake_tracker.grasp.config import PickConfig
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.kinds import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
-from drake_tracker.vision.config import MeasuredParts
+from drake_tracker.vision.config import BeltParts, MeasuredParts
 from drake_tracker.world.config import CamerasConfig, LightingConfig
 from drake_tracker.world.conveyor_config import ArrivalsConfig, BeltConfig, TrayConfig
 
@@ -28,6 +28,44 @@ class ConveyorServoConfig(ServoConfig):
     descent_yaw_tracking_index: float = setting(
         0.003, "the same as yaw_tracking_index, during the descent to a part", "", (0.0001, 10.0)
     )
+
+
+@dataclass(frozen=True)
+class BeltCamerasConfig(CamerasConfig):
+    """The two fixed cameras, which look down on the belt from beyond it, past the hand."""
+
+    width: int = setting(320, "image width", "px", (16, 2048))
+    height: int = setting(224, "image height", "px", (16, 2048))
+    fov_deg: float = setting(32.0, "vertical field of view", "deg", (2.0, 120.0))
+    distance: float = setting(1.5, "distance of both cameras from look_at", "m", (0.3, 5.0))
+    azimuth_deg: tuple[float, ...] = setting(
+        [35.0, -35.0], "azimuths of the left and the right camera", "deg", (-180.0, 180.0), shape=(2,)
+    )
+    elevation_deg: float = setting(50.0, "elevation of both cameras above look_at", "deg", (1.0, 89.0))
+    look_at: tuple[float, ...] = setting(
+        [0.60, 0.0, 0.46], "point at which both cameras look", "m", (-2.0, 3.0), shape=(3,)
+    )
+    calibration: str = setting("conveyor_cameras.yaml", "file with the calibrated camera models")
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """Vision on rendered images of both cameras.
+
+    Attributes:
+        parts: how parts are found and tracked.
+        lag_cycles: time from the capture of an image to the parts in it [cycles].
+    """
+
+    parts: BeltParts = setting(BeltParts, "how parts are found and tracked")
+    lag_cycles: int = setting(
+        15, "time from the capture of an image to the parts in it", "cycles", (1, 120), shared=True
+    )
+
+
+@dataclass(frozen=True)
+class Measured(MeasuredParts):
+    """Measured vision: the true poses plus random errors. No image is rendered."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +98,8 @@ class ConveyorScenario(BaseScenario):
     arrivals: ArrivalsConfig = setting(ArrivalsConfig, "the parts that it brings")
     tray: TrayConfig = setting(TrayConfig, "the trays")
     lighting: LightingConfig = setting(LightingConfig, "the lamps")
-    cameras: CamerasConfig = setting(CamerasConfig, "the two fixed cameras")
-    vision: MeasuredParts = setting(MeasuredParts, "from the belt to the poses of the parts on it")
+    cameras: BeltCamerasConfig = setting(BeltCamerasConfig, "the two fixed cameras")
+    vision: Rendered | Measured = setting(Measured, "from the belt to the poses of the parts on it")
     estimator: Belt = setting(Belt, "from poses to predicted paths")
     dispatch: DISPATCHERS.union() = setting(LookAhead, "which part is picked next")  # type: ignore[valid-type]
     eligibility: Eligibility = setting(Eligibility, "which parts may be picked")

@@ -1,6 +1,5 @@
 """The summary of a run of the conveyor: how many parts were picked and placed, how well, and why others were not."""
 
-from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,17 +8,15 @@ import numpy as np
 from drake_tracker.core.messages import PickVerdict
 from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.dispatch.candidate import Candidate, Cell
-from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
+from drake_tracker.tasks.conveyor.lost_parts import counted, lost_parts
 from drake_tracker.tasks.conveyor.part_history import PartHistory, part_histories
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.windows import clairvoyant_picks, could_be_picked
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.results import git_commit, lag_of, limiter_findings, package_versions, packet_findings, tidy
 from drake_tracker.world.arrivals import Arrival
-from drake_tracker.world.belt_motion import BeltMotion, make_belt_motion
 from drake_tracker.world.part_fates import PartFate
-from drake_tracker.world.tray import cell_centres
 
 ENOUGH = 0.9
 """Share of the parts that could be picked which a successful run places."""
@@ -49,7 +46,11 @@ def summarise_conveyor(
       their cells, see `Placement`.
     - ``placement_rms_m``, ``placement_turn_rms_rad``: distance of the placed parts from the middles of their cells, and
       angle from the ordered direction modulo the symmetry of their kind. Discs have no direction.
-    - ``missed_because``: {reason: number} of the parts that arrived and were never picked, see `missed_because`.
+    - ``share_of_clairvoyant``: parts picked, divided by the most that an arm could have picked that knows all arrivals,
+      see `clairvoyant_picks`; not for a belt that changes its speed. The times of the model are means: a run with a
+      few short ways can exceed 1.
+    - ``missed_because``: {cause: number} of the parts that arrived and were never picked, see `lost_parts`.
+    - ``lost_parts``: ``sentences`` with the cause for each part that arrived and was not placed.
     - ``belt_touched``, ``tray_touched``, ``table_touched``, ``self_touched``: whether the arm touched the belt, a tray,
       table or floor, or itself.
     - ``joint_limit_margin_rad``, ``speed_share``, ``longest_saturation_s``: see `arm_findings`.
@@ -71,7 +72,9 @@ def summarise_conveyor(
     success = bool(possible) and placed >= ENOUGH * len(possible)
     placements = [part.placement for part in histories if part.placement is not None]
     turns = [part.placement.turn for part in histories if part.placement is not None and _has_direction(part)]
-    reasons = missed_because(scenario, histories, simulated)
+    lost = lost_parts(scenario, histories, log, simulated)
+    reasons = counted([part for part in lost if histories[part.number - 1].picked_at is None])
+    bound = clairvoyant_picks(scenario, arrivals, simulated)
     summary = {
         "scenario": scenario.name,
         "seed": scenario.seed,
@@ -84,7 +87,9 @@ def summarise_conveyor(
         "misplaced": sum(placement.wrong for placement in placements),
         "placement_rms_m": _rms([placement.error for placement in placements]),
         "placement_turn_rms_rad": _rms(turns),
+        "share_of_clairvoyant": int(verdict.picked) / bound if bound else None,
         "missed_because": reasons,
+        "lost_parts": {"sentences": [part.sentence for part in lost]},
         **{name: bool(getattr(verdict, name)) for name in _TOUCHES},
         **arm_findings(log, limits_of(arm_of(scenario))),
         **packet_findings(log),
@@ -104,83 +109,6 @@ def last_verdict(log: Log) -> Any:
     return PickVerdict(rows[-1] if len(rows) else np.zeros(len(PickVerdict.get_fields())))
 
 
-def window_times(scenario: ConveyorScenario, arrival: Arrival, motion: BeltMotion) -> tuple[float, float]:
-    """Returns when the belt carries a part into the picking window, and out of it [s].
-
-    Args:
-        scenario: the scenario of the run.
-        arrival: of the part.
-        motion: of the belt.
-    """
-    before = motion.distance(arrival.time) - scenario.belt.entry
-    window = scenario.window
-    return motion.time_at(max(before + window.y_first, 0.0)), motion.time_at(max(before + window.y_last, 0.0))
-
-
-def placing_time(scenario: ConveyorScenario) -> float:
-    """Returns the time from a pick at the end of the window until the part is in the farthest cell [s].
-
-    Args:
-        scenario: the scenario of the run.
-    """
-    model = CycleModel(scenario.cycle, scenario.window)
-    part = Candidate(1, 1, scenario.belt.middle, scenario.window.y_last, 0.0, 0.0, 0.0, 1.0)
-    return max(model.place_time(part, 0.0, Cell(x, y), 0.0) for x, y in cell_centres(scenario.tray))
-
-
-def could_be_picked(scenario: ConveyorScenario, arrival: Arrival, simulated: float) -> bool:
-    """Returns whether the whole chance to pick and place a part lay within the run.
-
-    Args:
-        scenario: the scenario of the run.
-        arrival: of the part.
-        simulated: time at which the run ended [s].
-    """
-    _, leaves = window_times(scenario, arrival, make_belt_motion(scenario.belt))
-    return leaves + placing_time(scenario) <= simulated
-
-
-def missed_because(scenario: ConveyorScenario, histories: Sequence[PartHistory], simulated: float) -> dict[str, int]:
-    """Returns {reason: number} of the parts that arrived and were never picked, the most frequent reason first.
-
-    The first of these reasons that holds counts:
-
-    - "pick failed": the hand descended towards it.
-    - "arrived too late": the whole chance to pick and place it did not lie within the run (`could_be_picked`).
-    - "never in view": vision never reported it.
-    - "no room for the jaws": another part was too close to it in the whole picking window.
-    - "trays full": all cells had a part when it left the picking window.
-    - "ordered too late": the host ordered it, but the hand did not descend.
-    - "not chosen": the host never ordered it.
-
-    Args:
-        scenario: the scenario of the run.
-        histories: of all parts.
-        simulated: time at which the run ended [s].
-    """
-    motion, cells = make_belt_motion(scenario.belt), len(cell_centres(scenario.tray))
-    filled = sorted(part.placed_at for part in histories if part.placed_at is not None)
-    full_at = filled[cells - 1] if len(filled) >= cells else np.inf
-    reasons: Counter[str] = Counter()
-    for part in histories:
-        if part.picked_at is not None or part.fate is PartFate.UPSTREAM:
-            continue
-        if part.attempted:
-            reason = "pick failed"
-        elif not could_be_picked(scenario, part.arrival, simulated):
-            reason = "arrived too late"
-        elif not part.seen:
-            reason = "never in view"
-        elif not part.had_room:
-            reason = "no room for the jaws"
-        elif window_times(scenario, part.arrival, motion)[1] >= full_at:
-            reason = "trays full"
-        else:
-            reason = "ordered too late" if part.ordered else "not chosen"
-        reasons[reason] += 1
-    return dict(reasons.most_common())
-
-
 def failure_reason(verdict: Any, possible: int, placed: int, reasons: dict[str, int], interrupted: bool) -> str:
     """Returns in one sentence why a run did not succeed.
 
@@ -188,7 +116,7 @@ def failure_reason(verdict: Any, possible: int, placed: int, reasons: dict[str, 
         verdict: the last `PickVerdict` of the run.
         possible: number of parts that could be picked.
         placed: number of them that were placed.
-        reasons: what `missed_because` returned.
+        reasons: {cause: number} of the parts that were never picked.
         interrupted: whether the user ended the run.
     """
     if not possible:

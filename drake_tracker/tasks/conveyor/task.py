@@ -21,24 +21,21 @@ from drake_tracker.core.messages import (
     Prediction,
     ServoTarget,
     ToolStatus,
-    predicted_points,
 )
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.diagram import make_conveyor_diagram
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.filming import CONVEYOR_VIEW, PREDICTING, conveyor_film
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured
 from drake_tracker.tasks.conveyor.strips import CONVEYOR_STRIPS
 from drake_tracker.tasks.conveyor.summary import summarise_conveyor
+from drake_tracker.tasks.conveyor.vision_parts import HIGHEST, seen_belt
 from drake_tracker.tasks.episode import Log
-from drake_tracker.tasks.filming import PATH_MARKS, Film, Snapshot, View
-from drake_tracker.tasks.task import BODY_STATE, FreeMotion, ReplayParts, Task
+from drake_tracker.tasks.filming import Film, Snapshot, View
+from drake_tracker.tasks.task import BODY_STATE, MOTION_PICTURE, CalibrationPlace, FreeMotion, ReplayParts, Task
 
-_PREDICTED = (PickPhase.TRACK, PickPhase.INTERCEPT, PickPhase.CLOSE)
-"""Phases in which the predicted path of the part is drawn."""
-_AHEAD = 1.0
-"""Time for which it is drawn [s]."""
 _COUNT, _MM = (1.0, "", 0), (1e3, "mm", 1)
 _WAITING = {
     Gate.SETTLING: "the hand settles",
@@ -83,7 +80,9 @@ class ConveyorTask(Task[ConveyorScenario]):
         ("missed", "missed", _COUNT),
         ("dropped", "dropped", _COUNT),
         ("misplaced", "misplaced", _COUNT),
+        ("doubles", "picked together with another part", _COUNT),
         ("picks_per_minute", "picks a minute", (1.0, "", 1)),
+        ("share_of_clairvoyant", "share of the picks of an arm that knows all arrivals", (100.0, "%", 0)),
         ("placement_rms_m", "position error in the cells, rms", _MM),
         ("placement_turn_rms_rad", "direction error in the cells, rms", (180.0 / np.pi, "°", 1)),
     )
@@ -97,6 +96,7 @@ class ConveyorTask(Task[ConveyorScenario]):
         ("misplaced", "misplaced", ""),
         ("dropped", "dropped", ""),
         ("picks_per_minute", "picks a minute", ""),
+        ("share_of_clairvoyant", "share of clairvoyant", ""),
         ("placement_rms_m", "placement rms", "m"),
         ("real_time_factor", "real-time factor", ""),
     )
@@ -106,7 +106,15 @@ class ConveyorTask(Task[ConveyorScenario]):
     preparation = ""
 
     def uses_cameras(self, scenario: ConveyorScenario) -> bool:
-        return False
+        return not isinstance(scenario.vision, Measured)
+
+    def files_of(self, scenario: ConveyorScenario) -> tuple[str, ...]:
+        return tuple(name for name in super().files_of(scenario) if name != MOTION_PICTURE)
+
+    def calibration_place(self, scenario: ConveyorScenario) -> CalibrationPlace:
+        (x0, y0), (x1, y1) = seen_belt(scenario)
+        low = scenario.belt.height
+        return CalibrationPlace(low, ((x0, y0, low), (x1, y1, low + HIGHEST)), "belt")
 
     def build(self, scenario: ConveyorScenario, initialisation: Any) -> HandEyeDiagram:
         return make_conveyor_diagram(scenario)
@@ -136,15 +144,13 @@ class ConveyorTask(Task[ConveyorScenario]):
         return f"seed {scenario.seed}, {scenario.arrivals.rate:g} parts a minute, belt at {belt.speed:g} m/s"
 
     def film(self, scenario: ConveyorScenario, hand_eye: HandEyeDiagram) -> Film:
-        raise _not_filmed(scenario)
+        return conveyor_film(scenario, hand_eye, self.subtitle(scenario))
 
     def snapshot(self, scenario: ConveyorScenario) -> Snapshot:
-        raise _not_filmed(scenario)
+        raise DrakeTrackerError(f"{scenario.name or scenario.task}: the conveyor has no motion detector")
 
     def view(self, scenario: ConveyorScenario, hand_eye: HandEyeDiagram) -> View:
-        return View(
-            phases=_PREDICTED, path=predicted_path, eye=(1.75, -1.05, 1.55), target=(0.42, 0.02, 0.48), fov_deg=40.0
-        )
+        return CONVEYOR_VIEW
 
     def success_sentence(self, summary: Mapping[str, Any]) -> str | None:
         if summary.get("could_be_picked") is None or summary.get("placed_of_these") is None:
@@ -192,25 +198,11 @@ class ConveyorTask(Task[ConveyorScenario]):
         return f"{words} ({int(diagnosis.placed)} placed)"
 
     def p_success(self, diagnosis: Any) -> float | None:
-        return float(diagnosis.p_success) if PickPhase(int(diagnosis.phase)) in _PREDICTED else None
-
-
-def predicted_path(packet: np.ndarray, now: float) -> np.ndarray:
-    """Returns points of the predicted path of a part in W [m], shape (PATH_MARKS, 3).
-
-    Args:
-        packet: vector of a valid `Prediction`.
-        now: present time [s].
-    """
-    return predicted_points(packet, np.linspace(now, now + _AHEAD, PATH_MARKS))
+        return float(diagnosis.p_success) if PickPhase(int(diagnosis.phase)) in PREDICTING else None
 
 
 def _not_replayed(scenario: ConveyorScenario) -> DrakeTrackerError:
     return DrakeTrackerError(f"{scenario.name or scenario.task}: a run of the conveyor cannot be replayed yet")
-
-
-def _not_filmed(scenario: ConveyorScenario) -> DrakeTrackerError:
-    return DrakeTrackerError(f"{scenario.name or scenario.task}: the conveyor has no cameras yet")
 
 
 TASK = ConveyorTask()

@@ -27,7 +27,7 @@ from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.episode import Log, during
 from drake_tracker.tasks.filming import Closeup, Film, Snapshot, View
-from drake_tracker.tasks.task import MOTION_PICTURE, ReplayParts, Task
+from drake_tracker.tasks.task import MOTION_PICTURE, CalibrationPlace, ReplayParts, Task
 from drake_tracker.tasks.train.diagram import make_train_diagram, train_guard, train_host
 from drake_tracker.tasks.train.episode import phase_spans, sighted
 from drake_tracker.tasks.train.failure import activity
@@ -233,6 +233,9 @@ class TrainTask(Task[TrainScenario]):
         if tracks_several(scenario):
             settings = tuple(name for name in settings if name != "vision.detector")
         return (*settings, "vision.tracker")
+
+    def calibration_place(self, scenario: TrainScenario) -> CalibrationPlace:
+        return CalibrationPlace(scenario.table_height, scenario.vision.work_volume, "vision.work_volume")
 
     def rebuild(self, scenario: TrainScenario, recorded: TrainScenario, start: str, folder: Path) -> ReplayParts:
         vision: System | None = None

@@ -13,12 +13,12 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.faults.fault import CalibrationFault, PointFault, calibrated_with, faults_at
 from drake_tracker.faults.point_faults_system import PointFaultsSystem
+from drake_tracker.tasks.calibrated import calibrated_cameras
 from drake_tracker.tasks.loader import scenario_file
 from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.looks import object_looks
 from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
 from drake_tracker.tasks.train.wrist_parts import has_wrist, wrist_parts
-from drake_tracker.vision.calibration_file import load_calibration
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import Several
 from drake_tracker.vision.detectors import make_detector
@@ -261,27 +261,6 @@ def load_cameras(scenario: TrainScenario) -> dict[str, CameraModel]:
     Raises DrakeTrackerError when the file cannot be used, or does not belong to the scenario's cameras.
     """
     return calibrated_with(train_faults(scenario), calibrated_cameras(scenario))
-
-
-def calibrated_cameras(scenario: TrainScenario) -> dict[str, CameraModel]:
-    """Returns {side: camera} from the calibration file that a scenario names.
-
-    Raises DrakeTrackerError when the file cannot be used, or does not belong to the scenario's cameras.
-    """
-    path = scenario_file(scenario.cameras.calibration)
-    models = load_calibration(path, rig=describe_rig(scenario.cameras))
-    cameras = {}
-    for side in SIDES:
-        camera = models.get(f"camera_{side}")
-        if camera is None:
-            raise DrakeTrackerError(f"{path}: there is no camera_{side}; found {', '.join(models) or 'none'}")
-        if (camera.width, camera.height) != (scenario.cameras.width, scenario.cameras.height):
-            raise DrakeTrackerError(
-                f"{path}: camera_{side} was calibrated at {camera.width} x {camera.height} px, but the scenario's "
-                f"images are {scenario.cameras.width} x {scenario.cameras.height} px (cameras.width, cameras.height)"
-            )
-        cameras[side] = camera
-    return cameras
 
 
 def rendered_config(scenario: TrainScenario) -> Rendered:

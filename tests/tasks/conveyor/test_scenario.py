@@ -1,17 +1,20 @@
 """Scenarios of the conveyor that contradict themselves, or cannot be built, are refused in one line."""
 
+import numpy as np
 import pytest
 
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.tasks.conveyor.diagram import filling_order
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.registry import task_of
+from drake_tracker.world.tray import cell_centres
 
 
 @pytest.mark.parametrize(
     "override, key",
     [
-        ("window.y_first=0.35", "window.y_first"),
+        ("window.y_first=0.42", "window.y_first"),
         ("window.y_last=0.6", "window.y_last"),
         ("belt.entry=0.0", None),
         ("arrivals.mix=[0, 0, 0]", "arrivals.mix"),
@@ -31,6 +34,18 @@ def test_settings_that_contradict_each_other(override, key):
 
 def test_the_defaults_have_no_problems():
     assert ConveyorScenario().problems() == []
+
+
+def test_the_jaws_reach_over_no_cell_that_is_filled_already():
+    """Beside an ell they stand over the edge of the next cell towards -y."""
+    scenario = ConveyorScenario()
+    order, centres = filling_order(scenario), cell_centres(scenario.tray)
+    assert sorted(order) == list(range(len(centres)))
+    for place, cell in enumerate(order):
+        x, y = centres[cell]
+        before = centres[order[:place]]
+        assert not np.any((np.abs(before[:, 0] - x) < 1e-6) & (np.abs(before[:, 1] - (y - scenario.tray.pitch)) < 1e-6))
+    assert centres[order[0]][1] < 0.0, "the tray on the side of the waiting hand comes first"
 
 
 def test_an_entry_behind_the_window():

@@ -37,7 +37,8 @@ def instant(packet, numbers=(1, 2)):
     states[2, 11] = 9.0  # not on the belt
     report = np.zeros(message_size(BeltEstimate))
     BeltEstimate(report).speed, BeltEstimate(report).valid = SPEED + 0.010, 1.0
-    message_rows(report, BELT_FIELDS)[: len(numbers), 0] = numbers
+    rows = message_rows(report, BELT_FIELDS)[: len(numbers)]
+    rows[:, 0], rows[:, 2:4] = numbers, states[np.array(numbers, dtype=int) - 1, 4:6]
     return StripInputs(
         now=NOW,
         p_WT=np.array([0.6, -0.17, 0.55]),

@@ -7,8 +7,9 @@ from conveyor_log import ConveyorRun, Story, nothing_logged
 from drake_tracker.core.messages import PickVerdict, message_size
 from drake_tracker.core.part_kinds import PartKind
 from drake_tracker.tasks.conveyor.figures import draw_conveyor, rate_per_minute
-from drake_tracker.tasks.conveyor.summary import could_be_picked, missed_because, summarise_conveyor, window_times
+from drake_tracker.tasks.conveyor.summary import summarise_conveyor
 from drake_tracker.tasks.conveyor.task import TASK
+from drake_tracker.tasks.conveyor.windows import could_be_picked, window_times
 from drake_tracker.world.belt_motion import make_belt_motion
 
 
@@ -67,8 +68,8 @@ def test_a_part_that_reaches_out_of_its_cell_is_misplaced():
 @pytest.mark.parametrize(
     "changes, reason",
     [
-        ({"attempted": True}, "pick failed"),
-        ({"seen": False}, "never in view"),
+        ({"attempted": True}, "grasp failed"),
+        ({"seen": False}, "not seen in time"),
         ({"clear": 0.001, "ordered": False}, "no room for the jaws"),
         ({}, "ordered too late"),
         ({"ordered": False}, "not chosen"),
@@ -123,11 +124,7 @@ def test_a_run_that_logged_nothing():
 
 def test_reasons_are_in_the_order_of_their_frequency():
     run = ConveyorRun([Story(1.0), Story(2.0, ordered=False), Story(3.0, ordered=False)])
-    log = run.log()
-    from drake_tracker.tasks.conveyor.part_history import part_histories
-
-    found = missed_because(run.scenario, part_histories(run.scenario, run.arrivals, log), run.duration)
-    assert list(found.items()) == [("not chosen", 2), ("ordered too late", 1)]
+    assert list(summarise(run)["missed_because"].items()) == [("not chosen", 2), ("ordered too late", 1)]
 
 
 def test_a_run_is_over_when_all_parts_have_been_dealt_with():

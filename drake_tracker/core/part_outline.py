@@ -39,6 +39,20 @@ def part_outline(kind: PartKind) -> np.ndarray:
     return corners + [shape.middle, 0.0]
 
 
+def solids(kind: PartKind) -> tuple[tuple[tuple[float, float], tuple[float, float]], ...]:
+    """Returns the centre (x, y) and the size (along x, along y) in P of each cuboid of a part, without overlap [m].
+
+    A disc has one, which contains it.
+    """
+    shape = PART_SHAPES[kind]
+    long_leg = ((shape.middle, 0.0), (shape.length, shape.width))
+    if kind is not PartKind.ELL:
+        return (long_leg,)
+    reach = ELL_LEG - shape.width
+    short_leg = ((shape.middle + 0.5 * (shape.length - shape.width), 0.5 * (shape.width + reach)), (shape.width, reach))
+    return long_leg, short_leg
+
+
 def placed_outline(kind: PartKind, x: float, y: float, yaw: float) -> np.ndarray:
     """Returns the outline of a part at a place, shape (n, 2) [m].
 

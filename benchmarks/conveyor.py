@@ -1,0 +1,181 @@
+"""Measures the conveyor task, part by part.
+
+    python benchmarks/conveyor.py                    all parts, on two processes; resumes
+    python benchmarks/conveyor.py --part load        one part
+    python benchmarks/conveyor.py --part load --cells cameras
+    python benchmarks/conveyor.py --quick            a trial on seeds of its own; nothing is written to the results
+
+- capacity: parts are always waiting (30 arrive per minute). How many does the arm pick per minute?
+- load: parts arrive at 80 % of the capacity. How many are missed, dropped, misplaced, picked in pairs, and how well do
+  they lie in their cells? With measured vision, with cameras, and with a second arm.
+- saturated: parts arrive singly and in bunches, more than the arm can pick. What share of the bound does each
+  dispatcher reach, and how much more does it pick than first in first out?
+- map: speeds of the belt and rates of arrival, with and without encoder.
+- stop: the belt stops and goes, or has two speeds.
+
+Every run has 60 s. The clairvoyant bound, the largest number of picks of an arm that knows all arrivals, is computed
+with the time of a cycle that the dispatcher expects. Cells with cameras are left out while the package cannot render
+the images of this task. Seeds 5000 to 5499 are used nowhere else.
+"""
+
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+import common
+import numpy as np
+import parts
+from conveyor_tables import TABLES
+from parts import Part
+
+from drake_tracker import simulate
+from drake_tracker.campaign.wilson import wilson
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.run.options import RunOptions
+from drake_tracker.tasks import load_scenario
+
+RESULTS = common.RESULTS / "conveyor.json"
+FOLDER = Path(__file__).resolve().parents[1] / "runs" / "conveyor"
+DURATION = 60.0
+CAMERAS = ["vision=!RenderedParts {}"]
+"""Settings of a run with cameras."""
+UR5E = ["arm=!UR5e {}"]
+WAITING = 30.0
+"""Rate at which parts are always waiting [1/min]."""
+LOAD = 17.0
+"""80 % of the capacity of the PUMA 560 on development seeds, 21 to 22 picks a minute [1/min]."""
+
+
+def settings(speed, rate, *others):
+    """Returns the settings of a cell as a list."""
+    return [f"belt.speed={speed}", f"arrivals.rate={rate}", *others]
+
+
+CAPACITY = {
+    **{f"belt {speed} m/s": settings(speed, WAITING) for speed in (0.10, 0.15, 0.25)},
+    "belt 0.15 m/s with the UR5e": settings(0.15, WAITING, *UR5E),
+    "belt 0.15 m/s with cameras": settings(0.15, WAITING, *CAMERAS),
+}
+LOADED = {
+    "measured vision": settings(0.15, LOAD),
+    "encoder": settings(0.15, LOAD, "belt.encoder=true"),
+    "UR5e": settings(0.15, LOAD, *UR5E),
+    "cameras": settings(0.15, LOAD, *CAMERAS),
+}
+DISPATCHERS = {
+    "look ahead": "!LookAhead {}",
+    "greedy": "!Greedy {}",
+    "nearest deadline": "!NearestDeadline {}",
+    "first in first out": "!FirstInFirstOut {}",
+}
+PATTERNS = {"singly": [], "bunches of 4": ["arrivals.pattern=bunches", "arrivals.bunch_size=4"]}
+SATURATED = {
+    f"{pattern}: {name}": settings(0.10, WAITING, *PATTERNS[pattern], f"dispatch={kind}")
+    for pattern in PATTERNS
+    for name, kind in DISPATCHERS.items()
+}
+MAP_SPEEDS, MAP_RATES = (0.05, 0.10, 0.15, 0.20, 0.30, 0.40), (6.0, 12.0, 18.0)
+MAP = {
+    f"{speed:.2f} m/s and {rate:.0f} a minute{' with encoder' if encoder else ''}": settings(
+        speed, rate, f"belt.encoder={str(encoder).lower()}"
+    )
+    for speed in MAP_SPEEDS
+    for rate in MAP_RATES
+    for encoder in (False, True)
+}
+STOP = {
+    f"{motion.replace('_', ' ')}{' with encoder' if encoder else ''}": settings(
+        0.15, 12.0, f"belt.motion={motion}", f"belt.encoder={str(encoder).lower()}"
+    )
+    for motion in ("stop_and_go", "two_speed")
+    for encoder in (False, True)
+}
+CELLS = {**CAPACITY, **LOADED, **SATURATED, **MAP, **STOP}
+KEPT = (
+    "success", "could_be_picked", "placed_of_these", "arrived", "picked", "placed", "missed", "dropped", "doubles",
+    "misplaced", "picks_per_minute", "share_of_clairvoyant", "placement_rms_m", "placement_turn_rms_rad",
+    "missed_because", "belt_touched", "tray_touched", "table_touched", "self_touched", "joint_limit_margin_rad",
+    "speed_share", "longest_saturation_s", "set_points_changed", "failure_reason",
+)  # fmt: skip
+"""What the line of a run keeps of its summary."""
+
+
+def job(cell, seed, quick):
+    """Returns the line of a run."""
+    scenario = load_scenario("conveyor", seed=seed, duration=12.0 if quick else DURATION, overrides=CELLS[cell])
+    with tempfile.TemporaryDirectory() as folder:
+        summary = simulate(scenario, out=f"{folder}/run", options=RunOptions(record=False))
+    return {key: summary[key] for key in KEPT}
+
+
+def available(cells):
+    """Returns those cells whose settings exist."""
+    found = []
+    for cell in cells:
+        try:
+            load_scenario("conveyor", overrides=CELLS[cell])
+            found.append(cell)
+        except DrakeTrackerError as error:
+            print(f"{cell}: left out ({str(error).splitlines()[0]})", file=sys.stderr)
+    return found
+
+
+def rate_of(rows, key, over):
+    """Returns [sum of a count, sum of another, Wilson interval of their ratio] over all runs."""
+    count, total = sum(row[key] for row in rows), sum(row[over] for row in rows)
+    return [count, total, *wilson(min(count, total), total)] if total else [count, 0, 0.0, 1.0]
+
+
+def mean_of(rows, key):
+    """Returns the mean of a number over all runs that have it, with its bootstrap interval; None without any."""
+    values = np.array([row[key] for row in rows if row[key] is not None], float)
+    if not len(values):
+        return None
+    means = np.random.default_rng(0).choice(values, (2000, len(values))).mean(axis=1)
+    return [float(value) for value in (values.mean(), *np.quantile(means, (0.025, 0.975)))]
+
+
+def rms_of(rows, key):
+    """Returns the root mean square over all placed parts, None without any."""
+    pairs = [(row[key], row["placed"]) for row in rows if row[key] is not None]
+    total = sum(count for _, count in pairs)
+    return float(np.sqrt(sum(value**2 * count for value, count in pairs) / total)) if total else None
+
+
+def summary(rows):
+    """Returns the results of a cell."""
+    possible = [{**row, "lost": row["could_be_picked"] - row["placed_of_these"]} for row in rows]
+    causes = sum((Counter(row["missed_because"]) for row in rows), Counter())
+    return {
+        "runs": len(rows),
+        "succeeded": sum(row["success"] for row in rows),
+        "picks_per_minute": mean_of(rows, "picks_per_minute"),
+        "share_of_clairvoyant": mean_of(rows, "share_of_clairvoyant"),
+        "lost": rate_of(possible, "lost", "could_be_picked"),
+        "dropped": rate_of(rows, "dropped", "picked"),
+        "misplaced": rate_of(rows, "misplaced", "placed"),
+        "doubles": sum(row["doubles"] for row in rows),
+        "placement_rms_m": rms_of(rows, "placement_rms_m"),
+        "placement_turn_rms_rad": rms_of(rows, "placement_turn_rms_rad"),
+        "touched": sum(row[key] for row in rows for key in ("belt_touched", "tray_touched", "table_touched")),
+        "missed_because": dict(causes.most_common()),
+    }
+
+
+def part(cells, count, first_seed, name):
+    """Returns a part of this benchmark."""
+    return Part(job, dict.fromkeys(cells, count), first_seed, summary, TABLES[name], available)
+
+
+PARTS = {
+    "capacity": part(CAPACITY, 10, 5000, "capacity"),
+    "load": part(LOADED, 40, 5100, "load"),
+    "saturated": part(SATURATED, 20, 5200, "saturated"),
+    "map": part(MAP, 5, 5300, "map"),
+    "stop": part(STOP, 20, 5400, "stop"),
+}
+
+
+if __name__ == "__main__":
+    parts.main(__doc__, PARTS, FOLDER, RESULTS)

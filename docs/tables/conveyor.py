@@ -1,0 +1,25 @@
+"""The conveyor (`results/conveyor.json`), one block for each part of the benchmark."""
+
+import conveyor_tables as benchmark
+
+from tables.results import part
+
+
+def conveyor_capacity() -> str:
+    return part("conveyor", benchmark.TABLES, "capacity")
+
+
+def conveyor_load() -> str:
+    return part("conveyor", benchmark.TABLES, "load")
+
+
+def conveyor_saturated() -> str:
+    return part("conveyor", benchmark.TABLES, "saturated")
+
+
+def conveyor_map() -> str:
+    return part("conveyor", benchmark.TABLES, "map")
+
+
+def conveyor_stop() -> str:
+    return part("conveyor", benchmark.TABLES, "stop")

@@ -1,0 +1,74 @@
+"""What the video and the 3-D recording of a run of the conveyor show."""
+
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from drake_tracker.core.messages import PickDiagnosis, predicted_points
+from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.tasks.calibrated import calibrated_cameras
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.vision_parts import seen_belt
+from drake_tracker.tasks.filming import PATH_MARKS, Film, Script, View
+from drake_tracker.vision.part_vision_diagram import belt_window
+
+PREDICTING = (PickPhase.TRACK, PickPhase.INTERCEPT, PickPhase.CLOSE)
+"""Phases in which the predicted path of the part is drawn."""
+AHEAD = 1.0
+"""Time for which it is drawn [s]."""
+
+
+def predicted_path(packet: np.ndarray, now: float) -> np.ndarray:
+    """Returns points of the predicted path of a part in W [m], shape (PATH_MARKS, 3).
+
+    Args:
+        packet: vector of a valid `Prediction`.
+        now: present time [s].
+    """
+    return predicted_points(packet, np.linspace(now, now + AHEAD, PATH_MARKS))
+
+
+def pick_notes(phase: IntEnum, diagnosis: Any) -> tuple[str, str]:
+    """Returns two notes for a frame of the video: how many parts were placed, and how many picks failed.
+
+    Args:
+        phase: the present phase.
+        diagnosis: a `PickDiagnosis`.
+    """
+    placed, failed = int(diagnosis.placed), int(diagnosis.failed)
+    return f"{placed} placed", f"{failed} failed" if failed else ""
+
+
+CONVEYOR_SCRIPT = Script(
+    phases=PickPhase, predicting=PREDICTING, diagnosis=PickDiagnosis, notes=pick_notes, path=predicted_path
+)
+CONVEYOR_VIEW = View(
+    phases=PREDICTING, path=predicted_path, eye=(1.75, -1.05, 1.55), target=(0.42, 0.02, 0.48), fov_deg=40.0
+)
+
+
+def conveyor_film(scenario: ConveyorScenario, hand_eye: HandEyeDiagram, subtitle: str) -> Film:
+    """Returns what the camera video of a run of the conveyor shows.
+
+    Args:
+        scenario: scenario with ``vision: !Rendered``.
+        hand_eye: the diagram of the run.
+        subtitle: second line of text.
+    """
+    config, cameras, belt = scenario.cameras, calibrated_cameras(scenario), seen_belt(scenario)
+    return Film(
+        title=scenario.name,
+        subtitle=subtitle,
+        polygons={side: belt_window(camera, belt, scenario.belt.height).polygon for side, camera in cameras.items()},
+        image_size=(config.width, config.height),
+        cameras=cameras,
+        offsets={side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in cameras},
+        lag=scenario.vision.lag_cycles * VISION_PERIOD,
+        lag_cycles=scenario.vision.lag_cycles,
+        script=CONVEYOR_SCRIPT,
+        image_latency=hand_eye.world.image_latency,
+        several=True,
+    )

@@ -1,0 +1,170 @@
+"""Why parts were lost: the cause for each part that arrived and was not placed, in one sentence, from the log."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, PART_SLOTS
+from drake_tracker.dispatch.candidate import Candidate, Hand
+from drake_tracker.dispatch.cycle_time import CycleModel
+from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.tasks.conveyor.part_history import PartHistory
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.windows import could_be_picked, window_times
+from drake_tracker.tasks.episode import Log
+from drake_tracker.world.belt_motion import make_belt_motion
+from drake_tracker.world.part_fates import PartFate
+from drake_tracker.world.tray import cell_centres
+
+IDENTITY_LOST = 0.5
+"""Time without a report from which the identity of a part counts as lost, while it is in the picking window [s]."""
+FREE = (PickPhase.WAIT, PickPhase.TRACK)
+"""Phases in which the hand can still go for another part."""
+
+
+@dataclass(frozen=True)
+class LostPart:
+    """A part that arrived and was not placed.
+
+    Attributes:
+        number: of the part.
+        cause: one of the causes of `lost_parts`.
+        sentence: what happened, for a reader of the report.
+    """
+
+    number: int
+    cause: str
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Chance:
+    """The first time at which a free hand could have picked a part, as the dispatcher's model of the cycle says.
+
+    Attributes:
+        time: when [s].
+        instead: number of the part for which the hand went then, 0 when it waited.
+    """
+
+    time: float
+    instead: int
+
+
+def lost_parts(
+    scenario: ConveyorScenario, histories: Sequence[PartHistory], log: Log, simulated: float
+) -> tuple[LostPart, ...]:
+    """Returns the parts that arrived and were not placed, in the order of arrival, with the cause for each.
+
+    The first of these causes that holds counts:
+
+    - "dropped": it was picked, and fell, or was put down beside a cell.
+    - "run ended": the hand held it, or it was on its way to a cell, when the run ended.
+    - "grasp failed": the hand descended towards it.
+    - "arrived too late": the whole chance to pick and place it did not lie within the run (`could_be_picked`).
+    - "not seen in time": vision did not report it before it left the picking window.
+    - "identity lost": while it was in the window, vision did not report it for longer than `IDENTITY_LOST`.
+    - "no room for the jaws": another part was too close to it in the whole picking window.
+    - "trays full": all cells had a part when it left the picking window.
+    - "ordered too late": the host ordered it, but the hand did not descend.
+    - "not chosen": a free hand could have picked it, and did something else.
+    - "out of reach": whenever the hand was free, it was too late to reach it within the window.
+
+    Args:
+        scenario: the scenario of the run.
+        histories: of all parts.
+        log: {name: Signal} of the run.
+        simulated: time at which the run ended [s].
+    """
+    reports = _reports(log)
+    free = chances(scenario, log)
+    motion, cells = make_belt_motion(scenario.belt), len(cell_centres(scenario.tray))
+    filled = sorted(part.placed_at for part in histories if part.placed_at is not None)
+    full_at = filled[cells - 1] if len(filled) >= cells else np.inf
+    found = []
+    for part in histories:
+        if part.fate in (PartFate.UPSTREAM, PartFate.PLACED):
+            continue
+        enters, leaves = window_times(scenario, part.arrival, motion)
+        seen = reports.get(part.number, np.empty(0))
+        in_window = (
+            np.concatenate([[max(enters, seen[0])], seen[(seen > enters) & (seen < leaves)], [leaves]])
+            if len(seen)
+            else np.empty(0)
+        )
+        longest = float(np.diff(in_window).max()) if len(in_window) else 0.0
+        if part.fate is PartFate.DROPPED:
+            cause, words = "dropped", "it was picked and did not reach a cell"
+        elif part.picked_at is not None:
+            cause, words = (
+                "run ended",
+                f"it was picked at {part.picked_at:.1f} s, and the run ended before it was placed",
+            )
+        elif part.attempted:
+            cause, words = "grasp failed", "the hand descended towards it, and the jaws did not hold it"
+        elif not could_be_picked(scenario, part.arrival, simulated):
+            cause, words = "arrived too late", "the run ended before it could have been picked and placed"
+        elif not len(seen) or seen[0] >= leaves:
+            cause, words = "not seen in time", f"vision did not report it before it left the window at {leaves:.1f} s"
+        elif longest > IDENTITY_LOST:
+            cause, words = "identity lost", f"vision did not report it for {longest:.1f} s while it was in the window"
+        elif not part.had_room:
+            cause, words = "no room for the jaws", "another part was too close to it in the whole window"
+        elif leaves >= full_at:
+            cause, words = "trays full", f"all {cells} cells had a part from {full_at:.1f} s on"
+        elif part.ordered:
+            cause, words = "ordered too late", "the host ordered it, and the hand did not get there in time"
+        elif part.number in free:
+            chance = free[part.number]
+            did = f"part {chance.instead} was picked instead" if chance.instead else "the hand waited"
+            cause, words = "not chosen", f"the hand could have picked it at {chance.time:.1f} s; {did}"
+        else:
+            cause = "out of reach"
+            words = f"the hand was never free early enough, between {enters:.1f} s and {leaves:.1f} s"
+        name = part.arrival.kind.name.lower()
+        found.append(LostPart(part.number, cause, f"Part {part.number} ({name}), {cause}: {words}."))
+    return tuple(found)
+
+
+def counted(lost: Sequence[LostPart]) -> dict[str, int]:
+    """Returns {cause: number of parts}, the most frequent cause first."""
+    return dict(Counter(part.cause for part in lost).most_common())
+
+
+def chances(scenario: ConveyorScenario, log: Log) -> dict[int, Chance]:
+    """Returns {number of a part: its first chance}, for parts that a free hand left on the belt.
+
+    The hand is free while it waits, and when it sets out for a part.
+
+    Args:
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
+    """
+    command, status, order, belt = (log[name] for name in ("command", "status", "order", "belt"))
+    if not all(len(signal.times) for signal in (command, status, order, belt)):
+        return {}
+    model, limits = CycleModel(scenario.cycle, scenario.window), scenario.eligibility
+    rows = belt.data[:, 4:].reshape(len(belt.times), -1, len(BELT_FIELDS))
+    phases = command["phase"].astype(int)
+    begins = np.diff(phases, prepend=-1) != 0
+    found: dict[int, Chance] = {}
+    for k in np.flatnonzero((phases == PickPhase.WAIT) | ((phases == PickPhase.TRACK) & begins)):
+        time = float(command.times[k])
+        at = [max(int(np.searchsorted(signal.times, time, side="right")) - 1, 0) for signal in (status, order, belt)]
+        hand = Hand(float(status["x"][at[0]]), float(status["y"][at[0]]), time)
+        ordered = int(order["number"][at[1]])
+        for number, kind, x, y, _, yaw, v, std, _, clear in rows[at[2]]:
+            if number == 0 or int(number) in found or int(number) == ordered or clear < limits.min_clear:
+                continue
+            part = Candidate(int(number), int(kind), x, y, yaw, v, std, clear)
+            if std <= limits.max_std and model.pick_time(hand, part, time) is not None:
+                found[part.number] = Chance(time, ordered)
+    return found
+
+
+def _reports(log: Log) -> dict[int, np.ndarray]:
+    """Returns {number of a part: times at which vision reported it [s]}."""
+    parts = log["parts"]
+    numbers = parts.data[:, 2:].reshape(-1, PART_SLOTS, len(PART_FIELDS))[:, :, 0].astype(int)
+    return {int(number): parts.times[(numbers == number).any(axis=1)] for number in np.unique(numbers) if number}

@@ -1,0 +1,130 @@
+"""What calibration asks of a board, whatever its kind."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+LEAST_POINTS = 8
+"""Fewest points of a board from which a view of it is used."""
+
+
+@dataclass(frozen=True, eq=False)
+class BoardShapes:
+    """What is black on a board, in its frame B; the rest is white.
+
+    Attributes:
+        rectangles: (n, 4): least x, least y, width and height [m].
+        circles: (n, 3): x and y of the centre, radius [m].
+    """
+
+    rectangles: np.ndarray
+    circles: np.ndarray
+
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the lower and the upper corner (2,) of all shapes [m]."""
+        corners = np.vstack(
+            [
+                self.rectangles[:, :2],
+                self.rectangles[:, :2] + self.rectangles[:, 2:],
+                self.circles[:, :2] - self.circles[:, 2:],
+                self.circles[:, :2] + self.circles[:, 2:],
+            ]
+        )
+        return corners.min(axis=0), corners.max(axis=0)
+
+
+class Board(Protocol):
+    """A flat board with points that can be found in an image.
+
+    Its frame B has x along the columns, y along the rows, and z into the board, so that the axes of a board seen from
+    the front are parallel to the image's u, v.
+    """
+
+    @property
+    def columns(self) -> int:
+        """Number of columns, as ``--board`` counts them."""
+        ...
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        ...
+
+    @property
+    def square(self) -> float:
+        """Distance at which the pattern repeats [m], or the unit of length."""
+        ...
+
+    @property
+    def name(self) -> str:
+        """The board in words."""
+        ...
+
+    @property
+    def spacing(self) -> float:
+        """Distance between neighbouring points of a row [m]."""
+        ...
+
+    def points(self) -> np.ndarray:
+        """Returns p_BQ of the board's points, shape (n, 3) [m]."""
+        ...
+
+    def turns(self) -> list[np.ndarray]:
+        """Returns the orders (n,) of the points in which a turned board looks the same, first the order of `points`."""
+        ...
+
+    def find(self, image: np.ndarray) -> np.ndarray | None:
+        """Returns the pixels (n, 2) of the points in a grey image (h, w), NaN for hidden ones; None without a board."""
+        ...
+
+    def shapes(self) -> BoardShapes:
+        """Returns what is black on the board."""
+        ...
+
+
+def neighbours(board: Board) -> np.ndarray:
+    """Returns the pairs of points of a board that are ``board.spacing`` apart, as indices (n, 2)."""
+    p_BQ = board.points()
+    distances = np.linalg.norm(p_BQ[:, np.newaxis] - p_BQ, axis=2)
+    pairs = np.argwhere(np.isclose(distances, board.spacing, rtol=1e-6))
+    return pairs[pairs[:, 0] < pairs[:, 1]]
+
+
+def grid_turns(columns: int, rows: int, *, half: bool, quarter: bool) -> list[np.ndarray]:
+    """Returns the orders of the points of a grid, row by row, after turns that leave it as it is.
+
+    Args:
+        columns: number of points in a row.
+        rows: number of rows.
+        half: whether the grid looks the same after half a turn.
+        quarter: whether it looks the same after a quarter of a turn.
+    """
+    order = np.arange(rows * columns).reshape(rows, columns)
+    turns = range(4) if quarter else range(0, 4, 2) if half else range(1)
+    return [np.rot90(order, turn).ravel() for turn in turns]
+
+
+def as_seen_from_the_front(found: np.ndarray, p_BQ: np.ndarray, columns: int) -> np.ndarray:
+    """Returns the points of a grid in an order that is not mirrored.
+
+    Args:
+        found: pixels (n, 2) of all points, row by row in some direction.
+        p_BQ: the points (n, 3) [m].
+        columns: number of points in a row.
+    """
+    fit = np.linalg.lstsq(np.column_stack([p_BQ[:, :2], np.ones(len(p_BQ))]), found, rcond=None)[0]
+    if np.linalg.det(fit[:2]) > 0.0:
+        return found
+    return found.reshape(-1, columns, 2)[:, ::-1].reshape(-1, 2)
+
+
+def enough_points(found: np.ndarray | None) -> bool:
+    """Returns whether the points (n, 2) that were found, NaN where not, are enough and do not lie on a line."""
+    if found is None:
+        return False
+    seen = found[np.isfinite(found).all(axis=1)]
+    if len(seen) < LEAST_POINTS:
+        return False
+    spread = np.linalg.svd(seen - seen.mean(axis=0), compute_uv=False)
+    return bool(spread[1] > 0.05 * spread[0])

@@ -1,0 +1,97 @@
+"""Every kind of board is found where it is, in order, and says how it can be mistaken."""
+
+import numpy as np
+import pytest
+from board_pictures import held, photograph
+
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.vision.board import neighbours
+from drake_tracker.vision.board_kinds import BOARDS, kind_of
+from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.chessboard import Chessboard
+from drake_tracker.vision.circle_grid import AsymmetricCircleGrid, CircleGrid
+from drake_tracker.vision.marker_boards import AprilTagGrid, CharucoBoard
+
+K = np.array([[420.0, 0.0, 209.5], [0.0, 420.0, 159.5], [0.0, 0.0, 1.0]])
+CAMERA = CameraModel(K, np.zeros(5), np.eye(4), 420, 320)
+EACH = [
+    Chessboard(9, 6, 0.03),
+    Chessboard(8, 6, 0.03),
+    Chessboard(7, 5, 0.03),
+    Chessboard(6, 6, 0.03),
+    Chessboard(5, 5, 0.03),
+    CircleGrid(7, 5, 0.035),
+    AsymmetricCircleGrid(4, 11, 0.02),
+    CharucoBoard(8, 6, 0.035),
+    CharucoBoard(7, 5, 0.035),
+    AprilTagGrid(5, 4, 0.05),
+]
+
+
+@pytest.mark.parametrize("board", EACH, ids=lambda board: board.name)
+@pytest.mark.parametrize("roll", [0.1, 3.0])
+def test_finds_the_points_in_order(board, roll):
+    X_CB = held(board, [0.0, 0.0, roll], 0.42)
+    X_CB[:3, :3] = held(board, [0.35, -0.3, 0.0], 0.42)[:3, :3] @ X_CB[:3, :3]
+    lower, upper = board.shapes().box()
+    X_CB[:3, 3] = [0.0, 0.0, 0.42] - X_CB[:3, :3] @ [*(0.5 * (lower + upper)), 0.0]
+    found = board.find(photograph(board, CAMERA, X_CB))
+    truth = CAMERA.project(board.points() @ X_CB[:3, :3].T + X_CB[:3, 3])
+    errors = [np.linalg.norm(found - truth[turn], axis=1) for turn in board.turns()]
+    best = min(errors, key=np.nanmean)
+    assert np.isfinite(best).mean() > 0.8
+    assert np.sqrt(np.nanmean(best**2)) < 0.25, [float(np.nanmean(each)) for each in errors]
+
+
+@pytest.mark.parametrize("board", EACH, ids=lambda board: board.name)
+def test_no_board_in_an_empty_image(board):
+    noise = np.random.default_rng(0).normal(120.0, 3.0, (240, 320))
+    assert board.find(noise.astype(np.uint8)) is None
+
+
+@pytest.mark.parametrize("board", EACH, ids=lambda board: board.name)
+def test_its_points_and_its_turns(board):
+    pairs = neighbours(board)
+    p_BQ = board.points()
+    assert len(pairs) >= len(p_BQ) - board.columns - board.rows
+    np.testing.assert_allclose(np.linalg.norm(np.diff(p_BQ[pairs], axis=1)[:, 0], axis=1), board.spacing)
+    for turn in board.turns():
+        assert sorted(turn) == list(range(len(p_BQ)))
+        d = np.linalg.norm(np.diff(p_BQ[turn][pairs], axis=1)[:, 0], axis=1)
+        np.testing.assert_allclose(d, board.spacing)
+    assert type(board) is BOARDS[kind_of(board)]
+
+
+def test_which_boards_look_the_same_after_a_turn():
+    assert [len(board.turns()) for board in EACH] == [1, 2, 2, 4, 4, 2, 1, 1, 1, 1]
+    assert len(AsymmetricCircleGrid(4, 10).turns()) == 2
+
+
+def test_a_part_of_a_board_with_markers_is_enough():
+    for board in (CharucoBoard(8, 6, 0.035), AprilTagGrid(5, 4, 0.05)):
+        X_CB = held(board, [0.3, 0.2, 0.1], 0.4, aside=(0.13, 0.05))
+        found = board.find(photograph(board, CAMERA, X_CB))
+        truth = CAMERA.project(board.points() @ X_CB[:3, :3].T + X_CB[:3, 3])
+        hidden = np.isnan(found).any(axis=1)
+        assert 0.1 < hidden.mean() < 0.7
+        assert np.nanmax(np.linalg.norm(found - truth, axis=1)) < 0.6
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Chessboard(2, 9), "a board of 2 x 9 inner corners cannot be used; both must be at least 3"),
+        (lambda: CircleGrid(2, 9), "2 x 9 circles is too small"),
+        (lambda: AsymmetricCircleGrid(1, 9), "1 x 9 circles is too small"),
+        (lambda: CharucoBoard(3, 3), "3 x 3 squares is too small"),
+        (lambda: CharucoBoard(8, 6, 0.03, 0.04), "a marker of 0.04 m does not suit squares of 0.03 m"),
+        (lambda: CharucoBoard(8, 6, family="9x9"), "--family 9x9: must be one of 4x4, 5x5, 6x6, 7x7"),
+        (lambda: CharucoBoard(90, 60), "a board with 2700 markers is too large"),
+        (lambda: AprilTagGrid(1, 9), "1 x 9 tags is too small"),
+        (lambda: AprilTagGrid(30, 30), "a board with 900 markers is too large; there are 587"),
+        (lambda: AprilTagGrid(6, 4, 0.03, 0.03), "a tag of 0.03 m does not suit a distance of 0.03 m"),
+    ],
+)
+def test_refuses_a_board_that_cannot_be(make, message):
+    with pytest.raises(DrakeTrackerError, match=message):
+        make()
