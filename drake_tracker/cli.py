@@ -32,6 +32,7 @@ from drake_tracker.commands import (
     lag,
     list_scenarios,
     measure,
+    photograph,
     replay,
     run,
     track,
@@ -41,7 +42,7 @@ from drake_tracker.commands.common import BROKEN_PIPE, FAULT, TROUBLE, quiet_gra
 from drake_tracker.core import signals
 from drake_tracker.core.errors import DrakeTrackerError
 
-COMMANDS = (run, view, replay, list_scenarios, doctor, calibrate, lag, track, measure, campaign, figures, host, arm)
+COMMANDS = (run, view, replay, list_scenarios, doctor, photograph, calibrate, lag, track, measure, campaign, figures, host, arm)
 """Modules of the commands, in the order of ``--help``; `completion` follows."""
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 """Errors of a disk, which are not faults of the program."""
