@@ -154,8 +154,8 @@ def photograph_page(path):
 
     for side in ("left", "right"):
         images = read_clip(f"{side}.mp4")
-        write_clip(f"long_{side}.mp4", (images + images[::-1]) * 3)
-    command = [sys.executable, "-m", "drake_tracker", "track", "long_left.mp4", "long_right.mp4"]
+        write_clip(f"{side}.mp4", (images + images[::-1]) * 3)
+    command = [sys.executable, "-m", "drake_tracker", "track", "left.mp4", "right.mp4"]
     command += ["--calibration", "stereo.yaml", "--live", "--no-overlay", "--out", "page"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     url = re.search(r"http://\S+", process.stdout.readline())[0]
@@ -163,7 +163,7 @@ def photograph_page(path):
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.goto(url)
-        while float(page.locator("#time").inner_text()) < 6.35:
+        while float(page.locator("#time").inner_text()) < 6.6:
             time.sleep(0.02)
         page.locator("#pause").click()
         time.sleep(1.0)
@@ -171,7 +171,7 @@ def photograph_page(path):
         browser.close()
     process.send_signal(signal.SIGINT)
     process.wait()
-    Image.open(path).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
+    Image.open(path).convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
         path, optimize=True
     )
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
