@@ -103,7 +103,9 @@ KEPT = (
 
 def job(cell, seed, quick):
     """Returns the line of a run."""
-    scenario = load_scenario("conveyor", seed=seed, duration=12.0 if quick else DURATION, overrides=CELLS[cell])
+    scenario = load_scenario(
+        "conveyor:measured", seed=seed, duration=12.0 if quick else DURATION, overrides=CELLS[cell]
+    )
     with tempfile.TemporaryDirectory() as folder:
         summary = simulate(scenario, out=f"{folder}/run", options=RunOptions(record=False))
     return {key: summary[key] for key in KEPT}
@@ -114,7 +116,7 @@ def available(cells):
     found = []
     for cell in cells:
         try:
-            load_scenario("conveyor", overrides=CELLS[cell])
+            load_scenario("conveyor:measured", overrides=CELLS[cell])
             found.append(cell)
         except DrakeTrackerError as error:
             print(f"{cell}: left out ({str(error).splitlines()[0]})", file=sys.stderr)

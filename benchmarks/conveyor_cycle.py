@@ -113,7 +113,7 @@ def logs_of(options):
         for seed in SEEDS:
             overrides = [f"belt.speed={speed}", "arrivals.rate=30", *options.set]
             with tempfile.TemporaryDirectory() as folder:
-                scenario = load_scenario("conveyor", seed=seed, overrides=overrides)
+                scenario = load_scenario("conveyor:measured", seed=seed, overrides=overrides)
                 simulate(scenario, out=f"{folder}/run", options=RunOptions(record=False))
                 logs.append(load_log(f"{folder}/run/log.npz"))
     return logs

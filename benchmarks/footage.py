@@ -1,27 +1,38 @@
-"""Measures how well `drake-tracker track` follows an object in image coordinates, beside OpenCV's MOG2 and MIL.
+"""Measures how well `drake-tracker track` follows an object in image coordinates, beside trackers of OpenCV.
 
-    python benchmarks/footage.py            all clips, on two processes; resumes
-    python benchmarks/footage.py --quick    a trial on seeds of its own; nothing is written to the results
+    python benchmarks/footage.py               all parts but speed, on two processes; resumes
+    python benchmarks/footage.py --part files  one part
+    python benchmarks/footage.py --part speed  images per second of the whole command, on a quiet machine
+    python benchmarks/footage.py --quick       a trial on seeds of its own; nothing is written to the results
 
-The clips are drawn (`footage_clips.py`), so that the true centre of every object is known: one object in front of a
-textured scene at rest, with a camera that shakes or pans, beside a larger mover, a ball of 10 to 40 px at 2 to 40 px an
-image, two objects that cross, and a walking figure. `track` gets the pixel of the object in the first image (beside the
-larger mover, ``--follow``) or nothing, MIL the true rectangle in the first image, MOG2 nothing: the centroid of its
-largest contour. Each describes every image after the first ten. A place is wrong when it is farther from the truth than
-half of the object's size, and 10 px. CSRT, KCF and median flow are not in the package of OpenCV that the project uses.
+**accuracy**: the clips are drawn (`footage_clips.py`), so that the true centre of every object is known. `track` gets
+the pixel of the object in the first image (beside the larger mover, ``--follow``) or nothing; CSRT, KCF, MIL and median
+flow the true rectangle in the first image; MOG2 nothing: the centroid of its largest contour. Each describes every
+image after the first ten. A place is wrong when it is farther from the truth than half of the object's size, and 10 px.
+CSRT, KCF and median flow are measured where OpenCV has them: in opencv-contrib-python-headless.
 
-Seeds 7600 to 7639 are used nowhere else.
+**files**: the same clip in other containers and codecs, turned, with dropped images (`footage_files.py`).
+
+**person**: the share of filtered points of a walking figure (`footage_person.py`).
+
+Seeds 7640 to 7679 are used nowhere else.
 """
 
+import subprocess
+import sys
+import tempfile
+import time
 from pathlib import Path
 
 import common
 import cv2
+import footage_files
+import footage_person
 import numpy as np
 import parts
 from footage_clips import KINDS, RATE, make_clip
 from footage_tables import TABLES
-from parts import Part
+from parts import Part, Timed
 
 from drake_tracker.campaign.wilson import wilson
 from drake_tracker.vision.config import NormalFlow
@@ -35,7 +46,7 @@ FIRST = 10
 """Images at the beginning that do not count: every method needs some to learn the scene, or to find the object."""
 WRONG = 10.0
 """See above [px]."""
-METHODS = ("track", "MOG2", "MIL")
+METHODS = ("track", "MOG2", "CSRT", "KCF", "MIL", "median flow")
 CELLS = {f"{kind}, {method}": (kind, method) for kind in KINDS for method in METHODS}
 
 
@@ -72,19 +83,42 @@ def largest_contour(clip, kind):
             yield k, [np.array([moments["m10"], moments["m01"]]) / moments["m00"]], [True]
 
 
-def mil(clip, kind):
-    """Yields the same of OpenCV's MIL tracker, which starts with the true rectangle."""
-    cv2.setRNGSeed(0)
-    tracker = cv2.TrackerMIL.create()
-    side = round(clip.size)
-    corner = np.rint(clip.truth[0, 0] - 0.5 * side).astype(int)
-    tracker.init(cv2.cvtColor(clip.images[0], cv2.COLOR_GRAY2BGR), (*corner.tolist(), side, side))
-    for k, image in enumerate(clip.images[1:], start=1):
-        found, (u, v, width, height) = tracker.update(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR))
-        yield k, [np.array([u + 0.5 * (width - 1), v + 0.5 * (height - 1)]) if found else None], [found]
+OPENCV = {
+    "MIL": (cv2, "TrackerMIL"),
+    "CSRT": (cv2, "TrackerCSRT"),
+    "KCF": (cv2, "TrackerKCF"),
+    "median flow": (getattr(cv2, "legacy", None), "TrackerMedianFlow"),
+}
+"""{method: (module of OpenCV, class)}."""
 
 
-FOLLOWED_BY = {"track": follow, "MOG2": largest_contour, "MIL": mil}
+def of_opencv(name):
+    """Returns a function that yields the same of a tracker of OpenCV, which starts with the true rectangle."""
+
+    def tracked(clip, kind):
+        cv2.setRNGSeed(0)
+        module, kind_of_tracker = OPENCV[name]
+        tracker = getattr(module, kind_of_tracker).create()
+        side = round(clip.size)
+        corner = np.rint(clip.truth[0, 0] - 0.5 * side).astype(int)
+        tracker.init(cv2.cvtColor(clip.images[0], cv2.COLOR_GRAY2BGR), (*corner.tolist(), side, side))
+        for k, image in enumerate(clip.images[1:], start=1):
+            found, (u, v, width, height) = tracker.update(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR))
+            yield k, [np.array([u + 0.5 * (width - 1), v + 0.5 * (height - 1)]) if found else None], [found]
+
+    return tracked
+
+
+FOLLOWED_BY = {"track": follow, "MOG2": largest_contour} | {name: of_opencv(name) for name in OPENCV}
+
+
+def installed(cells):
+    """Returns the cells whose tracker this OpenCV has."""
+    has = {name: hasattr(module, kind) for name, (module, kind) in OPENCV.items()}
+    missing = [name for name in OPENCV if not has[name]]
+    if missing:
+        print(f"not in this OpenCV: {', '.join(missing)}", flush=True)
+    return [cell for cell in cells if has.get(CELLS[cell][1], True)]
 
 
 def distance(place, true):
@@ -95,7 +129,7 @@ def distance(place, true):
 def job(cell, seed, quick):
     """Returns the line of a clip: errors [px] of one object, and whether two that crossed kept their identities.
 
-    Of two objects that cross, MIL follows the first, MOG2 finds whichever is larger, and `track` both.
+    Of two objects that cross, a tracker of OpenCV follows the first, MOG2 finds whichever is larger, and `track` both.
     """
     kind, method = CELLS[cell]
     clip = make_clip(kind, seed)
@@ -112,7 +146,7 @@ def job(cell, seed, quick):
         elif places[0] is None:
             missed += 1
         else:
-            errors.append(off[0][0] if kind != "crossing" or method == "MIL" else min(off[0]))
+            errors.append(off[0][0] if kind != "crossing" or method in OPENCV else min(off[0]))
     kept = bool(owners) and owners[0] == owners[-1] and len(set(owners[0])) == 2
     return {"errors_px": errors, "missed": missed, "size_px": clip.size, "kept": kept if owners else None}
 
@@ -135,7 +169,37 @@ def summary(rows):
     }
 
 
-PARTS = {"accuracy": Part(job, dict.fromkeys(CELLS, 40), 7600, summary, TABLES["accuracy"])}
+def speed(seed, quick):
+    """Returns images per second of the whole command, with start and files, on a clip of 640 x 480 px."""
+    clip = make_clip("plain", seed, 60 if quick else 900)
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "clip.mp4"
+        footage_files.write(path, footage_files.FILES["H.264 in MP4"], clip.images, None)
+        cells = []
+        for label, more in (("with overlay", []), ("--no-overlay", ["--no-overlay"])):
+            command = [sys.executable, "-m", "drake_tracker", "track", str(path), "--out", f"{name}/{label}", *more]
+            began = time.perf_counter()
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+            cells.append({"cell": label, "images_per_s": len(clip.images) / (time.perf_counter() - began)})
+    return cells
+
+
+FIRST_SEED, CLIPS, CROSSINGS = 7640, 12, 40
+COUNTS = {cell: CROSSINGS if cell == "crossing, track" else CLIPS for cell in CELLS}
+PARTS = {
+    "accuracy": Part(job, COUNTS, FIRST_SEED, summary, TABLES["accuracy"], installed),
+    "files": Part(
+        footage_files.job, dict.fromkeys(footage_files.FILES, 5), FIRST_SEED, footage_files.summary, TABLES["files"]
+    ),
+    "person": Part(
+        footage_person.job,
+        dict.fromkeys(footage_person.CELLS, 12),
+        FIRST_SEED,
+        footage_person.summary,
+        TABLES["person"],
+    ),
+    "speed": Timed(speed, FIRST_SEED, TABLES["speed"]),
+}
 
 if __name__ == "__main__":
     parts.main(__doc__, PARTS, FOLDER, RESULTS)

@@ -1,4 +1,4 @@
-"""Table of the results of `footage.py`, for the terminal and for the documentation."""
+"""Tables of the results of `footage.py`, for the terminal and for the documentation."""
 
 
 def table(cells):
@@ -22,4 +22,42 @@ def table(cells):
     ]
 
 
-TABLES = {"accuracy": table}
+def files(cells):
+    """Returns (header, rows) of the results of each kind of file."""
+    header = ["file", "clips", "median", "95th percentile", "images with a place", "left out", "reported as dropped"]
+    return header, [
+        [
+            cell["cell"],
+            cell["clips"],
+            f"{cell['median_px']:.2f} px",
+            f"{cell['p95_px']:.2f} px",
+            f"{cell['valid']} of {cell['expected']}",
+            cell["left_out"],
+            cell["dropped"],
+        ]
+        for cell in cells
+    ]
+
+
+def person(cells):
+    """Returns (header, rows) of the results of each unit of length."""
+    header = ["calibration in", "clips", "points", "filtered", "with a prediction", "error of the predictions"]
+    return header, [
+        [
+            cell["cell"],
+            cell["clips"],
+            cell["points"],
+            f"{cell['filtered']} ({100 * cell['filtered'] / cell['points']:.1f} %)",
+            cell["predicted"],
+            f"{100 * cell['prediction_rms_m']:.1f} cm",
+        ]
+        for cell in cells
+    ]
+
+
+def speed(cells):
+    """Returns (header, rows) of the results of the command."""
+    return ["command", "images per second"], [[cell["cell"], f"{cell['images_per_s']:.0f}"] for cell in cells]
+
+
+TABLES = {"accuracy": table, "files": files, "person": person, "speed": speed}

@@ -23,6 +23,7 @@ from typing import Any, NoReturn, TextIO
 
 from drake_tracker.commands import (
     arm,
+    board,
     calibrate,
     campaign,
     completion,
@@ -42,7 +43,23 @@ from drake_tracker.commands.common import BROKEN_PIPE, FAULT, TROUBLE, quiet_gra
 from drake_tracker.core import signals
 from drake_tracker.core.errors import DrakeTrackerError
 
-COMMANDS = (run, view, replay, list_scenarios, doctor, photograph, calibrate, lag, track, measure, campaign, figures, host, arm)
+COMMANDS = (
+    run,
+    view,
+    replay,
+    list_scenarios,
+    doctor,
+    board,
+    photograph,
+    calibrate,
+    lag,
+    track,
+    measure,
+    campaign,
+    figures,
+    host,
+    arm,
+)
 """Modules of the commands, in the order of ``--help``; `completion` follows."""
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 """Errors of a disk, which are not faults of the program."""

@@ -1,5 +1,7 @@
 """Pictures of calibration boards through any lens."""
 
+import functools
+
 import cv2
 import numpy as np
 
@@ -7,6 +9,7 @@ _TEXELS = 80
 """Texels along a square."""
 
 
+@functools.cache
 def draw(board, margin=1.0):
     """The picture of a board with a white margin, and the pose of its first texel and the size of a texel [m]."""
     lower, upper = board.shapes().box()

@@ -44,7 +44,7 @@ GRASP_LIMIT = 2_000_000
 POINTER = re.compile(r"`([\w/]+\.py)::([\w.]+)`")
 FILE = re.compile(r"`([\w./-]+/[\w.-]+\.(?:py|yaml|md|sdf|ipynb))`")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^```(\{?[\w-]*\}?)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 COMMAND = re.compile(r"`(drake-tracker [^`]+)`")
 PLACEHOLDER = re.compile(r"…|\b(?:FILE|DIR|RUN|SCENARIO|COMMAND|NAME|TASK|BAG|URL|N)\b")
 """A command with one of these is a pattern, which cannot be parsed."""
@@ -212,6 +212,9 @@ def test_command_is_understood(line, guide_files, monkeypatch):
     _, *arguments = shlex.split(line)
     if not arguments or (len(arguments) == 1 and arguments[0] in subparsers()):
         return  # the name of a command
+    if arguments[1:] == ["--help"]:
+        assert arguments[0] in subparsers()
+        return
     options = cli.make_parser().parse_args(arguments)
     scenario = getattr(options, "scenario", None)
     if scenario and not scenario.endswith(".yaml"):  # the user's own files are tested where they are shown

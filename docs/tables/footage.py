@@ -1,4 +1,4 @@
-"""Tracks in image coordinates on drawn clips (`results/footage.json`)."""
+"""Tracks in image coordinates on drawn clips, and of files (`results/footage.json`)."""
 
 import footage_tables as benchmark
 
@@ -7,3 +7,11 @@ from tables.results import part
 
 def footage_accuracy() -> str:
     return part("footage", benchmark.TABLES, "accuracy")
+
+
+def footage_files() -> str:
+    return part("footage", benchmark.TABLES, "files")
+
+
+def footage_person() -> str:
+    return part("footage", benchmark.TABLES, "person")

@@ -18,7 +18,7 @@ from drake_tracker.vision.board import Board
 from drake_tracker.vision.board_kinds import kind_of
 from drake_tracker.vision.calibration import Lens, board_pose, lens_from_corners
 from drake_tracker.vision.calibration_file import save_calibration
-from drake_tracker.vision.camera_files import OWN, save_foreign
+from drake_tracker.vision.camera_files import KALIBR, OWN, save_foreign
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.left_out import left_out_errors, left_out_reprojection
 from drake_tracker.vision.lens_models import FISHEYE, PINHOLE
@@ -82,6 +82,8 @@ def calibrate_photographs(
         raise DrakeTrackerError(f"-o {path}: the suffix .png is for the picture; name the file {path.stem}.yaml")
     if world and form != OWN:
         raise DrakeTrackerError(f"--world: the format {form} has no world frame; leave it out")
+    if form == KALIBR and lens == "rational":
+        raise DrakeTrackerError("--format kalibr: Kalibr has no rational lens; take --lens pinhole or fisheye")
     rows, options = list_photographs(specs), LENSES[lens]
     with closing(StepsProgress()) as progress:
         boards = find_boards(rows, board, progress)
@@ -95,8 +97,8 @@ def calibrate_photographs(
     cameras, rms = place_cameras(boards, lenses, board)
     if not rms <= WORST_RMS:
         raise DrakeTrackerError(
-            f"the reprojection error is {rms:.1f} px, too large for any lens: either this is not a {board.name}, or "
-            "the images of a pair were not taken at the same time"
+            f"the reprojection error is {rms:.1f} px, too large for any lens: either the board is not the "
+            f"{board.name}, or the images of a pair were not taken at the same time"
         )
     if len(specs) == 2:
         check_baseline(specs, cameras, board, baseline)
@@ -148,7 +150,8 @@ def fit_lenses(specs: Sequence[str], boards: FoundBoards, board: Board, options:
             )
         if not lens.rms <= WORST_RMS:
             raise DrakeTrackerError(
-                f"{spec}: the reprojection error is {lens.rms:.1f} px, too large for any lens: is this a {board.name}?"
+                f"{spec}: the reprojection error is {lens.rms:.1f} px, too large for any lens; is the board the "
+                f"{board.name}?"
             )
         lenses.append(lens)
     return lenses

@@ -41,7 +41,7 @@ class CameraQuality:
         return (
             f"{name}: focal length {0.5 * (K[0, 0] + K[1, 1]):.1f} ± {std[:2].max():.1f} px, principal point "
             f"({K[0, 2]:.1f} ± {std[2]:.1f}, {K[1, 2]:.1f} ± {std[3]:.1f}) px; the board covered "
-            f"{self.cells.mean():.0%} of the image"
+            f"{100 * self.cells.mean():.0f} % of the image"
         )
 
     def notes(self) -> dict[str, object]:

@@ -36,7 +36,7 @@ def draw_quality(path: Path, boards: FoundBoards, qualities: Mapping[str, Camera
         for k, (name, quality) in enumerate(qualities.items()):
             ax = figure.add_subplot(columns[k])
             _draw_image(ax, boards.views[k], boards.shapes[k], quality.cells)
-            ax.set_title(f"{name}: the board covered {quality.cells.mean():.0%} of the image")
+            ax.set_title(f"{name}: the board covered {100 * quality.cells.mean():.0f} % of the image")
             K, std = quality.lens.K, quality.std
             ax.set_xlabel(
                 f"focal length {0.5 * (K[0, 0] + K[1, 1]):.1f} ± {std[:2].max():.1f} px, principal point "

@@ -1,9 +1,10 @@
 """``drake-tracker calibrate``: calibrates a scenario's cameras from rendered images, or your own from photographs."""
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
+from drake_tracker.commands.board_options import add_board
 from drake_tracker.commands.common import SUCCESS, Commands, add_command, add_overrides, quiet_drake
 from drake_tracker.core.errors import DrakeTrackerError
 
@@ -49,30 +50,6 @@ def register(commands: Commands) -> None:
         action="store_true",
         help="take the board in the first photograph as the world frame, not the left camera",
     )
-
-
-def add_board(command: ArgumentParser) -> None:
-    """Adds the options that describe a board."""
-    command.add_argument(
-        "--kind",
-        choices=("chessboard", "circles", "asymmetric_circles", "charuco", "apriltag"),
-        default="chessboard",
-        help="kind of board",
-    )
-    command.add_argument(
-        "--board",
-        metavar="CxR",
-        help="columns and rows, for example 9x6: inner corners of a chessboard, squares of a ChArUco board, circles, "
-        "or tags",
-    )
-    command.add_argument(
-        "--square",
-        type=float,
-        metavar="M",
-        help="side of a square; distance between circles (rows of an asymmetric grid), or from tag to tag [m]",
-    )
-    command.add_argument("--marker", type=float, metavar="M", help="side of a marker or a tag [m]")
-    command.add_argument("--family", metavar="NAME", help="markers of a ChArUco board: 4x4, 5x5, 6x6 or 7x7")
 
 
 def execute(options: Namespace) -> int:

@@ -89,6 +89,9 @@ def register(commands: Commands) -> None:
     command.add_argument(
         "--objects", type=int, default=1, metavar="N", help="track up to N objects (one camera, in pixels)"
     )
+    command.add_argument(
+        "--pick", action="store_true", help="show the object, or the part of the image, in a page of the browser"
+    )
     command.add_argument("--no-overlay", action="store_true", help="write no video")
     command.add_argument("--live", action="store_true", help="show images, objects and strips on a page")
     command.add_argument("--port", type=int, default=0, metavar="N", help="port of the page (default: a free one)")
@@ -129,6 +132,10 @@ def execute(options: Namespace) -> int:
     from drake_tracker.tracking.track import make_track
 
     quiet_drake()
+    if options.pick:
+        if options.roi or options.follow:
+            raise DrakeTrackerError("--pick: not together with --roi or --follow, which it takes the place of")
+        options.roi, options.follow = _pick(options)
     names = "calibration plane height camera fps offset duration detector estimator max_gap roi follow objects record"
     track = prepare_track(options.source, **{name: getattr(options, name) for name in names.split()})
     progress = Progress(track.timeline.duration)
@@ -208,6 +215,19 @@ def _finish(live: Any, summary: dict[str, Any], out: Path) -> None:
             rows.append((label, f"{1e3 * summary[key]:.2f} mm"))
     title = "The track was ended" if summary["interrupted"] else "The track is complete"
     live.finish({"success": bool(results), "title": title, "reason": "", "rows": rows, "out": str(out)})
+
+
+def _pick(options: Namespace) -> tuple[list[str], list[str]]:
+    """Returns the values of --roi and --follow that the user draws."""
+    from drake_tracker.tracking.pick import pick
+
+    def show(url: str) -> None:
+        print(f"Show the object in your browser: {url}", flush=True)
+
+    roi, follow = pick(options.source, options.fps, show)
+    again = [f"--{name} '{text}'" for name, texts in (("roi", roi), ("follow", follow)) for text in texts]
+    print(f"{'picked':<18}{' '.join(again)}", flush=True)
+    return roi, follow
 
 
 def _dropped(stamps: list[float], count: int) -> str:

@@ -70,6 +70,25 @@ class LoopbackHandler(BaseHTTPRequestHandler):
         self.refuse(HTTPStatus.FORBIDDEN, "this is not the host that was asked for")
         return False
 
+    def read_own_request(self, largest: int, refusal: str) -> bytes | None:
+        """Returns the body of a POST request that comes from this server's own page; refuses the request if not.
+
+        Args:
+            largest: greatest size of the body [bytes].
+            refusal: line for a request from another page.
+        """
+        if not self.is_addressed():
+            return None
+        if self.headers.get("Origin", "").removeprefix("http://") not in self.server.hosts:
+            self.refuse(HTTPStatus.FORBIDDEN, refusal)
+            return None
+        length = self.headers.get("Content-Length", "")
+        if not length.isdecimal() or int(length) > largest:
+            message = f"the request must have a length of at most {largest} bytes"
+            self.refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, message)
+            return None
+        return self.rfile.read(int(length))
+
     def send(self, status: int, media_type: str, body: bytes, more: Mapping[str, str] | None = None) -> None:
         """Sends an answer; its body is omitted when the request is HEAD.
 

@@ -3,9 +3,9 @@
 import re
 import sqlite3
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from drake_tracker.core.errors import DrakeTrackerError
 
@@ -115,7 +115,7 @@ class McapStorage:
                     yield message.log_time, message.data
 
 
-SUFFIXES: dict[str, Any] = {".mcap": McapStorage, ".db3": SqliteStorage}
+SUFFIXES: dict[str, Callable[[Sequence[Path]], BagStorage]] = {".mcap": McapStorage, ".db3": SqliteStorage}
 """{suffix of a bag's files: class that reads them}."""
 
 
@@ -129,7 +129,7 @@ def find_storage(path: str | Path) -> BagStorage:
     """
     path = Path(path)
     if not path.is_dir():
-        return SUFFIXES[path.suffix]([path])  # type: ignore[no-any-return]
+        return SUFFIXES[path.suffix]([path])
     files = sorted((file for file in path.iterdir() if file.suffix in SUFFIXES), key=_number)
     suffixes = {file.suffix for file in files}
     if len(suffixes) != 1:
@@ -138,7 +138,7 @@ def find_storage(path: str | Path) -> BagStorage:
         raise DrakeTrackerError(
             f"{path}: this folder contains {len(files)} files .mcap and .db3; name one of them{hint}"
         )
-    return SUFFIXES[suffixes.pop()](files)  # type: ignore[no-any-return]
+    return SUFFIXES[suffixes.pop()](files)
 
 
 def is_bag(path: str | Path) -> bool:

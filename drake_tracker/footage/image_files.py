@@ -12,6 +12,8 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pgm", ".ppm")
+_SILENT = 0
+"""Level of OpenCV's log at which it prints nothing."""
 
 
 def list_images(spec: str | Path) -> list[Path]:
@@ -71,12 +73,13 @@ def bits_of(image: np.ndarray) -> int:
 @contextlib.contextmanager
 def quiet_opencv() -> Iterator[None]:
     """A context in which OpenCV prints no warnings: our own error message has one line."""
-    level = cv2.utils.logging.getLogLevel()
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    log = getattr(cv2.utils, "logging", cv2)  # OpenCV 4 has these functions in its main module
+    level = log.getLogLevel()
+    log.setLogLevel(_SILENT)
     try:
         yield
     finally:
-        cv2.utils.logging.setLogLevel(level)
+        log.setLogLevel(level)
 
 
 def _is_image(file: Path) -> bool:

@@ -41,8 +41,17 @@ _CODES = {
 }
 """{encoding: OpenCV's conversion to RGB}."""
 _CHANNELS = {
-    "rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4, "rgb16": 3, "bgr16": 3,
-    "uyvy": 2, "yuv422": 2, "yuyv": 2, "yuv422_yuy2": 2,
+    "rgb8": 3,
+    "bgr8": 3,
+    "8UC3": 3,
+    "rgba8": 4,
+    "bgra8": 4,
+    "rgb16": 3,
+    "bgr16": 3,
+    "uyvy": 2,
+    "yuv422": 2,
+    "yuyv": 2,
+    "yuv422_yuy2": 2,
 }
 """{encoding: channels}; the others have one."""
 

@@ -31,7 +31,8 @@ def open_bag(path: str | Path, topic: str | None = None) -> Footage:
         kinds = {name: kind for name, kind in storage.topics().items() if kind in (IMAGE, COMPRESSED)}
         chosen = _choose(path, sorted(kinds), topic)
         kind = kinds[chosen]
-        stamps, bits = [], None
+        stamps: list[int] = []
+        bits: int | None = None
         for recorded, message in storage.messages(chosen):
             if not stamps:
                 bits = bits_of_message(

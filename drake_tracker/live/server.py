@@ -102,17 +102,9 @@ class _Handler(LoopbackHandler):
             self.refuse(404, "there is no such page")
 
     def do_POST(self) -> None:
-        if not self.is_addressed():
+        body = self.read_own_request(LARGEST_REQUEST, "only the live view's own page may control the run")
+        if body is None:
             return
-        origin = self.headers.get("Origin", "")
-        if origin.removeprefix("http://") not in self.server.hosts:
-            self.refuse(403, "only the live view's own page may control the run")
-            return
-        length = self.headers.get("Content-Length", "")
-        if not length.isdecimal() or int(length) > LARGEST_REQUEST:
-            self.refuse(413, f"the request must have a length of at most {LARGEST_REQUEST} bytes")
-            return
-        body = self.rfile.read(int(length))
         if self.path != "/control":
             self.refuse(404, "there is no such page")
             return

@@ -58,7 +58,7 @@ def draw_replay(
 
 def _draw_map(ax: Axes, judge: Judge, recording: Recording, logs: Sequence[_Log]) -> None:
     """Draws the track from above: the true path, and the predictions at the longer horizon."""
-    times = recording.log["point"].times
+    times = recording.log[recording.task.replayed[0]].times
     xy = judge.true_xy(times[judge.free(times)])
     ax.plot(xy[:, 1], xy[:, 0], color=TRUTH, lw=1.6, zorder=4)
     for log, colour, width in logs:

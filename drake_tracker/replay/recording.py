@@ -54,7 +54,7 @@ class Recording:
     @property
     def end(self) -> float:
         """Time of the last sample at the vision period [s], up to which all signals are known."""
-        return float(self.log["point"].times[-1])
+        return float(self.log[self.task.replayed[0]].times[-1])
 
 
 def open_recording(
@@ -130,9 +130,16 @@ def _check_log(recording: Recording, versions: Mapping[str, Any]) -> None:
         raise DrakeTrackerError(f"{folder}: there are no images; record them with drake-tracker run --record-images")
     if recording.start == "centroids" and not all(name in recording.log for name in recording.sources):
         raise DrakeTrackerError(f"{folder}: the log has no centroids, since vision is measured; use --from points")
-    needed = {*recording.sources, "point", "filtered", "prediction", "delivered", "target", "command"}
+    needed = {*recording.sources, *task.replayed, "command"}
     needed |= {task.truth_signal, "truth_verdict"}
     known = task.signals(len(recording.log["q_commanded"].names) if "q_commanded" in recording.log else 6)
+    # The number of fields of a body signal depends on the number of bodies.
+    bodies = {
+        name: (period, recording.log[name].names)
+        for name, (period, _) in task.body_signals.items()
+        if name in recording.log
+    }
+    known = {**bodies, **known}
     for name in sorted(needed):
         signal = recording.log.get(name)
         if signal is None or signal.names != tuple(known[name][1]) or signal.data.shape[1:] != (len(signal.names),):

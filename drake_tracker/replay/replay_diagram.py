@@ -9,8 +9,9 @@ from drake_tracker.vision.several_vision_diagram import HAND_DISPLACEMENTS
 
 UNLOGGED = ("motion", "accepted", "held_packet", "expected")
 """First parts of the names of outputs that are not logged."""
-OPTIONAL = (SELECTED, *HAND_DISPLACEMENTS)
-"""Inputs that may be left unconnected: no operator took part in the run, or a replay does not see the hand."""
+OPTIONAL = (SELECTED, *HAND_DISPLACEMENTS, "encoder")
+"""Inputs that may be left unconnected: no operator took part in the run, a replay does not see the hand, or the belt
+has no encoder."""
 
 
 class ReplayDiagram(Diagram):
@@ -31,16 +32,17 @@ class ReplayDiagram(Diagram):
 
     The outputs are the ports of `HandEyeDiagram` with the same names, as far as they are computed again: with vision
     the centroids and points, otherwise from ``filtered`` on. A vision of several objects also has ``tracks`` and
-    ``regions_*``, and reads what its host expects. Messages and periods are those of the run. The servo reads
-    the recorded ``command``, so that the hand moves and stops using vision as in the run.
+    ``regions_*``, and reads what its host expects. The host of the conveyor has ``order`` and ``belt``, and reads the
+    recorded reports of the arm, ``diagnosis`` and ``status``. Messages and periods are those of the run. The servo
+    reads the recorded ``command``, so that the hand moves and stops using vision as in the run.
 
     Args:
         sources: {name of the replaced port: (System, name of its output port)}. They include ``command``, and either
-            ``point`` or ``tracks``, which the host reads, or the inputs of ``vision``; its input ``selected`` may be
-            missing.
+            ``point``, ``tracks`` or ``parts``, which the host reads, or the inputs of ``vision``; its input
+            ``selected`` may be missing.
         vision: System with these inputs and the output that the host reads, or None.
-        host: an `EstimatorSystem`, or an `EstimatorBankSystem`.
-        link: a `LinkSystem`.
+        host: an `EstimatorSystem`, an `EstimatorBankSystem`, or a `PickHostSystem`.
+        link: a `LinkSystem` or a `LinkDiagram`.
         guard: a `PacketGuardSystem`.
         servo: a `ServoSystem`.
     """

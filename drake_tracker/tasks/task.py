@@ -30,9 +30,6 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.timing import GRASP_SLOT, TIME_STEP, VISION_PERIOD, servo_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
-from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
-from drake_tracker.estimation.estimator_system import EstimatorSystem
-from drake_tracker.link.link_system import LinkSystem
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.episode import Log, PhaseSpan, phase_spans
 from drake_tracker.tasks.filming import Closeup, Film, Snapshot, View
@@ -96,18 +93,18 @@ class ReplayParts:
     """The parts that a replay runs again, except the servo.
 
     Attributes:
-        vision: System with the replayed signals as inputs and the output ``point`` or ``tracks``; None when these are
-            replayed.
+        vision: System with the replayed signals as inputs and the output ``point``, ``tracks`` or ``parts``; None when
+            these are replayed.
         images: {camera: (width, height) [px]} of the recorded images that ``vision`` reads.
-        host: the estimator, or the bank of estimators, as a System.
+        host: the estimator, the bank of estimators, or the host of the conveyor, as a System.
         link: the link as a System.
         guard: decides which packets the arm follows.
     """
 
     vision: System | None
     images: Mapping[str, tuple[int, int]]
-    host: EstimatorSystem | EstimatorBankSystem
-    link: LinkSystem
+    host: System
+    link: System
     guard: PacketGuard
 
 
@@ -132,6 +129,7 @@ class Task(Protocol[Scenario]):
         summary_rows: rows of the summary on the page of a run.
         result_rows: (key, label, unit) of the entries of the summary that the command prints.
         changeable: {start of a replay: settings that have an effect in it}.
+        replayed: signals that a replay needs to compare with; the first one has the times of vision.
         has_autopsy: whether `drake_tracker.report.autopsy` can explain failures of this task.
         strips: strips of the live view.
         preparation: what `initialise` does, in one line for the user; "" when there is no initialisation.
@@ -153,6 +151,7 @@ class Task(Protocol[Scenario]):
     summary_rows: tuple[SummaryRow, ...]
     result_rows: tuple[tuple[str, str, str], ...]
     changeable: Mapping[str, tuple[str, ...]]
+    replayed: tuple[str, ...] = ("point", "filtered", "prediction", "delivered", "target")
     has_autopsy: bool
     strips: StripChart
     preparation: str

@@ -17,6 +17,8 @@ from drake_tracker.vision.image_track import TrackState
 
 TROUBLE = "#c2410c"
 """Colour of the marks."""
+OBJECTS = ("#5b6470", "#0b6e99", "#2e7d32", "#ad1457", "#6a3fb5")
+"""Colours of several objects, by their number."""
 LONGEST_TITLE = 110
 """Characters of a title that fit."""
 FROM_ABOVE = {"camera_left": ("x", "z"), "board": ("x", "y")}
@@ -74,7 +76,7 @@ def draw_track_picture(
         for name, colour in names:
             text = figure.text(x, 0.9, name, color=colour, fontsize=12, weight="bold", va="center")
             x = text.get_window_extent(canvas.get_renderer()).x1 / figure.bbox.width + 0.02
-        count, valid = len(data["valid"]), int(data["valid"].sum())
+        count, valid = (len(np.unique(stamps)) for stamps in (data["stamp"], data["stamp"][data["valid"] > 0]))
         figure.text(x, 0.9, f"{valid} of {count} images with a result", color=SOFT_INK, fontsize=12, va="center")
         with replacing(path) as beside, warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Glyph .* missing")  # in the name of a source
@@ -90,10 +92,13 @@ def _draw_marks(ax: Axes, data: Mapping[str, np.ndarray], marks: Mapping[str, Se
     """Draws a strip for each kind of trouble that there was, and for hidden objects, below the lines."""
     hidden = data["stamp"][data["state"] == TrackState.HIDDEN] if "state" in data else np.zeros(0)
     strips = [(kind, stamps) for kind, stamps in {**marks, "hidden": hidden}.items() if len(stamps)]
+    low, high = ax.get_ylim()
+    ax.set_ylim(low - 0.14 * len(strips) * (high - low), high)
     for number, (kind, stamps) in enumerate(strips):
-        height = 0.03 + 0.07 * number
+        height = 0.03 + 0.12 * number
         ax.plot(stamps, np.full(len(stamps), height), "|", color=TROUBLE, ms=6, transform=ax.get_xaxis_transform())
-        ax.text(1.0, height, f" {kind}", color=TROUBLE, fontsize=9, va="center", transform=ax.transAxes)
+        words = f"{kind} ({len(np.unique(stamps))})"
+        ax.text(0.995, height + 0.02, words, color=TROUBLE, fontsize=9, ha="right", va="bottom", transform=ax.transAxes)
 
 
 def _draw_lines(ax: Axes, data: Mapping[str, np.ndarray], across: str, up: str, period: float) -> None:
@@ -104,7 +109,12 @@ def _draw_lines(ax: Axes, data: Mapping[str, np.ndarray], across: str, up: str, 
             return data["stamp"] + (HORIZON if prefix == "predicted_" else 0.0)
         return data[prefix + name]
 
-    ax.plot(column("", across), column("", up), ".", color=SEEN, ms=3.5, zorder=2)
+    ids = np.nan_to_num(data.get("id", np.zeros(len(data["stamp"]))))
+    several = len(np.unique(ids[ids > 0.0])) > 1
+    for number in np.unique(ids) if several else [0.0]:
+        own = ids == number if several else np.full(len(ids), True)
+        colour = OBJECTS[int(number) % len(OBJECTS)] if number else SEEN
+        ax.plot(column("", across)[own], column("", up)[own], ".", color=colour, ms=3.5, zorder=2)
     for prefix, colour in (("predicted_", PREDICTED), ("filtered_", FILTERED)):
         if f"{prefix}x" in data and up in ("x", "y", "z"):
             gaps = np.flatnonzero(np.diff(data["stamp"]) > 2.5 * period) + 1

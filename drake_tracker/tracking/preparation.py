@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.footage.footage import Footage
@@ -19,6 +18,8 @@ from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.scenarios.base import Custom
 from drake_tracker.scenarios.option import read_option
 from drake_tracker.tracking.choice import check_choice, read_pixel, read_window
+from drake_tracker.tracking.detector_choice import can_suit, suited
+from drake_tracker.tracking.first_look import FirstLook
 from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
 from drake_tracker.tracking.scale import is_scaled, own_estimator, usual_gap
 from drake_tracker.vision.calibration_file import load_pose
@@ -40,8 +41,6 @@ _PRINCIPAL_POINT = (0.25, 0.75)
 """Where a principal point lies in an image, as fractions of its width and height."""
 _RAYS = 9
 """Number of rays across the width and the height of an image by which a plane is looked for."""
-_NORMAL_FLOW_SPAN = 2 * VISION_PERIOD
-"""Time [s] between the two images that normal flow compares, as with the simulated cameras."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,13 +139,16 @@ def prepare_track(
         if surface is not None:
             _check_plane(cameras[0], surface, str(plane))
         timeline = align(footage, offset=offset, duration=duration)
-        detector_settings = _with_stride(detector_settings, timeline.period)
+        windows = [read_window(roi[k], each.size) if roi else None for k, each in enumerate(footage)]
+        looks: list[FirstLook | None] = []
+        if can_suit(detector_settings):
+            detector_settings, looks = suited(detector_settings, footage, timeline.period, windows)
         detectors = [make_detector(detector_settings, period=timeline.period) for _ in footage]
         trackers = [
             ImageTracker(
                 objects,
                 read_pixel(follow[k], each.size) if follow else None,
-                read_window(roi[k], each.size) if roi else None,
+                windows[k],
                 period=timeline.period,
             )
             for k, each in enumerate(footage)
@@ -177,6 +179,7 @@ def prepare_track(
         "follow": list(follow),
         "objects": objects,
         "max_gap": max_gap,
+        "first_look": [None if look is None else asdict(look) for look in looks],
         "detector": {"kind": type(detector_settings).__name__} | asdict(detector_settings),
         "estimator": {"kind": type(estimator_settings).__name__, "scaled_to_data": is_scaled(estimator_settings)}
         | asdict(estimator_settings)
@@ -254,13 +257,6 @@ def _sized(model: CameraModel, footage: Footage, where: str) -> CameraModel:
             f"{footage.size[0]} x {footage.size[1]} px; calibrate with images of that size"
         )
     return model
-
-
-def _with_stride(settings: Any, period: float) -> Any:
-    """Returns detector settings whose normal flow spans the same time as with the simulated cameras."""
-    if isinstance(settings, NormalFlow) and settings.preset == "scaled":
-        return replace(settings, stride=settings.stride or int(np.clip(round(_NORMAL_FLOW_SPAN / period), 1, 4)))
-    return settings
 
 
 def _load_cameras(paths: Sequence[str | Path], names: list[str]) -> tuple[list[CameraModel], str]:

@@ -26,10 +26,10 @@ LEARNING_PERIOD = 4
 """Images from one that is learned from to the next."""
 SPREAD_SHARE = 0.8
 """Standard deviation of one channel as a fraction of the usual largest of three differences."""
-EDGE_SHARE = 0.35
-"""Difference that counts as part of an object next to pixels that stand out more, as a share of theirs: a pixel on the
-outline, which smoothing spreads, belongs to the object if the object covers most of it."""
-_NEAR, _BESIDE = np.ones((5, 5), np.uint8), np.ones((9, 9), np.uint8)
+EDGE_SHARE = 0.45
+"""A pixel on the outline of an object, which smoothing spreads, belongs to it if its difference is at least this share
+of the largest one beside it: then the object covers about half of it."""
+_NEAR, _BESIDE = np.ones((3, 3), np.uint8), np.ones((9, 9), np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +125,9 @@ class BeltSurface:
         standing = cv2.bitwise_and(cv2.compare(difference, least, cv2.CMP_GT), free)
         # The outline of an object is where it covers half a pixel, not where it is first noticed.
         around = cv2.dilate(cv2.bitwise_and(difference, standing), _NEAR)
-        most = cv2.compare(difference, cv2.convertScaleAbs(around, alpha=EDGE_SHARE), cv2.CMP_GT)
-        mask = opened(cv2.bitwise_and(standing, most))
+        weak = cv2.compare(difference, cv2.convertScaleAbs(around, alpha=EDGE_SHARE), cv2.CMP_LE)
+        weak = cv2.subtract(weak, cv2.erode(standing, _NEAR))
+        mask = opened(cv2.subtract(standing, weak))
         doubtful = cv2.bitwise_and(shadow_like(smooth, picture, settings), mask)
         if cv2.countNonZero(doubtful):
             body = bodies(mask, doubtful, settings.body_share)

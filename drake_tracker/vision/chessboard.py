@@ -8,9 +8,10 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.board import BoardShapes, as_seen_from_the_front, grid_turns
 
-_FINDER_WIDTH = 1024
-_FRONTAL_SQUARE = 24
-_FRONTAL_WINDOW = 8
+_FINDER_WIDTH, _LARGEST_FINDER_WIDTH = 1024, 1800
+"""Width to which a small image is enlarged, and a large one reduced, to find the board in it [px]."""
+_FRONTAL_SQUARE, _LARGEST_FRONTAL_SQUARE = 24, 96
+"""Least and greatest side of a square in the frontal picture, in which the corners are refined [px]."""
 _REFINE_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-4)
 
 _WHITE = 180
@@ -100,35 +101,41 @@ def find_corners(image: np.ndarray, board: Chessboard) -> np.ndarray | None:
     they can. The corners are refined in a frontal picture of the board, because the squares of a board that lies flat
     in front of a low camera are so short that an upright window would contain several corners.
     """
-    # The finder needs squares of about 20 px; a small image is enlarged for it.
-    scale = max(1, round(_FINDER_WIDTH / max(image.shape)))
-    enlarged = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
+    # The finder needs squares of about 20 px, for which a small image is enlarged. It is slow in a large one.
+    scale: float = max(1, round(_FINDER_WIDTH / max(image.shape)))
+    if max(image.shape) > _LARGEST_FINDER_WIDTH:
+        scale = _LARGEST_FINDER_WIDTH / max(image.shape)
+    method = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_CUBIC
+    resized = cv2.resize(image, None, fx=scale, fy=scale, interpolation=method)
     found, corners = cv2.findChessboardCorners(
-        enlarged, (board.columns, board.rows), flags=cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
+        resized, (board.columns, board.rows), flags=cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
     )
     if not found:
         return None
     corners = (corners.reshape(-1, 2).astype(float) + 0.5) / scale - 0.5
-    frontal = _FRONTAL_SQUARE * (board.points()[:, :2] / board.square + 2.0)
+    steps = np.linalg.norm(np.diff(corners.reshape(board.rows, board.columns, 2), axis=1), axis=2)
+    step = float(np.median(steps))
+    side = _FRONTAL_SQUARE if step < 2.0 * _FRONTAL_SQUARE else min(int(step), _LARGEST_FRONTAL_SQUARE)
+    frontal = side * (board.points()[:, :2] / board.square + 2.0)
     H, _ = cv2.findHomography(corners, frontal)
     if H is None:
         return None
-    size = (_FRONTAL_SQUARE * (board.columns + 3), _FRONTAL_SQUARE * (board.rows + 3))
+    size = (side * (board.columns + 3), side * (board.rows + 3))
     picture = cv2.warpPerspective(image, H, size, borderMode=cv2.BORDER_REPLICATE)
-    window = (_FRONTAL_WINDOW, _FRONTAL_WINDOW)
+    window = (side // 3, side // 3)
     # Start from the corners found, not from the regular grid: the lens's distortion makes them differ.
     start = cv2.perspectiveTransform(corners[:, np.newaxis], H).astype(np.float32)
     refined = cv2.cornerSubPix(picture, start, window, (-1, -1), _REFINE_STOP)
     corners = cv2.perspectiveTransform(refined.reshape(-1, 1, 2).astype(float), np.linalg.inv(H))[:, 0]
     if len(board.turns()) > 1:
         return as_seen_from_the_front(corners, board.points(), board.columns)
-    return corners if _first_square_is_black(picture, board) else corners[::-1].copy()
+    return corners if _first_square_is_black(picture, board, side) else corners[::-1].copy()
 
 
-def _first_square_is_black(picture: np.ndarray, board: Chessboard) -> bool:
-    """Returns, from a frontal picture, whether the board was found the right way round and not half a turn off."""
+def _first_square_is_black(picture: np.ndarray, board: Chessboard, side: int) -> bool:
+    """Returns whether a frontal picture with squares of ``side`` px is the right way round, not half a turn off."""
     y, x = np.mgrid[: board.rows - 1, : board.columns - 1]
-    v, u = ((np.array([y, x]) + 2.5) * _FRONTAL_SQUARE).astype(int)
+    v, u = ((np.array([y, x]) + 2.5) * side).astype(int)
     grey = picture[v, u].astype(float)
     black = (x + y) % 2 == 0
     return bool(grey[black].mean() < grey[~black].mean())

@@ -158,17 +158,20 @@ class Several:
 
 @dataclass(frozen=True)
 class MeasuredParts:
-    """Vision of the parts on a belt without images: their true poses plus random errors."""
+    """Vision of the parts on a belt without images: their true poses plus random errors.
+
+    The defaults are the errors of the vision with cameras (`tasks.conveyor.vision_errors`), on seeds 5 and 21 to 24.
+    """
 
     noise_std: float = setting(
-        0.001, "standard deviation of the position that changes in every cycle", "m", (0.0, 0.05)
+        0.0003, "standard deviation of the position that changes in every cycle", "m", (0.0, 0.05)
     )
-    bias_std: float = setting(0.001, "standard deviation of the position that each part keeps", "m", (0.0, 0.05))
+    bias_std: float = setting(0.00025, "standard deviation of the position that each part keeps", "m", (0.0, 0.05))
     turn_noise_std_deg: float = setting(
         1.0, "standard deviation of the direction that changes in every cycle", "deg", (0.0, 45.0)
     )
     turn_bias_std_deg: float = setting(
-        1.0, "standard deviation of the direction that each part keeps", "deg", (0.0, 45.0)
+        0.8, "standard deviation of the direction that each part keeps", "deg", (0.0, 45.0)
     )
     lag_cycles: int = setting(
         15, "time from the capture of an image to the parts in it", "cycles", (0, 120), shared=True
@@ -180,8 +183,9 @@ class BeltParts(Contrast):
     """Finds the parts on a moving belt: what stands out from the empty belt, and has the outline of a part."""
 
     largest_misfit: float = setting(
-        0.05,
-        "difference of silhouette and outline, as a share of the outline, up to which a part is seen",
+        0.03,
+        "mean square of the difference between silhouette and outline up to which a new part is one; a known part may "
+        "have twice as much",
         "",
         (0.01, 1.0),
     )

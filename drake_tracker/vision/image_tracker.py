@@ -13,23 +13,21 @@ from scipy.optimize import linear_sum_assignment
 
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.image_regions import ImageRegion, changed_twice, find_regions, join_fast
-from drake_tracker.vision.image_track import (
-    SAME,
-    SURE,
-    ImageTrack,
-    TrackState,
-    find_patch,
-    predict_track,
-    start_track,
-    with_region,
+from drake_tracker.vision.image_identity import (
+    CONFIRM_AFTER,
+    distance_from,
+    found_again,
+    is_leap,
+    is_same_object,
+    left_its_place,
+    may_be_fast,
+    without_region,
 )
-from drake_tracker.vision.image_track import measure as measure_track
+from drake_tracker.vision.image_regions import ImageRegion, changed_twice, find_regions, join_fast
+from drake_tracker.vision.image_track import ImageTrack, TrackState, predict_track, start_track, with_region
 from drake_tracker.vision.region_centroid import RegionCentroid
 from drake_tracker.vision.scene_shift import STILL, align_to, clear_border, find_shifts, shift_estimate, suggests_shift
 
-CONFIRM_AFTER = 4
-"""Images in which a new object must be seen before it counts."""
 COAST_TIME = 1.0
 """Time after which an object that is not seen is lost [s]."""
 ALERT_IMAGES = 30
@@ -40,10 +38,6 @@ CLOSE_SHARE = 0.05
 """Farthest distance of the object from the pixel that was given, as a share of the image's diagonal."""
 RIVAL_SHARE = 0.5
 """A moving object of this share of the size of the one followed is a rival."""
-MERGED_REACH = 0.3
-"""Among other objects, an object's patch is looked for within this share of its size."""
-STOOD = 0.25
-"""An object that stood has not moved on while it is within this share of its size."""
 KNOWN = 2.0
 """A region belongs to a confirmed object rather than to one that may be none; other costs are of the order of 1."""
 _FORBIDDEN = 1e6
@@ -119,15 +113,15 @@ class ImageTracker:
             images: smoothed by it, oldest first.
         """
         middle = _grey(images[len(images) // 2])
-        images, displacement, alert = self._aligned(objects, detector, images)
-        mask = self._within(detector.mask(*images), displacement)
+        images, mask, displacement, alert = self._aligned(objects, detector, images)
+        mask = self._within(mask, displacement)
+        reach = 0.5 * (len(images) - 1) * detector.stride * self.period
         settings = getattr(detector, "parameters", None) or detector.settings
         regions = find_regions(mask, settings.join_distance, settings.min_pixels)
-        if len(images) == 3:
+        if len(images) == 3 and (len(regions) > 1 or may_be_fast(objects.tracks, reach)):
             twice = self._within(changed_twice([_grey(image) for image in images]), displacement)
             regions = join_fast(regions, find_regions(twice, settings.join_distance, settings.min_pixels))
         tracks = [predict_track(track, stamp) for track in objects.tracks]
-        reach = 0.5 * (len(images) - 1) * detector.stride * self.period
         tracks, free = self._match(tracks, regions, middle, objects, displacement, reach)
         number = objects.next_number
         for region in free:
@@ -145,21 +139,21 @@ class ImageTracker:
 
     def _aligned(
         self, objects: ImageObjects, detector: Any, images: Sequence[np.ndarray]
-    ) -> tuple[Sequence[np.ndarray], float, int]:
-        """Returns (the images without motion of the camera, that motion [px], images for which to look for it)."""
-        if not objects.alert:
-            mask = detector.mask(*images)
-            if not suggests_shift(mask) and shift_estimate(images[0], images[-1]) < 2.0 * STILL:
-                return images, 0.0, 0
+    ) -> tuple[Sequence[np.ndarray], np.ndarray, float, int]:
+        """Returns (the images without motion of the camera, the mask of moving pixels, the camera's motion [px], images
+        for which to look for it)."""
+        mask = detector.mask(*images)
+        if not (objects.alert or suggests_shift(mask)) and shift_estimate(images[0], images[-1]) < 2.0 * STILL:
+            return images, mask, 0.0, 0
         middle = len(images) // 2
         shifts = find_shifts(_grey(images[middle]), [_grey(image) for image in (images[0], images[-1])])
         if shifts is None or max(shift.displacement for shift in shifts) < STILL:
-            return images, 0.0, max(objects.alert - 1, 0)
+            return images, mask, 0.0, max(objects.alert - 1, 0)
         aligned = list(images)
         aligned[-1] = align_to(images[-1], shifts[1])
         if len(images) > 2:
             aligned[0] = align_to(images[0], shifts[0])
-        return aligned, max(shift.displacement for shift in shifts), ALERT_IMAGES
+        return aligned, detector.mask(*aligned), max(shift.displacement for shift in shifts), ALERT_IMAGES
 
     def _within(self, mask: np.ndarray, displacement: float) -> np.ndarray:
         """Returns a mask without what lies outside of the window, or at a border that not all images show."""
@@ -206,11 +200,11 @@ class ImageTracker:
         after = []
         for i, track in enumerate(tracks):
             own = pairs.get(i, -1)
-            if own >= 0 and own not in merged and not _left_its_place(track, regions[own], image):
+            if own >= 0 and own not in merged and not left_its_place(track, regions[own], image):
                 after.append(with_region(track, track.alone(regions[own], reach), image, 0.5 * displacement))
                 continue
             inside = any(i in some for some in members.values())
-            after.append(_without_region(track, image, gates[i], inside))
+            after.append(without_region(track, image, gates[i], inside))
         taken = set(pairs.values()) | merged | set(members)
         kept = [
             track for track in after if track.stamp - track.seen <= (COAST_TIME if track.hits >= CONFIRM_AFTER else 0.0)
@@ -230,9 +224,9 @@ class ImageTracker:
         for place, number in enumerate(targets):
             if number in tracks and tracks[number].state == TrackState.HIDDEN:
                 free = [track for track in tracks.values() if track.number not in targets]
-                found = _found_again(tracks[number], free, 2.5 * self.period)
+                found = found_again(tracks[number], free, 2.5 * self.period)
                 if found is not None:
-                    leap = _is_leap(tracks[number], found)
+                    leap = is_leap(tracks[number], found)
                     leaps, leapt = (leaps + 1, stamp) if leap else (leaps, leapt)
                     del tracks[found.number]
                     tracks[number] = replace(found, number=number, since=tracks[number].since)
@@ -278,9 +272,9 @@ class ImageTracker:
         if place == 0 and self.follow is not None:
             if old is None:
                 limit = CLOSE_SHARE * np.hypot(*image.shape)
-                near = [(_distance(track, self.follow), track.number, track) for track in free]
+                near = [(distance_from(track, self.follow), track.number, track) for track in free]
                 return min([each for each in near if each[0] <= limit], default=(0.0, 0, None))[2]
-            alike = [track for track in free if track.hits >= CONFIRM_AFTER and _same_object(old, track)]
+            alike = [track for track in free if track.hits >= CONFIRM_AFTER and is_same_object(old, track)]
             return max(alike, key=lambda track: track.hits, default=None)
         confirmed = [track for track in free if track.hits >= CONFIRM_AFTER]
         return max(confirmed, key=lambda track: track.pixel_count, default=None)
@@ -293,74 +287,6 @@ class ImageTracker:
         if track is None or track.seen < track.stamp:
             return None
         return RegionCentroid(float(track.place[0]), float(track.place[1]), track.moving)
-
-
-def _without_region(track: ImageTrack, image: np.ndarray, gate: float, inside: bool) -> ImageTrack:
-    """Returns a predicted track that has no region of its own: its object stands, or is merged with another.
-
-    One that is merged may be hidden by the other, and is then expected to go on as before.
-
-    Args:
-        track: predicted for the time of the image.
-        image: grey uint8 (h, w).
-        gate: distance from the prediction that is searched [px].
-        inside: whether its prediction lies in a region.
-    """
-    unlike = track.unlike + 1 if inside else track.unlike
-    if track.hits < CONFIRM_AFTER:
-        return replace(track, state=TrackState.HIDDEN, unlike=unlike)
-    reach, least = (MERGED_REACH * track.size, SURE) if inside else (min(gate, 1.5 * track.size), SAME)
-    u, v, score = find_patch(track, image, reach)
-    if score < least:
-        return replace(track, state=TrackState.HIDDEN, unlike=unlike)
-    measured = measure_track(track, u, v)
-    state = TrackState.STANDING if measured.slow and not inside else TrackState.MOVING
-    return replace(measured, state=state, unlike=unlike)
-
-
-def _left_its_place(track: ImageTrack, region: ImageRegion, image: np.ndarray) -> bool:
-    """Returns whether the motion where an object stood shows that it is gone, or covered by another."""
-    moved = np.hypot(region.u - track.mean[0], region.v - track.mean[1])
-    if not track.slow or track.hits < CONFIRM_AFTER or moved > STOOD * track.size:
-        return False
-    return find_patch(track, image, STOOD * track.size)[2] < SURE
-
-
-def _found_again(hidden: ImageTrack, free: Sequence[ImageTrack], early: float) -> ImageTrack | None:
-    """Returns the new track that shows a hidden object, which has moved on in another way than expected, or None.
-
-    Args:
-        hidden: its track.
-        free: tracks that are no targets.
-        early: time by which motion may appear at the new place before it ends at the old one [s].
-    """
-    alike = [
-        track
-        for track in free
-        if track.hits >= CONFIRM_AFTER and track.since > hidden.seen - early and _same_object(hidden, track)
-    ]
-    return min(alike, key=lambda track: float(np.hypot(*(track.mean - hidden.mean)[:2])), default=None)
-
-
-def _is_leap(hidden: ImageTrack, found: ImageTrack) -> bool:
-    """Returns whether a hidden object was found again farther away than it can have moved."""
-    reach = 2.0 * (hidden.size + max(hidden.speed, found.speed) * (found.stamp - hidden.seen))
-    return bool(np.hypot(*(found.mean[:2] - hidden.place)) > reach)
-
-
-def _same_object(old: ImageTrack, track: ImageTrack) -> bool:
-    """Returns whether a new track shows an object that was lost: by its size, and its brightness."""
-    ratio = track.width * track.height / (old.width * old.height)
-    size = tuple(reversed(old.patch.shape))
-    score = cv2.matchTemplate(cv2.resize(track.patch, size), old.patch, cv2.TM_CCOEFF_NORMED)[0, 0]
-    close = abs(float(track.patch.mean()) - float(old.patch.mean())) < 30.0
-    return 0.5 < ratio < 2.0 and close and score > 0.4
-
-
-def _distance(track: ImageTrack, point: tuple[float, float]) -> float:
-    """Returns the distance of a pixel from the rectangle round an object [px]."""
-    aside = np.maximum(np.abs(track.mean[:2] - point) - 0.5 * np.array([track.width, track.height]), 0.0)
-    return float(np.hypot(*aside))
 
 
 def _grey(image: np.ndarray) -> np.ndarray:

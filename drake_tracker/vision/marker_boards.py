@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.board import BoardShapes, enough_points
+from drake_tracker.vision.board import BoardShapes, enough_points, neighbours
 
 FAMILIES = {"4x4": "DICT_4X4", "5x5": "DICT_5X5", "6x6": "DICT_6X6", "7x7": "DICT_7X7"}
 """Families of ArUco markers, of which the smallest dictionary with enough markers is used."""
@@ -85,7 +85,15 @@ class CharucoBoard:
             return None
         found = np.full((len(self.points()), 2), np.nan)
         found[ids.ravel()] = corners.reshape(-1, 2)
-        return found if enough_points(found) else None
+        if not enough_points(found):
+            return None
+        # OpenCV 4 places the corners half a pixel off. Within the gaps round the markers there is only the corner.
+        pairs = neighbours(self)
+        side = float(np.nanmedian(np.linalg.norm(found[pairs[:, 0]] - found[pairs[:, 1]], axis=1)))
+        window = max(2, int(0.5 * (1.0 - self.side / self.square) * side))
+        start = found[ids.ravel()].astype(np.float32).reshape(-1, 1, 2)
+        found[ids.ravel()] = cv2.cornerSubPix(image, start, (window, window), (-1, -1), _REFINE_STOP)[:, 0]
+        return found
 
     def shapes(self) -> BoardShapes:
         """Returns what is black on the board."""

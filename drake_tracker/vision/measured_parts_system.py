@@ -14,7 +14,7 @@ from drake_tracker.vision.config import MeasuredParts
 STREAM = 54
 """Stream of random numbers: default_rng([seed, STREAM, cycle])."""
 PARTS_PORT = "truth_part_states"
-"""The only input through which the controller of the conveyor may read truth, with ``vision: !MeasuredParts``."""
+"""The only input through which the controller of the conveyor may read truth, with ``vision: !Measured``."""
 _STATE_SIZE = 13
 _ON_BELT = 0.010
 """A part is on the belt up to this height above the place where it rests [m]."""

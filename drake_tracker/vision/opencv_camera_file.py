@@ -7,7 +7,7 @@ fisheye_model), and of its interactive-calibration tool. x_R = R x_L + T, in the
 
 import xml.etree.ElementTree
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import cv2
 import numpy as np
@@ -36,13 +36,13 @@ _DEEPEST = 16
 
 
 class _FileStorageLoader(BoundedLoader):
-    """The bounded loader, which also knows the matrices of OpenCV."""
+    """The bounded loader, which also reads the matrices of OpenCV, as mappings."""
 
-
-for _tag in ("opencv-matrix", "opencv-nd-matrix"):
-    _FileStorageLoader.add_constructor(
-        f"tag:yaml.org,2002:{_tag}", lambda loader, node: loader.construct_mapping(node, deep=True)
-    )
+    yaml_constructors: ClassVar[dict[str, Any]] = {
+        **BoundedLoader.yaml_constructors,
+        "tag:yaml.org,2002:opencv-matrix": BoundedLoader.construct_yaml_map,
+        "tag:yaml.org,2002:opencv-nd-matrix": BoundedLoader.construct_yaml_map,
+    }
 
 
 def is_file_storage(text: str) -> bool:

@@ -21,6 +21,8 @@ _SHARE = 0.1
 """Distance by which they may differ, as a fraction of the distance of the board."""
 _WORSE = 6.0
 """Multiple of the median disagreement beyond which a pair does not agree."""
+_WORST = 2.0
+"""Disagreement beyond which a pair never agrees, as a multiple of the limits above."""
 _APART = 2.0
 """Least ratio between the disagreements of two answers, below which both are possible."""
 
@@ -88,7 +90,7 @@ def agree(
     best, choice, X = answers[0]
     disagreement, angle = differences(X)
     least, angles = disagreement.min(axis=1), angle[np.arange(len(choice)), choice]
-    agrees = least <= max(1.0, _WORSE * best)
+    agrees = least <= np.clip(_WORSE * best, 1.0, _WORST)
     other = [score for score, others, _ in answers if sum(a == b for a, b in zip(choice, others)) <= len(choice) // 2]
     if len(turns) > 1 and other and best <= 1.0 and min(other) < max(_APART * best, 0.2):
         raise DrakeTrackerError(

@@ -16,7 +16,7 @@ from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.part_silhouette import PartPose, piece_corners
 
-CELL = 0.0025
+CELL = 0.004
 """Side of a cell of the plane [m]."""
 YAW_STEP = math.radians(10.0)
 """Step of the directions that are tried."""
@@ -29,7 +29,7 @@ MOST_PARTS = 5
 OUTSIDE, TAKEN, BESIDE = 1.0, 1.0, 1.5
 """Weights of what counts against a place of a part, relative to what it covers: that it is empty; that another part
 covers it already; and that the region goes on beside it. The last one finds the outermost part first."""
-_BESIDE, _ERASED = np.ones((5, 5), np.uint8), np.ones((3, 3), np.uint8)
+_BESIDE, _ERASED = np.ones((3, 3), np.uint8), np.ones((3, 3), np.uint8)
 
 
 class Candidate(NamedTuple):
@@ -112,10 +112,8 @@ class PartSearch:
             least: smallest area that shows a part [m^2].
         """
         column, row, width, height = box.tolist()
-        middle = self._low + CELL * np.array([column + 0.5 * width, row + 0.5 * height])
-        templates = [
-            (kind, yaw, self._template(kind, *middle, yaw)) for kind, turns in _TURNS.items() for yaw in turns
-        ]
+        x, y = (self._low + CELL * np.array([column + 0.5 * width, row + 0.5 * height])).tolist()
+        templates = [(kind, yaw, self._template(kind, x, y, yaw)) for kind, turns in _TURNS.items() for yaw in turns]
         margin = max(max(template.shape) for *_, template in templates)
         near = slice(row, row + height + 2 * margin), slice(column, column + width + 2 * margin)
         left = cv2.copyMakeBorder(region, *(margin,) * 4, cv2.BORDER_CONSTANT)[near].astype(np.float32)
@@ -138,8 +136,10 @@ class PartSearch:
                 break
             poses = {}
             for each, (_, yaw, (i, j), shape) in best.items():
-                x, y = self._low + CELL * (np.array([column + i, row + j]) - margin + 0.5 * (np.array(shape.shape)[::-1] - 1))
-                poses[each] = PartPose(each, float(x), float(y), yaw)
+                place = self._low + CELL * (
+                    np.array([column + i, row + j]) - margin + 0.5 * (np.array(shape.shape)[::-1] - 1)
+                )
+                poses[each] = PartPose(each, float(place[0]), float(place[1]), yaw)
             around = slice(v, v + template.shape[0]), slice(u, u + template.shape[1])
             if not (cut[around] * template).any():
                 found.append(Candidate(poses, kind))
@@ -148,7 +148,7 @@ class PartSearch:
         return found
 
     def _template(self, kind: PartKind, x: float, y: float, yaw: float) -> np.ndarray:
-        """Returns the region that a part at a place would make, float32 of odd size, with the origin of P in its middle."""
+        """Returns the region that a part at a place would make, float32 of odd size, its origin of P in the middle."""
         c, s = math.cos(yaw), math.sin(yaw)
         half = math.ceil((PART_SHAPES[kind].radius + 2.0 * PLANE) / CELL)
         common = None

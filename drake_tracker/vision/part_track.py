@@ -41,7 +41,9 @@ class PartTrack:
 
     def moved(self, distance: float) -> Self:
         """Returns the track of a part that was not seen while the belt moved by a distance [m]."""
-        return replace(self, fit=_moved(self.fit, distance), rivals={k: _moved(v, distance) for k, v in self.rivals.items()})
+        return replace(
+            self, fit=_moved(self.fit, distance), rivals={k: _moved(v, distance) for k, v in self.rivals.items()}
+        )
 
     def found(self, fit: PartFit, stamp: float) -> Self:
         """Returns the track of a part whose kind is known, or not clear, after an image in which it was seen."""

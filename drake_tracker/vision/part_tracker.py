@@ -22,14 +22,17 @@ from drake_tracker.vision.part_track import PartTrack
 
 FIRST_STEPS, STEPS = 5, 2
 """Steps of the fit of a part that was just found, and of one that is tracked."""
-SEARCH_PERIOD = 3
+SEARCH_PERIOD = 4
 """Images from one search for new parts to the next."""
 SPEED_GAIN = 0.05
-"""Share of the surprise about the displacement of the belt by which its speed is corrected."""
-NEAR = 0.005
-"""A part that lies farther from where the belt should have carried it since the last image is not the same [m]."""
+"""Share of the surprise about the displacement of the belt by which its speed is corrected, once it is known."""
+NEAR, REGAIN = 0.005, 0.03
+"""A part that lies farther than this from where the belt should have carried it since the last image is not the same
+[m]; the limit grows while it is not seen [m/s]."""
 SEEN_SHARE, WHOLE_SHARE = 0.4, 0.5
 """Shares of the outlines that must not be hidden, for a part to be seen and for a new part to be judged."""
+KNOWN = 2.0
+"""Misfit that a known part may have, as a multiple of a new one's."""
 UNCLEAR_SHARE = 0.6
 """Share of the outlines of what is not clear that must stand out from the belt, for it to be there."""
 FULL = 0.85
@@ -50,6 +53,7 @@ class PartTrackerState(FrozenState):
         tracks: of all parts.
         speed: of the belt [m/s].
         count: pairs of images so far.
+        travels: number of those from which the displacement of the belt was measured.
         last: the highest number that a part has had.
     """
 
@@ -57,6 +61,7 @@ class PartTrackerState(FrozenState):
     tracks: tuple[PartTrack, ...] = ()
     speed: float = 0.0
     count: int = 0
+    travels: int = 0
     last: int = 0
 
 
@@ -107,9 +112,10 @@ class PartTracker:
             for silhouette, image in zip(self.silhouettes, images)
         ]
         tracks, travel = self._followed(state, stamp, windows, state.speed * dt)
-        speed = state.speed
+        speed, travels = state.speed, state.travels
         if dt > 0.0 and travel is not None:
-            speed += SPEED_GAIN * (travel / dt - state.speed)
+            travels += 1
+            speed += max(1.0 / travels, SPEED_GAIN) * (travel / dt - speed)
         if state.count % SEARCH_PERIOD == 0:
             tracks = self._new(tracks, stamp, images, windows)
         kept, last = [], state.last
@@ -120,7 +126,7 @@ class PartTracker:
                 last += 1
                 track = track.confirmed(last)
             kept.append(track)
-        return PartTrackerState(stamp, tuple(kept), speed, state.count + 1, last)
+        return PartTrackerState(stamp, tuple(kept), speed, state.count + 1, travels, last)
 
     def _followed(
         self, state: PartTrackerState, stamp: float, windows: Sequence[SeenWindow], expected: float
@@ -139,19 +145,30 @@ class PartTracker:
         travels = []
         for k, track in enumerate(moved):
             own = _without(windows, [outline for other, outline in enumerate(outlines) if other != k])
-            result = self._seen_again(track, stamp, own)
+            result = self._seen_again(track, stamp, own, state.stamp - track.seen)
             results.append(result)
             if result is not None and result.clear and result.seen == stamp:
                 travels.append(result.pose.y - state.tracks[k].pose.y)
         travel = float(np.median(travels)) if travels else None
         surprise = 0.0 if travel is None else travel - expected
         kept = [
-            result if result.clear and result.seen == stamp else result.moved(surprise) for result in results if result is not None
+            result if result.clear and result.seen == stamp else result.moved(surprise)
+            for result in results
+            if result is not None
         ]
         return kept, travel
 
-    def _seen_again(self, track: PartTrack, stamp: float, windows: Sequence[SeenWindow]) -> PartTrack | None:
-        """Returns a track, which has moved with the belt, after the images; None when a new one was none."""
+    def _seen_again(
+        self, track: PartTrack, stamp: float, windows: Sequence[SeenWindow], unseen: float
+    ) -> PartTrack | None:
+        """Returns a track after the images; None when a new one was none.
+
+        Args:
+            track: the track, which has moved with the belt.
+            stamp: of the images [s].
+            windows: what they show, without the other parts.
+            unseen: time for which the part had not been seen before the images [s].
+        """
         if not track.clear:
             fit = fit_part(windows, track.pose, 1)
             there = fit is not None and fit.share >= SEEN_SHARE and fit.filled >= UNCLEAR_SHARE
@@ -165,10 +182,11 @@ class PartTracker:
             if rivals and min(fit.misfit for fit in rivals.values()) <= self.settings.largest_misfit:
                 return track.compared(rivals, stamp)
             return None
-        fit = fit_part(windows, track.pose, STEPS)
+        fit = fit_part(windows, track.pose, FIRST_STEPS if unseen > 0.0 else STEPS)
         if fit is None or fit.share < SEEN_SHARE:
             return replace(track, visible=stamp)
-        if fit.misfit <= self.settings.largest_misfit and _distance(fit.pose, track.pose) <= NEAR:
+        near = min(NEAR + REGAIN * unseen, SAME_PLACE)
+        if fit.misfit <= KNOWN * self.settings.largest_misfit and _distance(fit.pose, track.pose) <= near:
             return track.found(fit, stamp)
         return replace(track, visible=stamp) if fit.filled >= FULL else track
 

@@ -111,9 +111,7 @@ class PartVisionDiagram(Diagram):
         for side in SIDES:
             builder.ExportInput(system.GetInputPort(f"camera_{side}"), f"camera_{side}")
         if arm is not None:
-            silhouette = add_arm_silhouette(
-                builder, cameras, image_windows, arm, period=period, latency=image_latency
-            )
+            silhouette = add_arm_silhouette(builder, cameras, image_windows, arm, period=period, latency=image_latency)
             for side in SIDES:
                 builder.Connect(silhouette.GetOutputPort(f"hidden_{side}"), system.GetInputPort(f"hidden_{side}"))
         for index in range(system.num_output_ports()):

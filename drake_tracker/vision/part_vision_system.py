@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import cv2
 import numpy as np
@@ -16,6 +18,7 @@ from drake_tracker.core.timing import VISION_PERIOD, capture_time
 from drake_tracker.vision.belt_surface import BeltLook, BeltSurface
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
 from drake_tracker.vision.part_messages import pack_part_regions, pack_part_tracks, pack_parts, reported
+from drake_tracker.vision.part_track import PartTrack
 from drake_tracker.vision.part_tracker import PartImage, PartTracker, PartTrackerState
 
 
@@ -92,13 +95,11 @@ class PartVisionSystem(LeafSystem):
         self._images = [
             self.DeclareAbstractInputPort(f"camera_{side}", AbstractValue.Make(ImageRgba8U())) for side in SIDES
         ]
-        self._hidden = [
-            self.DeclareAbstractInputPort(f"hidden_{side}", AbstractValue.Make(object())) for side in SIDES
-        ]
+        self._hidden = [self.DeclareAbstractInputPort(f"hidden_{side}", AbstractValue.Make(object())) for side in SIDES]
         state = self.DeclareAbstractState(AbstractValue.Make(PartVisionMemory()))
         ticket = {self.abstract_state_ticket(state)}
 
-        def declare(name: str, view: type, pack: Callable[[PartTrackerState], np.ndarray]) -> None:
+        def declare(name: str, view: Any, pack: Callable[[PartTrackerState], np.ndarray]) -> None:
             def calc(context: Context, output: BasicVector) -> None:
                 tracks = self._memory(context).tracker
                 output.SetFromVector(pack(tracks) if tracks.count else np.zeros(message_size(view)))
@@ -112,17 +113,8 @@ class PartVisionSystem(LeafSystem):
             lambda tracks: pack_part_tracks(tracks.stamp, self._reported(tracks), belt_height, tracks.speed),
         )
         for k, side in enumerate(SIDES):
-            silhouette, offset = tracker.silhouettes[k], self._offsets[k]
-            declare(
-                f"regions_{side}",
-                Regions,
-                lambda tracks, silhouette=silhouette, offset=offset: pack_part_regions(
-                    tracks.stamp, self._reported(tracks), silhouette, offset
-                ),
-            )
-            declare(
-                f"centroid_{side}", Centroid, lambda tracks: np.array([tracks.stamp, 0.0, 0.0, 0.0, 0.0])
-            )
+            declare(f"regions_{side}", Regions, partial(self._regions, k))
+            declare(f"centroid_{side}", Centroid, lambda tracks: np.array([tracks.stamp, 0.0, 0.0, 0.0, 0.0]))
 
             def calc_motion(context: Context, output: AbstractValue, k: int = k) -> None:
                 output.set_value(self._motion(context, k))
@@ -136,8 +128,11 @@ class PartVisionSystem(LeafSystem):
         memory: PartVisionMemory = context.get_abstract_state(0).get_value()
         return memory
 
-    def _reported(self, tracks: PartTrackerState) -> list:
+    def _reported(self, tracks: PartTrackerState) -> list[PartTrack]:
         return reported(tracks, *self._reach)
+
+    def _regions(self, k: int, tracks: PartTrackerState) -> np.ndarray:
+        return pack_part_regions(tracks.stamp, self._reported(tracks), self._tracker.silhouettes[k], self._offsets[k])
 
     def _update(self, context: Context, state: State) -> None:
         stamp = capture_time(context.get_time(), self._latency, self._period)

@@ -6,9 +6,9 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
+from drake_tracker.core.part_outline import placed_outline, touching_distance
 from drake_tracker.world.belt_motion import BeltMotion
 from drake_tracker.world.conveyor_config import ARRIVAL_PATTERNS, ArrivalsConfig, BeltConfig
-from drake_tracker.core.part_outline import placed_outline, touching_distance
 
 STREAM = 101
 """The stream of random numbers of the arrivals: default_rng([seed, STREAM])."""

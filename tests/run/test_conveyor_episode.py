@@ -6,10 +6,16 @@ import numpy as np
 import pytest
 
 from drake_tracker import load_scenario, simulate
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import PART_FIELDS, PartTracks, message_rows
 from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.replay.recording import open_recording
+from drake_tracker.replay.replay import replay_run
+from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks.conveyor.diagram import arrivals_of
+from drake_tracker.tasks.conveyor.vision_errors import vision_errors
+from drake_tracker.tasks.registry import task_of
 from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.world.part_fates import PartFate
 
@@ -17,10 +23,10 @@ DURATION, SEED = 9.0, 5
 
 
 class Episode:
-    def __init__(self, out):
+    def __init__(self, out, name="conveyor:measured", duration=DURATION, overrides=("arrivals.rate=20",), **options):
         self.out = out
-        self.scenario = load_scenario("conveyor", seed=SEED, duration=DURATION, overrides=["arrivals.rate=20"])
-        self.summary = simulate(self.scenario, out=out)
+        self.scenario = load_scenario(name, seed=SEED, duration=duration, overrides=list(overrides))
+        self.summary = simulate(self.scenario, out, RunOptions(**options))
         self.log = load_log(out / "log.npz")
 
 
@@ -73,3 +79,58 @@ def test_the_run_directory_holds_exactly_these_files(episode):
     left = {path.name for path in episode.out.iterdir()}
     assert left == {"summary.json", "log.npz", "scenario.yaml", "recording.html", "conveyor.png"}
     assert json.loads((episode.out / "summary.json").read_text())["placed"] == episode.summary["placed"]
+
+
+def test_a_replay_of_the_parts_is_bit_identical(episode, tmp_path):
+    recording = open_recording(episode.out)
+    assert recording.start == "points" and recording.sources == ("parts", "diagnosis", "status")
+    result = replay_run(recording, tmp_path)
+    assert set(result["signals"]) == {"prediction", "delivered", "packet_report", "target", "belt", "order"}
+    assert result["identical"], result["signals"]
+    assert result["recorded"]["prediction_0.75_s_rms_m"] < 0.02 and (tmp_path / "replay.png").is_file()
+
+
+def test_measured_vision_errs_as_its_settings_say(episode):
+    errors, settings = vision_errors(episode.log, arrivals_of(episode.scenario)), episode.scenario.vision
+    assert errors["noise_m"] == pytest.approx(settings.noise_std, rel=0.2)
+    assert errors["turn_noise_rad"] == pytest.approx(np.deg2rad(settings.turn_noise_std_deg), rel=0.2)
+    assert errors["wrong_kind"] == errors["identities_lost"] == 0 and errors["measurements"] > 300
+
+
+@pytest.fixture(scope="module")
+def seen(tmp_path_factory):
+    """The same loop with cameras, up to the first pick."""
+    overrides = ["arrivals.rate=12", "belt.speed=0.15"]
+    return Episode(tmp_path_factory.mktemp("seen") / "run", "conveyor", 3.7, overrides, images=True)
+
+
+def test_with_cameras_a_part_is_picked(seen):
+    assert seen.summary["picked"] == 1 and not seen.summary["belt_touched"]
+    assert list(seen.summary["lag_s"].values()) == pytest.approx([15.0 / 60.0 + 0.25 / 300.0] * 2, abs=1e-5)
+
+
+def test_cameras_measure_parts_to_a_millimetre_and_keep_their_kinds_and_numbers(seen):
+    arrivals = arrivals_of(seen.scenario)
+    errors = vision_errors(seen.log, arrivals)
+    assert errors["parts"] >= 1 and errors["wrong_kind"] == errors["identities_lost"] == 0
+    assert errors["bias_m"] < 0.001 and errors["noise_m"] < 0.001 and errors["largest_m"] < 0.004
+    assert errors["turn_noise_rad"] < np.deg2rad(3.0)
+
+
+def test_the_run_leaves_a_video_and_the_images(seen):
+    left = {path.name for path in seen.out.iterdir()}
+    expected = {"summary.json", "log.npz", "scenario.yaml", "recording.html", "conveyor.png", "cameras.mp4"}
+    assert left == {*expected, "images"}
+    assert set(task_of(seen.scenario).files_of(seen.scenario)) == expected
+
+
+@pytest.mark.parametrize("start", ["points", "images"])
+def test_a_replay_of_the_run_with_cameras_is_bit_identical(seen, start):
+    result = replay_run(open_recording(seen.out, start=start))
+    assert result["identical"], result["signals"]
+    assert ("parts" in result["signals"]) == (start == "images")
+
+
+def test_there_is_nothing_to_replay_from_centroids(seen):
+    with pytest.raises(DrakeTrackerError, match="has no centroids; use --from points"):
+        open_recording(seen.out, start="centroids")

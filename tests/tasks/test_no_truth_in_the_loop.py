@@ -83,17 +83,21 @@ def leaks(hand_eye, stand_in=False):
 @pytest.fixture(scope="module")
 def conveyor():
     """A diagram of the conveyor, whose belt has an encoder."""
+    return make_diagram(load_scenario("conveyor:measured", duration=9.0, seed=5, overrides=["belt.encoder=true"]))
+
+
+@pytest.fixture(scope="module")
+def conveyor_with_cameras():
+    """The same with cameras."""
     return make_diagram(load_scenario("conveyor", duration=9.0, seed=5, overrides=["belt.encoder=true"]))
 
 
 def leaks_of_the_conveyor(hand_eye, stand_in=True):
     """Returns the paths from ground truth to the controller, and the sensors that reach it."""
     laboratory, plant = hand_eye.world.laboratory, hand_eye.world.laboratory.plant
-    drive, parts = (
-        diagram.GetSubsystemByName(name)
-        for diagram, name in ((hand_eye.world, "belt_drive"), (hand_eye.vision, "measured_parts"))
-    )
-    ports = {
+    drive = hand_eye.world.GetSubsystemByName("belt_drive")
+    ports = {name: camera.sensor_port for name, camera in hand_eye.world.cameras.items()}
+    ports |= {
         "joints of the arm": plant.get_state_output_port(laboratory.arm),
         "drives of the arm": plant.get_net_actuation_output_port(laboratory.arm),
         "joints of the gripper": plant.get_state_output_port(laboratory.gripper),
@@ -101,7 +105,8 @@ def leaks_of_the_conveyor(hand_eye, stand_in=True):
         "encoder": drive.GetOutputPort("encoder"),
     }
     if stand_in:
-        assert type(parts) is MeasuredPartsSystem
+        parts = hand_eye.vision.GetSubsystemByName("measured_parts")
+        assert type(parts) is MeasuredPartsSystem and not hand_eye.world.cameras
         ports["stand-in for cameras"] = parts.GetOutputPort("parts")
     allowed = {(port.get_system(), int(port.get_index())): name for name, port in ports.items()}
     wires = Wires(hand_eye)
@@ -114,7 +119,9 @@ def leaks_of_the_conveyor(hand_eye, stand_in=True):
     leaking = [
         path
         for (leaf, port), path in upstream.items()
-        if (leaf, port) not in allowed and wires.inside(leaf, hand_eye.world) and leaf.get_name() != "jaw_sensor"
+        if (leaf, port) not in allowed
+        and wires.inside(leaf, hand_eye.world)
+        and leaf.get_name() not in BEHIND_THE_SENSORS
     ]
     return leaking, {allowed[found] for found in upstream if found in allowed}, set(ports)
 
@@ -129,6 +136,14 @@ def test_the_controller_of_the_conveyor_reads_ground_truth_only_through_its_meas
     assert f"{source.get_name()}.{source.get_output_port(port).get_name()}" == "part_states.states"
     assert {part.get_name() for part in conveyor.vision.GetSystems()} == {"measured_parts", "lag"}
     for subsystem in controller_subsystems(conveyor).values():
+        assert truths(subsystem, is_truth) == {}
+
+
+def test_with_cameras_the_controller_of_the_conveyor_reads_no_ground_truth(conveyor_with_cameras):
+    leaking, reached, sensors = leaks_of_the_conveyor(conveyor_with_cameras, stand_in=False)
+    assert leaking == []
+    assert reached == sensors and {"camera_left", "camera_right"} <= sensors
+    for subsystem in controller_subsystems(conveyor_with_cameras).values():
         assert truths(subsystem, is_truth) == {}
 
 

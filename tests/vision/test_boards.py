@@ -1,8 +1,12 @@
 """Every kind of board is found where it is, in order, and says how it can be mistaken."""
 
+import os
+from pathlib import Path
+
+import cv2
 import numpy as np
 import pytest
-from board_pictures import held, photograph
+from board_pictures import draw, held, photograph
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.board import neighbours
@@ -14,6 +18,7 @@ from drake_tracker.vision.marker_boards import AprilTagGrid, CharucoBoard
 
 K = np.array([[420.0, 0.0, 209.5], [0.0, 420.0, 159.5], [0.0, 0.0, 1.0]])
 CAMERA = CameraModel(K, np.zeros(5), np.eye(4), 420, 320)
+PHOTOGRAPHS = os.environ.get("DRAKE_TRACKER_TEST_DATA")
 EACH = [
     Chessboard(9, 6, 0.03),
     Chessboard(8, 6, 0.03),
@@ -95,3 +100,27 @@ def test_a_part_of_a_board_with_markers_is_enough():
 def test_refuses_a_board_that_cannot_be(make, message):
     with pytest.raises(DrakeTrackerError, match=message):
         make()
+
+
+def test_a_large_photograph_is_searched_in_a_smaller_one_and_measured_in_full():
+    board = Chessboard(9, 6, 0.03)
+    K = np.array([[2400.0, 0.0, 1199.5], [0.0, 2400.0, 899.5], [0.0, 0.0, 1.0]])
+    camera = CameraModel(K, np.zeros(5), np.eye(4), 2400, 1800)
+    X_CB = held(board, [0.3, -0.3, 0.1], 0.4)
+    truth = camera.project(board.points() @ X_CB[:3, :3].T + X_CB[:3, 3])
+    picture, first, texel = draw(board)
+    H = K @ X_CB[:3, [0, 1, 3]] @ [[texel, 0.0, first[0]], [0.0, texel, first[1]], [0.0, 0.0, 1.0]]
+    image = cv2.GaussianBlur(cv2.warpPerspective(picture, H, (2400, 1800), borderValue=90), (0, 0), 1.5)
+    assert np.linalg.norm(board.find(image) - truth, axis=1).max() < 0.3
+
+
+@pytest.mark.skipif(not PHOTOGRAPHS, reason="DRAKE_TRACKER_TEST_DATA names no folder of photographs")
+def test_photographs_of_a_grid_of_circles():
+    folder = Path(PHOTOGRAPHS) / "circle_grids"
+    board = CircleGrid(7, 7, 1.0)
+    for k in range(1, 6):
+        file = cv2.FileStorage(str(folder / f"circles_corners{k}.dat"), cv2.FILE_STORAGE_READ)
+        expected = file.getNode("corners").mat().reshape(-1, 2)
+        found = board.find(cv2.imread(str(folder / f"circles{k}.jpg"), cv2.IMREAD_GRAYSCALE))
+        error = min(np.linalg.norm(found[turn] - expected, axis=1).max() for turn in board.turns())
+        assert error < 1.0

@@ -6,10 +6,10 @@ import pytest
 
 from drake_tracker import DrakeTrackerError
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
+from drake_tracker.core.part_outline import part_outline, placed_outline, touching_distance
 from drake_tracker.world.arrivals import PART_COLOURS, draw_arrivals
 from drake_tracker.world.belt_motion import make_belt_motion
 from drake_tracker.world.conveyor_config import BELT_MOTIONS, ArrivalsConfig, BeltConfig
-from drake_tracker.core.part_outline import part_outline, placed_outline, touching_distance
 
 BELT = BeltConfig()
 

@@ -10,6 +10,7 @@ from drake_tracker.arm.differential_ik import joints_for
 from drake_tracker.core.colour import rgb
 from drake_tracker.core.messages import EncoderReading, JawState, PickVerdict
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
+from drake_tracker.core.part_outline import part_outline
 from drake_tracker.world.arrivals import PART_COLOURS, Arrival
 from drake_tracker.world.belt_system import ENCODER_STEP
 from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
@@ -18,7 +19,6 @@ from drake_tracker.world.conveyor_config import BELT_MOTIONS, BeltConfig, TrayCo
 from drake_tracker.world.conveyor_world_diagram import ConveyorWorldDiagram
 from drake_tracker.world.part_fates import PartFate
 from drake_tracker.world.part_model import feet, part_inertia, rest_height
-from drake_tracker.core.part_outline import part_outline
 from drake_tracker.world.tray import cell_centres
 
 KINDS = tuple(PART_SHAPES)

@@ -83,7 +83,7 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
         seed=scenario.seed,
         time_step=scenario.time_step,
     )
-    link = LinkDiagram(link_of(scenario), link_of(scenario, message=PickOrder), "order")
+    link = conveyor_link(scenario)
     decision = PickSystem(
         PickMachine(scenario.pick, model, SERVO_PERIOD, home, place_volume(scenario)), scenario.time_step
     )
@@ -156,6 +156,11 @@ def conveyor_host(scenario: ConveyorScenario) -> PickHostSystem:
     )
     host.set_name("host")
     return host
+
+
+def conveyor_link(scenario: ConveyorScenario) -> LinkDiagram:
+    """Returns the link of a scenario, which carries packets and orders."""
+    return LinkDiagram(link_of(scenario), link_of(scenario, message=PickOrder), "order")
 
 
 def conveyor_guard(scenario: ConveyorScenario) -> PacketGuard:

@@ -50,18 +50,17 @@ CONVEYOR_VIEW = View(
 )
 
 
-def conveyor_film(scenario: ConveyorScenario, hand_eye: HandEyeDiagram, subtitle: str) -> Film:
+def conveyor_film(scenario: ConveyorScenario, hand_eye: HandEyeDiagram) -> Film:
     """Returns what the camera video of a run of the conveyor shows.
 
     Args:
         scenario: scenario with ``vision: !Rendered``.
         hand_eye: the diagram of the run.
-        subtitle: second line of text.
     """
     config, cameras, belt = scenario.cameras, calibrated_cameras(scenario), seen_belt(scenario)
     return Film(
         title=scenario.name,
-        subtitle=subtitle,
+        subtitle=f"seed {scenario.seed}, {scenario.belt.speed:g} m/s",
         polygons={side: belt_window(camera, belt, scenario.belt.height).polygon for side, camera in cameras.items()},
         image_size=(config.width, config.height),
         cameras=cameras,

@@ -45,7 +45,7 @@ class Chance:
 
     Attributes:
         time: when [s].
-        instead: number of the part for which the hand went then, 0 when it waited.
+        instead: number of the track of the part for which the hand went then, 0 when it waited.
     """
 
     time: float
@@ -78,6 +78,7 @@ def lost_parts(
         simulated: time at which the run ended [s].
     """
     reports = _reports(log)
+    owners = {number: part.number for part in histories for number in part.tracks}
     free = chances(scenario, log)
     motion, cells = make_belt_motion(scenario.belt), len(cell_centres(scenario.tray))
     filled = sorted(part.placed_at for part in histories if part.placed_at is not None)
@@ -87,7 +88,10 @@ def lost_parts(
         if part.fate in (PartFate.UPSTREAM, PartFate.PLACED):
             continue
         enters, leaves = window_times(scenario, part.arrival, motion)
-        seen = reports.get(part.number, np.empty(0))
+        seen = np.unique(np.concatenate([np.empty(0), *(reports[number] for number in part.tracks)]))
+        chance = min(
+            (free[number] for number in part.tracks if number in free), key=lambda each: each.time, default=None
+        )
         in_window = (
             np.concatenate([[max(enters, seen[0])], seen[(seen > enters) & (seen < leaves)], [leaves]])
             if len(seen)
@@ -115,9 +119,8 @@ def lost_parts(
             cause, words = "trays full", f"all {cells} cells had a part from {full_at:.1f} s on"
         elif part.ordered:
             cause, words = "ordered too late", "the host ordered it, and the hand did not get there in time"
-        elif part.number in free:
-            chance = free[part.number]
-            did = f"part {chance.instead} was picked instead" if chance.instead else "the hand waited"
+        elif chance is not None:
+            did = f"part {owners.get(chance.instead, '?')} was picked instead" if chance.instead else "the hand waited"
             cause, words = "not chosen", f"the hand could have picked it at {chance.time:.1f} s; {did}"
         else:
             cause = "out of reach"
@@ -133,7 +136,7 @@ def counted(lost: Sequence[LostPart]) -> dict[str, int]:
 
 
 def chances(scenario: ConveyorScenario, log: Log) -> dict[int, Chance]:
-    """Returns {number of a part: its first chance}, for parts that a free hand left on the belt.
+    """Returns {number of a track: its first chance}, for parts that a free hand left on the belt.
 
     The hand is free while it waits, and when it sets out for a part.
 
@@ -164,7 +167,7 @@ def chances(scenario: ConveyorScenario, log: Log) -> dict[int, Chance]:
 
 
 def _reports(log: Log) -> dict[int, np.ndarray]:
-    """Returns {number of a part: times at which vision reported it [s]}."""
+    """Returns {number of a track: times at which vision reported it [s]}."""
     parts = log["parts"]
     numbers = parts.data[:, 2:].reshape(-1, PART_SLOTS, len(PART_FIELDS))[:, :, 0].astype(int)
     return {int(number): parts.times[(numbers == number).any(axis=1)] for number in np.unique(numbers) if number}

@@ -2,17 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, PART_SLOTS, packet_target
 from drake_tracker.core.part_kinds import PART_SHAPES
+from drake_tracker.core.part_outline import placed_outline
 from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.episode import Log
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.part_fates import PartFate
-from drake_tracker.core.part_outline import placed_outline
 from drake_tracker.world.tray import cell_centres
 
 PICKING = (PickPhase.INTERCEPT, PickPhase.CLOSE, PickPhase.LIFT)
@@ -46,7 +47,8 @@ class PartHistory:
     """What became of one part. Times are None for what did not happen.
 
     Attributes:
-        number: of the part, from 1, in the order of arrival; with measured vision also that of its track.
+        number: of the part, from 1, in the order of arrival.
+        tracks: numbers under which vision reported it, see `tracks_of`.
         arrival: of the part.
         times: of the samples [s], shape (n,).
         xy: its true place at these times in W [m], shape (n, 2).
@@ -61,6 +63,7 @@ class PartHistory:
     """
 
     number: int
+    tracks: frozenset[int]
     arrival: Arrival
     times: np.ndarray
     xy: np.ndarray
@@ -86,7 +89,7 @@ def part_histories(scenario: ConveyorScenario, arrivals: Sequence[Arrival], log:
     if len(fates.times) == 0:
         return ()
     tracks = tracks_of(log, len(arrivals))
-    ordered = {int(number): row for number, row in zip(log["order"]["number"], log["order"].data)}
+    ordered: dict[int, Any] = dict(zip(log["order"]["number"].astype(int).tolist(), log["order"].data))
     attempted, roomy = _attempted(log), _with_room(scenario, log)
     order_fields = log["order"].names
     histories = []
@@ -94,7 +97,8 @@ def part_histories(scenario: ConveyorScenario, arrivals: Sequence[Arrival], log:
         numbers = tracks[k]
         fate = fates[f"fate_{k}"].astype(int)
         orders = [ordered[number] for number in numbers if number in ordered]
-        order = dict(zip(order_fields, max(orders, key=lambda row: row[0]))) if orders else None
+        newest = max(orders, key=lambda row: row[0]) if orders else None
+        order = None if newest is None else dict(zip(order_fields, newest))
         placement = None
         if fate[-1] == PartFate.PLACED and order is not None:
             pose = states.view(*(f"{field}_{k}" for field in ("x", "y", "qw", "qx", "qy", "qz")))[-1]
@@ -102,6 +106,7 @@ def part_histories(scenario: ConveyorScenario, arrivals: Sequence[Arrival], log:
         histories.append(
             PartHistory(
                 number=k + 1,
+                tracks=frozenset(numbers),
                 arrival=arrival,
                 times=states.times,
                 xy=states.view(f"x_{k}", f"y_{k}"),

@@ -16,7 +16,7 @@ from drake_tracker.link.config import Perfect
 from drake_tracker.link.kinds import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.vision.config import BeltParts, MeasuredParts
-from drake_tracker.world.config import CamerasConfig, LightingConfig
+from drake_tracker.world.config import CamerasConfig, LightingConfig, WristCamera
 from drake_tracker.world.conveyor_config import ArrivalsConfig, BeltConfig, TrayConfig
 
 
@@ -99,7 +99,7 @@ class ConveyorScenario(BaseScenario):
     tray: TrayConfig = setting(TrayConfig, "the trays")
     lighting: LightingConfig = setting(LightingConfig, "the lamps")
     cameras: BeltCamerasConfig = setting(BeltCamerasConfig, "the two fixed cameras")
-    vision: Rendered | Measured = setting(Measured, "from the belt to the poses of the parts on it")
+    vision: Rendered | Measured = setting(Rendered, "from the belt to the poses of the parts on it")
     estimator: Belt = setting(Belt, "from poses to predicted paths")
     dispatch: DISPATCHERS.union() = setting(LookAhead, "which part is picked next")  # type: ignore[valid-type]
     eligibility: Eligibility = setting(Eligibility, "which parts may be picked")
@@ -131,6 +131,8 @@ class ConveyorScenario(BaseScenario):
             found.append(("pick.jaw_opening", f"must be more than {widest:g} m, the width of the widest part"))
         if self.belt.entry >= self.window.y_last:
             found.append(("belt.entry", "must be less than window.y_last, or no part could be picked"))
+        if isinstance(self.cameras.wrist, WristCamera):
+            found.append(("cameras.wrist", "must be !NoWristCamera: the hand carries no camera in this task"))
         if not sum(self.arrivals.mix) > 0.0:
             found.append(("arrivals.mix", "must be positive for at least one kind of part"))
         return found

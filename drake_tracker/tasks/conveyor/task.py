@@ -22,20 +22,31 @@ from drake_tracker.core.messages import (
     ServoTarget,
     ToolStatus,
 )
-from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
+from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, TIME_STEP, TRANSFORM_SLOT, VISION_PERIOD, servo_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.pick_schema import PickPhase
-from drake_tracker.tasks.conveyor.diagram import make_conveyor_diagram
+from drake_tracker.tasks.conveyor.diagram import (
+    conveyor_guard,
+    conveyor_host,
+    conveyor_link,
+    make_conveyor_diagram,
+)
 from drake_tracker.tasks.conveyor.filming import CONVEYOR_VIEW, PREDICTING, conveyor_film
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured
+from drake_tracker.tasks.conveyor.replaying import PickFreeMotion, with_target
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured, Rendered
 from drake_tracker.tasks.conveyor.strips import CONVEYOR_STRIPS
 from drake_tracker.tasks.conveyor.summary import summarise_conveyor
-from drake_tracker.tasks.conveyor.vision_parts import HIGHEST, seen_belt
+from drake_tracker.tasks.conveyor.vision_parts import HIGHEST, image_vision, rendered_windows, seen_belt
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.filming import Film, Snapshot, View
-from drake_tracker.tasks.task import BODY_STATE, MOTION_PICTURE, CalibrationPlace, FreeMotion, ReplayParts, Task
+from drake_tracker.tasks.task import BODY_STATE, MOTION_PICTURE, CalibrationPlace, ReplayParts, Task
+from drake_tracker.vision.part_vision_diagram import PartVisionDiagram
 
+_REPORTS, _ARM = ("diagnosis", "status"), ("arm_state", "jaws")
+"""Signals of the arm that the host reads, and those that vision reads."""
+_HOST = ("estimator", "dispatch", "eligibility", "window", "cycle", "link", "guard", "servo")
+"""Settings that have an effect in every replay."""
 _COUNT, _MM = (1.0, "", 0), (1e3, "mm", 1)
 _WAITING = {
     Gate.SETTLING: "the hand settles",
@@ -100,7 +111,12 @@ class ConveyorTask(Task[ConveyorScenario]):
         ("placement_rms_m", "placement rms", "m"),
         ("real_time_factor", "real-time factor", ""),
     )
-    changeable = {"points": (), "centroids": (), "images": ()}  # noqa: RUF012
+    changeable = {  # noqa: RUF012
+        "points": _HOST,
+        "centroids": _HOST,
+        "images": (*_HOST, "vision.parts", "vision.lag_cycles", "cameras.calibration"),
+    }
+    replayed = ("parts", "belt", "order", "prediction", "delivered", "target")
     has_autopsy = False
     strips = CONVEYOR_STRIPS
     preparation = ""
@@ -129,8 +145,11 @@ class ConveyorTask(Task[ConveyorScenario]):
     ) -> dict[str, Any]:
         return summarise_conveyor(scenario, hand_eye.world.arrivals, log, simulated, interrupted)
 
-    def free_motion(self, scenario: ConveyorScenario, log: Log) -> FreeMotion:
-        raise _not_replayed(scenario)
+    def judged_log(self, scenario: ConveyorScenario, log: Log) -> Log:
+        return with_target(log, self.truth_signal)
+
+    def free_motion(self, scenario: ConveyorScenario, log: Log) -> PickFreeMotion:
+        return PickFreeMotion(scenario, log)
 
     def draw(
         self, scenario: ConveyorScenario, hand_eye: HandEyeDiagram, log: Log, summary: Mapping[str, Any], folder: Path
@@ -144,7 +163,7 @@ class ConveyorTask(Task[ConveyorScenario]):
         return f"seed {scenario.seed}, {scenario.arrivals.rate:g} parts a minute, belt at {belt.speed:g} m/s"
 
     def film(self, scenario: ConveyorScenario, hand_eye: HandEyeDiagram) -> Film:
-        return conveyor_film(scenario, hand_eye, self.subtitle(scenario))
+        return conveyor_film(scenario, hand_eye)
 
     def snapshot(self, scenario: ConveyorScenario) -> Snapshot:
         raise DrakeTrackerError(f"{scenario.name or scenario.task}: the conveyor has no motion detector")
@@ -163,13 +182,36 @@ class ConveyorTask(Task[ConveyorScenario]):
         return f"{sentence}."
 
     def replay_sources(self, scenario: ConveyorScenario, start: str) -> tuple[str, ...]:
-        raise _not_replayed(scenario)
+        if scenario.belt.encoder:
+            raise DrakeTrackerError("a run of a belt with an encoder cannot be replayed: its readings are not recorded")
+        if start == "centroids":
+            raise DrakeTrackerError(
+                "a run of the conveyor has no centroids; use --from points for the recorded parts, or --from images"
+            )
+        if start == "points":
+            return ("parts", *_REPORTS)
+        if not isinstance(scenario.vision, Rendered):
+            raise DrakeTrackerError("vision of the run is measured, so that there are no images; use --from points")
+        return (*_REPORTS, *(_ARM if scenario.vision.parts.mask_arm else ()))
 
     def replay_start(self, scenario: ConveyorScenario, logged: Collection[str]) -> str:
-        raise _not_replayed(scenario)
+        return "points"
+
+    def signal_offset(self, name: str, time_step: float) -> float:
+        slots = {"diagnosis": GRASP_SLOT, "status": TRANSFORM_SLOT}
+        if name in slots:
+            return servo_slot(slots[name], time_step, self.servo_period)
+        return super().signal_offset(name, time_step)
 
     def rebuild(self, scenario: ConveyorScenario, recorded: ConveyorScenario, start: str, folder: Path) -> ReplayParts:
-        raise _not_replayed(scenario)
+        vision: PartVisionDiagram | None = None
+        images: dict[str, tuple[int, int]] = {}
+        if start == "images":
+            assert isinstance(scenario.vision, Rendered)  # `replay_sources` refuses others
+            windows = rendered_windows(recorded)
+            vision = image_vision(scenario, scenario.vision, windows)
+            images = {f"camera_{side}": window[2:] for side, window in windows.items()}
+        return ReplayParts(vision, images, conveyor_host(scenario), conveyor_link(scenario), conveyor_guard(scenario))
 
     def signals(self, num_joints: int = 6) -> dict[str, tuple[float, Any]]:
         q, v, u = ([f"{letter}{i + 1}" for i in range(num_joints)] for letter in "qvu")
@@ -199,10 +241,6 @@ class ConveyorTask(Task[ConveyorScenario]):
 
     def p_success(self, diagnosis: Any) -> float | None:
         return float(diagnosis.p_success) if PickPhase(int(diagnosis.phase)) in PREDICTING else None
-
-
-def _not_replayed(scenario: ConveyorScenario) -> DrakeTrackerError:
-    return DrakeTrackerError(f"{scenario.name or scenario.task}: a run of the conveyor cannot be replayed yet")
 
 
 TASK = ConveyorTask()

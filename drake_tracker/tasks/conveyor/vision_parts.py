@@ -8,10 +8,12 @@ from pydrake.systems.framework import Diagram
 
 from drake_tracker.arm.arm_shape import ArmShape
 from drake_tracker.core.constants import SIDES
+from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks.calibrated import calibrated_cameras
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured, Rendered
+from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.measured_parts_system import MeasuredPartsDiagram, MeasuredPartsSystem
 from drake_tracker.vision.part_vision_diagram import PartVisionDiagram, belt_window
 from drake_tracker.world.arrivals import Arrival
@@ -92,12 +94,13 @@ def image_vision(
 
     Raises DrakeTrackerError when the calibration file cannot be used, or the cameras do not see the belt.
     """
-    belt, arm = scenario.belt, None
+    belt, arm, cameras = scenario.belt, None, calibrated_cameras(scenario)
+    check_view(scenario, cameras)
     if settings.parts.mask_arm:
         description = arm_of(scenario)
         arm = (ArmShape(description), len(description.q_start))
     return PartVisionDiagram(
-        calibrated_cameras(scenario),
+        cameras,
         image_windows=windows,
         belt=seen_belt(scenario),
         belt_height=belt.height,
@@ -107,6 +110,24 @@ def image_vision(
         lag_cycles=settings.lag_cycles,
         **more,
     )
+
+
+def check_view(scenario: ConveyorScenario, cameras: Mapping[str, CameraModel]) -> None:
+    """Raises DrakeTrackerError when a camera does not see the whole belt from its entry to the end of the window.
+
+    Args:
+        scenario: the scenario.
+        cameras: {side: calibrated camera}.
+    """
+    first, last = scenario.belt.entry, scenario.window.y_last
+    (x0, y0), (x1, y1) = belt_between(scenario, first, last)
+    corners = np.array([[x, y, scenario.belt.height] for x in (x0, x1) for y in (y0, y1)])
+    for side, camera in cameras.items():
+        if not camera.sees(corners).all():
+            raise DrakeTrackerError(
+                f"{scenario.where('cameras')}: the {side} camera does not see the whole belt from belt.entry, "
+                f"y = {first:g} m, to window.y_last, {last:g} m; move the cameras and calibrate them, or use !Measured"
+            )
 
 
 def rendered_windows(scenario: ConveyorScenario) -> dict[str, ImageWindow]:

@@ -6,7 +6,7 @@ import pytest
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks.conveyor.diagram import filling_order
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured
 from drake_tracker.tasks.registry import task_of
 from drake_tracker.world.tray import cell_centres
 
@@ -65,12 +65,33 @@ def test_what_cannot_be_built(changes, words):
         make_diagram(ConveyorScenario(seed=3).with_settings(changes))
 
 
-def test_a_run_cannot_be_replayed_yet():
-    scenario = ConveyorScenario(name="conveyor")
-    task = task_of(scenario)
-    for start in (lambda: task.replay_start(scenario, ()), lambda: task.replay_sources(scenario, "points")):
-        with pytest.raises(DrakeTrackerError, match="conveyor: .* cannot be replayed yet"):
-            start()
+def test_runs_that_cannot_be_replayed():
+    measured, encoder = (ConveyorScenario(vision=Measured()), ConveyorScenario().with_settings({"belt.encoder": True}))
+    for scenario, start, words in (
+        (measured, "images", "vision of the run is measured"),
+        (measured, "centroids", "has no centroids"),
+        (encoder, "points", "with an encoder cannot be replayed"),
+    ):
+        with pytest.raises(DrakeTrackerError, match=words):
+            task_of(scenario).replay_sources(scenario, start)
+
+
+@pytest.mark.parametrize(
+    "changes, words",
+    [
+        ({"belt.entry": -0.9}, "camera does not see the whole belt from belt.entry, y = -0.9 m, to window.y_last"),
+        ({"cameras.distance": 1.0}, "calibrat"),
+    ],
+)
+def test_cameras_that_do_not_see_the_belt(changes, words):
+    with pytest.raises(DrakeTrackerError, match=words) as caught:
+        make_diagram(ConveyorScenario(seed=5, duration=9.0).with_settings(changes))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_camera_on_the_hand_is_refused():
+    with pytest.raises(DrakeTrackerError, match="cameras.wrist"):
+        load_scenario("conveyor", overrides=["cameras.wrist=!WristCamera {}"])
 
 
 def test_the_encoder_is_connected_only_where_the_belt_has_one():

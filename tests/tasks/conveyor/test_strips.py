@@ -73,7 +73,7 @@ def test_there_is_a_value_for_each_line():
 
 
 def test_the_live_view_can_sample_the_diagram_of_the_conveyor():
-    hand_eye = make_diagram(load_scenario("conveyor", seed=5, duration=9.0))
+    hand_eye = make_diagram(load_scenario("conveyor:measured", seed=5, duration=9.0))
     builder, samples = DiagramBuilder(), []
     builder.AddSystem(hand_eye)
     add_strips(

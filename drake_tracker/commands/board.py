@@ -1,0 +1,39 @@
+"""``drake-tracker board``: prints a calibration board to scale."""
+
+from argparse import Namespace
+from pathlib import Path
+
+from drake_tracker.commands.board_options import add_board
+from drake_tracker.commands.common import SUCCESS, Commands, add_command
+from drake_tracker.core.errors import DrakeTrackerError
+
+
+def register(commands: Commands) -> None:
+    """Adds the command to the parsers ``commands``."""
+    command = add_command(
+        commands,
+        "board",
+        execute,
+        help="print a calibration board to scale",
+        description="Writes a PDF page with a calibration board in its true size, a scale bar, and what to type for "
+        "drake-tracker calibrate.",
+        next_step="drake-tracker calibrate LEFT RIGHT with the options on the page, after photographs of the board.",
+    )
+    add_board(command)
+    command.add_argument("--paper", choices=("a4", "a3", "letter"), default="a4", help="size of the paper")
+    command.add_argument("-o", "--out", type=Path, default=Path("board.pdf"), metavar="FILE", help="PDF file to write")
+
+
+def execute(options: Namespace) -> int:
+    """Prints the board; returns the exit code."""
+    if options.board is None:
+        raise DrakeTrackerError("board: --board is missing: columns and rows, for example 8x6")
+
+    from drake_tracker.calibration.board_page import arguments_of, print_board
+    from drake_tracker.calibration.described_board import parse_board
+
+    board = parse_board(options.board, options.square, options.kind, options.marker, options.family)
+    print_board(board, options.out, options.paper)
+    print(f"wrote {options.out}: {board.name}; print it at 100 %, glue it onto something flat, and measure it")
+    print(f"calibrate with {arguments_of(board)}")
+    return SUCCESS

@@ -1,0 +1,171 @@
+"""A first look at a recording: how large and how fast its object is, and what detector settings that needs.
+
+Motion is seen at edges. A slow object must be compared with an image farther away, a fast one with the next; and the
+front and the rear edge of a large object without texture must be joined. Both are measured: silhouettes against the
+median of some images show whole objects.
+"""
+
+import itertools
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import cv2
+import numpy as np
+
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.vision.detectors import make_detector
+from drake_tracker.vision.image_regions import find_regions
+
+MOST_IMAGES, MOST_PIXELS = 240, 250_000_000
+"""Largest number of images that are looked at, and of their pixels in all."""
+WINDOWS = 12
+"""Number of short sequences in which speed and edges are measured."""
+REACH = 4
+"""Images before and after the middle of such a sequence; the largest stride."""
+SURE_STEP = 2.0
+"""Speed from which on two images are enough to measure it [px/image]."""
+LEAST_STEP = 1.0
+"""Least motion from one of the images compared to the next [px]."""
+LARGEST_STEP = 0.5
+"""Largest motion, as a share of the object's size."""
+LEAST_CHANGE, CHANGE_NOISE = 15.0, 6.0
+"""Least difference of a silhouette from the background [grey levels], and the same in medians of all differences."""
+LARGEST_SHARE = 0.3
+"""Share of the image that differs from the background above which the camera itself moves."""
+LEAST_AREA = 30
+"""Least number of pixels of a silhouette."""
+JOIN_DISTANCE, DOUBLED = 24, 4
+"""Usual join distance [px], and how often it is doubled while objects fall apart."""
+COVERED = 0.75
+"""A region shows a whole object if it covers this share of its width and height."""
+MOSTLY = 0.7
+"""Share of the sequences in which it must."""
+
+
+@dataclass(frozen=True)
+class FirstLook:
+    """What a first look found.
+
+    Attributes:
+        size: mean of width and height of the largest moving object [px].
+        speed: its speed [px/image].
+        stride: images from one that is compared to the next.
+        join_distance: gap between edges of one object [px].
+    """
+
+    size: float
+    speed: float
+    stride: int
+    join_distance: int
+
+
+def take_a_look(
+    images: Callable[[], Iterator[tuple[float, np.ndarray]]],
+    count: int,
+    settings: Any,
+    period: float,
+    window: np.ndarray | None = None,
+) -> FirstLook | None:
+    """Returns what the first images show, None where nothing moves alone.
+
+    Args:
+        images: function that returns an iterator over (time [s], RGB image), as of a `Footage`.
+        count: number of images that there are.
+        settings: of a detector with ``stride`` and ``join_distance``.
+        period: of the images [s].
+        window: uint8 (h, w), 0 where motion does not count; None uses the whole image.
+    """
+    sequences = _read(images, count)
+    if len(sequences) < 3:
+        return None
+    background = np.median([each[REACH] for each in sequences], axis=0).astype(np.uint8)
+    found = []
+    for sequence in sequences:
+        seen = [_largest(sequence[k], background, window) for k in (0, REACH, REACH + 1, 2 * REACH)]
+        if all(box is not None for box in seen):
+            found.append((sequence, np.array(seen, dtype=float)))
+    if len(found) < 3:
+        return None
+    boxes = np.array([each for _, each in found])
+    size = float(np.median(boxes[:, 1, 2:4].mean(axis=1)))
+    speed = float(np.median(np.hypot(*(boxes[:, 3, 4:] - boxes[:, 0, 4:]).T)) / (2 * REACH))
+    if speed > SURE_STEP:  # it may have bounced meanwhile
+        speed = float(np.median(np.hypot(*(boxes[:, 2, 4:] - boxes[:, 1, 4:]).T)))
+    usual, usual_join = int(settings.stride), int(settings.join_distance or JOIN_DISTANCE)
+    stride = usual if speed == 0.0 else int(np.clip(max(usual, np.ceil(LEAST_STEP / speed)), 1, REACH))
+    if stride * speed > LARGEST_STEP * size:
+        stride = max(1, int(LARGEST_STEP * size / speed))
+    if stride * speed > LARGEST_STEP * size:  # its edges never enclose it
+        return FirstLook(size, speed, stride, usual_join)
+    detector = make_detector(replace(settings, stride=stride), period=period)
+    masks = [_mask(detector, sequence) for sequence, _ in found]
+    for distance in (usual_join << k for k in range(DOUBLED + 1)):
+        if np.mean([_is_whole(mask, box, distance) for mask, box in zip(masks, boxes[:, 1])]) >= MOSTLY:
+            return FirstLook(size, speed, stride, distance)
+    return FirstLook(size, speed, stride, usual_join)
+
+
+def _read(images: Callable[[], Iterator[tuple[float, np.ndarray]]], count: int) -> list[list[np.ndarray]]:
+    """Returns short sequences of grey images, spread over the first images of a recording, up to what is damaged."""
+    sequences: list[list[np.ndarray]] = []
+    length = 2 * REACH + 1
+    gap = length
+    source = images()
+    for k in itertools.count():
+        try:
+            _, image = next(source)
+        except (StopIteration, DrakeTrackerError):  # an error is reported where the images are tracked
+            break
+        if k == 0:
+            used = min(count, MOST_IMAGES, MOST_PIXELS // (image.shape[0] * image.shape[1]))
+            gap = max(length, used // WINDOWS)
+        if k >= used or len(sequences) > WINDOWS:
+            break
+        if k % gap == 0:
+            sequences.append([])
+        if len(sequences[-1]) < length:
+            sequences[-1].append(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY))
+    if isinstance(source, Generator):
+        source.close()
+    return [each for each in sequences if len(each) == length]
+
+
+def _largest(image: np.ndarray, background: np.ndarray, window: np.ndarray | None) -> tuple[float, ...] | None:
+    """Returns (left, top, width, height, u, v) of the largest silhouette, None without any or where all has changed."""
+    difference = cv2.absdiff(image, background)
+    level = max(LEAST_CHANGE, CHANGE_NOISE * float(np.median(difference[::4, ::4])))
+    mask = cv2.threshold(difference, level, 255, cv2.THRESH_BINARY)[1]
+    if window is not None:
+        mask = cv2.bitwise_and(mask, window)
+    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    if cv2.countNonZero(mask) > LARGEST_SHARE * mask.size:
+        return None
+    _, _, statistics, centres = cv2.connectedComponentsWithStats(mask)
+    if len(statistics) < 2:
+        return None
+    best = 1 + int(statistics[1:, cv2.CC_STAT_AREA].argmax())
+    if statistics[best, cv2.CC_STAT_AREA] < LEAST_AREA:
+        return None
+    return (*statistics[best, :4].tolist(), *centres[best].tolist())
+
+
+def _mask(detector: Any, sequence: list[np.ndarray]) -> np.ndarray:
+    """Returns where something moves in the middle one of grey images."""
+    first = REACH - int(detector.stamp_age_cycles)
+    used = sequence[first : first + detector.buffer_length : detector.stride]
+    mask: np.ndarray = detector.mask(*[detector.smooth(image) for image in used])
+    return mask
+
+
+def _is_whole(mask: np.ndarray, box: np.ndarray, join_distance: int) -> bool:
+    """Returns whether a moving region covers an object.
+
+    Args:
+        mask: of moving pixels.
+        box: of the object: left, top, width, height, u, v [px].
+        join_distance: of the regions [px].
+    """
+    width, height, u, v = box[2:].tolist()
+    near = [each for each in find_regions(mask, join_distance, 1) if each.distance(u, v) <= 0.5 * max(width, height)]
+    return any(each.width >= COVERED * width and each.height >= COVERED * height for each in near)

@@ -1,0 +1,80 @@
+"""A first look at a recording sets the stride and the join distance of the detector."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from films import write_images
+
+from drake_tracker import cli
+from drake_tracker.footage.sources import open_footage
+from drake_tracker.tracking.detector_choice import can_suit, suited
+from drake_tracker.tracking.first_look import take_a_look
+from drake_tracker.vision.config import FrameDifference, NormalFlow
+
+PERIOD = 1.0 / 30.0
+
+
+def clip(radius, speed, count=110, size=(400, 300)):
+    """A disc without texture that moves to the right in front of a textured background."""
+    rng = np.random.default_rng(1)
+    scene = 110.0 + 15.0 * cv2.resize(rng.normal(size=(size[1] // 8, size[0] // 8)), size)
+    rows, columns = np.mgrid[: size[1], : size[0]]
+    span = size[0] - 2.0 * radius - 20.0
+    for k in range(count):
+        u = radius + 10.0 + span - abs((speed * k) % (2.0 * span) - span)
+        image = scene + np.clip(radius + 0.5 - np.hypot(columns - u, rows - 150.0), 0.0, 1.0) * (225.0 - scene)
+        yield u, np.clip(image + rng.normal(0.0, 2.0, image.shape), 0, 255).astype(np.uint8)
+
+
+def look(pictures, settings=NormalFlow(stride=1), window=None):
+    pictures = list(pictures)
+    colour = [np.repeat(picture[..., None], 3, axis=2) for picture in pictures]
+    return take_a_look(lambda: ((0.0, image) for image in colour), len(colour), settings, PERIOD, window)
+
+
+@pytest.mark.parametrize(
+    ("radius", "speed", "stride", "joined"),
+    [(10, 16.0, 1, False), (15, 3.0, 1, False), (14, 0.45, 3, False), (45, 1.0, 2, True)],
+)
+def test_size_and_speed_set_stride_and_join_distance(radius, speed, stride, joined):
+    found = look(picture for _, picture in clip(radius, speed))
+    assert 0.65 * 2 * radius < found.size < 1.2 * 2 * radius
+    assert abs(found.stride - stride) <= (0 if speed > 2.0 else 1)
+    assert (found.join_distance > 24) == joined
+    assert speed < 2.0 or found.speed == pytest.approx(speed, rel=0.05)
+
+
+def test_where_nothing_moves_alone_there_is_nothing_to_see():
+    rng = np.random.default_rng(2)
+    still = cv2.resize(rng.normal(110.0, 30.0, (30, 40)), (400, 300)).clip(0, 255).astype(np.uint8)
+    assert look([still] * 60) is None and look([still] * 10) is None
+    assert look([np.roll(still, 3 * k, axis=1) for k in range(60)]) is None
+    window = np.zeros((300, 400), np.uint8)
+    window[:40] = 255
+    assert look((picture for _, picture in clip(15, 3.0)), window=window) is None
+
+
+def test_what_the_user_has_set_stays(tmp_path):
+    source = write_images(tmp_path / "shots", [picture for _, picture in clip(45, 1.0)])
+    footage = [open_footage(source, 30.0)]
+    assert suited(NormalFlow(), footage, PERIOD, [None])[0].join_distance > 24
+    kept = suited(NormalFlow(join_distance=30), footage, PERIOD, [None])[0]
+    assert kept.join_distance == 30 and kept.stride > 1
+    assert suited(FrameDifference(), footage, PERIOD, [None])[0].join_distance >= 12
+    assert can_suit(NormalFlow()) and not can_suit(NormalFlow(stride=1, join_distance=5))
+    assert not can_suit(NormalFlow(preset="paper_literal")) and not can_suit(FrameDifference(stride=1))
+
+
+def test_a_slow_object_is_tracked_where_it_is(tmp_path):
+    """With the usual stride and join distance, only its front or its rear edge was tracked: 30 px off."""
+    places, pictures = zip(*clip(45, 1.0))
+    source = write_images(tmp_path / "shots", pictures)
+    out = tmp_path / "out"
+    assert cli.main(["track", source, "--fps", "30", "--no-overlay", "--out", str(out)]) == 0
+    track = np.genfromtxt(out / "track.csv", delimiter=",", names=True)
+    off = np.abs(track["u"] - np.interp(track["stamp"], np.arange(len(places)) * PERIOD, places))
+    assert np.nanmedian(off) < 0.5 and len(track) > 100
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["first_look"][0]["join_distance"] == summary["detector"]["join_distance"] > 24
