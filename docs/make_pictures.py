@@ -161,7 +161,8 @@ def main():
         if not options.run:
             runs = [Path(folder) / task for task in ("train", "ball", "conveyor")]
             for run, (name, seed) in zip(runs, (("train:paper", 0), ("ball", 4), ("conveyor", 1))):
-                simulate(load_scenario(name, seed=seed), run, RunOptions(record=False))
+                overrides = ["vision=!Measured {}"] if name == "conveyor" else []
+                simulate(load_scenario(name, seed=seed, overrides=overrides), run, RunOptions(record=False))
         for run in runs:
             task = load_scenario(str(run / "scenario.yaml")).task
             if task == "train":

@@ -16,7 +16,7 @@ from drake_tracker.world.tray import cell_centres
 
 
 def test_the_page_gets_what_stands_still_and_what_changes():
-    overrides = ["belt.speed=0.15", "arrivals.rate=60", "arrivals.gap=0.005"]
+    overrides = ["vision=!Measured {}", "belt.speed=0.15", "arrivals.rate=60", "arrivals.gap=0.005"]
     scenario = load_scenario("conveyor", seed=11, duration=4.0, overrides=overrides)
     hand_eye, builder, shown = make_diagram(scenario), DiagramBuilder(), []
     facts = CONVEYOR_OVERVIEW.facts(scenario, hand_eye)
