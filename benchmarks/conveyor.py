@@ -14,7 +14,8 @@
 - stop: the belt stops and goes, or has two speeds.
 
 Every run has 60 s. The clairvoyant bound, the largest number of picks of an arm that knows all arrivals, is computed
-with the time of a cycle that the dispatcher expects. The images of the cells with cameras are rendered. Seeds 5000 to 5499 are used nowhere else.
+with the time of a cycle that the dispatcher expects. Images are rendered in the cells with cameras only. Seeds 5000 to
+5499 are used nowhere else.
 """
 
 import sys
