@@ -11,7 +11,7 @@ from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, packet_target
 from drake_tracker.dispatch.candidate import Candidate, Hand
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.grasp.pick_schema import PickPhase
-from drake_tracker.tasks.conveyor.part_history import PartHistory, tracks_of
+from drake_tracker.tasks.conveyor.part_history import PartHistory
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.conveyor.windows import could_be_picked, window_times
 from drake_tracker.tasks.episode import Log
@@ -80,8 +80,7 @@ def lost_parts(
         log: {name: Signal} of the run.
         simulated: time at which the run ended [s].
     """
-    tracks = tracks_of(log, len(histories)) if histories else []
-    owner = {number: k + 1 for k, numbers in enumerate(tracks) for number in numbers}
+    owner = {number: part.number for part in histories for number in part.tracks}
     reported, estimated = _times_of(log["parts"], 2, PART_FIELDS), _times_of(log["belt"], 4, BELT_FIELDS)
     free, followed = chances(scenario, log), _followed(log)
     motion, cells = make_belt_motion(scenario.belt), len(cell_centres(scenario.tray))
@@ -92,7 +91,7 @@ def lost_parts(
         if part.fate in (PartFate.UPSTREAM, PartFate.PLACED):
             continue
         enters, leaves = window_times(scenario, part.arrival, motion)
-        numbers = tracks[part.number - 1]
+        numbers = part.tracks
         seen = min((reported[number][0] for number in numbers), default=np.inf)
         known = np.sort(
             np.concatenate([np.empty(0), *(estimated[number] for number in numbers if number in estimated)])
