@@ -36,6 +36,7 @@ from drake_tracker.link.link_system import LinkSystem
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.episode import Log, PhaseSpan, phase_spans
 from drake_tracker.tasks.filming import Closeup, Film, Snapshot, View
+from drake_tracker.tasks.overview import Overview
 from drake_tracker.tasks.strips import StripChart
 
 Found = TypeVar("Found")
@@ -120,6 +121,7 @@ class Task(Protocol[Scenario]):
         changeable: {start of a replay: settings that have an effect in it}.
         has_autopsy: whether `drake_tracker.report.autopsy` can explain failures of this task.
         strips: strips of the live view.
+        overview: what the live view draws from above; None: nothing.
         preparation: what `initialise` does, in one line for the user; "" when there is no initialisation.
     """
 
@@ -141,6 +143,7 @@ class Task(Protocol[Scenario]):
     changeable: Mapping[str, tuple[str, ...]]
     has_autopsy: bool
     strips: StripChart
+    overview: Overview | None = None
     preparation: str
 
     # Building

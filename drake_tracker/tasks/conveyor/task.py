@@ -28,6 +28,7 @@ from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.diagram import make_conveyor_diagram
+from drake_tracker.tasks.conveyor.overview import CONVEYOR_OVERVIEW
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.conveyor.strips import CONVEYOR_STRIPS
 from drake_tracker.tasks.conveyor.summary import summarise_conveyor
@@ -106,6 +107,7 @@ class ConveyorTask(Task[ConveyorScenario]):
     changeable = {"points": (), "centroids": (), "images": ()}  # noqa: RUF012
     has_autopsy = False
     strips = CONVEYOR_STRIPS
+    overview = CONVEYOR_OVERVIEW
     preparation = ""
 
     def uses_cameras(self, scenario: ConveyorScenario) -> bool:
