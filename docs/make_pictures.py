@@ -31,9 +31,9 @@ ANIMATION_SIZE = (760, 440)
 ANIMATION_EYE, ANIMATION_TARGET = (1.42, -1.30, 1.02), (0.50, 0.0, 0.60)
 ANIMATION_BEFORE, ANIMATION_AFTER = 2.6, 0.4
 """Simulated time [s] shown before the jaws have closed and after the lift."""
-CONVEYOR_EYE, CONVEYOR_TARGET = (1.75, -0.95, 1.35), (0.45, 0.0, 0.52)
-CONVEYOR_BEFORE, CONVEYOR_SPAN = 2.2, 7.0
-"""Simulated time [s] shown before the first pick, and in all: nearly three cycles."""
+CONVEYOR_EYE, CONVEYOR_TARGET, CONVEYOR_FOV = (1.85, -1.05, 1.45), (0.42, 0.0, 0.60), 33.0
+CONVEYOR_BEFORE, CONVEYOR_SPAN = 1.2, 5.5
+"""Simulated time [s] shown before the first pick, and in all: two cycles."""
 ENERGY_COLOUR = (0, 176, 255)  # blue, green, red
 BEFORE_CROSSING = 0.3
 """Time [s] before the ball leaves the board at which it is shown."""
@@ -118,14 +118,14 @@ def animate(run, folder):
 
 
 def animate_conveyor(run, folder):
-    """Writes the animation of a run of the conveyor: three parts are picked and placed."""
+    """Writes the animation of a run of the conveyor: two parts are picked and placed."""
     scenario = load_scenario(str(run / "scenario.yaml"))
     log = load_log(run / "log.npz")
     path = IMAGES / "conveyor.webp"
     picks = np.flatnonzero(np.diff(log["diagnosis"]["picked"]) > 0)
     start = log["diagnosis"].times[picks[0]] - CONVEYOR_BEFORE
     times = np.arange(start, start + CONVEYOR_SPAN, 1.0 / ANIMATION_RATE)
-    save_animation(conveyor_studio(scenario, folder), log, times, path, CONVEYOR_EYE, CONVEYOR_TARGET, 31.0)
+    save_animation(conveyor_studio(scenario, folder), log, times, path, CONVEYOR_EYE, CONVEYOR_TARGET, CONVEYOR_FOV)
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 
