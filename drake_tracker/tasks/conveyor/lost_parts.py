@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, PART_SLOTS
+from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, PART_SLOTS, packet_target
 from drake_tracker.dispatch.candidate import Candidate, Hand
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.grasp.pick_schema import PickPhase
@@ -67,7 +67,8 @@ def lost_parts(
     - "identity lost": while it was in the window, vision did not report it for longer than `IDENTITY_LOST`.
     - "no room for the jaws": another part was too close to it in the whole picking window.
     - "trays full": all cells had a part when it left the picking window.
-    - "ordered too late": the host ordered it, but the hand did not descend.
+    - "ordered too late": the hand went to it and followed it, but did not descend. An order that the host changed
+      while the hand still put down the part before does not count.
     - "not chosen": a free hand could have picked it, and did something else.
     - "out of reach": whenever the hand was free, it was too late to reach it within the window.
 
@@ -78,7 +79,7 @@ def lost_parts(
         simulated: time at which the run ended [s].
     """
     reports = _reports(log)
-    free = chances(scenario, log)
+    free, followed = chances(scenario, log), _followed(log)
     motion, cells = make_belt_motion(scenario.belt), len(cell_centres(scenario.tray))
     filled = sorted(part.placed_at for part in histories if part.placed_at is not None)
     full_at = filled[cells - 1] if len(filled) >= cells else np.inf
@@ -113,8 +114,8 @@ def lost_parts(
             cause, words = "no room for the jaws", "another part was too close to it in the whole window"
         elif leaves >= full_at:
             cause, words = "trays full", f"all {cells} cells had a part from {full_at:.1f} s on"
-        elif part.ordered:
-            cause, words = "ordered too late", "the host ordered it, and the hand did not get there in time"
+        elif part.number in followed:
+            cause, words = "ordered too late", "the hand followed it, and could not descend in time"
         elif part.number in free:
             chance = free[part.number]
             did = f"part {chance.instead} was picked instead" if chance.instead else "the hand waited"
@@ -161,6 +162,14 @@ def chances(scenario: ConveyorScenario, log: Log) -> dict[int, Chance]:
             if std <= limits.max_std and model.pick_time(hand, part, time) is not None:
                 found[part.number] = Chance(time, ordered)
     return found
+
+
+def _followed(log: Log) -> set[int]:
+    """Returns the numbers of the parts that the hand followed above the belt."""
+    command, target = log["command"], log["target"]
+    count = min(len(command.times), len(target.times))
+    following = command["phase"][:count].astype(int) == PickPhase.TRACK
+    return {packet_target(seq) for seq in np.unique(target["seq"][:count][following])}
 
 
 def _reports(log: Log) -> dict[int, np.ndarray]:
