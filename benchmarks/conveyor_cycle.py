@@ -111,7 +111,7 @@ def logs_of(options):
     logs = []
     for speed in SPEEDS:
         for seed in SEEDS:
-            overrides = [f"belt.speed={speed}", "arrivals.rate=30", *options.set]
+            overrides = ["vision=!Measured {}", f"belt.speed={speed}", "arrivals.rate=30", *options.set]
             with tempfile.TemporaryDirectory() as folder:
                 scenario = load_scenario("conveyor:measured", seed=seed, overrides=overrides)
                 simulate(scenario, out=f"{folder}/run", options=RunOptions(record=False))

@@ -1,7 +1,7 @@
-"""Makes the pictures of the documentation, from a run with the filter of 1991 and a run of the ball.
+"""Makes the pictures of the documentation, from a run with the filter of 1991, one of the ball and one of the conveyor.
 
-    python docs/make_pictures.py                     runs `train:paper` with seed 0 and `ball` with seed 4 first
-    python docs/make_pictures.py --run runs/train-…  takes the log of a run that is there already, of either task
+    python docs/make_pictures.py                     runs `train:paper` (seed 0), `ball` (4) and `conveyor` (1) first
+    python docs/make_pictures.py --run runs/train-…  takes the log of a run that is there already, of any task
 
 The laboratory is rendered anew from the logged joints and the logged pose of the train or the ball, larger and in
 better light than the tracking cameras see it (`drake_tracker/figures/studio.py`).
@@ -20,7 +20,7 @@ from drake_tracker import load_scenario, make_diagram, simulate
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.log import load_log
 from drake_tracker.figures.grasp_frames import moments, render_frames
-from drake_tracker.figures.studio import ball_studio, train_studio
+from drake_tracker.figures.studio import ball_studio, conveyor_studio, train_studio
 from drake_tracker.run.options import RunOptions
 
 IMAGES = Path(__file__).parent / "images"
@@ -31,6 +31,9 @@ ANIMATION_SIZE = (760, 440)
 ANIMATION_EYE, ANIMATION_TARGET = (1.42, -1.30, 1.02), (0.50, 0.0, 0.60)
 ANIMATION_BEFORE, ANIMATION_AFTER = 2.6, 0.4
 """Simulated time [s] shown before the jaws have closed and after the lift."""
+CONVEYOR_EYE, CONVEYOR_TARGET, CONVEYOR_FOV = (1.85, -1.05, 1.45), (0.42, 0.0, 0.60), 33.0
+CONVEYOR_BEFORE, CONVEYOR_SPAN = 1.2, 5.5
+"""Simulated time [s] shown before the first pick, and in all: two cycles."""
 ENERGY_COLOUR = (0, 176, 255)  # blue, green, red
 BEFORE_CROSSING = 0.3
 """Time [s] before the ball leaves the board at which it is shown."""
@@ -44,13 +47,12 @@ def draw_laboratory(studio, log, times):
     return studio.render((1.66, -2.36, 1.42), (0.70, -0.02, 0.575), 1280, 680, 31.0)
 
 
-def save_animation(studio, log, times, path):
-    """Writes the approach, the grasp and the lift as an animated WebP file that repeats."""
-    start, end = times["grasp"] - ANIMATION_BEFORE, times["lift"] + ANIMATION_AFTER
+def save_animation(studio, log, times, path, eye, target, fov_deg):
+    """Writes the images of a studio at several times as an animated WebP file that repeats."""
     frames = []
-    for time in np.arange(start, end, 1.0 / ANIMATION_RATE):
+    for time in times:
         studio.pose(log, time)
-        image = studio.render(ANIMATION_EYE, ANIMATION_TARGET, *ANIMATION_SIZE, 30.0)
+        image = studio.render(eye, target, *ANIMATION_SIZE, fov_deg)
         frames.append(Image.fromarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB)))
     durations = [round(1000 / ANIMATION_RATE)] * (len(frames) - 1) + [1200]
     frames[0].save(
@@ -109,8 +111,21 @@ def animate(run, folder):
     scenario = load_scenario(str(run / "scenario.yaml"))
     log = load_log(run / "log.npz")
     path = IMAGES / "grasp.webp"
-    times = {moment.name: moment.time for moment in moments(log, scenario)}
-    save_animation(train_studio(scenario, folder), log, times, path)
+    found = {moment.name: moment.time for moment in moments(log, scenario)}
+    times = np.arange(found["grasp"] - ANIMATION_BEFORE, found["lift"] + ANIMATION_AFTER, 1.0 / ANIMATION_RATE)
+    save_animation(train_studio(scenario, folder), log, times, path, ANIMATION_EYE, ANIMATION_TARGET, 30.0)
+    print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+
+
+def animate_conveyor(run, folder):
+    """Writes the animation of a run of the conveyor: two parts are picked and placed."""
+    scenario = load_scenario(str(run / "scenario.yaml"))
+    log = load_log(run / "log.npz")
+    path = IMAGES / "conveyor.webp"
+    picks = np.flatnonzero(np.diff(log["diagnosis"]["picked"]) > 0)
+    start = log["diagnosis"].times[picks[0]] - CONVEYOR_BEFORE
+    times = np.arange(start, start + CONVEYOR_SPAN, 1.0 / ANIMATION_RATE)
+    save_animation(conveyor_studio(scenario, folder), log, times, path, CONVEYOR_EYE, CONVEYOR_TARGET, CONVEYOR_FOV)
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 
@@ -134,22 +149,28 @@ def smaller(path, width):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--run", type=Path, metavar="DIR", help="run directory of a train lifted or a ball caught")
-    parser.add_argument("--animation", action="store_true", help="make only the animation of the train")
+    parser.add_argument(
+        "--run", type=Path, metavar="DIR", help="run directory of a train lifted, a ball caught or parts picked"
+    )
+    parser.add_argument("--animation", action="store_true", help="make only the animations of train and conveyor")
     options = parser.parse_args()
     IMAGES.mkdir(exist_ok=True)
     pictures = {}
     with tempfile.TemporaryDirectory() as folder:
         runs = [options.run]
         if not options.run:
-            runs = [Path(folder) / task for task in ("train", "ball")]
-            for run, (name, seed) in zip(runs, (("train:paper", 0), ("ball", 4))):
-                simulate(load_scenario(name, seed=seed), run, RunOptions(record=False))
+            runs = [Path(folder) / task for task in ("train", "ball", "conveyor")]
+            for run, (name, seed) in zip(runs, (("train:paper", 0), ("ball", 4), ("conveyor", 1))):
+                overrides = ["vision=!Measured {}"] if name == "conveyor" else []
+                simulate(load_scenario(name, seed=seed, overrides=overrides), run, RunOptions(record=False))
         for run in runs:
             task = load_scenario(str(run / "scenario.yaml")).task
             if task == "train":
                 animate(run, folder)
-            if not options.animation:
+            if task == "conveyor":
+                animate_conveyor(run, folder)
+                pictures["conveyor"] = smaller(run / "conveyor.png", 1600)
+            elif not options.animation:
                 pictures |= (train_pictures if task == "train" else ball_pictures)(run, folder)
     for name, picture in pictures.items():
         path = IMAGES / f"{name}.png"

@@ -16,6 +16,7 @@ PRINTED = {
     "03_ball.ipynb": "caught at",
     "04_your_own_estimator.ipynb": "lifted\n",
     "05_campaign.ipynb": "12 trials",
+    "06_conveyor.ipynb": "capacity: ",
 }
 """Text in the output of each."""
 

@@ -19,7 +19,6 @@ from .description import PUMA560_CUP as PUMA560_CUP
 from .description import PUMA560_MARKED as PUMA560_MARKED
 from .description import SEVEN_JOINT as SEVEN_JOINT
 from .description import UR5E as UR5E
-from .description import UR5E_CUP as UR5E_CUP
 from .description import Arm as Arm
 from .description import ArmDescription as ArmDescription
 from .differential_ik import joints_for as joints_for

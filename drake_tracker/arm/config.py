@@ -108,8 +108,8 @@ class SevenJoint:
 
 @dataclass(frozen=True)
 class UR5e:
-    """A modern arm with six joints: kinematics, masses and limits of the Universal Robots UR5e. It has a gripper or a
-    cup."""
+    """A modern arm with six joints: kinematics, masses and limits of the Universal Robots UR5e. It has a
+    gripper."""
 
 
 class Hand(Enum):

@@ -144,6 +144,3 @@ UR5E = replace(
     q_start=(0.0, -2.0, -1.8, -0.9, 0.5 * np.pi, 0.5 * np.pi),
 )
 """An arm like the UR5e with the gripper."""
-
-UR5E_CUP = replace(UR5E, **CUP)
-"""An arm like the UR5e with the cup."""

@@ -7,7 +7,6 @@ from drake_tracker.arm.description import (
     PUMA560_MARKED,
     SEVEN_JOINT,
     UR5E,
-    UR5E_CUP,
     ArmDescription,
 )
 from drake_tracker.core.errors import DrakeTrackerError
@@ -28,7 +27,7 @@ def seven_joint(settings: SevenJoint, *, hand: Hand) -> ArmDescription:
 
 def ur5e(settings: UR5e, *, hand: Hand) -> ArmDescription:
     """Returns the arm like the UR5e with a hand."""
-    return _with_hand(settings, (UR5E, UR5E_CUP), hand)
+    return _with_hand(settings, (UR5E,), hand)
 
 
 ARMS: Kinds[ArmDescription] = Kinds("arm", {Puma560: puma560, SevenJoint: seven_joint, UR5e: ur5e})

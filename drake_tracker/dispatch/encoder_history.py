@@ -12,8 +12,10 @@ KEPT = 1.0
 """Time for which readings are kept [s]."""
 SLOPE = 0.05
 """Time over which the present speed is measured [s]."""
-FASTEST = 2.0
-"""Speed [m/s] above which a reading cannot be right."""
+FASTEST = 1.2
+"""Speed between two readings [m/s] above which the encoder has jumped: three times that of the fastest belt."""
+SILENT = 0.1
+"""Time without a reading from which on the encoder counts as silent [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +29,9 @@ class EncoderHistory(FrozenState):
     readings: np.ndarray = field(default_factory=lambda: read_only(np.zeros((0, 2))))
 
     def extended(self, reading: Any) -> "EncoderHistory":
-        """Returns the history with a new reading. One that cannot be right is not used.
+        """Returns the history with a new reading; one that is not a number, or not newer, is not used.
+
+        After a jump the history begins anew with the reading, because what was travelled meanwhile is unknown.
 
         Args:
             reading: an `EncoderReading`.
@@ -37,20 +41,24 @@ class EncoderHistory(FrozenState):
             return self
         if len(self.readings):
             dt, distance = row - self.readings[-1]
-            if dt <= 0.0 or abs(distance) > FASTEST * dt:
+            if dt <= 0.0:
                 return self
+            if abs(distance) > FASTEST * dt:
+                return EncoderHistory(read_only(row[None]))
         kept = self.readings[self.readings[:, 0] >= reading.time - KEPT]
         return EncoderHistory(read_only(np.vstack([kept, row])))
 
     def travel(self, start: float, end: float) -> Travel | None:
-        """Returns how far the belt moved between two times, and its speed at the second one; None without readings.
+        """Returns how far the belt moved between two times, and its speed at the second one.
+
+        None without readings of both times: the encoder is silent, or has jumped since the first.
 
         Args:
             start: time [s].
             end: time, not before ``start`` [s].
         """
         times, distances = self.readings.T
-        if len(times) < 2 or start < times[0]:
+        if len(times) < 2 or start < times[0] or end > times[-1] + SILENT:
             return None
         at = np.interp([start, end, end - SLOPE], times, distances)
         return Travel(float(at[1] - at[0]), float((at[1] - at[2]) / min(SLOPE, max(end - times[0], 1e-3))))

@@ -5,6 +5,7 @@ The light comes from soft boxes and from one lamp that casts shadows. Images are
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,11 +33,16 @@ from pydrake.systems.sensors import CameraInfo
 from drake_tracker.core.log import Signal
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks.ball.scenario import BallScenario
+from drake_tracker.tasks.conveyor.diagram import arrivals_of
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.world.ball_fixtures import GATE_TRAVEL
 from drake_tracker.world.ball_plant import add_ball_laboratory
+from drake_tracker.world.belt_motion import make_belt_motion
 from drake_tracker.world.cameras import camera_poses
+from drake_tracker.world.conveyor_plant import add_conveyor_laboratory
 from drake_tracker.world.plant import add_laboratory
 from drake_tracker.world.track_visual import add_track_visual
 from drake_tracker.world.visual_mesh import add_visual_obj
@@ -167,6 +173,43 @@ def ball_studio(scenario: BallScenario, folder: str | os.PathLike[str]) -> Studi
         (laboratory.ball, lambda log, time: _body(log["truth_ball_state"], time)),
     ]
     return Studio(laboratory, builder, places, folder)
+
+
+def conveyor_studio(scenario: ConveyorScenario, folder: str | os.PathLike[str]) -> Studio:
+    """Returns the `Studio` of a scenario of the conveyor, with belt, trays and parts.
+
+    Args:
+        scenario: of the run.
+        folder: for the file of the studio's light.
+    """
+    builder = DiagramBuilder()
+    arrivals, motion = arrivals_of(scenario), make_belt_motion(scenario.belt)
+    laboratory = add_conveyor_laboratory(
+        builder,
+        description=arm_of(scenario),
+        belt=scenario.belt,
+        tray=scenario.tray,
+        motion=motion,
+        arrivals=arrivals,
+        duration=scenario.duration,
+        time_step=scenario.time_step,
+        decorate=add_cove,
+    )
+    places: list[Any] = [
+        (laboratory.arm, _joints(laboratory)),
+        (laboratory.gripper, lambda log, time: [0.5 * sample(log["jaws"], time)[0]] * 2),
+        (laboratory.belt, lambda log, time: [motion.distance(time)]),
+    ]
+    for k, part in enumerate(laboratory.parts):
+        names = tuple(f"{field}_{k}" for field in BODY_STATE)
+        places.append((part.model_instance(), partial(_part, names=names)))
+    return Studio(laboratory, builder, places, folder)
+
+
+def _part(log: Mapping[str, Signal], time: float, names: Sequence[str]) -> np.ndarray:
+    """Returns the positions of a part from the logged states of all parts."""
+    states = log["truth_part_states"]
+    return _body(Signal(states.times, states.view(*names), tuple(names)), time)
 
 
 def _joints(laboratory: Any) -> Callable[[Mapping[str, Signal], float], np.ndarray]:

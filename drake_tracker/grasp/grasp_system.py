@@ -1,26 +1,20 @@
 """The grasp machine as a System."""
 
-from typing import Any
-
-import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, LeafSystem, State
-
 from drake_tracker.core.messages import (
     ArmCommand,
     GraspDiagnosis,
     JawState,
-    OperatorCommand,
     Prediction,
     ServoTarget,
     ToolStatus,
     message_size,
 )
-from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, TIME_STEP, servo_slot
+from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP
 from drake_tracker.grasp.grasp_machine import GraspMachine, GraspObservation, GraspState
+from drake_tracker.grasp.machine_system import MachineSystem
 
 
-class GraspSystem(LeafSystem):
+class GraspSystem(MachineSystem):
     """Decides what a hand with jaws does next, and listens to the operator.
 
     .. pydrake_system::
@@ -57,47 +51,22 @@ class GraspSystem(LeafSystem):
     """
 
     def __init__(self, machine: GraspMachine, time_step: float = TIME_STEP, period: float = SERVO_PERIOD) -> None:
-        super().__init__()
-        self._machine = machine
-        self._target = self.DeclareVectorInputPort("target", message_size(ServoTarget))
-        self._packet = self.DeclareVectorInputPort("packet", message_size(Prediction))
-        self._jaws = self.DeclareVectorInputPort("jaws", message_size(JawState))
-        self._status = self.DeclareVectorInputPort("status", message_size(ToolStatus))
-        self._q_commanded = self.DeclareVectorInputPort("q_commanded", machine.model.num_joints)
-        self._operator = self.DeclareVectorInputPort("operator", message_size(OperatorCommand))
-        self._state = self.DeclareAbstractState(AbstractValue.Make(machine.initial_state()))
-        from_state = {self.abstract_state_ticket(self._state)}
-        self.DeclareVectorOutputPort("command", message_size(ArmCommand), self._calc_command, from_state)
-        self.DeclareVectorOutputPort("diagnosis", message_size(GraspDiagnosis), self._calc_diagnosis, from_state)
-        self.DeclareVectorOutputPort("goal", message_size(ServoTarget), self._calc_goal, from_state)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, servo_slot(GRASP_SLOT, time_step, period), self._update)
+        inputs = {
+            "target": ServoTarget,
+            "packet": message_size(Prediction),
+            "jaws": JawState,
+            "status": ToolStatus,
+            "q_commanded": machine.model.num_joints,
+        }
+        outputs = {
+            "command": (message_size(ArmCommand), machine.command),
+            "diagnosis": (message_size(GraspDiagnosis), diagnosis_of),
+            "goal": (message_size(ServoTarget), machine.goal_target),
+        }
+        super().__init__(machine, GraspObservation, inputs, outputs, time_step, period)
 
-    def _update(self, context: Context, state: State) -> None:
-        connected = self._operator.HasValue(context)
-        operator = self._operator.Eval(context) if connected else np.zeros(message_size(OperatorCommand))
-        seen = GraspObservation(
-            time=context.get_time(),
-            target=ServoTarget(self._target.Eval(context)),
-            packet=np.array(self._packet.Eval(context)),
-            jaws=JawState(self._jaws.Eval(context)),
-            status=ToolStatus(self._status.Eval(context)),
-            q_commanded=np.array(self._q_commanded.Eval(context)),
-            operator=OperatorCommand(np.array(operator)),
-        )
-        new = self._machine.update(self._value(context), seen)
-        state.get_mutable_abstract_state(int(self._state)).set_value(new)
 
-    def _calc_command(self, context: Context, output: Any) -> None:
-        output.SetFromVector(self._machine.command(self._value(context)))
-
-    def _calc_diagnosis(self, context: Context, output: Any) -> None:
-        state = self._value(context)
-        records = len(state.memory.records)
-        numbers = [state.phase, state.attempts, state.gate, state.remembered_error, records, state.p_success]
-        output.SetFromVector(numbers)
-
-    def _calc_goal(self, context: Context, output: Any) -> None:
-        output.SetFromVector(self._machine.goal_target(self._value(context)))
-
-    def _value(self, context: Context) -> GraspState:
-        return context.get_abstract_state(int(self._state)).get_value()
+def diagnosis_of(state: GraspState) -> list[float]:
+    """Returns the elements of the `GraspDiagnosis` of a state."""
+    records = len(state.memory.records)
+    return [state.phase, state.attempts, state.gate, state.remembered_error, records, state.p_success]

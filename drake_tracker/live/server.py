@@ -19,6 +19,7 @@ FILES = {
     "/": ("index.html", "text/html; charset=utf-8"),
     "/live.css": ("live.css", "text/css; charset=utf-8"),
     "/live.js": ("live.js", "text/javascript; charset=utf-8"),
+    "/overview.js": ("overview.js", "text/javascript; charset=utf-8"),
     "/strips.js": ("strips.js", "text/javascript; charset=utf-8"),
     "/windows.js": ("windows.js", "text/javascript; charset=utf-8"),
 }

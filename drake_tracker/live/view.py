@@ -60,6 +60,7 @@ class LiveView:
         self._question: WindowQuestion | None = None
         self._left_at: float | None = None
         self._start = 0.0
+        self._overview: dict[str, Any] = {}
         self._server = Server(self.state, self._act, self._picture, port)
         self.url = self._server.url
         self.frames = self.state.frames
@@ -132,10 +133,10 @@ class LiveView:
         phases: type[IntEnum],
         scene_url: str,
     ) -> None:
-        """Adds the strips to the diagram of a run and describes the run to the page.
+        """Adds what the page shows besides the images to the diagram of a run, and describes the run to the page.
 
         Args:
-            builder: has ``hand_eye`` and receives the `StripsSystem`.
+            builder: has ``hand_eye`` and receives the `StripsSystem` and, where the task has one, the `OverviewSystem`.
             hand_eye: diagram of the scenario.
             scenario: the scenario.
             phases: enumeration of the task's phases.
@@ -144,13 +145,17 @@ class LiveView:
         from drake_tracker.arm.arm_model import make_arm_model
         from drake_tracker.diagrams.arms import arm_of
         from drake_tracker.diagrams.hand_eye import has_images
+        from drake_tracker.live.overview_system import add_overview
         from drake_tracker.live.strips_system import add_strips
         from drake_tracker.tasks.registry import task_of
         from drake_tracker.tasks.style import phase_colour
 
-        chart = task_of(scenario).strips
+        chart, overview = task_of(scenario).strips, task_of(scenario).overview
         model = make_arm_model(arm_of(scenario))
         add_strips(builder, hand_eye=hand_eye, chart=chart, model=model, add_sample=self.state.add_sample)
+        if overview is not None:
+            add_overview(builder, hand_eye=hand_eye, overview=overview, model=model, show=self._show_overview)
+            self.state.set_facts(overview=overview.facts(scenario, hand_eye))
         self.state.set_facts(
             scene=scene_url,
             cameras=has_images(hand_eye),
@@ -158,6 +163,9 @@ class LiveView:
             strips=[asdict(strip) for strip in chart.strips],
             span=chart.span,
         )
+
+    def _show_overview(self, values: dict[str, Any]) -> None:
+        self._overview = {"overview": values}
 
     def begin(self) -> None:
         """Shows on the page that the simulation begins."""
@@ -190,6 +198,7 @@ class LiveView:
                 operator=operator,
                 tracks=tracks,
                 reason=reason,
+                **self._overview,
             )
             self._notice_closed_page(paused)
 

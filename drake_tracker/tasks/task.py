@@ -33,6 +33,7 @@ from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.scenarios.base import BaseScenario
 from drake_tracker.tasks.episode import Log, PhaseSpan, phase_spans
 from drake_tracker.tasks.filming import Closeup, Film, Snapshot, View
+from drake_tracker.tasks.overview import Overview
 from drake_tracker.tasks.strips import StripChart
 
 Found = TypeVar("Found")
@@ -132,6 +133,7 @@ class Task(Protocol[Scenario]):
         replayed: signals that a replay needs to compare with; the first one has the times of vision.
         has_autopsy: whether `drake_tracker.report.autopsy` can explain failures of this task.
         strips: strips of the live view.
+        overview: what the live view draws from above; None: nothing.
         preparation: what `initialise` does, in one line for the user; "" when there is no initialisation.
     """
 
@@ -154,6 +156,7 @@ class Task(Protocol[Scenario]):
     replayed: tuple[str, ...] = ("point", "filtered", "prediction", "delivered", "target")
     has_autopsy: bool
     strips: StripChart
+    overview: Overview | None = None
     preparation: str
 
     # Building

@@ -1,6 +1,6 @@
 """The laboratory of the conveyor: arm, gripper, table, belt, trays and parts in one MultibodyPlant."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,6 +78,7 @@ def add_conveyor_laboratory(
     duration: float,
     time_step: float = TIME_STEP,
     grip_force: float = 25.0,
+    decorate: Callable[[MultibodyPlant], object] | None = None,
 ) -> ConveyorLaboratory:
     """Adds the plant of the conveyor's laboratory and its scene graph to a diagram.
 
@@ -94,6 +95,7 @@ def add_conveyor_laboratory(
         duration: of the run [s].
         time_step: of the plant [s].
         grip_force: largest force on each pad [N].
+        decorate: called with the plant before it is finalized, to add visual geometry.
     """
     plant, scene_graph = add_plant(builder, time_step=time_step)
     parts = add_arm(plant, description=description)
@@ -110,6 +112,8 @@ def add_conveyor_laboratory(
         add_part(plant, kind=arrival.kind, colour=arrival.colour, name=f"part_{number}")
         for number, arrival in enumerate(arrivals, start=1)
     )
+    if decorate is not None:
+        decorate(plant)
     plant.Finalize()
     for body, arrival in zip(bodies, arrivals):
         plant.SetDefaultFloatingBaseBodyPose(body, start_pose(arrival, belt, motion))

@@ -7,7 +7,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.arm.description import Arm
 from drake_tracker.core.timing import TIME_STEP
-from drake_tracker.faults.arm_faults_system import add_gripper_faults, add_joint_faults
+from drake_tracker.faults.arm_faults_system import add_joint_faults
 from drake_tracker.faults.fault import Fault
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.belt_motion import make_belt_motion
@@ -22,6 +22,7 @@ from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
 from drake_tracker.world.objects_system import add_object_states
 from drake_tracker.world.pick_judge_system import add_pick_judge
+from drake_tracker.world.robot_ports import export_robot_ports
 
 
 class ConveyorWorldDiagram(Diagram):
@@ -152,17 +153,14 @@ class ConveyorWorldDiagram(Diagram):
             tray=tray,
         )
 
-        builder.ExportInput(plant.get_desired_state_input_port(laboratory.arm), "arm_desired_state")
-        builder.ExportInput(plant.get_actuation_input_port(laboratory.arm), "arm_feedforward")
-        gripper = add_gripper_faults(
-            builder, plant=plant, gripper=laboratory.gripper, initial=0.5 * jaw_opening, faults=faults
+        export_robot_ports(
+            builder,
+            laboratory=laboratory,
+            cameras=self.cameras,
+            jaws=jaws,
+            jaw_opening=jaw_opening,
+            faults=faults,
         )
-        builder.ExportInput(gripper, "gripper_desired_state")
-        for name, camera in self.cameras.items():
-            builder.ExportOutput(camera.image_port, name)
-        builder.ExportOutput(plant.get_state_output_port(laboratory.arm), "arm_state")
-        builder.ExportOutput(plant.get_net_actuation_output_port(laboratory.arm), "arm_effort")
-        builder.ExportOutput(jaws.GetOutputPort("jaws"), "jaws")
         if belt.encoder:
             builder.ExportOutput(drive.GetOutputPort("encoder"), "encoder")
         builder.ExportOutput(states.GetOutputPort("states"), "truth_part_states")

@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.arm.description import Arm
 from drake_tracker.core.timing import TIME_STEP
-from drake_tracker.faults.arm_faults_system import add_gripper_faults, add_joint_faults
+from drake_tracker.faults.arm_faults_system import add_joint_faults
 from drake_tracker.faults.fault import Fault, SceneFault, faults_at
 from drake_tracker.world.camera_system import Camera, close_cameras, start_cameras
 from drake_tracker.world.cameras import ImageWindow
@@ -21,6 +21,7 @@ from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
 from drake_tracker.world.objects_system import add_object_motion, add_object_states
 from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory, hide_table_frame, place_train
 from drake_tracker.world.rail_system import add_rail
+from drake_tracker.world.robot_ports import export_robot_ports
 from drake_tracker.world.scene_object import Ride, SceneObject
 from drake_tracker.world.slide import add_moving_body
 from drake_tracker.world.speed_event import SpeedEvent
@@ -205,17 +206,14 @@ class WorldDiagram(Diagram):
         ]
         judge = add_grasp_judge(builder, laboratory=laboratory, track=track, rest_height=rest_height, others=others)
 
-        builder.ExportInput(plant.get_desired_state_input_port(laboratory.arm), "arm_desired_state")
-        builder.ExportInput(plant.get_actuation_input_port(laboratory.arm), "arm_feedforward")
-        gripper = add_gripper_faults(
-            builder, plant=plant, gripper=laboratory.gripper, initial=0.5 * jaw_opening, faults=faults
+        export_robot_ports(
+            builder,
+            laboratory=laboratory,
+            cameras=self.cameras,
+            jaws=jaws,
+            jaw_opening=jaw_opening,
+            faults=faults,
         )
-        builder.ExportInput(gripper, "gripper_desired_state")
-        for name, camera in self.cameras.items():
-            builder.ExportOutput(camera.image_port, name)
-        builder.ExportOutput(plant.get_state_output_port(laboratory.arm), "arm_state")
-        builder.ExportOutput(plant.get_net_actuation_output_port(laboratory.arm), "arm_effort")
-        builder.ExportOutput(jaws.GetOutputPort("jaws"), "jaws")
         builder.ExportOutput(plant.get_state_output_port(laboratory.train), "truth_train_state")
         builder.ExportOutput(judge.GetOutputPort("verdict"), "truth_verdict")
         if others:

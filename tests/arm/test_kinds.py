@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from drake_tracker.arm.config import Hand, Puma560, SevenJoint, UR5e
-from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT, UR5E, UR5E_CUP, Arm
+from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT, UR5E, Arm
 from drake_tracker.arm.kinds import ARMS, arms_without, make_arm
 from drake_tracker.core.errors import DrakeTrackerError
 
@@ -18,7 +18,6 @@ from drake_tracker.core.errors import DrakeTrackerError
         (Puma560(), Hand.CUP, PUMA560_CUP),
         (SevenJoint(), Hand.CUP, SEVEN_JOINT),
         (UR5e(), Hand.GRIPPER, UR5E),
-        (UR5e(), Hand.CUP, UR5E_CUP),
     ],
 )
 def test_an_arm_is_chosen_by_its_settings_and_the_hand_of_the_task(settings, hand, expected):
@@ -39,7 +38,7 @@ def test_the_hand_follows_from_the_fingers():
 
 
 def test_a_task_offers_the_arms_that_have_its_hand():
-    assert arms_without(Hand.GRIPPER) == (SevenJoint,) and arms_without(Hand.CUP) == ()
+    assert arms_without(Hand.GRIPPER) == (SevenJoint,) and arms_without(Hand.CUP) == (UR5e,)
     assert set(typing.get_args(ARMS.union(int, without=arms_without(Hand.GRIPPER)))) == {Puma560, UR5e, int}
 
 

@@ -45,7 +45,7 @@ class Host:
             make_dispatcher(NearestDeadline(), model, Eligibility()), model, [Cell(pose.x, pose.y) for pose in POSES]
         )
         self.system = PickHostSystem(BeltEstimator(Belt()), clerk, POSES, SEEKING, CARRYING, offset=0.0)
-        self.parts, self.encoder = parts, encoder
+        self.parts, self.encoder, self.jump = parts, encoder, 0.0
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.phase = self.done = self.placed = 0
@@ -65,7 +65,7 @@ class Host:
         fix("diagnosis", diagnosis)
         fix("status", status)
         if self.encoder:
-            fix("encoder", np.array([self.time, SPEED * self.time, 1.0]))
+            fix("encoder", np.array([self.time, SPEED * self.time + (self.jump if self.time > 1.0 else 0.0), 1.0]))
 
     def run(self, duration):
         for _ in range(round(duration / VISION_PERIOD)):
@@ -95,6 +95,17 @@ def test_it_orders_a_part_and_predicts_where_it_will_be(encoder):
     x, y, z, yaw, std = evaluate_prediction(np.array(packet[:]), due)
     assert (x, y, z, yaw) == pytest.approx((0.61, -0.5 + SPEED * due, 0.465, 0.3), abs=0.003)
     assert 0.0 < std < 0.02
+
+
+def test_an_encoder_that_jumps_moves_no_part():
+    host = Host([(4, PartKind.BOX, 0.61, -0.5, 0.3)], encoder=True)
+    host.jump = 0.4
+    for _ in range(16):
+        host.run(0.1)
+        belt = host.read("belt", BeltEstimate)
+        if host.time > 0.6:
+            y = message_rows(np.array(belt[:]), BELT_FIELDS)[0, BELT_FIELDS.index("y")]
+            assert y == pytest.approx(-0.5 + SPEED * host.time, abs=0.012)
 
 
 def test_a_disc_is_taken_in_the_direction_in_which_it_will_lie():

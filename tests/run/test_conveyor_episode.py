@@ -134,3 +134,16 @@ def test_a_replay_of_the_run_with_cameras_is_bit_identical(seen, start):
 def test_there_is_nothing_to_replay_from_centroids(seen):
     with pytest.raises(DrakeTrackerError, match="has no centroids; use --from points"):
         open_recording(seen.out, start="centroids")
+
+
+def test_a_modern_arm_does_the_same_within_its_limits(tmp_path):
+    """Of the subsystems only the description of the arm differs."""
+    overrides = ["vision=!Measured {}", "arm=!UR5e {}", "belt.speed=0.15", "arrivals.rate=60", "arrivals.gap=0.005"]
+    scenario = load_scenario("conveyor", seed=11, duration=2.4, overrides=overrides)
+    summary = simulate(scenario, out=tmp_path / "run", options=RunOptions(record=False))
+    assert summary["picked"] == 1 and summary["dropped"] == summary["set_points_changed"] == 0
+    assert not any(summary[f"{what}_touched"] for what in ("belt", "tray", "table", "self"))
+    assert summary["joint_limit_margin_rad"] > 0.1 and summary["speed_share"] < 1.0
+    log = load_log(tmp_path / "run" / "log.npz")
+    assert np.abs(log["arm_effort"].data).max(axis=0) == pytest.approx(0.0, abs=150.0)
+    assert np.all(np.abs(log["arm_effort"].data[:, 3:]) <= 28.0)

@@ -1,5 +1,6 @@
 // The page of a run: events come in, controls go out.
 
+import { Overview } from "./overview.js";
 import { Strips } from "./strips.js";
 import { Windows } from "./windows.js";
 
@@ -41,6 +42,7 @@ const JOGS = [
 
 const strips = new Strips($("chart"));
 const state = { facts: {}, time: 0, p_success: null, factor: null, paused: false, rate: null, operator: "supervise", tracks: [], reason: "" };
+let overview = null;
 let windows = null, views = [], fetching = false, newestFrame = 0, shownFrame = 0, drawing = false, over = false;
 
 async function send(action, values = {}) {
@@ -66,6 +68,7 @@ async function operate(action, values) {
 function take(news) {
   if (news.facts) takeFacts(news.facts);
   for (const key of ["time", "p_success", "factor", "paused", "rate", "operator", "tracks", "reason"]) if (key in news) state[key] = news[key];
+  if (news.overview) overview?.take(news.overview);
   if (news.samples) strips.add(news.samples, news.afresh);
   if (news.frame) { newestFrame = news.frame; fetchFrame(); }
   if (!drawing) { drawing = true; requestAnimationFrame(draw); }
@@ -90,8 +93,10 @@ function takeFacts(facts) {
   if (facts.clock) $("clock").textContent = facts.clock;
   if (facts.note) $("note").textContent = facts.note;
   $("pause").hidden = $("step").hidden = facts.controls === false;
+  if (facts.overview && !before.overview) overview = new Overview($("overview"), facts.overview);
   if (facts.cameras === false) {
     $("cameras-empty").textContent = "This run has no cameras: the measured points are true positions with the measured error of the cameras.";
+    $("cameras-empty").hidden = Boolean(facts.overview);
   }
   $("operator").hidden = !facts.operator || facts.stage === "over";
   const asks = facts.stage === "windows";
@@ -126,6 +131,7 @@ function draw() {
   $("release").disabled = !running || mode === "supervise";
   for (const button of $("jogs").children) button.disabled = !running || mode !== "take_over";
   if (state.facts.several) drawTracks(running && state.facts.operator);
+  overview?.draw();
   strips.now = state.time;
   strips.draw();
 }

@@ -2,6 +2,7 @@ from .diagram import arrivals_of as arrivals_of
 from .diagram import conveyor_guard as conveyor_guard
 from .diagram import conveyor_host as conveyor_host
 from .diagram import conveyor_link as conveyor_link
+from .diagram import filling_order as filling_order
 from .diagram import make_conveyor_diagram as make_conveyor_diagram
 from .figures import draw_conveyor as draw_conveyor
 from .lost_parts import LostPart as LostPart

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, PART_SLOTS
+from drake_tracker.core.log import Signal
+from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, packet_target
 from drake_tracker.dispatch.candidate import Candidate, Hand
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.grasp.pick_schema import PickPhase
@@ -19,7 +20,7 @@ from drake_tracker.world.part_fates import PartFate
 from drake_tracker.world.tray import cell_centres
 
 IDENTITY_LOST = 0.5
-"""Time without a report from which the identity of a part counts as lost, while it is in the picking window [s]."""
+"""Time without an estimate from which the identity of a part counts as lost, while it is in the picking window [s]."""
 FREE = (PickPhase.WAIT, PickPhase.TRACK)
 """Phases in which the hand can still go for another part."""
 
@@ -45,7 +46,7 @@ class Chance:
 
     Attributes:
         time: when [s].
-        instead: number of the track of the part for which the hand went then, 0 when it waited.
+        instead: number of the track for which the hand went then, 0 when it waited.
     """
 
     time: float
@@ -64,10 +65,12 @@ def lost_parts(
     - "grasp failed": the hand descended towards it.
     - "arrived too late": the whole chance to pick and place it did not lie within the run (`could_be_picked`).
     - "not seen in time": vision did not report it before it left the picking window.
-    - "identity lost": while it was in the window, vision did not report it for longer than `IDENTITY_LOST`.
+    - "identity lost": while it was in the window, the host did not know it for longer than `IDENTITY_LOST`. A part that
+      the arm hides for a while is still known.
     - "no room for the jaws": another part was too close to it in the whole picking window.
     - "trays full": all cells had a part when it left the picking window.
-    - "ordered too late": the host ordered it, but the hand did not descend.
+    - "ordered too late": the hand went to it and followed it, but did not descend. An order that the host changed
+      while the hand still put down the part before does not count.
     - "not chosen": a free hand could have picked it, and did something else.
     - "out of reach": whenever the hand was free, it was too late to reach it within the window.
 
@@ -77,9 +80,9 @@ def lost_parts(
         log: {name: Signal} of the run.
         simulated: time at which the run ended [s].
     """
-    reports = _reports(log)
-    owners = {number: part.number for part in histories for number in part.tracks}
-    free = chances(scenario, log)
+    owner = {number: part.number for part in histories for number in part.tracks}
+    reported, estimated = _times_of(log["parts"], 2, PART_FIELDS), _times_of(log["belt"], 4, BELT_FIELDS)
+    free, followed = chances(scenario, log), _followed(log)
     motion, cells = make_belt_motion(scenario.belt), len(cell_centres(scenario.tray))
     filled = sorted(part.placed_at for part in histories if part.placed_at is not None)
     full_at = filled[cells - 1] if len(filled) >= cells else np.inf
@@ -88,39 +91,38 @@ def lost_parts(
         if part.fate in (PartFate.UPSTREAM, PartFate.PLACED):
             continue
         enters, leaves = window_times(scenario, part.arrival, motion)
-        seen = np.unique(np.concatenate([np.empty(0), *(reports[number] for number in part.tracks)]))
-        chance = min(
-            (free[number] for number in part.tracks if number in free), key=lambda each: each.time, default=None
+        numbers = part.tracks
+        seen = min((reported[number][0] for number in numbers), default=np.inf)
+        known = np.sort(
+            np.concatenate([np.empty(0), *(estimated[number] for number in numbers if number in estimated)])
         )
-        in_window = (
-            np.concatenate([[max(enters, seen[0])], seen[(seen > enters) & (seen < leaves)], [leaves]])
-            if len(seen)
-            else np.empty(0)
-        )
-        longest = float(np.diff(in_window).max()) if len(in_window) else 0.0
+        longest = _longest_gap(known, max(enters, seen), leaves)
+        missed_chances = [free[number] for number in numbers if number in free]
         if part.fate is PartFate.DROPPED:
             cause, words = "dropped", "it was picked and did not reach a cell"
         elif part.picked_at is not None:
             cause, words = (
                 "run ended",
-                f"it was picked at {part.picked_at:.1f} s, and the run ended before it was placed",
+                f"it was picked at {part.picked_at:.1f} s, and not yet placed when the run ended",
             )
         elif part.attempted:
             cause, words = "grasp failed", "the hand descended towards it, and the jaws did not hold it"
         elif not could_be_picked(scenario, part.arrival, simulated):
             cause, words = "arrived too late", "the run ended before it could have been picked and placed"
-        elif not len(seen) or seen[0] >= leaves:
+        elif seen >= leaves:
             cause, words = "not seen in time", f"vision did not report it before it left the window at {leaves:.1f} s"
         elif longest > IDENTITY_LOST:
-            cause, words = "identity lost", f"vision did not report it for {longest:.1f} s while it was in the window"
+            cause, words = "identity lost", f"the host did not know it for {longest:.1f} s while it was in the window"
         elif not part.had_room:
             cause, words = "no room for the jaws", "another part was too close to it in the whole window"
         elif leaves >= full_at:
             cause, words = "trays full", f"all {cells} cells had a part from {full_at:.1f} s on"
-        elif part.ordered:
-            cause, words = "ordered too late", "the host ordered it, and the hand did not get there in time"
-        elif chance is not None:
-            did = f"part {owners.get(chance.instead, '?')} was picked instead" if chance.instead else "the hand waited"
+        elif not followed.isdisjoint(numbers):
+            cause, words = "ordered too late", "the hand followed it, and could not descend in time"
+        elif missed_chances:
+            chance = min(missed_chances, key=lambda each: each.time)
+            instead = owner.get(chance.instead)
+            did = f"part {instead} was picked instead" if instead else "the hand waited"
             cause, words = "not chosen", f"the hand could have picked it at {chance.time:.1f} s; {did}"
         else:
             cause = "out of reach"
@@ -166,8 +168,29 @@ def chances(scenario: ConveyorScenario, log: Log) -> dict[int, Chance]:
     return found
 
 
-def _reports(log: Log) -> dict[int, np.ndarray]:
-    """Returns {number of a track: times at which vision reported it [s]}."""
-    parts = log["parts"]
-    numbers = parts.data[:, 2:].reshape(-1, PART_SLOTS, len(PART_FIELDS))[:, :, 0].astype(int)
-    return {int(number): parts.times[(numbers == number).any(axis=1)] for number in np.unique(numbers) if number}
+def _followed(log: Log) -> set[int]:
+    """Returns the numbers of the tracks that the hand followed above the belt."""
+    command, target = log["command"], log["target"]
+    count = min(len(command.times), len(target.times))
+    following = command["phase"][:count].astype(int) == PickPhase.TRACK
+    return {packet_target(seq) for seq in np.unique(target["seq"][:count][following])}
+
+
+def _times_of(signal: Signal, header: int, fields: Sequence[str]) -> dict[int, np.ndarray]:
+    """Returns {number of a track: times at which a signal has it [s]}.
+
+    Args:
+        signal: its rows have a header and a number of slots with the same fields, of which the first is the number.
+        header: number of elements before the first slot.
+        fields: of a slot.
+    """
+    numbers = signal.data[:, header :: len(fields)].astype(int)
+    return {int(number): signal.times[(numbers == number).any(axis=1)] for number in np.unique(numbers) if number}
+
+
+def _longest_gap(known: np.ndarray, begin: float, end: float) -> float:
+    """Returns the longest time between two times without any of the times ``known`` [s]."""
+    if end <= begin:
+        return 0.0
+    within = known[(known > begin) & (known < end)]
+    return float(np.diff(np.concatenate([[begin], within, [end]])).max())

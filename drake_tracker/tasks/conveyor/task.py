@@ -33,6 +33,7 @@ from drake_tracker.tasks.conveyor.diagram import (
     make_conveyor_diagram,
 )
 from drake_tracker.tasks.conveyor.filming import CONVEYOR_VIEW, PREDICTING, conveyor_film
+from drake_tracker.tasks.conveyor.overview import CONVEYOR_OVERVIEW
 from drake_tracker.tasks.conveyor.replaying import PickFreeMotion, with_target
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured, Rendered
 from drake_tracker.tasks.conveyor.strips import CONVEYOR_STRIPS
@@ -119,6 +120,7 @@ class ConveyorTask(Task[ConveyorScenario]):
     replayed = ("parts", "belt", "order", "prediction", "delivered", "target")
     has_autopsy = False
     strips = CONVEYOR_STRIPS
+    overview = CONVEYOR_OVERVIEW
     preparation = ""
 
     def uses_cameras(self, scenario: ConveyorScenario) -> bool:

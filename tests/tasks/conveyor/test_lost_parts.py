@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from conveyor_log import ConveyorRun, Story
 
-from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, PART_SLOTS, message_rows
+from drake_tracker.core.messages import BELT_FIELDS, PART_SLOTS, TARGET_STRIDE, message_rows
 from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.lost_parts import chances, lost_parts
 from drake_tracker.tasks.conveyor.part_history import part_histories
@@ -35,13 +35,13 @@ def test_a_part_that_is_held_at_the_end_is_not_missed():
 
 
 @pytest.mark.parametrize("gap, cause", [(0.4, "not chosen"), (0.7, "identity lost")])
-def test_a_part_that_vision_loses_in_the_window(gap, cause):
+def test_a_part_that_the_host_loses_in_the_window(gap, cause):
     run = ConveyorRun([Story(1.0, ordered=False)])
     log = run.log()
     enters = window_of(run)[0]
-    tracks = log["parts"].data[:, 2:].reshape(-1, PART_SLOTS, len(PART_FIELDS))
-    times = log["parts"].times
-    tracks[(times > enters + 1.0) & (times < enters + 1.0 + gap)] = 0.0
+    estimates = log["belt"].data[:, 4:].reshape(-1, PART_SLOTS, len(BELT_FIELDS))
+    times = log["belt"].times
+    estimates[(times > enters + 1.0) & (times < enters + 1.0 + gap)] = 0.0
     assert found(run, log)[0].cause == cause
 
 
@@ -75,6 +75,14 @@ def test_a_hand_that_picks_another_part_instead():
     (lost,) = found(run, log)
     assert lost.cause == "not chosen" and "part 2 was picked instead" in lost.sentence
     assert chances(run.scenario, log)[1].time == pytest.approx(log["command"].times[starts])
+
+
+def test_a_hand_that_follows_a_part_without_descending():
+    run = ConveyorRun([Story(1.0)])
+    log = run.log()
+    starts = busy(run, log, number=1)
+    log["target"].data[starts : starts + 5, log["target"].names.index("seq")] = TARGET_STRIDE + 3
+    assert found(run, log)[0].cause == "ordered too late"
 
 
 def test_a_hand_that_is_never_free_in_time():

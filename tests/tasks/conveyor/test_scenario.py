@@ -21,6 +21,7 @@ from drake_tracker.world.tray import cell_centres
         ("tray.cell=0.065", "tray.cell"),
         ("pick.jaw_opening=0.04", "pick.jaw_opening"),
         ("time_step=0.005", "time_step"),
+        ("belt.speed=0.5", "belt.speed"),
     ],
 )
 def test_settings_that_contradict_each_other(override, key):
