@@ -148,7 +148,7 @@ def test_a_run_directory_is_never_overwritten(simulated, tmp_path, capsys):
         (["measure", "ball", "-o", "x.yaml"], ["only the error of the train's cameras can be measured"]),
         (["measure", "conveyor", "-o", "x.yaml"], ["only the error of the train's cameras can be measured"]),
         (["host", "conveyor"], ["only the train runs in two processes"]),
-        (["run", "conveyor", "--set", "window.y_first=0.4"], ["window.y_first must be less than window.y_last"]),
+        (["run", "conveyor", "--set", "window.y_first=0.42"], ["window.y_first must be less than window.y_last"]),
         (["run", "train", "--graphviz", "no/such/file.dot"], ["--graphviz no/such/file.dot: there is no folder"]),
         (["run", "train", "--graphviz", "/"], ["--graphviz /: this is a folder; name a file"]),
         (["list", "nothing"], ["there is no scenario 'nothing'"]),

@@ -185,7 +185,7 @@ class ConveyorTask(Task[ConveyorScenario]):
 
     def replay_sources(self, scenario: ConveyorScenario, start: str) -> tuple[str, ...]:
         if scenario.belt.encoder:
-            raise DrakeTrackerError("a run of a belt with an encoder cannot be replayed: its readings are not recorded")
+            raise DrakeTrackerError("a run of a belt with an encoder cannot be replayed: the encoder is not recorded")
         if start == "centroids":
             raise DrakeTrackerError(
                 "a run of the conveyor has no centroids; use --from points for the recorded parts, or --from images"
