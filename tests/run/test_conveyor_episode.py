@@ -138,8 +138,8 @@ def test_there_is_nothing_to_replay_from_centroids(seen):
 
 def test_a_modern_arm_does_the_same_within_its_limits(tmp_path):
     """Of the subsystems only the description of the arm differs."""
-    overrides = ["vision=!Measured {}", "arm=!UR5e {}", "belt.speed=0.15", "arrivals.rate=60", "arrivals.gap=0.005"]
-    scenario = load_scenario("conveyor", seed=11, duration=2.4, overrides=overrides)
+    overrides = ["arm=!UR5e {}", "belt.speed=0.15", "arrivals.rate=60", "arrivals.gap=0.005"]
+    scenario = load_scenario("conveyor:measured", seed=11, duration=2.4, overrides=overrides)
     summary = simulate(scenario, out=tmp_path / "run", options=RunOptions(record=False))
     assert summary["picked"] == 1 and summary["dropped"] == summary["set_points_changed"] == 0
     assert not any(summary[f"{what}_touched"] for what in ("belt", "tray", "table", "self"))
