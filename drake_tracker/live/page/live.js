@@ -86,7 +86,10 @@ function takeFacts(facts) {
   if (facts.strips && !before.strips) strips.describe(facts.phases, facts.strips, facts.span);
   if (facts.panels && !before.panels) makeViews(facts.panels, facts.goal, facts.lag, facts.several);
   if (facts.scene && !before.scene) makeScene(facts.scene);
-  if (facts.overview && !before.overview) overview = new Overview($("overview"), facts.overview);
+  if (facts.overview && !before.overview) {
+    overview = new Overview($("overview"), facts.overview);
+    $("cameras").classList.add("with-overview");
+  }
   if (facts.cameras === false) {
     $("cameras-empty").textContent = "This run has no cameras: the measured points are true positions with the measured error of the cameras.";
     $("cameras-empty").hidden = Boolean(facts.overview);
