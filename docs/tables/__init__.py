@@ -19,6 +19,7 @@ MODULES = (
         "several",
         "eyes_open",
         "footage",
+        "latency",
         "records",
         "fuzz",
         "dispatch",

@@ -42,6 +42,6 @@ def check_coverage(spec: str, views: Sequence[np.ndarray], shape: tuple[int, int
         down = "upper" if v < 0.4 else "lower" if v > 0.6 else "middle"
         where = "middle" if across == down else f"{down} {across}"
         raise DrakeTrackerError(
-            f"{spec}: the board is in one part of the image only, the {where} ({100 * share:.0f} % of it); take photographs of "
-            "it near all edges and corners of the image, and closer"
+            f"{spec}: the board is in one part of the image only, the {where} ({100 * share:.0f} % of it); take "
+            "photographs of it near all edges and corners of the image, and closer"
         )

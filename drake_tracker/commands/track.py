@@ -1,7 +1,10 @@
 """``drake-tracker track``: tracks what moves in front of your own cameras."""
 
 from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from drake_tracker.commands.common import (
     NOT_TAKEN,
@@ -31,7 +34,8 @@ def register(commands: Commands) -> None:
         execute,
         help="track what moves in front of your own cameras",
         description="Tracks the motion in one or two videos: a file, a folder or quoted pattern of images, the number "
-        "of a camera, or a ROS 2 bag as BAG:/topic. Leaves the track as a table, a picture and a video.",
+        "of a camera, a ROS 2 bag as BAG:/topic, the folder of a recorded live session, or play:SOURCE, which plays a "
+        "recording as if it were a camera. Leaves the track as a table, a picture and a video.",
         next_step="drake-tracker calibrate LEFT RIGHT --board CxR --square M -o FILE calibrates your cameras, so that "
         "the track is in metres.",
     )
@@ -89,6 +93,12 @@ def register(commands: Commands) -> None:
         "--pick", action="store_true", help="show the object, or the part of the image, in a page of the browser"
     )
     command.add_argument("--no-overlay", action="store_true", help="write no video")
+    command.add_argument("--live", action="store_true", help="show images, objects and strips on a page")
+    command.add_argument("--port", type=int, default=0, metavar="N", help="port of the page (default: a free one)")
+    command.add_argument("--record", action="store_true", help="record the images of live cameras, to track them again")
+    command.add_argument(
+        "--mcap", action="store_true", help="also write the track as track.mcap, which Foxglove and Rerun show"
+    )
     command.add_argument("--out", type=Path, metavar="DIR", help="directory, new or empty (default: runs/track-TIME)")
 
 
@@ -113,6 +123,8 @@ def execute(options: Namespace) -> int:
     if len(options.source) > 2:
         raise DrakeTrackerError(f"track: {len(options.source)} sources; give one or two, and put patterns in quotes")
 
+    if options.port and not options.live:
+        raise DrakeTrackerError(f"--port {options.port} is the port of the live view: add --live")
     from drake_tracker.core.progress import Progress
     from drake_tracker.tracking.filtered import describe_filtered
     from drake_tracker.tracking.preparation import prepare_track
@@ -124,14 +136,18 @@ def execute(options: Namespace) -> int:
         if options.roi or options.follow:
             raise DrakeTrackerError("--pick: not together with --roi or --follow, which it takes the place of")
         options.roi, options.follow = _pick(options)
-    names = "calibration plane height camera fps offset duration detector estimator max_gap roi follow objects"
+    names = "calibration plane height camera fps offset duration detector estimator max_gap roi follow objects record"
     track = prepare_track(options.source, **{name: getattr(options, name) for name in names.split()})
     progress = Progress(track.timeline.duration)
-    with run_directory(options.out, "track") as out:
+    with _live_view(options, track, progress) as live, run_directory(options.out, "track") as out:
         try:
-            summary = make_track(track, out, overlay=not options.no_overlay, progress=progress)
+            summary = make_track(
+                track, out, overlay=not options.no_overlay, mcap=options.mcap, live=live, progress=progress
+            )
         finally:
             progress.close()
+        if live is not None:
+            _finish(live, summary, out)
     print(f"{'images described':<18}{summary['described']}, {summary['results']} of them with a result")
     print(f"{'images dropped':<18}{' and '.join(map(_dropped, summary['dropped_at_s'], summary['dropped']))}")
     if any(summary["surplus"]):
@@ -149,7 +165,7 @@ def execute(options: Namespace) -> int:
     seen = summary.get("seen") or 0
     if summary.get("swapped"):
         print("The cameras are swapped: in the other order their rays meet. Name the left camera's images first")
-    elif len(options.source) == 2 and seen > LEAST_SEEN and summary["results"] < 0.5 * seen:
+    elif len(summary["dropped"]) == 2 and seen > LEAST_SEEN and summary["results"] < 0.5 * seen:
         print(
             f"Both cameras saw motion in {seen} images, but in most of them the gap between the two rays is larger "
             f"than {track.facts['max_gap']:.3g} m (--max-gap). Does the calibration belong to other cameras, or were "
@@ -168,6 +184,37 @@ def execute(options: Namespace) -> int:
         if options.follow or options.roi or options.objects > 1:
             return NOT_TAKEN
     return SUCCESS if summary["results"] else NOT_TAKEN
+
+
+@contextmanager
+def _live_view(options: Namespace, track: Any, progress: Any) -> Iterator[Any]:
+    """Yields the page of the track when it is requested, else None. Closes the footage when there can be no page."""
+    if not options.live:
+        yield None
+        return
+    from drake_tracker.tracking.live_view import TrackView
+
+    try:
+        view = TrackView(options.port, progress.say)
+    except DrakeTrackerError:
+        for each in track.footage:
+            each.close()
+        raise
+    with view:
+        view.introduce_track(track)
+        print(f"Live view: {view.url}  (open it in a browser; Ctrl-C ends the track)", flush=True)
+        yield view
+
+
+def _finish(live: Any, summary: dict[str, Any], out: Path) -> None:
+    """Shows the outcome of the track on its page."""
+    described, results = summary["described"], summary["results"]
+    rows = [("Images described", str(described)), ("With a result", str(results))]
+    for key, label in (("gap_rms_m", "Gap"), ("prediction_rms_m", "Prediction rms")):
+        if summary.get(key) is not None:
+            rows.append((label, f"{1e3 * summary[key]:.2f} mm"))
+    title = "The track was ended" if summary["interrupted"] else "The track is complete"
+    live.finish({"success": bool(results), "title": title, "reason": "", "rows": rows, "out": str(out)})
 
 
 def _pick(options: Namespace) -> tuple[list[str], list[str]]:

@@ -63,6 +63,26 @@ class McapFile:
         _, data = cv2.imencode(".jpg", cv2.cvtColor(rgb, code), [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
         self._log(topic, "CompressedImage", time, timestamp=True, frame_id=frame, data=data.tobytes(), format="jpeg")
 
+    def pixel(self, topic: str, time: float, u: float, v: float, diameter: float) -> None:
+        """Writes a circle around a pixel as ``foxglove.ImageAnnotations``, for views of images.
+
+        Args:
+            topic: of the message.
+            time: of capture of the image [s].
+            u: to the right [px].
+            v: downwards [px].
+            diameter: of the circle [px].
+        """
+        m = self._messages
+        circle = m.CircleAnnotation(
+            timestamp=self._stamp(time),
+            position=m.Point2(x=u, y=v),
+            diameter=diameter,
+            thickness=2.0,
+            outline_color=m.Color(r=1.0, g=0.69, b=0.0, a=1.0),
+        )
+        self._log(topic, "ImageAnnotations", time, circles=[circle])
+
     def calibration(
         self, topic: str, time: float, frame: str, size: tuple[int, int], K: np.ndarray, distortion: np.ndarray
     ) -> None:

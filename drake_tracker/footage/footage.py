@@ -18,7 +18,7 @@ class Footage:
         times: (n,) of all images, known beforehand [s]; None for a live camera.
         epoch: time of the first image on a clock that other footage shares [s], or None: a clock of its own.
         counted: whether that clock counts images; other counted footage shares it if the numbers overlap.
-        rate: images per second that a live camera announces.
+        rate: images per second that a live camera announces, also in its recording; None for any other footage.
         close: function that releases the source.
         warning: function that returns in one line what of the images read so far is missing, or None.
     """

@@ -51,6 +51,11 @@ class FrameSequence:
         self._frames: Iterator[tuple[float, np.ndarray]] = iter(())
         self._rewind()
 
+    @property
+    def ended(self) -> bool:
+        """Whether the footage has no image after the current tick."""
+        return self._ended and self._next is None
+
     def close(self) -> None:
         """Ends the thread that reads ahead. May be called again; the sequence can still be rewound."""
         if isinstance(self._frames, Generator):

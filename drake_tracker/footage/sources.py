@@ -10,6 +10,8 @@ from drake_tracker.footage.bag_storage import is_bag
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.image_folder import open_images
 from drake_tracker.footage.live_camera import open_camera
+from drake_tracker.footage.played_camera import PREFIX, Start, open_played
+from drake_tracker.footage.recording import is_recording, open_recording
 from drake_tracker.footage.rosbag import open_bag
 from drake_tracker.footage.video import open_video
 
@@ -26,13 +28,15 @@ def is_same_source(one: str, other: str) -> bool:
         return False
 
 
-def open_footage(spec: str, fps: float | None = None) -> Footage:
+def open_footage(spec: str, fps: float | None = None, start: Start | None = None) -> Footage:
     """Returns the `Footage` of a source.
 
     Args:
         spec: "0" (a camera), a folder of images or a pattern such as 'shots/left*.png', BAG or BAG:/topic (a ROS 2
-            bag: a file .mcap or .db3, or its folder), or a video file.
+            bag: a file .mcap or .db3, or its folder), a video file, a recording of a live camera, or play:SOURCE, which
+            plays a recording at its own pace as if it were a camera.
         fps: images per second, for a source without capture times; replaces those of a video file.
+        start: of recordings that are played together.
 
     Raises DrakeTrackerError, one line, when it cannot be read.
     """
@@ -40,6 +44,17 @@ def open_footage(spec: str, fps: float | None = None) -> Footage:
         raise DrakeTrackerError("the name of a source is empty")
     if re.fullmatch("[0-9]{1,4}", spec):
         return open_camera(spec, fps)
+    if spec.startswith(PREFIX):
+        recording = spec.removeprefix(PREFIX)
+        if not recording:
+            raise DrakeTrackerError(f"{spec}: there is no such file; name a recording after the colon")
+        footage = open_footage(recording, fps)
+        if footage.live:
+            footage.close()
+            raise DrakeTrackerError(f"{spec}: this is a live camera already")
+        return open_played(footage, spec, start)
+    if is_recording(spec) and fps is None:
+        return open_recording(spec)
     bag, _, topic = spec.partition(":/")
     if is_bag(bag):
         return open_bag(bag, f"/{topic}" if topic else None)

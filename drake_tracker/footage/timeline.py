@@ -83,9 +83,9 @@ def align(footage: Sequence[Footage], *, offset: float = 0.0, duration: float | 
 
 
 def _clock(footage: Footage) -> FrameClock:
-    if footage.times is None:
-        assert footage.rate is not None  # every live camera announces one
+    if footage.rate is not None:  # live, or the recording of a live camera
         return FrameClock(1.0 / footage.rate)
+    assert footage.times is not None  # it is not live
     return fit_clock(footage.times, footage.name)
 
 

@@ -38,7 +38,8 @@ class Frames:
             changed: called when there is a new frame.
             opened: called with keywords ``panels``, a list of {"side", "late", "place"} where ``place`` is (x, y,
                 width, height) [px] in the image that `jpeg` returns; ``lag``, the age [s] of the late panels;
-                ``goal``, the name of the marked goal or None; and ``several``, whether vision tracks several objects.
+                ``goal``, the name of the marked goal or None; ``several``, whether vision tracks several objects; and
+                ``legend`` and ``caption``, texts of the page's own (see `open`), or None.
             clock: returns the wall time [s].
         """
         self._watched, self._changed, self._opened, self._clock = watched, changed, opened, clock
@@ -51,7 +52,11 @@ class Frames:
         self.number = 0
 
     def open(self, page: Any) -> None:
-        """Takes the `VideoPage` with which to draw; its panels are shown, its text is not."""
+        """Takes the `VideoPage` with which to draw; its panels are shown, its text is not.
+
+        A page of another kind has the same attributes, and may have a ``legend``, a list of (kind of a mark, words),
+        and a ``caption`` for each panel.
+        """
         self._page = page
         x0, y0 = np.min([place[:2] for _, _, place in page.panels], axis=0)
         x1, y1 = np.max([np.add(place[:2], place[2:]) for _, _, place in page.panels], axis=0)
@@ -60,7 +65,8 @@ class Frames:
             {"side": side, "late": late, "place": [int(x - x0), int(y - y0), width, height]}
             for side, late, (x, y, width, height) in page.panels
         ]
-        self._opened(panels=panels, lag=page.lag, goal=page.goal, several=page.several)
+        words = {name: getattr(page, name, None) for name in ("legend", "caption")}
+        self._opened(panels=panels, lag=page.lag, goal=page.goal, several=page.several, **words)
 
     @property
     def several(self) -> bool:

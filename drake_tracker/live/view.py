@@ -187,7 +187,7 @@ class LiveView:
         def update() -> None:
             paused, rate = self.control.paused, self.control.rate
             operator = self.operator.mode.name.lower()
-            tracks, reason = self.frames.tracks() if self.frames.several else ([], "")
+            tracks, reason = self._tracks()
             self.state.set_values(
                 time=round(now, 4),
                 phase=phase,
@@ -204,6 +204,10 @@ class LiveView:
 
         update()
         self.control.hold(now, interrupted, update)
+
+    def _tracks(self) -> tuple[list[dict[str, Any]], str]:
+        """Returns the tracks to list on the page, see `Frames.tracks`."""
+        return self.frames.tracks() if self.frames.several else ([], "")
 
     def write(self) -> None:
         """Shows on the page that the simulation is over and its results are being written."""

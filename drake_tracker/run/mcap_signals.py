@@ -1,6 +1,6 @@
 """The signals of a log as messages of an MCAP file."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum
 
 import numpy as np
@@ -35,20 +35,44 @@ def write_signals(file: McapFile, log: Mapping[str, Signal], phases: type[IntEnu
         model: the controller's model of the arm.
     """
     for name, signal in log.items():
-        write = _writer(signal)
-        plotted = name not in _JOINTS and len(signal.names) <= _MOST_NUMBERS
         previous: np.ndarray | None = None
         for time, row in zip(signal.times.tolist(), signal.data):
-            values = dict(zip(signal.names, row.tolist()))
-            if write is not None and (previous is None or not np.array_equal(row, previous)):
-                write(file, f"/{name}", time, values, row)
-            if plotted:
-                file.values(f"/signals/{name}", time, values)
+            seen = previous is not None and np.array_equal(row, previous)
+            write_sample(file, name, time, signal.names, row, shown=not seen, plotted=name not in _JOINTS)
             previous = row
     if "command" in log:
         _write_phases(file, log["command"], phases)
     if "arm_state" in log:
         _write_arm(file, log["arm_state"], log.get("arm_effort"), model)
+
+
+def write_sample(
+    file: McapFile,
+    name: str,
+    time: float,
+    names: Sequence[str],
+    row: np.ndarray,
+    *,
+    shown: bool = True,
+    plotted: bool = True,
+) -> None:
+    """Writes one sample of a signal: to ``/NAME`` for 3-D views, and to ``/signals/NAME``, number by number.
+
+    Args:
+        file: file to write to.
+        name: of the signal.
+        time: of the sample [s].
+        names: of its fields.
+        row: its values.
+        shown: whether 3-D views get it, if they can show such a signal.
+        plotted: whether its numbers are written, if they are not too many.
+    """
+    values = dict(zip(names, row.tolist()))
+    write = _writer(tuple(names)) if shown else None
+    if write is not None:
+        write(file, f"/{name}", time, values, row)
+    if plotted and len(names) <= _MOST_NUMBERS:
+        file.values(f"/signals/{name}", time, values)
 
 
 def _write_phases(file: McapFile, command: Signal, phases: type[IntEnum]) -> None:
@@ -74,9 +98,8 @@ def _write_arm(file: McapFile, state: Signal, effort: Signal | None, model: ArmM
 _Write = Callable[[McapFile, str, float, Mapping[str, float], np.ndarray], None]
 
 
-def _writer(signal: Signal) -> _Write | None:
+def _writer(fields: tuple[str, ...]) -> _Write | None:
     """Returns what writes one sample of a signal for 3-D views, or None if it is of no such kind."""
-    fields = tuple(signal.names)
     if fields == tuple(Prediction.get_fields()):
         return _write_prediction
     if fields == tuple(TrackPoint.get_fields()):

@@ -26,7 +26,7 @@ class Strip:
         title: name of the strip.
         meaning: what it shows, in a few words.
         unit: unit of its values.
-        top: upper end of its scale; the lower end is 0.
+        top: upper end of its scale; None follows the values in view. The lower end is 0.
         decimals: number of decimals with which the newest value is shown.
         lines: (name, `FAINT` or `BRIGHT`) of each line.
     """
@@ -34,7 +34,7 @@ class Strip:
     title: str
     meaning: str
     unit: str
-    top: float
+    top: float | None
     decimals: int = 1
     lines: tuple[tuple[str, str], ...] = (("", BRIGHT),)
 

@@ -38,21 +38,24 @@ class TrackOverlay:
 
     def __init__(
         self,
-        path: Path,
+        path: Path | None,
         period: float,
         sizes: Sequence[tuple[int, int]],
         age_cycles: float,
         cameras: Sequence[CameraModel] = (),
+        onlooker: Any = None,
     ) -> None:
         """Opens the video.
 
         Args:
-            path: MP4 file to write.
+            path: MP4 file to write; None writes none.
             period: period of the images [s].
             sizes: (width, height) of each camera's images [px].
             age_cycles: cycles from the described image to the newest one.
             cameras: calibration of each camera, to project predictions; or empty.
+            onlooker: a sink of frames, such as that of the live view, which also gets each frame that it wants.
         """
+        self._onlooker = onlooker
         self._cameras = cameras
         self._scales = [min(1.0, _WIDEST / width, _TALLEST / height) for width, height in sizes]
         self._panels = [(round(s * width), round(s * height)) for s, (width, height) in zip(self._scales, sizes)]
@@ -64,7 +67,7 @@ class TrackOverlay:
         self._masks: list[np.ndarray] | None = None
         self._objects: list[ImageObjects | None] = [None] * len(sizes)
         self._ground = np.full((*self.size[::-1], 3), bgr(_GROUND), np.uint8)
-        self._video = VideoFile(path, max(1, round(1.0 / period)), self.size)
+        self._video = None if path is None else VideoFile(path, max(1, round(1.0 / period)), self.size)
         self._background = Background(self._draw, _WAITING)
 
     def add(
@@ -94,6 +97,9 @@ class TrackOverlay:
 
     def _draw(self, values: tuple[Any, ...]) -> None:
         """Draws one image and appends it to the video."""
+        watched = self._onlooker is not None and self._onlooker.wanted
+        if self._video is None and not watched:
+            return
         seen, masks, objects, centroids, point, packet = values
         page = self._ground.copy()
         x = 0
@@ -116,14 +122,23 @@ class TrackOverlay:
             x += panel[0] + _BETWEEN
         draw_text(page, f"{seen[0][1]:.2f} s", 12, self.size[1] - 12, 15, _BRIGHT, bold=True)
         draw_text(page, _describe(centroids[0], point), 110, self.size[1] - 12, 15, _DIM)
-        self._video.write(page)
+        if self._video is not None:
+            self._video.write(page)
+        if watched:
+            self._onlooker.write(page, None)
+
+    def panels(self) -> list[tuple[int, int, int, int]]:
+        """Returns the place (x, y, width, height) [px] of each camera's image in a frame."""
+        lefts = [sum(panel[0] + _BETWEEN for panel in self._panels[:k]) for k in range(len(self._panels))]
+        return [(left, 0, *panel) for left, panel in zip(lefts, self._panels)]
 
     def close(self) -> None:
         """Completes the video file. Raises DrakeTrackerError when an image could not be written."""
         try:
             self._background.close()
         finally:
-            self._video.close()
+            if self._video is not None:
+                self._video.close()
 
 
 def _tint(view: np.ndarray, mask: np.ndarray) -> None:

@@ -11,6 +11,8 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.footage.footage import Footage
+from drake_tracker.footage.played_camera import Start
+from drake_tracker.footage.recording import Recording, find_recordings
 from drake_tracker.footage.sources import is_same_source, open_footage
 from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.scenarios.base import Custom
@@ -53,6 +55,7 @@ class PreparedTrack:
         age_cycles: cycles from the described image to the newest one.
         world: what the world frame W is: "board" or "camera_left"; None without calibration.
         facts: sources and settings, for the summary.
+        recordings: of the live cameras; empty when nothing is recorded.
     """
 
     footage: list[Footage]
@@ -62,6 +65,7 @@ class PreparedTrack:
     age_cycles: float
     world: str | None
     facts: dict[str, Any]
+    recordings: Sequence[Recording] = ()
 
 
 def prepare_track(
@@ -80,11 +84,12 @@ def prepare_track(
     roi: Sequence[str] = (),
     follow: Sequence[str] = (),
     objects: int = 1,
+    record: bool = False,
 ) -> PreparedTrack:
     """Checks the options, opens the footage and builds the diagram of a track. Nothing is written.
 
     Args:
-        sources: one source or two, as `open_footage` takes them.
+        sources: one source or two, as `open_footage` takes them; or the folder of a recorded live session.
         calibration: file made by `drake-tracker calibrate` or another tool, or two files, see `load_cameras`; None
             gives the 2-D centroid of a single camera.
         plane: for a single camera, "board" (the board in the calibration's first photograph) or a YAML file with X_WP.
@@ -99,11 +104,14 @@ def prepare_track(
         roi: for each camera, the part of the image in which motion counts, see `read_window`; or empty.
         follow: for each camera, "U,V", the pixel of the object to follow in the first image; or empty.
         objects: largest number of objects to track; more than one only with a single camera without calibration.
+        record: whether the images of live cameras are recorded.
 
     Raises:
         DrakeTrackerError: an option or a source is wrong; one line for each error.
     """
     _check_numbers({"fps": fps, "duration": duration, "max-gap": max_gap}, {"height": height, "offset": offset})
+    if len(sources) == 1:
+        sources = find_recordings(sources[0]) or sources
     detector_settings = read_option(detector, DETECTOR_SETTINGS, "detector")
     estimator_settings = read_option(estimator, ESTIMATOR_SETTINGS, "estimator")
     check_choice(len(sources), roi, follow, objects, bool(calibration))
@@ -116,9 +124,15 @@ def prepare_track(
     known = load_latencies(files[0]) if files and form == OWN else {}
     latencies = [known.get(name, 0.0) for name in names]
     footage: list[Footage] = []
+    recordings: list[Recording] = []
+    start = Start()
     try:
         for source, latency in zip(sources, latencies):
-            footage.append(_earlier(open_footage(source, fps), latency))
+            footage.append(open_footage(source, fps, start))
+            if record:
+                recordings.append(Recording(footage[-1]))
+                footage[-1] = recordings[-1].footage
+            footage[-1] = _earlier(footage[-1], latency)
         where = " and ".join(map(str, files))
         cameras = [_sized(model, each, f"{where}: {name}") for model, name, each in zip(cameras, names, footage)]
         surface = _load_plane(plane, files[0], form, height) if plane and files else None
@@ -175,7 +189,7 @@ def prepare_track(
     world = None
     if cameras:
         world = "camera_left" if np.array_equal(cameras[0].X_CW, np.eye(4)) else "board"
-    return PreparedTrack(footage, timeline, diagram, cameras, detectors[0].stamp_age_cycles, world, facts)
+    return PreparedTrack(footage, timeline, diagram, cameras, detectors[0].stamp_age_cycles, world, facts, recordings)
 
 
 def _earlier(footage: Footage, latency: float) -> Footage:

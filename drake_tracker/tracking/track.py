@@ -3,15 +3,17 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import av
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.signals import held
+from drake_tracker.footage.recording import FOLDER
 from drake_tracker.footage.video import reason
 from drake_tracker.tasks.results import save_summary
+from drake_tracker.tracking.mcap_track import MCAP_FILE, TrackMcap
 from drake_tracker.tracking.overlay import TrackOverlay
 from drake_tracker.tracking.picture import draw_track_picture
 from drake_tracker.tracking.preparation import PreparedTrack
@@ -19,6 +21,9 @@ from drake_tracker.tracking.quality import TrackQuality
 from drake_tracker.tracking.summary import describe_footage, describe_run, summarise_track
 from drake_tracker.tracking.swapped import are_swapped
 from drake_tracker.tracking.table import TrackTable
+
+if TYPE_CHECKING:
+    from drake_tracker.tracking.live_view import TrackView
 
 _READ_AT = 0.75
 """Fraction of a cycle after which all of its updates are done."""
@@ -31,6 +36,8 @@ def make_track(
     out: Path,
     *,
     overlay: bool = True,
+    mcap: bool = False,
+    live: "TrackView | None" = None,
     progress: Callable[[float, str], object] | None = None,
 ) -> dict[str, Any]:
     """Makes a track and writes track.csv, overlay.mp4, track.png and summary.json to a folder.
@@ -42,6 +49,8 @@ def make_track(
         track: what `prepare_track` returned; its footage is closed.
         out: folder to write to.
         overlay: whether to write the video.
+        mcap: whether to write track.mcap for Foxglove or Rerun; needs the extra ``mcap``.
+        live: page that shows the track.
         progress: called with (time [s], text).
 
     Returns the summary.
@@ -51,7 +60,7 @@ def make_track(
             estimator raises.
     """
     with held() as signals:
-        summary = _make_track(track, out, overlay, progress, signals)
+        summary = _make_track(track, out, overlay, mcap, live, progress, signals)
         if summary["interrupted"]:
             signals.clear()
     return summary
@@ -61,6 +70,8 @@ def _make_track(
     track: PreparedTrack,
     out: Path,
     overlay: bool,
+    mcap: bool,
+    live: "TrackView | None",
     progress: Callable[[float, str], object] | None,
     signals: Sequence[int],
 ) -> dict[str, Any]:
@@ -70,26 +81,37 @@ def _make_track(
     interrupted = False
     video: TrackOverlay | None = None
     table: TrackTable | None = None
+    export: TrackMcap | None = None
     quality = TrackQuality()
     dropped: list[list[float]] = [[] for _ in track.footage]
     try:
         with _Collected(errors, out):
             table = TrackTable(out / "track.csv", diagram.sides, diagram.has_points)
-            if overlay:
+            if overlay or live is not None:
                 sizes = [each.size for each in track.footage]
-                video = TrackOverlay(out / "overlay.mp4", timeline.period, sizes, track.age_cycles, track.cameras)
-            interrupted = _run(track, table, video, dropped, quality, progress, signals)
+                path = out / "overlay.mp4" if overlay else None
+                sink = None if live is None else live.frames
+                video = TrackOverlay(path, timeline.period, sizes, track.age_cycles, track.cameras, sink)
+            if live is not None and video is not None:
+                live.watch_track(track, video, table.columns)
+            if mcap:
+                export = TrackMcap(out / MCAP_FILE, track)
+            for side, recording in zip(diagram.sides, track.recordings):
+                recording.begin(out / FOLDER / f"camera_{side}")
+            interrupted = _run(track, table, video, export, live, dropped, quality, progress, signals)
     except KeyboardInterrupt:
         interrupted = True
     for sequence in track.timeline.sequences:
         sequence.close()
     for each in track.footage:
         each.close()
-    for part in (table, video):
+    for part in (table, video, export, *track.recordings):
         if part is not None:
             with _Collected(errors, out):
                 part.close()
     summary: dict[str, Any] = {}
+    if live is not None:
+        live.write()
     if table is not None:
         data = table.data()
         summary = summarise_track(data, timeline.period) | quality.summary()
@@ -106,8 +128,15 @@ def _make_track(
                 data, out / "track.png", world=world, title=names, period=timeline.period, marks=quality.marks
             )
     if errors:
-        raise errors[0]
+        raise _with_what_is_kept(errors[0], summary.get("described", 0), out)
     return summary
+
+
+def _with_what_is_kept(error: Exception, described: int, out: Path) -> Exception:
+    """Returns an error of the footage with a note on the images tracked before it; any other error as it is."""
+    if not described or not isinstance(error, DrakeTrackerError) or "is kept" in str(error):
+        return error
+    return DrakeTrackerError(f"{error}; the track of {described} images before is kept in {out}")
 
 
 class _Collected:
@@ -136,6 +165,8 @@ def _run(
     track: PreparedTrack,
     table: TrackTable,
     video: TrackOverlay | None,
+    export: TrackMcap | None,
+    live: "TrackView | None",
     dropped: list[list[float]],
     quality: TrackQuality,
     progress: Callable[[float, str], object] | None,
@@ -173,13 +204,21 @@ def _run(
         energies = [read(f"motion_{side}") for side in diagram.sides]
         objects = [None if energy is None else energy.objects for energy in before]
         before = energies
+        known = len(table.rows)
         if table.add(centroids, point, filtered, packet, objects):
             quality.add(table.rows[-1][0], objects)
+        images = [(read(f"camera_{side}").data, frame) for side, frame in zip(diagram.sides, frames)]
         if video is not None:
-            images = [(read(f"camera_{side}").data, frame) for side, frame in zip(diagram.sides, frames)]
             video.add(images, energies, centroids, point, packet)
+        if export is not None:
+            export.add(images, centroids, point, filtered, packet)
+        if live is not None:
+            row = table.rows[known] if len(table.rows) > known else None
+            live.show(now, row, objects, lambda: bool(signals))
         if progress is not None:
             valid = sum(row[table.columns.index("valid")] for row in table.rows[-_RECENT:])
             progress(now, f"{valid:.0f} of the last {_RECENT}")
+        if last is None and any(sequence.ended for sequence in timeline.sequences):
+            last = number + 1
         number += 1
     return False

@@ -1,13 +1,11 @@
 """The MCAP file of a run, read back by the readers of the format."""
 
-import json
 import sys
 
 import cv2
 import numpy as np
 import pytest
-from mcap.reader import make_reader
-from mcap_protobuf.decoder import DecoderFactory
+from mcap_messages import read_mcap
 from scipy.spatial.transform import Rotation
 
 from drake_tracker import load_scenario
@@ -21,24 +19,12 @@ from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
 
 
-def read(path):
-    """Returns {topic: [(time [s], message)]} of a file; a message is a dict or of a Foxglove schema."""
-    topics = {}
-    with open(path, "rb") as stream:
-        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-        for schema, channel, message in reader.iter_messages(log_time_order=False):
-            decoder = DecoderFactory().decoder_for(channel.message_encoding, schema)
-            value = decoder(message.data) if decoder else json.loads(message.data)
-            topics.setdefault(channel.topic, []).append((1e-9 * message.log_time, value))
-    return topics
-
-
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
     scenario = load_scenario("train:blind", seed=4, duration=0.8)
     simulate(scenario, folder, RunOptions(record=False, mcap=True))
-    return read(folder / MCAP_FILE), load_log(folder)
+    return read_mcap(folder / MCAP_FILE), load_log(folder)
 
 
 def test_images_have_the_time_of_their_capture_and_the_size_of_the_calibration(run):
@@ -89,7 +75,7 @@ def test_numbers_that_are_not_finite_are_left_out(tmp_path):
     file = McapFile(tmp_path / "a.mcap")
     file.values("/a", 0.5, {"good": 1.0, "bad": np.nan})
     file.close()
-    assert read(tmp_path / "a.mcap") == {"/a": [(0.5, {"good": 1.0})]}
+    assert read_mcap(tmp_path / "a.mcap") == {"/a": [(0.5, {"good": 1.0})]}
 
 
 def test_the_missing_extra_is_one_line(tmp_path, monkeypatch):

@@ -83,9 +83,16 @@ function takeFacts(facts) {
     document.title = `${facts.title} \u00b7 drake_tracker`;
   }
   if (facts.rates && !before.rates) makeRates(facts.rates);
-  if (facts.strips && !before.strips) strips.describe(facts.phases, facts.strips, facts.span);
-  if (facts.panels && !before.panels) makeViews(facts.panels, facts.goal, facts.lag, facts.several);
+  if (facts.strips && !before.strips) strips.describe(facts.phases, facts.strips, facts.span, facts.ribbon);
+  if (facts.panels && !before.panels) makeViews(facts);
   if (facts.scene && !before.scene) makeScene(facts.scene);
+  if (facts.scene === null) { // cameras of your own: there is no scene
+    $("stack").hidden = true;
+    $("main").classList.add("alone");
+  }
+  if (facts.clock) $("clock").textContent = facts.clock;
+  if (facts.note) $("note").textContent = facts.note;
+  $("pause").hidden = $("step").hidden = facts.controls === false;
   if (facts.overview && !before.overview) {
     overview = new Overview($("overview"), facts.overview);
     $("cameras").classList.add("with-overview");
@@ -143,8 +150,9 @@ function drawTracks(selectable) {
     rows.children[k].className = `${track.target ? "target" : ""} ${track.seen ? "" : "lost"}`;
     rows.children[k].querySelector("button").disabled = !selectable;
     states.textContent = track.state;
-    speed.textContent = `${track.speed.toFixed(2)} m/s`;
-    size.textContent = `${(1e3 * track.size).toFixed(0)} mm`;
+    const pixels = state.facts.unit === "px";
+    speed.textContent = pixels ? `${track.speed.toFixed(0)} px/s` : `${track.speed.toFixed(2)} m/s`;
+    size.textContent = pixels ? `${track.size.toFixed(0)} px` : `${(1e3 * track.size).toFixed(0)} mm`;
     target.textContent = track.target ? "target" : "";
   });
   const hint = selectable && state.tracks.length ? "Click on an object to make it the target." : "";
@@ -204,10 +212,10 @@ function makeScene(url) {
   $("scene").replaceChildren(frame);
 }
 
-function makeViews(panels, goal, lag, several) {
+function makeViews({ panels, goal, lag, several, legend, caption: words }) {
   $("cameras-empty").hidden = true;
   $("legend").hidden = false;
-  $("legend").replaceChildren(...[...(several ? LEGEND_OF_SEVERAL : LEGEND), ...(goal ? [["goal", goal]] : [])].map(([kind, words]) => {
+  $("legend").replaceChildren(...[...(legend || (several ? LEGEND_OF_SEVERAL : LEGEND)), ...(goal ? [["goal", goal]] : [])].map(([kind, words]) => {
     const item = document.createElement("li");
     item.className = kind;
     item.textContent = words;
@@ -221,7 +229,7 @@ function makeViews(panels, goal, lag, several) {
     const caption = document.createElement("figcaption");
     const which = document.createElement("b");
     which.textContent = side ? side[0].toUpperCase() + side.slice(1) : "Camera";
-    caption.append(which, late ? `${several ? "silhouettes" : "detected motion"}, ${lag.toFixed(2)} s old` : "now, with the predicted path");
+    caption.append(which, words || (late ? `${several ? "silhouettes" : "detected motion"}, ${lag.toFixed(2)} s old` : "now, with the predicted path"));
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = place.slice(2);
     if (several) canvas.onclick = (event) => selectAt(event, canvas, index);

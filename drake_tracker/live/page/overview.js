@@ -45,8 +45,9 @@ export class Overview {
   }
 
   parts() {
-    const { outlines, parts, min_clear: room } = this.facts, pen = this.pen;
+    const { outlines, parts, min_clear: room, y: [low, high] } = this.facts, pen = this.pen;
     for (const [index, x, y, yaw] of this.values.true) {
+      if (y < low || y > high) continue;
       const [kind, colour] = parts[index];
       this.polygon(placed(outlines[kind], x, y, yaw));
       pen.fillStyle = colour;

@@ -16,7 +16,8 @@ export class Strips {
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
 
-  describe(phases, strips, span) {
+  describe(phases, strips, span, ribbon) {
+    this.title = ribbon || "Phase";
     this.phases = phases;
     this.strips = strips;
     this.span = span;
@@ -63,7 +64,7 @@ export class Strips {
   }
 
   ribbon(pen, x, first, left, right) {
-    text(pen, "Phase", 0, 13, 12, BRIGHT, "600");
+    text(pen, this.title, 0, 13, 12, BRIGHT, "600");
     pen.fillStyle = ROW;
     pen.fillRect(left, 0, right - left, RIBBON);
     for (let k = first; k < this.samples.length;) {
@@ -90,13 +91,14 @@ export class Strips {
     const middle = top + height / 2;
     text(pen, strip.title, 0, middle - 3, 12, BRIGHT, "600");
     text(pen, strip.meaning, 0, middle + 12, 11, DIM);
-    text(pen, `${strip.top}`, left - 6, top + 9, 10, DIM, "", "right");
+    const top_value = strip.top ?? this.top(column, strip.lines.length, first);
+    text(pen, `${top_value}`, left - 6, top + 9, 10, DIM, "", "right");
     text(pen, "0", left - 6, bottom - 1, 10, DIM, "", "right");
     pen.save();
     pen.beginPath();
     pen.rect(left, top - 1, right - left, height + 2);
     pen.clip();
-    const y = (value) => bottom - 1 - Math.min(Math.max(value / strip.top, 0), 1) * (height - 2);
+    const y = (value) => bottom - 1 - Math.min(Math.max(value / top_value, 0), 1) * (height - 2);
     strip.lines.forEach(([, style], line) => {
       pen.beginPath();
       let down = false;
@@ -117,6 +119,16 @@ export class Strips {
     const words = known ? value.toFixed(strip.decimals) : "\u2013";
     text(pen, strip.unit, right + VALUE, middle + 5, 11, DIM, "", "right");
     text(pen, words, right + VALUE - 27, middle + 5, 15, known ? BRIGHT : DIM, "600", "right");
+  }
+
+  // The end of a scale for the values in view: the next of 1, 2, 5, 10, ...
+  top(column, lines, first) {
+    let most = 0;
+    for (let k = first; k < this.samples.length; k++) {
+      for (let line = 0; line < lines; line++) most = Math.max(most, this.samples[k][column + line] ?? 0);
+    }
+    const power = 10 ** Math.floor(Math.log10(most || 1));
+    return Number((power * [1, 2, 5, 10].find((step) => step * power >= most)).toPrecision(1));
   }
 
   axis(pen, x, begin, end, left, right, height) {

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from drake_tracker.footage.lossless_video import LosslessVideo
 from drake_tracker.footage.sources import open_footage
-from drake_tracker.run.lossless_video import LosslessVideo
 
 
 @pytest.fixture

@@ -1,0 +1,80 @@
+"""The strips of a live track: how fast the object moves, and how well the cameras and the prediction agree."""
+
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from drake_tracker.tasks.strips import Strip, rounded
+from drake_tracker.tracking.table import HORIZON
+
+SPAN = 20.0
+"""Time in view [s]."""
+_POINT_STRIPS = (
+    Strip("Speed", "of the filtered point", "m/s", None, 3),
+    Strip("Gap", "between the rays of both cameras", "mm", None, 2),
+    Strip("Prediction error", f"{HORIZON:g} s ahead, to the point measured then", "mm", None, 1),
+)
+
+
+class TrackStrips:
+    """Computes the values of the strips from the rows of a `TrackTable`.
+
+    Attributes:
+        strips: the strips from top to bottom; in pixels without calibration.
+    """
+
+    def __init__(self, columns: Sequence[str], period: float, size: tuple[int, int]) -> None:
+        """Begins without a row.
+
+        Args:
+            columns: of the table.
+            period: of the images [s].
+            size: (width, height) of the images of the first camera [px].
+        """
+        self._columns, self._period = tuple(columns), period
+        self._before: tuple[float, np.ndarray] | None = None
+        self._predicted: deque[tuple[float, np.ndarray]] = deque()
+        self._has_points = "x" in columns
+        if not self._has_points:
+            self.strips: tuple[Strip, ...] = (
+                Strip("Speed", "of the centroid in the image", "px/s", None, 0),
+                Strip("u", "from the left edge of the image", "px", float(size[0]), 1),
+                Strip("v", "from the upper edge of the image", "px", float(size[1]), 1),
+            )
+        else:
+            both = "right_u" in columns
+            self.strips = tuple(strip for strip in _POINT_STRIPS if both or strip.title != "Gap")
+
+    def values(self, row: Sequence[float]) -> list[float | None]:
+        """Returns the value of each strip, None where it is unknown.
+
+        Args:
+            row: newest row of the table.
+        """
+        value = dict(zip(self._columns, row))
+        stamp = value["stamp"]
+        if not self._has_points:
+            return rounded([self._speed(stamp, np.array([value["u"], value["v"]])), value["u"], value["v"]])
+        speed = self._speed(stamp, np.array([value[f"filtered_{axis}"] for axis in "xyz"]))
+        error = self._error(stamp, np.array([value[axis] for axis in "xyz"]))
+        ahead = np.array([value[f"predicted_{axis}"] for axis in "xyz"])
+        if np.isfinite(ahead).all():
+            self._predicted.append((stamp + HORIZON, ahead))
+        values = {"Speed": speed, "Gap": 1e3 * value["gap"], "Prediction error": 1e3 * error}
+        return rounded([values[strip.title] for strip in self.strips])
+
+    def _speed(self, stamp: float, place: np.ndarray) -> float:
+        """Returns the speed since the row before, NaN where one of the two places is unknown."""
+        before, self._before = self._before, (stamp, place)
+        if before is None:
+            return np.nan
+        return float(np.linalg.norm(place - before[1]) / (stamp - before[0]))
+
+    def _error(self, stamp: float, measured: np.ndarray) -> float:
+        """Returns the distance [m] from the point that was predicted for this stamp, NaN without a prediction."""
+        while self._predicted and self._predicted[0][0] < stamp - 0.5 * self._period:
+            self._predicted.popleft()
+        if not self._predicted or self._predicted[0][0] > stamp + 0.5 * self._period:
+            return np.nan
+        return float(np.linalg.norm(measured - self._predicted[0][1]))

@@ -1,0 +1,81 @@
+"""Writes a track as an MCAP file with the message schemas of Foxglove."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from drake_tracker.core.mcap_file import McapFile
+from drake_tracker.core.messages import Centroid, Filtered, Prediction, TrackPoint
+from drake_tracker.run.mcap_signals import write_sample
+from drake_tracker.tracking.preparation import PreparedTrack
+
+MCAP_FILE = "track.mcap"
+"""Name of the file in the directory of a track."""
+_CIRCLE = 24.0
+"""Diameter of the mark round a centroid [px]."""
+_VIEWS = {"point": TrackPoint, "filtered": Filtered, "prediction": Prediction}
+
+
+class TrackMcap:
+    """An MCAP file with images, calibration, frames, points, predicted paths, and numbers for plots.
+
+    Every message has the time at which the image that it describes was captured, so that image, point and path of the
+    same moment are shown together.
+
+    Args:
+        path: file to write.
+        track: the track.
+
+    Raises DrakeTrackerError when the extra ``mcap`` is not installed, or the file cannot be written.
+    """
+
+    def __init__(self, path: Path, track: PreparedTrack) -> None:
+        self._file = McapFile(path)
+        self._names = [f"camera_{side}" for side in track.diagram.sides]
+        self._stamps: dict[str, float] = {}
+        for name, camera in zip(self._names, track.cameras):
+            size = (camera.width, camera.height)
+            self._file.calibration(f"/{name}/calibration", 0.0, name, size, camera.K, camera.distortion)
+            self._file.transforms("/tf", 0.0, {name: camera.X_WC})
+
+    def add(
+        self,
+        images: Sequence[tuple[np.ndarray, np.ndarray]],
+        centroids: Sequence[np.ndarray],
+        point: np.ndarray | None,
+        filtered: np.ndarray | None,
+        packet: np.ndarray | None,
+    ) -> None:
+        """Writes what is new in one cycle.
+
+        Args:
+            images: (RGBA image, `FrameInfo` vector) of each camera.
+            centroids: `Centroid` vector of each camera.
+            point: `TrackPoint` vector, None without calibration.
+            filtered: `Filtered` vector, None without calibration.
+            packet: `Prediction` vector, None without calibration.
+        """
+        for name, (image, (stamp, fresh)) in zip(self._names, images):
+            if fresh:
+                self._file.image(f"/{name}/image", float(stamp), name, image)
+        for name, vector in zip(self._names, centroids):
+            centroid = Centroid(np.array(vector))
+            if self._add(f"{name}/centroid", Centroid.get_fields(), vector) and centroid.valid:
+                self._file.pixel(f"/{name}/marks", centroid.stamp, centroid.u, centroid.v, _CIRCLE)
+        for (name, view), signal in zip(_VIEWS.items(), (point, filtered, packet)):
+            if signal is not None:
+                self._add(name, view.get_fields(), signal)
+
+    def close(self) -> None:
+        """Completes the file. May be called again."""
+        self._file.close()
+
+    def _add(self, name: str, fields: Sequence[str], vector: np.ndarray) -> bool:
+        """Writes a signal unless it describes no image, or the same as before; returns whether it is new."""
+        stamp = float(vector[0])
+        if stamp == 0.0 or stamp <= self._stamps.get(name, 0.0):
+            return False
+        self._stamps[name] = stamp
+        write_sample(self._file, name, stamp, fields, np.array(vector))
+        return True

@@ -1,0 +1,180 @@
+"""Tracks of live cameras: their page, their recordings, and a camera that is unplugged."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import urllib.request
+
+import numpy as np
+import pytest
+from browsing import PATIENCE, chromium, until
+from films import film, on_circle, read_track, write_calibration, write_video
+from played import play_at_once
+
+from drake_tracker import cli
+from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.tracking.live_strips import TrackStrips
+from drake_tracker.tracking.live_view import TrackView
+from drake_tracker.tracking.table import TrackTable
+
+TIMES = np.arange(60) / 30.0
+STEREO = ["play:left.mkv", "play:right.mkv", "--calibration", "stereo.yaml"]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_calibration(tmp_path / "stereo.yaml")
+    for side in ("left", "right"):
+        write_video(tmp_path / f"{side}.mkv", film(side, TIMES), TIMES)
+    return tmp_path
+
+
+def track(*arguments):
+    return cli.main(["track", *arguments])
+
+
+def test_a_live_session_is_replayed_with_the_same_result(folder, monkeypatch, capfd):
+    play_at_once(monkeypatch)
+    assert track(*STEREO, "--record", "--no-overlay", "--duration", "1.9", "--out", "live") == 0
+    assert track("live", "--calibration", "stereo.yaml", "--no-overlay", "--duration", "1.9", "--out", "again") == 0
+    assert (folder / "live" / "track.csv").read_text() == (folder / "again" / "track.csv").read_text()
+    data = read_track(folder / "live")
+    off = np.column_stack([data[name] for name in "xyz"]) - on_circle(data["stamp"])
+    assert data["valid"].sum() > 45 and np.nanmax(np.linalg.norm(off, axis=1)) < 0.004
+    assert track("left.mkv", "--record", "--out", "file") == 2
+    assert "--record: left.mkv is not a live camera" in capfd.readouterr().err
+
+
+def test_a_played_recording_ends_by_itself(folder, monkeypatch):
+    play_at_once(monkeypatch)
+    assert track("play:left.mkv", "--no-overlay", "--out", "out") == 0
+    assert len(read_track(folder / "out")["stamp"]) >= 57
+
+
+def test_what_was_tracked_and_recorded_before_a_camera_was_unplugged_is_kept(folder, monkeypatch, capfd):
+    play_at_once(monkeypatch, most=40)
+    assert track(*STEREO, "--record", "--live", "--mcap", "--out", "out") == 2
+    printed = capfd.readouterr()
+    said = [line for line in printed.err.splitlines() if line.startswith("drake-tracker: ")]
+    assert len(said) == 1 and "Traceback" not in printed.err
+    assert re.search(
+        r"play:left.mkv: it delivers no more images; the track of 3\d images before is kept in out", said[0]
+    )
+    assert len(read_track(folder / "out")["stamp"]) > 35
+    summary = json.loads((folder / "out" / "summary.json").read_text())
+    assert summary["described"] > 35 and summary["interrupted"] is False
+    assert {"track.csv", "track.png", "overlay.mp4", "track.mcap", "summary.json", "recording"} == {
+        path.name for path in (folder / "out").iterdir()
+    }
+    assert track("out", "--calibration", "stereo.yaml", "--no-overlay", "--out", "again") == 0
+    first, again = read_track(folder / "out"), read_track(folder / "again")
+    common = len(first["stamp"])
+    assert all(np.array_equal(first[name], again[name][:common], equal_nan=True) for name in ("stamp", "x", "y", "z"))
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (["left.mkv", "--port", "8080"], "--port 8080 is the port of the live view: add --live"),
+        (["left.mkv", "--live", "--port", "70000"], "--port 70000: cannot listen there"),
+        (["play:99"], "camera 99: there is no such camera"),
+        (["play:", "--live"], "there is no such file"),
+        (["play:left.mkv", "right.mkv", "--calibration", "stereo.yaml"], "one is live and the other is not"),
+    ],
+)
+def test_wrong_calls_say_one_line(folder, capfd, arguments, words):
+    assert track(*arguments, "--out", "out") == 2
+    printed = capfd.readouterr().err
+    said = [line for line in printed.splitlines() if line.startswith("drake-tracker: ")]
+    assert len(said) == 1 and words in said[0] and "Traceback" not in printed
+    assert not (folder / "out").exists()
+
+
+def rows(count=40, period=1 / 30):
+    """Rows of a table whose object moves along x with 0.3 m/s, with predictions that are 4 mm too far."""
+    table = TrackTable("rows.csv", ("left", "right"), True)
+    values = []
+    for k in range(count):
+        stamp = (k + 1) * period
+        row = dict.fromkeys(table.columns, 0.0)
+        row |= {"stamp": stamp, "x": 0.3 * stamp, "filtered_x": 0.3 * stamp, "gap": 0.002, "valid": 1.0}
+        row |= {"predicted_x": 0.3 * (stamp + 0.25) + 0.004}
+        values.append(list(row.values()))
+    table.close()
+    return table.columns, values
+
+
+def test_the_strips_show_speed_gap_and_prediction_error(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    columns, values = rows()
+    strips = TrackStrips(columns, 1 / 30, (320, 240))
+    assert [strip.title for strip in strips.strips] == ["Speed", "Gap", "Prediction error"]
+    shown = [strips.values(row) for row in values]
+    assert shown[0] == [None, 2.0, None]
+    speed, gap, error = shown[-1]
+    assert speed == pytest.approx(0.3, abs=1e-3) and gap == 2.0
+    assert error == pytest.approx(4.0, abs=0.3 * 1e3 / 60)  # the prediction is for an instant between two images
+
+
+def test_the_strips_of_an_uncalibrated_camera_are_in_pixels():
+    strips = TrackStrips(("stamp", "u", "v", "pixel_count", "valid", "id", "state"), 0.1, (640, 480))
+    strips.values([0.1, 100.0, 50.0, 9.0, 1.0, 1.0, 1.0])
+    assert strips.values([0.2, 103.0, 54.0, 9.0, 1.0, 1.0, 1.0]) == [50.0, 103.0, 54.0]
+    assert strips.values([0.3, np.nan, np.nan, 0.0, 0.0, 1.0, 0.0]) == [None, None, None]
+
+
+def test_a_live_camera_cannot_be_paused():
+    with TrackView(0, print) as view:
+        view._live = True
+        for action in ("pause", "operator", "select", "mark"):
+            request = urllib.request.Request(
+                f"{view.url}control", json.dumps({"action": action}).encode(), {"Origin": view.url.rstrip("/")}
+            )
+            with pytest.raises(urllib.error.HTTPError, match="400"):
+                urllib.request.urlopen(request)
+        with pytest.raises(ValueError, match="no such action"):
+            view._act("resume", {})
+
+
+def test_the_page_shows_images_objects_and_strips(folder):
+    times = np.arange(660) / 30.0
+    for side in ("left", "right"):  # one lap, again and again
+        lap = film(side, np.arange(120) / 30.0)
+        write_video(folder / f"{side}.mkv", [lap[k % 120] for k in range(len(times))], times)
+    command = [sys.executable, "-m", "drake_tracker", "track", *STEREO, "--live", "--no-overlay", "--out", "out"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=folder)
+    try:
+        url = re.search(r"http://127.0.0.1:\d+/", process.stdout.readline())[0]
+        with chromium() as browser:
+            page = browser.new_page(viewport={"width": 1280, "height": 800})
+            problems = []
+            page.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
+            page.on("pageerror", lambda error: problems.append(str(error)))
+            page.goto(url)
+            until(lambda: float(page.locator("#time").inner_text()) > 1.5)
+            until(lambda: page.locator("#cameras").get_attribute("data-frame") is not None)
+            until(lambda: page.locator("#track-rows tr.target").count() == 1)
+            assert page.locator("#views canvas").count() == 2 and not page.locator("#pause").is_visible()
+            assert not page.locator("#scene").is_visible() and page.locator("#clock").inner_text() == "s tracked"
+            assert "px/s" in page.locator("#track-rows").inner_text()
+            process.send_signal(signal.SIGINT)
+            page.locator("#outcome-title").get_by_text("The track was ended").wait_for(timeout=1e3 * PATIENCE)
+            assert not problems
+    except BaseException:
+        process.kill()
+        raise
+    finally:
+        _, err = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130 and "Traceback" not in err
+    assert not (folder / "out" / "overlay.mp4").exists()
+    assert len(read_track(folder / "out")["stamp"]) > 20
+
+
+def test_a_recording_of_anything_but_a_camera_is_refused(folder):
+    from drake_tracker.tracking.preparation import prepare_track
+
+    with pytest.raises(DrakeTrackerError, match="--record"):
+        prepare_track(["left.mkv"], record=True)

@@ -1,0 +1,84 @@
+"""The MCAP file of a track, read back by the readers of the format."""
+
+import sys
+
+import cv2
+import numpy as np
+import pytest
+from films import CAMERAS, film, read_track, write_calibration, write_video
+from mcap_messages import read_mcap
+from scipy.spatial.transform import Rotation
+
+from drake_tracker import cli
+
+TIMES = np.arange(40) / 30.0
+
+
+@pytest.fixture(scope="module")
+def tracked(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("mcap")
+    write_calibration(folder / "stereo.yaml")
+    for side in ("left", "right"):
+        write_video(folder / f"{side}.mkv", film(side, TIMES), TIMES)
+    sources = [str(folder / f"{side}.mkv") for side in ("left", "right")]
+    options = ["--calibration", str(folder / "stereo.yaml"), "--no-overlay", "--mcap"]
+    assert cli.main(["track", *sources, *options, "--out", str(folder / "out")]) == 0
+    assert cli.main(["track", sources[0], "--no-overlay", "--mcap", "--out", str(folder / "single")]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def topics(tracked):
+    return read_mcap(tracked / "out" / "track.mcap")
+
+
+def test_each_image_is_there_at_its_stamp(topics):
+    for side in ("left", "right"):
+        times = [time for time, _ in topics[f"/camera_{side}/image"]]
+        np.testing.assert_allclose(times, TIMES, atol=1e-3)
+        _, image = topics[f"/camera_{side}/image"][20]
+        grey = cv2.imdecode(np.frombuffer(image.data, np.uint8), cv2.IMREAD_GRAYSCALE)
+        assert np.abs(grey.astype(float) - film(side, TIMES[:21])[-1]).mean() < 3.0
+
+
+def test_cameras_and_their_frames_are_those_of_the_calibration(topics):
+    frames = {t.child_frame_id: t for _, each in topics["/tf"] for t in each.transforms}
+    for name, camera in CAMERAS.items():
+        (_, calibration), *_ = topics[f"/{name}/calibration"]
+        np.testing.assert_allclose(np.reshape(calibration.K, (3, 3)), camera.K)
+        turn, p = frames[name].rotation, frames[name].translation
+        X = camera.X_WC
+        np.testing.assert_allclose([p.x, p.y, p.z], X[:3, 3], atol=1e-6)
+        np.testing.assert_allclose(
+            Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix(), X[:3, :3], atol=1e-6
+        )
+
+
+def test_points_paths_and_numbers_are_those_of_the_table(tracked, topics):
+    data = read_track(tracked / "out")
+    valid = data["valid"] > 0
+    points = topics["/point"]
+    np.testing.assert_allclose([time for time, _ in points], data["stamp"][valid], atol=1e-5)
+    shown = [[each.point.x, each.point.y, each.point.z] for _, each in points]
+    np.testing.assert_allclose(shown, np.column_stack([data[name][valid] for name in "xyz"]), atol=1e-6)
+    predicted = np.isfinite(data["predicted_x"])
+    paths = dict(topics["/prediction"])
+    assert len(paths) == predicted.sum() > 20
+    path = topics["/prediction"][-1][1].poses  # 50 ms apart
+    np.testing.assert_allclose(path[5].position.x, data["predicted_x"][predicted][-1], atol=1e-5)
+    numbers = topics["/signals/camera_left/centroid"][-1][1]
+    assert numbers["u"] == pytest.approx(data["left_u"][-1], abs=1e-5)
+    circle = topics["/camera_right/marks"][-1][1].circles[0]
+    assert circle.position.x == pytest.approx(data["right_u"][np.isfinite(data["right_u"])][-1], abs=1e-5)
+
+
+def test_an_uncalibrated_camera_has_images_and_pixels_only(tracked):
+    topics = read_mcap(tracked / "single" / "track.mcap")
+    assert set(topics) == {"/camera_left/image", "/camera_left/marks", "/signals/camera_left/centroid"}
+
+
+def test_the_missing_extra_is_named(tracked, monkeypatch, capfd):
+    monkeypatch.setitem(sys.modules, "foxglove", None)
+    source = str(tracked / "left.mkv")
+    assert cli.main(["track", source, "--no-overlay", "--mcap", "--out", str(tracked / "none")]) == 2
+    assert "pip install 'drake-tracker[mcap]'" in capfd.readouterr().err
