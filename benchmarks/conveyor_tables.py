@@ -2,10 +2,12 @@
 
 
 def _mean(value, scale=1.0, decimals=1, unit=""):
-    """Returns a mean with its interval as a text, empty without one."""
+    """Returns a mean with its interval, which one run does not have, as a text; empty without a mean."""
     if value is None:
         return ""
     mean, low, high = (scale * each for each in value)
+    if low == high:
+        return f"{mean:.{decimals}f}{unit}"
     return f"{mean:.{decimals}f}{unit} ({low:.{decimals}f} to {high:.{decimals}f})"
 
 

@@ -22,7 +22,7 @@ from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
 from drake_tracker.world.objects_system import add_object_states
 from drake_tracker.world.pick_judge_system import add_pick_judge
-from drake_tracker.world.robot_ports import export_robot_ports
+from drake_tracker.world.robot_ports_diagram import export_robot_ports
 
 
 class ConveyorWorldDiagram(Diagram):

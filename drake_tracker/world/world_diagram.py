@@ -21,7 +21,7 @@ from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
 from drake_tracker.world.objects_system import add_object_motion, add_object_states
 from drake_tracker.world.plant import TRAIN_HEIGHT, add_laboratory, hide_table_frame, place_train
 from drake_tracker.world.rail_system import add_rail
-from drake_tracker.world.robot_ports import export_robot_ports
+from drake_tracker.world.robot_ports_diagram import export_robot_ports
 from drake_tracker.world.scene_object import Ride, SceneObject
 from drake_tracker.world.slide import add_moving_body
 from drake_tracker.world.speed_event import SpeedEvent

@@ -93,7 +93,10 @@ function takeFacts(facts) {
   if (facts.clock) $("clock").textContent = facts.clock;
   if (facts.note) $("note").textContent = facts.note;
   $("pause").hidden = $("step").hidden = facts.controls === false;
-  if (facts.overview && !before.overview) overview = new Overview($("overview"), facts.overview);
+  if (facts.overview && !before.overview) {
+    overview = new Overview($("overview"), facts.overview);
+    $("cameras").classList.add("with-overview");
+  }
   if (facts.cameras === false) {
     $("cameras-empty").textContent = "This run has no cameras: the measured points are true positions with the measured error of the cameras.";
     $("cameras-empty").hidden = Boolean(facts.overview);

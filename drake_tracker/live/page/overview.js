@@ -45,8 +45,9 @@ export class Overview {
   }
 
   parts() {
-    const { outlines, parts, min_clear: room } = this.facts, pen = this.pen;
+    const { outlines, parts, min_clear: room, y: [low, high] } = this.facts, pen = this.pen;
     for (const [index, x, y, yaw] of this.values.true) {
+      if (y < low || y > high) continue;
       const [kind, colour] = parts[index];
       this.polygon(placed(outlines[kind], x, y, yaw));
       pen.fillStyle = colour;
@@ -87,7 +88,7 @@ export class Overview {
     waiting.sort((a, b) => (b[0] === order) - (a[0] === order));
     this.rows.replaceChildren(...waiting.slice(0, ROWS).map(([number, kind, , y, , clear]) => {
       const row = document.createElement("tr"), next = number === order;
-      const state = next ? "ordered" : clear < room ? "no room for the jaws" : "waiting";
+      const state = next ? "ordered" : clear < room ? "no space for the jaws" : "waiting";
       row.className = next ? "next" : "";
       row.append(...[number, names[kind], `${(1e3 * (last - y)).toFixed(0)} mm`, state].map((words) => {
         const place = document.createElement("td");

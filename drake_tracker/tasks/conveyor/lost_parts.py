@@ -67,7 +67,7 @@ def lost_parts(
     - "not seen in time": vision did not report it before it left the picking window.
     - "identity lost": while it was in the window, the host did not know it for longer than `IDENTITY_LOST`. A part that
       the arm hides for a while is still known.
-    - "no room for the jaws": another part was too close to it in the whole picking window.
+    - "no space for the jaws": another part was too close to it in the whole picking window.
     - "trays full": all cells had a part when it left the picking window.
     - "ordered too late": the hand went to it and followed it, but did not descend. An order that the host changed
       while the hand still put down the part before does not count.
@@ -114,7 +114,7 @@ def lost_parts(
         elif longest > IDENTITY_LOST:
             cause, words = "identity lost", f"the host did not know it for {longest:.1f} s while it was in the window"
         elif not part.had_room:
-            cause, words = "no room for the jaws", "another part was too close to it in the whole window"
+            cause, words = "no space for the jaws", "another part was too close to it in the whole window"
         elif leaves >= full_at:
             cause, words = "trays full", f"all {cells} cells had a part from {full_at:.1f} s on"
         elif not followed.isdisjoint(numbers):

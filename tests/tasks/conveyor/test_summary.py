@@ -70,7 +70,7 @@ def test_a_part_that_reaches_out_of_its_cell_is_misplaced():
     [
         ({"attempted": True}, "grasp failed"),
         ({"seen": False}, "not seen in time"),
-        ({"clear": 0.001, "ordered": False}, "no room for the jaws"),
+        ({"clear": 0.001, "ordered": False}, "no space for the jaws"),
         ({}, "out of reach"),
         ({"ordered": False}, "not chosen"),
     ],
