@@ -36,7 +36,7 @@ DOCUMENTS = [
 ]
 LARGEST = {README: 9_000, ARCHITECTURE: 16_000}
 """Size of a document [bytes]."""
-PICTURES_LIMIT = 3_700_000
+PICTURES_LIMIT = 4_000_000
 """Size of all pictures together [bytes]."""
 GRASP_LIMIT = 2_000_000
 """Size of the animated picture [bytes]."""
