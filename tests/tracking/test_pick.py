@@ -120,6 +120,6 @@ def test_the_user_clicks_and_drags(server):
         page.mouse.up()
         page.click("#start")
         until(server.picked.is_set)
-        page.wait_for_function("document.getElementById('said').textContent.includes('begun')")
+        until(lambda: "begun" in page.text_content("#said"))
     assert server.follow == ["200,120"]
     assert server.roi == ["20,30 300,30 300,200 20,200"]
