@@ -108,7 +108,7 @@ class ConveyorTask(Task[ConveyorScenario]):
         ("misplaced", "misplaced", ""),
         ("dropped", "dropped", ""),
         ("picks_per_minute", "picks a minute", ""),
-        ("share_of_clairvoyant", "share of clairvoyant", ""),
+        ("share_of_clairvoyant", "of the bound", ""),
         ("placement_rms_m", "placement rms", "m"),
         ("real_time_factor", "real-time factor", ""),
     )
