@@ -15,3 +15,7 @@ def footage_files() -> str:
 
 def footage_person() -> str:
     return part("footage", benchmark.TABLES, "person")
+
+
+def footage_speed() -> str:
+    return part("footage", benchmark.TABLES, "speed")
