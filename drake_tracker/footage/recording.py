@@ -140,7 +140,7 @@ def open_recording(path: str | Path) -> Footage:
     def frames() -> Iterator[tuple[float, np.ndarray]]:
         for shown, image in video.frames():
             number = round(shown * pace)
-            if number < count:
+            if 0 <= number < count:
                 yield times[number], image
 
     return replace(
@@ -155,7 +155,7 @@ def _read_table(path: Path) -> tuple[dict[str, Any], Sequence[float]]:
         facts = json.loads(first.removeprefix("# "))
         epoch, rate = float(facts["epoch"]), float(facts["rate"])
         times = [float(line) for line in lines[1:-1]]  # the last line may be incomplete
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+    except (OSError, ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         reason = getattr(error, "strerror", None) or "it is no table of times of a recording"
         raise DrakeTrackerError(f"{path}: cannot be read: {reason}") from None
     if not (np.isfinite([epoch, rate, *times]).all() and 0.0 < rate <= 1e5 and (np.diff(times) > 0.0).all() and times):

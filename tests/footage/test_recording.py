@@ -56,7 +56,11 @@ def test_a_recording_is_found_by_its_folder_or_that_of_its_track(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "time\n0.0\n", "# {}\ntime\n0\n", '# {"rate": 30, "epoch": 0}\ntime\n1\n0\n\n', "# [" * 5000]
+    "text",
+    [
+        *("", "time\n0.0\n", "# {}\ntime\n0\n", '# {"rate": 30, "epoch": 0}\ntime\n1\n0\n\n', "# [" * 5000),
+        f'# {{"rate": 30, "epoch": 1{"0" * 400}}}\ntime\n0\n1\n',
+    ],
 )
 def test_a_wrong_table_of_times_is_named(tmp_path, text):
     record(tmp_path / "camera_left", count=5)
