@@ -2,6 +2,7 @@
 
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
@@ -67,10 +68,11 @@ class FrameSequence:
     def _rewind(self) -> None:
         self.close()
         if self.footage.live:  # the stamp of an image is the instant at which it is requested
-            self._frames = self._with_grey()
+            self._frames = _with_grey(self.footage)
         else:
-            bytes_each = 3 * self.footage.size[0] * self.footage.size[1]
-            self._frames = read_ahead(self._with_grey, int(np.clip(_AHEAD_BYTES // bytes_each, 1, _MOST_AHEAD)))
+            bytes_each = 4 * self.footage.size[0] * self.footage.size[1]
+            count = int(np.clip(_AHEAD_BYTES // bytes_each, 1, _MOST_AHEAD))
+            self._frames = read_ahead(partial(_with_grey, self.footage), count)
         self._next: tuple[int, float, np.ndarray, np.ndarray] | None = None
         self._ended = False
         self._number = -1
@@ -105,11 +107,6 @@ class FrameSequence:
             return Tick(self._image, self._grey, time - self._zero, True)
         return Tick(self._image, self._grey, self.clock.time(wanted) - self._zero, False)
 
-    def _with_grey(self) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
-        """Yields (time [s], RGB image, grey image) of each image; in the thread, where one reads ahead."""
-        for time, image in self.footage.frames():
-            yield time, image, cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-
     def _read(self) -> tuple[int, float, np.ndarray, np.ndarray] | None:
         """Returns (tick, time [s], image, grey image) of the next image that has a tick, or None when there is none."""
         for time, image, grey in self._frames:
@@ -120,3 +117,9 @@ class FrameSequence:
             self.surplus += 1
         self._ended = True
         return None
+
+
+def _with_grey(footage: Footage) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
+    """Yields (time [s], RGB image, grey image) of each image."""
+    for time, image in footage.frames():
+        yield time, image, cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)

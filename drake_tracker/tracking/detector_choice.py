@@ -1,6 +1,7 @@
 """Detector settings that suit the recording: those that the user left empty."""
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -45,10 +46,12 @@ def suited(
         usual = replace(settings, stride=settings.stride or int(np.clip(round(_NORMAL_FLOW_SPAN / period), 1, 4)))
     if settings.centroid != "hull":
         return usual, []
-    looks = [
-        None if each.times is None else take_a_look(each.frames, len(each.times), usual, period, window)
-        for each, window in zip(footage, windows)
-    ]
+
+    def look_at(each: Footage, window: np.ndarray | None) -> FirstLook | None:
+        return None if each.times is None else take_a_look(each.frames, len(each.times), usual, period, window)
+
+    with ThreadPoolExecutor() as pool:  # both cameras at the same time
+        looks = list(pool.map(look_at, footage, windows))
     known = [look for look in looks if look is not None]
     if not known:
         return usual, looks

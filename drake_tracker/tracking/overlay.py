@@ -121,8 +121,8 @@ class TrackOverlay:
             if not fresh:
                 draw_text(view, "no image", 10, 24, 15, _ENERGY, bold=True)
             x += panel[0] + _BETWEEN
-        draw_text(page, f"{seen[0][1]:.2f} s", 12, self.size[1] - 12, 15, _BRIGHT, bold=True)
-        draw_text(page, _describe(centroids[0], point), 110, self.size[1] - 12, 15, _DIM)
+        draw_text(page, f"{seen[0][1]:.2f} s", 12, self.size[1] - 12, 15, _BRIGHT, bold=True, numbers=True)
+        draw_text(page, _describe(centroids[0], point), 110, self.size[1] - 12, 15, _DIM, numbers=True)
         if self._video is not None:
             self._video.write(page)
         if watched:

@@ -2,6 +2,7 @@
 
 import pickle
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +18,10 @@ class PictureProcess:
     def __init__(self) -> None:
         """Starts the process."""
         self._process: ChildProcess | None = None
-        try:
+        with suppress(MachineError):
             self._process = ChildProcess(
                 "drake_tracker.tracking.picture_worker", name="picture process", instead="the table is complete"
             )
-        except MachineError:
-            pass
 
     def draw(self, data: Mapping[str, np.ndarray], path: Path, **options: Any) -> None:
         """Draws the picture.
@@ -34,13 +33,11 @@ class PictureProcess:
 
         Raises DrakeTrackerError when it cannot be written.
         """
-        try:
-            if self._process is not None:
+        if self._process is not None:
+            with suppress(MachineError):
                 self._process.send(pickle.dumps((data, path, options)))
                 self._process.wait()
                 return
-        except MachineError:
-            pass
         from drake_tracker.tracking.picture import draw_track_picture  # slow to load
 
         draw_track_picture(data, path, **options)

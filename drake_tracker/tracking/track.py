@@ -79,7 +79,7 @@ def _make_track(
     diagram, timeline = track.diagram, track.timeline
     errors: list[Exception] = []
     interrupted = False
-    video: "TrackOverlay | None" = None
+    video: TrackOverlay | None = None
     table: TrackTable | None = None
     export: TrackMcap | None = None
     quality = TrackQuality()
@@ -89,12 +89,7 @@ def _make_track(
         with _Collected(errors, out):
             table = TrackTable(out / "track.csv", diagram.sides, diagram.has_points)
             if overlay or live is not None:
-                from drake_tracker.tracking.overlay import TrackOverlay  # slow to load
-
-                sizes = [each.size for each in track.footage]
-                path = out / "overlay.mp4" if overlay else None
-                sink = None if live is None else live.frames
-                video = TrackOverlay(path, timeline.period, sizes, track.age_cycles, track.cameras, sink)
+                video = _open_overlay(track, out / "overlay.mp4" if overlay else None, live)
             if live is not None and video is not None:
                 live.watch_track(track, video, table.columns)
             if mcap:
@@ -127,13 +122,20 @@ def _make_track(
         with _Collected(errors, out):
             names = " and ".join(each.name for each in track.footage)
             world = track.world or "board"
-            picture.draw(
-                data, out / "track.png", world=world, title=names, period=timeline.period, marks=quality.marks
-            )
+            picture.draw(data, out / "track.png", world=world, title=names, period=timeline.period, marks=quality.marks)
     picture.close()
     if errors:
         raise _with_what_is_kept(errors[0], summary.get("described", 0), out)
     return summary
+
+
+def _open_overlay(track: PreparedTrack, path: Path | None, live: "TrackView | None") -> "TrackOverlay":
+    """Returns the video of a track, which goes to a file, to a page, or to both."""
+    from drake_tracker.tracking.overlay import TrackOverlay  # slow to load
+
+    sizes = [each.size for each in track.footage]
+    sink = None if live is None else live.frames
+    return TrackOverlay(path, track.timeline.period, sizes, track.age_cycles, track.cameras, sink)
 
 
 def _with_what_is_kept(error: Exception, described: int, out: Path) -> Exception:

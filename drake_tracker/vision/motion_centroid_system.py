@@ -74,8 +74,8 @@ class MotionCentroidSystem(LeafSystem):
         - motion_energy
         - motion_images
 
-    ``color_image`` is an `ImageRgba8U`, or with ``grey`` an `ImageGrey8U`, read every ``period`` at ``offset`` in an unrestricted update. It may show only
-    a rectangle of the full frame.
+    ``color_image`` is an `ImageRgba8U`, or with ``grey`` an `ImageGrey8U`, read every ``period`` at ``offset`` in an
+    unrestricted update. It may show only a rectangle of the full frame.
 
     ``centroid`` is a `Centroid` vector in full-frame pixel coordinates [px], without the lag: it is computed from the
     newest image, while its stamp is that of the image it describes. It is all zeros until enough images are buffered;
@@ -131,7 +131,9 @@ class MotionCentroidSystem(LeafSystem):
         self._update_cycles, self._latency = int(update_cycles), image_latency
         self._image_offset = (int(image_offset[0]), int(image_offset[1]))
         self._stamp_age = detector.stamp_age_cycles * period
-        self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageGrey8U() if grey else ImageRgba8U()))
+        self._image = self.DeclareAbstractInputPort(
+            "color_image", AbstractValue.Make(ImageGrey8U() if grey else ImageRgba8U())
+        )
         self._frame = self.DeclareVectorInputPort("frame", message_size(FrameInfo)) if own_stamps else None
         nothing = MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset)
         blank = _Memory(
