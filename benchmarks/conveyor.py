@@ -61,11 +61,11 @@ CAPACITY = {
 }
 LOADED = {
     "even": settings(0.15, LOAD, EVEN),
-    "even, cameras": settings(0.15, LOAD, EVEN, CAMERAS),
-    "even, encoder": settings(0.15, LOAD, EVEN, "belt.encoder=true"),
-    "even, UR5e": settings(0.15, LOAD, EVEN, *UR5E),
+    "even with cameras": settings(0.15, LOAD, EVEN, CAMERAS),
+    "even with encoder": settings(0.15, LOAD, EVEN, "belt.encoder=true"),
+    "even with UR5e": settings(0.15, LOAD, EVEN, *UR5E),
     "independent": settings(0.15, LOAD),
-    "independent, cameras": settings(0.15, LOAD, CAMERAS),
+    "independent with cameras": settings(0.15, LOAD, CAMERAS),
 }
 DISPATCHERS = {
     "look ahead": "!LookAhead {}",
@@ -89,7 +89,7 @@ MAP = {
     for encoder in (False, True)
 }
 STOP = {
-    f"{motion.replace('_', ' ')}{', ' + name if name else ''}": settings(
+    f"{motion.replace('_', ' ')}{' with ' + name if name else ''}": settings(
         0.15, 12.0, EVEN, f"belt.motion={motion}", *others
     )
     for motion in ("stop_and_go", "two_speed")
