@@ -118,7 +118,7 @@ def test_dropped_parts_are_counted_and_are_a_failure():
 def test_a_run_that_logged_nothing():
     run = ConveyorRun([Story(1.0)])
     summary = summarise_conveyor(run.scenario, run.arrivals, nothing_logged(run.arrivals), 0.0, interrupted=True)
-    assert not summary["success"] and summary["failure_reason"].startswith("interrupted; until then the run ended")
+    assert not summary["success"] and summary["failure_reason"].startswith("interrupted; until then no part had left")
     assert summary["picks_per_minute"] is None and summary["placement_rms_m"] is None
 
 
