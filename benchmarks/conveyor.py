@@ -5,7 +5,7 @@
     python benchmarks/conveyor.py --part load --cells cameras
     python benchmarks/conveyor.py --quick            a trial on seeds of its own; nothing is written to the results
 
-- capacity: parts are always waiting (30 arrive per minute). How many does the arm pick per minute?
+- capacity: parts are always waiting (48 arrive per minute). How many does the arm pick per minute?
 - load: parts arrive at 80 % of the capacity, evenly, as from a feeder, or independently of each other. How many are
   missed, dropped, misplaced, picked in pairs, and how well do they lie in their cells? With measured vision, with
   cameras, with an encoder, and with a second arm.
@@ -42,7 +42,7 @@ DURATION = 60.0
 MEASURED, CAMERAS = "vision=!Measured {}", "vision=!Rendered {}"
 """Settings of a run without cameras, and with them."""
 UR5E = ["arm=!UR5e {}"]
-WAITING = 30.0
+WAITING = 48.0
 """Rate at which parts are always waiting [1/min]."""
 LOAD = 16.0
 """80 % of the capacity of the PUMA 560 on a belt at 0.15 m/s, 20 picks a minute [1/min]."""
