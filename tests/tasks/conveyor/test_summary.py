@@ -97,6 +97,11 @@ def test_a_part_that_arrives_too_late_does_not_count():
     assert summary["missed_because"] == {"arrived too late": 1}
 
 
+def test_a_part_that_is_being_picked_when_the_run_ends_is_not_a_failed_grasp():
+    run = ConveyorRun([placed(1.0, 0), Story(28.3, attempted=True)])
+    assert summarise(run)["missed_because"] == {"run ended": 1}
+
+
 def test_what_could_be_picked_depends_on_the_end_of_the_run_alone():
     run = ConveyorRun([Story(1.0)])
     arrival = run.arrivals[0]
