@@ -51,7 +51,7 @@ class VideoFile:
         Args:
             image: BGR image, uint8 of shape (height, width, 3).
         """
-        frame = av.VideoFrame.from_numpy_buffer(cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420), format="yuv420p")
+        frame = av.VideoFrame.from_ndarray(cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420), format="yuv420p")
         frame.pts = self._count
         self._count += 1
         self._mux(frame)
