@@ -44,7 +44,9 @@ class Host:
         clerk = OrderClerk(
             make_dispatcher(NearestDeadline(), model, Eligibility()), model, [Cell(pose.x, pose.y) for pose in POSES]
         )
-        self.system = PickHostSystem(BeltEstimator(Belt()), clerk, POSES, SEEKING, CARRYING, offset=0.0)
+        self.system = PickHostSystem(
+            BeltEstimator(Belt()), clerk, POSES, SEEKING, CARRYING, offset=0.0, has_encoder=encoder
+        )
         self.parts, self.encoder, self.jump = parts, encoder, 0.0
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
