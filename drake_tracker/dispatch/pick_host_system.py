@@ -13,7 +13,6 @@ from drake_tracker.core.messages import (
     BELT_FIELDS,
     KNOT_COUNT,
     KNOT_SPACING,
-    PART_FIELDS,
     TARGET_STRIDE,
     BeltEstimate,
     EncoderReading,
@@ -34,10 +33,9 @@ from drake_tracker.dispatch.clearance import jaw_clearance
 from drake_tracker.dispatch.encoder_check import EncoderCheck
 from drake_tracker.dispatch.encoder_history import EncoderHistory
 from drake_tracker.dispatch.order_book import OrderBook, OrderClerk, report_of
-from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPath, PartPoint, Travel
+from drake_tracker.dispatch.seen_parts import seen_parts
+from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPath, Travel
 
-STAMP_TOLERANCE = 0.001
-"""Time by which a stamp may be later than the present [s]."""
 FREE = 1.0
 """Clearance of a part without neighbours [m]."""
 _KNOTS = KNOT_SPACING * np.arange(KNOT_COUNT)
@@ -164,7 +162,7 @@ class PickHostSystem(LeafSystem):
     def _update(self, context: Context, state: State) -> None:
         memory: HostMemory = state.get_abstract_state(0).get_value()
         now = context.get_time()
-        stamp, points = _points(self._parts.Eval(context), memory.belt.stamp, now)
+        stamp, points = seen_parts(self._parts.Eval(context), memory.belt.stamp, now)
         readings, check, encoder_report = memory.encoder, memory.check, memory.encoder_report
         encoder = readings
         if self._encoder is not None:
@@ -205,7 +203,7 @@ class PickHostSystem(LeafSystem):
                 read_only(packet),
                 read_only(order),
                 read_only(estimate),
-            )  # fmt: skip
+            )
         )
 
     def _path(self, belt: BeltState, number: int, times: np.ndarray, travel: Travel | None = None) -> PartPath:
@@ -281,23 +279,3 @@ class PickHostSystem(LeafSystem):
             yaw_std = part.yaw_var**0.5
             slot[:] = [each.number, each.kind, each.x, each.y, part.z, each.yaw, each.v, each.std, yaw_std, each.clear]
         return vector
-
-
-def _points(message: np.ndarray, last: float, now: float) -> tuple[float | None, list[PartPoint]]:
-    """Returns the stamp of a `PartTracks` and the parts that are seen in it. Parts of unknown kinds are ignored.
-
-    Args:
-        message: the message.
-        last: stamp of the last one [s].
-        now: the time [s].
-
-    The stamp is None when the message is not newer than the last one, or from the future.
-    """
-    header = PartTracks(message)
-    if not header.valid or not last < header.stamp <= now + STAMP_TOLERANCE:
-        return None, []
-    return float(header.stamp), [
-        PartPoint(int(row[0]), PartKind(int(row[1])), *row[2:9].tolist())
-        for row in message_rows(message, PART_FIELDS)
-        if np.isfinite(row).all() and row[0] > 0.0 and row[9] >= header.stamp and row[1] in PART_SHAPES
-    ]

@@ -18,7 +18,7 @@ from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.belt_motion import BeltMotion
 from drake_tracker.world.belt_visual import add_belt_visual
 from drake_tracker.world.conveyor_config import BeltConfig, TrayConfig
-from drake_tracker.world.part_model import FRICTION, add_part, rest_height
+from drake_tracker.world.part_model import FRICTION, LYING, add_part, lying_height, rest_height
 from drake_tracker.world.plant import add_plant, add_table
 from drake_tracker.world.slide import add_moving_body, add_slide
 from drake_tracker.world.tray import SIDES, cell_centres
@@ -112,7 +112,7 @@ def add_conveyor_laboratory(
     belt_body = add_belt(plant, belt=belt, travel=motion.distance(duration))
     trays = add_trays(plant, tray=tray, height=belt.height)
     part_bodies = tuple(
-        add_part(plant, kind=arrival.kind, colour=arrival.colour, name=f"part_{number}")
+        add_part(plant, kind=arrival.kind, colour=arrival.colour, name=f"part_{number}", lies=arrival.lies)
         for number, arrival in enumerate(arrivals, start=1)
     )
     for moving in bodies:
@@ -145,8 +145,10 @@ def start_pose(arrival: Arrival, belt: BeltConfig, motion: BeltMotion) -> RigidT
         motion: of the belt.
     """
     y = belt.entry - motion.distance(arrival.time)
-    p_WP = [arrival.x, y, belt.height + rest_height(arrival.kind)]
-    return RigidTransform(RotationMatrix.MakeZRotation(arrival.yaw), p_WP)
+    R_WP, height = RotationMatrix.MakeZRotation(arrival.yaw), rest_height(arrival.kind)
+    if arrival.lies:
+        R_WP, height = R_WP @ LYING[arrival.kind], lying_height(arrival.kind)
+    return RigidTransform(R_WP, [arrival.x, y, belt.height + height])
 
 
 def add_belt(plant: MultibodyPlant, *, belt: BeltConfig, travel: float) -> RigidBody:

@@ -99,6 +99,7 @@ class ConveyorTask(Task[ConveyorScenario]):
         ("doubles", "picked together with another part", _COUNT),
         ("picks_per_minute", "picks a minute", (1.0, "", 1)),
         ("share_of_clairvoyant", "share of the picks of an arm that knows all arrivals", (100.0, "%", 0)),
+        ("encoder_unused_s", "time without a usable encoder", (1.0, "s", 1)),
         ("placement_rms_m", "position error in the cells, rms", _MM),
         ("placement_turn_rms_rad", "direction error in the cells, rms", (180.0 / np.pi, "°", 1)),
     )
