@@ -110,9 +110,3 @@ def test_a_part_that_lies_on_its_side_has_a_cause_of_its_own_and_could_not_be_pi
     assert [part.cause for part in lost] == ["lies on its side"] and "left it alone" in lost[0].sentence
     summary = summarise_conveyor(run.scenario, run.arrivals, run.log(), run.duration)
     assert summary["could_be_picked"] == 1 and summary["success"] and summary["share_of_clairvoyant"] == 1.0
-
-
-def test_a_descent_that_the_end_of_the_run_interrupts_is_no_failed_grasp():
-    run = ConveyorRun([Story(1.0, picked=4.0, placed=6.0), Story(28.3, attempted=True)])
-    summary = summarise_conveyor(run.scenario, run.arrivals, run.log(), run.duration)
-    assert summary["missed_because"] == {"run ended": 1}
