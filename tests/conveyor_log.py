@@ -1,5 +1,7 @@
 """A made-up run of the conveyor, without simulation: parts that ride, and are picked and placed at given times."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from drake_tracker.core.log import Signal
@@ -41,6 +43,7 @@ class Story:
         attempted: whether the hand descends towards it.
         clear: room beside it, as the host says [m].
         dropped: whether it is dropped after the pick.
+        lies: whether it lies on its side.
     """
 
     def __init__(self, time, kind=PartKind.BOX, **changes):
@@ -48,11 +51,12 @@ class Story:
         self.picked = self.placed = None
         self.cell, self.offset, self.turn = 0, (0.0, 0.0), 0.0
         self.seen = self.ordered = True
-        self.attempted = self.dropped = False
+        self.attempted = self.dropped = self.lies = False
         self.clear = 1.0
         for name, value in changes.items():
             assert hasattr(self, name), name
             setattr(self, name, value)
+        self.arrival = replace(self.arrival, lies=self.lies)
         self.attempted = self.attempted or self.picked is not None
 
 

@@ -1,6 +1,7 @@
 """The conveyor (`results/conveyor.json`), one block for each part of the benchmark."""
 
 import conveyor_tables as benchmark
+import conveyor_vision as vision
 
 from tables.results import part
 
@@ -23,3 +24,7 @@ def conveyor_map() -> str:
 
 def conveyor_stop() -> str:
     return part("conveyor", benchmark.TABLES, "stop")
+
+
+def conveyor_vision() -> str:
+    return part("conveyor_vision", vision.TABLES, "vision")

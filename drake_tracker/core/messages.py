@@ -113,6 +113,9 @@ and `PART_SLOTS` parts."""
 EncoderReading = namedview("EncoderReading", ["time", "distance", "valid"])
 """What the belt's encoder measures: time [s] and distance travelled since the start [m]."""
 
+EncoderReport = namedview("EncoderReport", ["used", "unused_cycles"])
+"""What the host makes of the encoder: whether it uses it now, and the number of cycles so far in which it did not."""
+
 PickOrder = namedview(
     "PickOrder",
     ["stamp", "seq", "job", "number", "kind", "width", "height", "place_x", "place_y", "place_z", "place_yaw"]

@@ -13,10 +13,10 @@ from drake_tracker.core.messages import (
     BELT_FIELDS,
     KNOT_COUNT,
     KNOT_SPACING,
-    PART_FIELDS,
     TARGET_STRIDE,
     BeltEstimate,
     EncoderReading,
+    EncoderReport,
     PartTracks,
     PickDiagnosis,
     PickOrder,
@@ -30,12 +30,12 @@ from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.dispatch.candidate import Candidate
 from drake_tracker.dispatch.clearance import jaw_clearance
+from drake_tracker.dispatch.encoder_check import EncoderCheck
 from drake_tracker.dispatch.encoder_history import EncoderHistory
 from drake_tracker.dispatch.order_book import OrderBook, OrderClerk, report_of
-from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPath, PartPoint, Travel
+from drake_tracker.dispatch.seen_parts import seen_parts
+from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPath, Travel
 
-STAMP_TOLERANCE = 0.001
-"""Time by which a stamp may be later than the present [s]."""
 FREE = 1.0
 """Clearance of a part without neighbours [m]."""
 _KNOTS = KNOT_SPACING * np.arange(KNOT_COUNT)
@@ -65,6 +65,8 @@ class HostMemory(FrozenState):
     Attributes:
         belt: the estimate.
         encoder: readings of the encoder.
+        check: whether they agree with vision.
+        encoder_report: the newest `EncoderReport` vector, read-only.
         book: the orders.
         seq: number of packets made so far.
         packet: the newest `Prediction` vector, read-only.
@@ -74,6 +76,8 @@ class HostMemory(FrozenState):
 
     belt: BeltState = BeltState()
     encoder: EncoderHistory = EncoderHistory()
+    check: EncoderCheck = EncoderCheck()
+    encoder_report: np.ndarray = field(default_factory=lambda: read_only(np.zeros(message_size(EncoderReport))))
     book: OrderBook = OrderBook()
     seq: int = 0
     packet: np.ndarray = field(default_factory=lambda: read_only(np.zeros(message_size(Prediction))))
@@ -96,13 +100,15 @@ class PickHostSystem(LeafSystem):
         - prediction
         - order
         - belt
+        - encoder_report
 
     - ``parts``: a `PartTracks` vector, read at each update.
-    - ``encoder``: an `EncoderReading` of the present time. Left unconnected: the belt has no encoder.
+    - ``encoder``: an `EncoderReading` of the present time.
     - ``diagnosis``: the arm's `PickDiagnosis`, and ``status``: its `ToolStatus`: what it works on, and where it is.
     - ``prediction``: a `Prediction` of the part that the arm is to pick.
     - ``order``: a `PickOrder`, repeated in every period. All zeros: no order yet.
     - ``belt``: a `BeltEstimate` for the present, for logs and displays.
+    - ``encoder_report``: an `EncoderReport`. The ports of the encoder exist only if the belt has one.
 
     The System is updated every ``period``, after ``offset``. All outputs depend on the state alone.
 
@@ -114,6 +120,7 @@ class PickHostSystem(LeafSystem):
         carrying: phases of the arm in which it carries a part, puts it down or comes back.
         period: period of the update [s].
         offset: time of the first update [s].
+        has_encoder: whether the belt has an encoder.
     """
 
     def __init__(
@@ -126,21 +133,25 @@ class PickHostSystem(LeafSystem):
         *,
         period: float = VISION_PERIOD,
         offset: float = vision_slot(ESTIMATOR_SLOT),
+        has_encoder: bool = False,
     ) -> None:
         super().__init__()
         self._estimator, self._clerk, self._cells = estimator, clerk, tuple(cells)
         self._seeking, self._carrying = tuple(seeking), tuple(carrying)
         self._parts = self.DeclareVectorInputPort("parts", message_size(PartTracks))
-        self._encoder = self.DeclareVectorInputPort("encoder", message_size(EncoderReading))
+        self._encoder = self.DeclareVectorInputPort("encoder", message_size(EncoderReading)) if has_encoder else None
         self._diagnosis = self.DeclareVectorInputPort("diagnosis", message_size(PickDiagnosis))
         self._status = self.DeclareVectorInputPort("status", message_size(ToolStatus))
         state = self.DeclareAbstractState(AbstractValue.Make(HostMemory()))
         ticket = {self.abstract_state_ticket(state)}
-        for name, attribute, view in (
+        ports = [
             ("prediction", "packet", Prediction),
             ("order", "order", PickOrder),
             ("belt", "estimate", BeltEstimate),
-        ):
+        ]
+        if has_encoder:
+            ports.append(("encoder_report", "encoder_report", EncoderReport))
+        for name, attribute, view in ports:
 
             def calc(context: Context, output: BasicVector, attribute: str = attribute) -> None:
                 output.SetFromVector(getattr(context.get_abstract_state(0).get_value(), attribute))
@@ -151,11 +162,22 @@ class PickHostSystem(LeafSystem):
     def _update(self, context: Context, state: State) -> None:
         memory: HostMemory = state.get_abstract_state(0).get_value()
         now = context.get_time()
-        encoder = memory.encoder
-        if self._encoder.HasValue(context):
-            encoder = encoder.extended(EncoderReading(self._encoder.Eval(context)))
-        belt = self._updated(memory.belt, encoder, self._parts.Eval(context), now)
+        stamp, points = seen_parts(self._parts.Eval(context), memory.belt.stamp, now)
+        readings, check, encoder_report = memory.encoder, memory.check, memory.encoder_report
+        encoder = readings
+        if self._encoder is not None:
+            encoder = readings = readings.extended(EncoderReading(self._encoder.Eval(context)))
+            places = {each.number: each.y for each in points if each.number not in memory.book.picked}
+            check = check if stamp is None else check.after(stamp, places, readings)
+            if now < check.doubted_until:
+                encoder = EncoderHistory()
+        belt = memory.belt
+        if stamp is not None:
+            belt = self._estimator.update(belt, stamp, points, encoder.travel(belt.stamp, stamp))
         travel = encoder.travel(belt.stamp, now)
+        if self._encoder is not None:
+            unused = travel is None and math.isfinite(belt.stamp)
+            encoder_report = np.array([not unused, EncoderReport(encoder_report).unused_cycles + unused], float)
         candidates = self._candidates(belt, travel, now)
         report = report_of(
             PickDiagnosis(self._diagnosis.Eval(context)),
@@ -171,20 +193,18 @@ class PickHostSystem(LeafSystem):
         order = self._order(book, memory.order, now)
         estimate = self._estimate(belt, candidates, now)
         state.get_mutable_abstract_state(0).set_value(
-            HostMemory(belt, encoder, book, seq, read_only(packet), read_only(order), read_only(estimate))
+            HostMemory(
+                belt,
+                readings,
+                check,
+                read_only(encoder_report),
+                book,
+                seq,
+                read_only(packet),
+                read_only(order),
+                read_only(estimate),
+            )
         )
-
-    def _updated(self, belt: BeltState, encoder: EncoderHistory, message: np.ndarray, now: float) -> BeltState:
-        """Returns the estimate after a `PartTracks`. One from the future, and parts of unknown kinds, are ignored."""
-        header = PartTracks(message)
-        if not header.valid or not belt.stamp < header.stamp <= now + STAMP_TOLERANCE:
-            return belt
-        points = [
-            PartPoint(int(row[0]), PartKind(int(row[1])), *row[2:9].tolist())
-            for row in message_rows(message, PART_FIELDS)
-            if np.isfinite(row).all() and row[0] > 0.0 and row[9] >= header.stamp and row[1] in PART_SHAPES
-        ]
-        return self._estimator.update(belt, float(header.stamp), points, encoder.travel(belt.stamp, header.stamp))
 
     def _path(self, belt: BeltState, number: int, times: np.ndarray, travel: Travel | None = None) -> PartPath:
         """Returns the predicted path of a part, see `BeltEstimator.predict`.

@@ -16,9 +16,12 @@ from .config import CameraKnocked as CameraKnocked
 from .config import CameraPan as CameraPan
 from .config import CameraShake as CameraShake
 from .config import CastShadow as CastShadow
+from .config import EncoderJump as EncoderJump
+from .config import EncoderStopped as EncoderStopped
 from .config import FaultConfig as FaultConfig
 from .config import Flicker as Flicker
 from .config import FrozenImage as FrozenImage
+from .config import HandOverBelt as HandOverBelt
 from .config import HostStopped as HostStopped
 from .config import ImageFaultConfig as ImageFaultConfig
 from .config import ImageNoise as ImageNoise
@@ -37,7 +40,10 @@ from .config import TrainRemoved as TrainRemoved
 from .config import TrainReversed as TrainReversed
 from .config import TrainStopped as TrainStopped
 from .config import WeakGripper as WeakGripper
+from .encoder_faults import EncoderJumpFault as EncoderJumpFault
+from .encoder_faults import EncoderStoppedFault as EncoderStoppedFault
 from .fault import CalibrationFault as CalibrationFault
+from .fault import EncoderFault as EncoderFault
 from .fault import Fault as Fault
 from .fault import GripperFault as GripperFault
 from .fault import HostFault as HostFault
@@ -67,6 +73,7 @@ from .kinds import make_faults as make_faults
 from .link_faults import LossyLinkFault as LossyLinkFault
 from .link_faults import SubstitutedLink as SubstitutedLink
 from .point_faults_system import PointFaultsSystem as PointFaultsSystem
+from .scene_faults import HandOverBeltFault as HandOverBeltFault
 from .scene_faults import PassingOccluderFault as PassingOccluderFault
 from .scene_faults import SecondMoverFault as SecondMoverFault
 from .train_faults import TrainCarriedFault as TrainCarriedFault

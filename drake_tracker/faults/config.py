@@ -8,7 +8,8 @@ from drake_tracker.core.setting import setting
 
 CAMERAS = ("left", "right", "both")
 IMAGES = (*CAMERAS, "wrist")
-TRAIN, BOTH_TASKS = ("train",), ("train", "ball")
+TRAIN, BOTH_TASKS, ALL_TASKS = ("train",), ("train", "ball"), ("train", "ball", "conveyor")
+TRAIN_AND_CONVEYOR, CONVEYOR = ("train", "conveyor"), ("conveyor",)
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class FaultConfig:
 class ImageFaultConfig(FaultConfig):
     """When a fault acts, and on which camera. The ball has one camera, so that ``camera`` must be both."""
 
-    tasks: ClassVar[tuple[str, ...]] = BOTH_TASKS
+    tasks: ClassVar[tuple[str, ...]] = ALL_TASKS
     camera: str = setting("both", "which camera; both are the fixed ones", choices=IMAGES)
 
 
@@ -134,7 +135,7 @@ class CalibrationWrong:
 class LinkLoss(FaultConfig):
     """Packets are lost, each independently."""
 
-    tasks: ClassVar[tuple[str, ...]] = BOTH_TASKS
+    tasks: ClassVar[tuple[str, ...]] = ALL_TASKS
     drop: float = setting(1.0, "fraction of packets lost", "", (0.0, 1.0))
 
 
@@ -142,7 +143,7 @@ class LinkLoss(FaultConfig):
 class LinkBursts(FaultConfig):
     """Packets are lost in bursts."""
 
-    tasks: ClassVar[tuple[str, ...]] = BOTH_TASKS
+    tasks: ClassVar[tuple[str, ...]] = ALL_TASKS
     drop: float = setting(0.7, "long-run fraction of packets lost", "", (0.0, 1.0))
     burst: float = setting(60.0, "mean number of packets lost in a row", "packets", (1.0, 1000.0))
 
@@ -151,7 +152,7 @@ class LinkBursts(FaultConfig):
 class LinkJitter(FaultConfig):
     """Packets arrive late by a random time."""
 
-    tasks: ClassVar[tuple[str, ...]] = BOTH_TASKS
+    tasks: ClassVar[tuple[str, ...]] = ALL_TASKS
     jitter: float = setting(0.5, "largest delay, drawn uniformly from 0 for each packet", "s", (0.0, 5.0))
 
 
@@ -159,7 +160,7 @@ class LinkJitter(FaultConfig):
 class LinkDelay(FaultConfig):
     """Packets arrive late."""
 
-    tasks: ClassVar[tuple[str, ...]] = BOTH_TASKS
+    tasks: ClassVar[tuple[str, ...]] = ALL_TASKS
     delay: float = setting(1.0, "delay of every packet", "s", (0.0, 5.0))
 
 
@@ -223,6 +224,7 @@ class TrainRemoved(FaultConfig):
 class StickingJoint(FaultConfig):
     """A joint of the arm has additional dry friction."""
 
+    tasks: ClassVar[tuple[str, ...]] = TRAIN_AND_CONVEYOR
     joint: int = setting(1, "number of the joint, from 1", "", (1, 20))
     friction: float = setting(20.0, "friction torque", "N m", (0.0, 200.0))
 
@@ -231,6 +233,7 @@ class StickingJoint(FaultConfig):
 class SlowGripper(FaultConfig):
     """The gripper closes and opens more slowly than it is told."""
 
+    tasks: ClassVar[tuple[str, ...]] = TRAIN_AND_CONVEYOR
     speed: float = setting(0.04, "largest rate at which the opening changes", "m/s", (0.001, 0.4))
 
 
@@ -238,4 +241,30 @@ class SlowGripper(FaultConfig):
 class WeakGripper(FaultConfig):
     """The drive of the gripper has less force."""
 
+    tasks: ClassVar[tuple[str, ...]] = TRAIN_AND_CONVEYOR
     force: float = setting(0.5, "largest force on each pad", "N", (0.0, 25.0))
+
+
+@dataclass(frozen=True)
+class HandOverBelt(FaultConfig):
+    """A hand reaches over the belt from the side of the cameras, stays there, and is withdrawn."""
+
+    tasks: ClassVar[tuple[str, ...]] = CONVEYOR
+    y: float = setting(-0.15, "where it reaches over the belt, along the belt", "m", (-1.0, 1.0))
+    reach: float = setting(0.02, "how far it reaches beyond the middle of the belt", "m", (-0.1, 0.1))
+    height: float = setting(0.06, "height of its lower side above the belt", "m", (0.04, 0.3))
+
+
+@dataclass(frozen=True)
+class EncoderJump(FaultConfig):
+    """The encoder reads a wrong distance, as after lost counts."""
+
+    tasks: ClassVar[tuple[str, ...]] = CONVEYOR
+    distance: float = setting(0.3, "what is added to its distance", "m", (-10.0, 10.0))
+
+
+@dataclass(frozen=True)
+class EncoderStopped(FaultConfig):
+    """The encoder stands still, as when its wheel has lost the belt."""
+
+    tasks: ClassVar[tuple[str, ...]] = CONVEYOR

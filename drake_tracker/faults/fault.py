@@ -6,7 +6,7 @@ what it is given.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -241,6 +241,19 @@ class GripperFault(Fault):
             before: position of the set-point returned one step ago [m].
             position: of the finger [m].
             time_step: length of a step [s].
+        """
+        raise NotImplementedError
+
+
+class EncoderFault(Fault):
+    """A fault of the encoder of a belt."""
+
+    def travelled(self, time: float, distance: Callable[[float], float]) -> float:
+        """Returns the distance that the encoder reads [m]. Only called while the fault is active.
+
+        Args:
+            time: [s].
+            distance: that the belt has travelled [m], as a function of time [s].
         """
         raise NotImplementedError
 

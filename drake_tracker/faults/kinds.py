@@ -34,6 +34,9 @@ FAULTS: "Kinds[Fault]" = Kinds(
         config.TrainDerailed: "drake_tracker.faults.train_faults:TrainDerailedFault",
         config.TrainMoved: "drake_tracker.faults.train_faults:TrainCarriedFault",
         config.TrainRemoved: "drake_tracker.faults.train_faults:TrainCarriedFault",
+        config.HandOverBelt: "drake_tracker.faults.scene_faults:HandOverBeltFault",
+        config.EncoderJump: "drake_tracker.faults.encoder_faults:EncoderJumpFault",
+        config.EncoderStopped: "drake_tracker.faults.encoder_faults:EncoderStoppedFault",
         config.StickingJoint: "drake_tracker.faults.arm_faults:StickingJointFault",
         config.SlowGripper: "drake_tracker.faults.arm_faults:SlowGripperFault",
         config.WeakGripper: "drake_tracker.faults.arm_faults:WeakGripperFault",
@@ -56,6 +59,7 @@ def make_faults(settings: Iterable[Any], *, seed: int, **context: Any) -> "tuple
         **context: what they need to know about the run: ``lag``, the time from an image to the point at the estimator
             [s]; ``table_height`` [m]; ``work_volume``, its lowest and highest corner in W [m]; ``X_WCs``, {side: true
             pose of the camera, a homogeneous matrix (4, 4)}; ``servo_inertia`` of the joints [kg m^2];
-            ``finger_stiffness`` [N/m]; ``time_step`` [s].
+            ``finger_stiffness`` [N/m]; ``time_step`` [s]; ``belt_middle`` and ``belt_height``, x and z of the belt in W
+            [m].
     """
     return tuple(FAULTS.make(item, seed=seed, number=number, **context) for number, item in enumerate(settings))

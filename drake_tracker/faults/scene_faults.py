@@ -1,4 +1,4 @@
-"""Faults of the scene: a panel before a camera, a second moving object."""
+"""Faults of the scene: a panel before a camera, a second moving object, a hand over the belt."""
 
 import math
 from collections.abc import Mapping
@@ -26,6 +26,11 @@ JOINED = 60.0
 """Distance [px] up to which the detector takes train and mover for one object: it joins regions that are 24 px apart,
 and each reaches 17 px to its sides. In images of three runs, those up to 56 px apart were joined, and those from 63 px
 on were not."""
+HAND = (0.40, 0.09, 0.05)
+"""Size of a hand with its forearm, which reaches over the belt along -x [m]."""
+SKIN = (0.80, 0.58, 0.46, 1.0)
+WITHDRAWN = 0.30
+"""Distance from its place over the belt at which the hand waits [m]."""
 CLEARANCE = 0.001
 """Gap between the second mover and the table [m]."""
 
@@ -63,13 +68,8 @@ class PassingOccluderFault(SceneFault, PointFault):
         )
 
     def slide(self, time: float) -> tuple[float, float]:
-        inwards = min(time - self.begin, self.end - time) / SWEEP
-        share = min(max(inwards, 0.0), 1.0)
-        rate = 0.0
-        if 0.0 < inwards < 1.0:
-            middle = math.inf if math.isinf(self.end) else 0.5 * (self.begin + self.end)
-            rate = math.copysign(0.5 * math.pi * math.sin(math.pi * share) / SWEEP, middle - time)
-        return PARKED * 0.5 * (1.0 + math.cos(math.pi * share)), -PARKED * rate
+        away, rate = _in_and_out(time, self.begin, self.end)
+        return PARKED * away, PARKED * rate
 
     def blocks(self, time: float, origin: np.ndarray, p_WQ: np.ndarray) -> bool:
         """Returns whether the panel is on the line from a camera's centre (3,) to a point (3,) [m] in W."""
@@ -142,3 +142,54 @@ class SecondMoverFault(SceneFault, PointFault):
         centre = sight.model.X_WC[:3, 3]
         near, far = (1.0 / float(np.sum((p - centre) ** 2)) for p in (sight.p_WQ, p_WM))
         return (near * sight.uv + far * uv) / (near + far)
+
+
+@dataclass(frozen=True)
+class HandOverBeltFault(SceneFault):
+    """`HandOverBelt`: a hand comes in over the far edge of the belt, stays, and goes back.
+
+    It touches nothing: the arm would pass through it. Only what the cameras see of it matters.
+
+    Attributes:
+        belt_middle: x of the middle of the belt in W [m].
+        belt_height: height of its upper face in W [m].
+    """
+
+    belt_middle: float = 0.60
+    belt_height: float = 0.45
+
+    @property
+    def body(self) -> MovingBody:
+        X_WP = np.eye(4)
+        x = self.belt_middle - self.settings.reach + 0.5 * HAND[0]
+        X_WP[:3, 3] = [x, self.settings.y, self.belt_height + self.settings.height + 0.5 * HAND[2]]
+        return MovingBody(
+            name=f"hand_{self.number}",
+            size=HAND,
+            colour=SKIN,
+            X_WP=X_WP,
+            axis=(1.0, 0.0, 0.0),
+            travel=WITHDRAWN + 0.1,
+            mass=0.5,
+            bandwidth=30.0,
+            force=200.0,
+            solid=False,
+        )
+
+    def slide(self, time: float) -> tuple[float, float]:
+        away, rate = _in_and_out(time, self.begin, self.end)
+        return WITHDRAWN * away, WITHDRAWN * rate
+
+
+def _in_and_out(time: float, begin: float, end: float) -> tuple[float, float]:
+    """Returns how far a body is away from its place, from 0 to 1, and the rate of this [1/s].
+
+    It comes within `SWEEP` from the beginning on, and is away again at the end.
+    """
+    inwards = min(time - begin, end - time) / SWEEP
+    share = min(max(inwards, 0.0), 1.0)
+    rate = 0.0
+    if 0.0 < inwards < 1.0:
+        middle = math.inf if math.isinf(end) else 0.5 * (begin + end)
+        rate = math.copysign(0.5 * math.pi * math.sin(math.pi * share) / SWEEP, middle - time)
+    return 0.5 * (1.0 + math.cos(math.pi * share)), -rate

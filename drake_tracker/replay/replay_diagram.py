@@ -9,9 +9,8 @@ from drake_tracker.vision.several_vision_diagram import HAND_DISPLACEMENTS
 
 UNLOGGED = ("motion", "accepted", "held_packet", "expected")
 """First parts of the names of outputs that are not logged."""
-OPTIONAL = (SELECTED, *HAND_DISPLACEMENTS, "encoder")
-"""Inputs that may be left unconnected: no operator took part in the run, a replay does not see the hand, or the belt
-has no encoder."""
+OPTIONAL = (SELECTED, *HAND_DISPLACEMENTS)
+"""Inputs that may be left unconnected: no operator took part in the run, or a replay does not see the hand."""
 
 
 class ReplayDiagram(Diagram):

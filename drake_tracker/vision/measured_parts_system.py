@@ -18,6 +18,10 @@ PARTS_PORT = "truth_part_states"
 _STATE_SIZE = 13
 _ON_BELT = 0.010
 """A part is on the belt up to this height above the place where it rests [m]."""
+_TIPPED, _UNCLEAR = 0.7, 1.0
+"""Cosine of the tilt beyond which a part lies on a side, and the variance with which it is then reported [m^2]."""
+_HIGHEST = 0.035
+"""Largest height of the origin of a part that lies on a side above the belt [m]."""
 
 
 class MeasuredPartsSystem(LeafSystem):
@@ -86,7 +90,9 @@ class MeasuredPartsSystem(LeafSystem):
         rest = self._height + 0.5 * np.array([PART_SHAPES[kind].height for kind in self._kinds])
         xy = states[:, 4:6]
         inside = ((xy >= self._low) & (xy <= self._high)).all(axis=1)
-        return np.flatnonzero(inside & (np.abs(states[:, 6] - rest) <= _ON_BELT)).tolist()
+        stands = np.abs(states[:, 6] - rest) <= _ON_BELT
+        lies = (_upright(states) < _TIPPED) & (states[:, 6] >= self._height) & (states[:, 6] <= self._height + _HIGHEST)
+        return np.flatnonzero(inside & (stands | lies)).tolist()
 
     def _row(self, k: int, state: np.ndarray, random: np.ndarray, stamp: float) -> list[float]:
         """Returns the slot of part k: its number is k + 1."""
@@ -97,9 +103,16 @@ class MeasuredPartsSystem(LeafSystem):
         turn_bias, turn_noise = np.deg2rad(settings.turn_bias_std_deg), np.deg2rad(settings.turn_noise_std_deg)
         dx, dy = bias * self._constant[k, :2] + noise * random[:2]
         turn = turn_bias * self._constant[k, 2] + turn_noise * random[2]
+        variance = noise**2 if _upright(state) >= _TIPPED else _UNCLEAR
         return [
-            k + 1, self._kinds[k], x + dx, y + dy, z, yaw + turn, noise**2, noise**2, max(turn_noise, 1e-3) ** 2, stamp
+            k + 1, self._kinds[k], x + dx, y + dy, z, yaw + turn, variance, variance, max(turn_noise, 1e-3) ** 2, stamp
         ]  # fmt: skip
+
+
+def _upright(states: np.ndarray) -> np.ndarray:
+    """Returns the cosine of the tilt of free bodies, shape (...), for their 13 numbers, shape (..., 13)."""
+    square = states[..., :4] ** 2
+    return (square[..., 0] + square[..., 3] - square[..., 1] - square[..., 2]) / square.sum(axis=-1)
 
 
 class MeasuredPartsDiagram(Diagram):

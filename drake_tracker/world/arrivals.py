@@ -10,8 +10,8 @@ from drake_tracker.core.part_outline import placed_outline, touching_distance
 from drake_tracker.world.belt_motion import BeltMotion
 from drake_tracker.world.conveyor_config import ARRIVAL_PATTERNS, ArrivalsConfig, BeltConfig
 
-STREAM = 101
-"""The stream of random numbers of the arrivals: default_rng([seed, STREAM])."""
+STREAM, LYING_STREAM = 101, 102
+"""The streams of random numbers of the arrivals, default_rng([seed, STREAM]), and of whether they lie on a side."""
 KINDS = (PartKind.BOX, PartKind.DISC, PartKind.ELL)
 """The kinds in the order of ``arrivals.mix``."""
 PART_COLOURS = ("#e8c33a", "#d8573c", "#3f8fd0", "#e9e4d6")
@@ -35,7 +35,8 @@ class Arrival:
         kind: of the part.
         colour: as "#rrggbb".
         x: of the origin of P in W [m].
-        yaw: direction of x_P in W [rad].
+        yaw: direction of x_P in W, before a part that lies on a side was tipped over [rad].
+        lies: whether a box stands on end, or an ell lies on the outer edge of its long leg.
     """
 
     time: float
@@ -43,6 +44,7 @@ class Arrival:
     colour: str
     x: float
     yaw: float
+    lies: bool = False
 
 
 def draw_arrivals(
@@ -73,7 +75,7 @@ def draw_arrivals(
         raise DrakeTrackerError("arrivals.mix is 0 for all kinds; one at least must be positive")
     shares = shares / shares.sum()
     within, between = _mean_spaces(arrivals, shares, motion.mean_speed)
-    rng = np.random.default_rng([seed, STREAM])
+    rng, tips = (np.random.default_rng([seed, stream]) for stream in (STREAM, LYING_STREAM))
     parts: list[Arrival] = []
     travelled, radius_before = 0.0, 0.0
     outlines: list[np.ndarray] = []
@@ -98,7 +100,8 @@ def draw_arrivals(
         time = motion.time_at(travelled)
         if time > duration:
             return tuple(parts)
-        parts.append(Arrival(time, kind, colour, x, yaw))
+        lies = tips.random() < arrivals.lying and kind is not PartKind.DISC
+        parts.append(Arrival(time, kind, colour, x, yaw, lies))
         outlines.append(placed_outline(kind, x, -travelled, yaw))
         radius_before = radius
 

@@ -58,6 +58,7 @@ class ArrivalsConfig:
     gap: float = setting(0.015, "smallest distance along the belt between parts that do not touch", "m", (0.005, 0.5))
     touching: float = setting(0.0, "share of the parts that touch the part before them", "", (0.0, 0.9))
     lateral: float = setting(0.05, "largest distance of a part from the middle of the belt", "m", (0.0, 0.2))
+    lying: float = setting(0.0, "share of the boxes on end, and of the ells on an edge", "", (0.0, 0.9))
 
 
 @dataclass(frozen=True)

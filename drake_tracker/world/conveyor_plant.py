@@ -13,13 +13,14 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_tracker.arm.description import Arm
 from drake_tracker.arm.plant import add_arm, couple_fingers, set_servo_gains
 from drake_tracker.core.timing import TIME_STEP
+from drake_tracker.faults.fault import MovingBody
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.belt_motion import BeltMotion
 from drake_tracker.world.belt_visual import add_belt_visual
 from drake_tracker.world.conveyor_config import BeltConfig, TrayConfig
-from drake_tracker.world.part_model import FRICTION, add_part, rest_height
+from drake_tracker.world.part_model import FRICTION, LYING, add_part, lying_height, rest_height
 from drake_tracker.world.plant import add_plant, add_table
-from drake_tracker.world.slide import add_slide
+from drake_tracker.world.slide import add_moving_body, add_slide
 from drake_tracker.world.tray import SIDES, cell_centres
 from drake_tracker.world.visual_mesh import add_visual_mesh, merge, prism, rectangle
 
@@ -78,6 +79,7 @@ def add_conveyor_laboratory(
     duration: float,
     time_step: float = TIME_STEP,
     grip_force: float = 25.0,
+    bodies: Sequence[MovingBody] = (),
     decorate: Callable[[MultibodyPlant], object] | None = None,
 ) -> ConveyorLaboratory:
     """Adds the plant of the conveyor's laboratory and its scene graph to a diagram.
@@ -95,6 +97,7 @@ def add_conveyor_laboratory(
         duration: of the run [s].
         time_step: of the plant [s].
         grip_force: largest force on each pad [N].
+        bodies: moving bodies of faults.
         decorate: called with the plant before it is finalized, to add visual geometry.
     """
     plant, scene_graph = add_plant(builder, time_step=time_step)
@@ -108,14 +111,16 @@ def add_conveyor_laboratory(
     )
     belt_body = add_belt(plant, belt=belt, travel=motion.distance(duration))
     trays = add_trays(plant, tray=tray, height=belt.height)
-    bodies = tuple(
-        add_part(plant, kind=arrival.kind, colour=arrival.colour, name=f"part_{number}")
+    part_bodies = tuple(
+        add_part(plant, kind=arrival.kind, colour=arrival.colour, name=f"part_{number}", lies=arrival.lies)
         for number, arrival in enumerate(arrivals, start=1)
     )
+    for moving in bodies:
+        add_moving_body(plant, moving)
     if decorate is not None:
         decorate(plant)
     plant.Finalize()
-    for body, arrival in zip(bodies, arrivals):
+    for body, arrival in zip(part_bodies, arrivals):
         plant.SetDefaultFloatingBaseBodyPose(body, start_pose(arrival, belt, motion))
     return ConveyorLaboratory(
         plant=plant,
@@ -127,7 +132,7 @@ def add_conveyor_laboratory(
         belt=belt_body.model_instance(),
         belt_body=belt_body,
         trays=trays,
-        parts=bodies,
+        parts=part_bodies,
     )
 
 
@@ -140,8 +145,10 @@ def start_pose(arrival: Arrival, belt: BeltConfig, motion: BeltMotion) -> RigidT
         motion: of the belt.
     """
     y = belt.entry - motion.distance(arrival.time)
-    p_WP = [arrival.x, y, belt.height + rest_height(arrival.kind)]
-    return RigidTransform(RotationMatrix.MakeZRotation(arrival.yaw), p_WP)
+    R_WP, height = RotationMatrix.MakeZRotation(arrival.yaw), rest_height(arrival.kind)
+    if arrival.lies:
+        R_WP, height = R_WP @ LYING[arrival.kind], lying_height(arrival.kind)
+    return RigidTransform(R_WP, [arrival.x, y, belt.height + height])
 
 
 def add_belt(plant: MultibodyPlant, *, belt: BeltConfig, travel: float) -> RigidBody:

@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from drake_tracker.arm.description import Arm
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.arm_faults_system import add_joint_faults
-from drake_tracker.faults.fault import Fault
+from drake_tracker.faults.fault import Fault, SceneFault, faults_at
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.belt_motion import make_belt_motion
 from drake_tracker.world.belt_system import add_belt_drive
@@ -17,6 +17,7 @@ from drake_tracker.world.cameras import ImageWindow
 from drake_tracker.world.config import CamerasConfig, LightingConfig
 from drake_tracker.world.conveyor_config import BeltConfig, TrayConfig
 from drake_tracker.world.conveyor_plant import add_conveyor_laboratory
+from drake_tracker.world.disturbance_system import add_disturbance
 from drake_tracker.world.faulty_cameras_system import add_faulty_cameras
 from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
@@ -72,7 +73,7 @@ class ConveyorWorldDiagram(Diagram):
         windows: {camera name: window} to render; None renders the full images. When it is empty there are no cameras,
             no ``camera_*`` ports and no renderer.
         pipeline: how late the images are, and which processes make them; None: they are rendered when they are read.
-        faults: what goes wrong; of these, the world has those of images, joints and gripper.
+        faults: what goes wrong; of these, the world has those of images, scene, encoder, joints and gripper.
         seed: of the sensor noise.
         time_step: of the plant [s].
 
@@ -118,13 +119,17 @@ class ConveyorWorldDiagram(Diagram):
             duration=duration,
             time_step=time_step,
             grip_force=grip_force,
+            bodies=[fault.body for fault in faults_at(faults, SceneFault)],
         )
         self.laboratory = laboratory
         plant = laboratory.plant
         plant.set_name("plant")
         plant.SetDefaultPositions(laboratory.arm, q_initial)
         plant.SetDefaultPositions(laboratory.gripper, [0.5 * jaw_opening, 0.5 * jaw_opening])
-        drive = add_belt_drive(builder, plant=plant, belt=laboratory.belt, motion=self.motion)
+        drive = add_belt_drive(builder, plant=plant, belt=laboratory.belt, motion=self.motion, faults=faults)
+        for fault in faults_at(faults, SceneFault):
+            name = fault.body.name
+            add_disturbance(builder, plant=plant, slide=plant.GetModelInstanceByName(name), name=name, path=fault.slide)
         add_joint_faults(builder, plant=plant, arm=laboratory.arm, faults=faults)
         self.image_latency = 0 if pipeline is None else pipeline.latency
         self.cameras: dict[str, Camera] = {}

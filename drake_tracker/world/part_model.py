@@ -6,7 +6,7 @@ with it, about which it tips; four points hold it still.
 
 import numpy as np
 from pydrake.geometry import Box, Cylinder, Shape, Sphere
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import RigidBody, SpatialInertia
 
@@ -23,11 +23,23 @@ FOOT_RADIUS = 0.003
 FOOT_REACH = 0.0015
 """Distance by which the spheres reach below the solid that the jaws hold [m]."""
 _DISC_FEET = 4
+LYING = {
+    PartKind.BOX: RotationMatrix.MakeYRotation(-0.5 * np.pi),
+    PartKind.ELL: RotationMatrix.MakeXRotation(0.5 * np.pi),
+}
+"""{kind: rotation that tips a part onto a side}: a box onto its end, an ell onto the outer edge of its long leg. A disc
+would roll away."""
 
 
 def rest_height(kind: PartKind) -> float:
     """Returns the height of the origin of P above the plane on which a part stands [m]."""
     return 0.5 * PART_SHAPES[kind].height
+
+
+def lying_height(kind: PartKind) -> float:
+    """Returns the height of the origin of P above the plane on which a part of `LYING` lies on a side [m]."""
+    shape = PART_SHAPES[kind]
+    return 0.5 * (shape.length if kind is PartKind.BOX else shape.width) + FOOT_REACH
 
 
 def part_inertia(kind: PartKind) -> SpatialInertia:
@@ -59,7 +71,19 @@ def feet(kind: PartKind) -> np.ndarray:
     return np.array([corners[0], corners[2], corners[1], corners[5], corners[7]])
 
 
-def add_part(plant: MultibodyPlant, *, kind: PartKind, colour: str, name: str) -> RigidBody:
+def side_feet(kind: PartKind) -> np.ndarray:
+    """Returns the centres in P of the spheres on which a part of `LYING` lies on a side, shape (4, 3) [m]."""
+    shape = PART_SHAPES[kind]
+    depth = lying_height(kind) - FOOT_RADIUS
+    high = 0.5 * shape.height - FOOT_RADIUS
+    if kind is PartKind.BOX:
+        wide = 0.5 * shape.width - FOOT_RADIUS
+        return np.array([[-depth, j * wide, k * high] for j in (-1, 1) for k in (-1, 1)])
+    long = 0.5 * shape.length - FOOT_RADIUS
+    return np.array([[shape.middle + i * long, -depth, k * high] for i in (-1, 1) for k in (-1, 1)])
+
+
+def add_part(plant: MultibodyPlant, *, kind: PartKind, colour: str, name: str, lies: bool = False) -> RigidBody:
     """Adds a part, one free body whose frame is P, to a plant.
 
     Args:
@@ -67,6 +91,7 @@ def add_part(plant: MultibodyPlant, *, kind: PartKind, colour: str, name: str) -
         kind: of the part.
         colour: as "#rrggbb".
         name: of the model instance and its body.
+        lies: whether it has feet to lie on a side as well, see `LYING`.
     """
     shape = PART_SHAPES[kind]
     instance = plant.AddModelInstance(name)
@@ -75,6 +100,9 @@ def add_part(plant: MultibodyPlant, *, kind: PartKind, colour: str, name: str) -
     for number, (x, y) in enumerate(feet(kind)):
         X_PS = RigidTransform([x, y, FOOT_RADIUS - 0.5 * shape.height])
         plant.RegisterCollisionGeometry(body, X_PS, Sphere(FOOT_RADIUS), f"foot_{number}", friction)
+    for number, p_PS in enumerate(side_feet(kind) if lies else ()):
+        X_PS = RigidTransform(p_PS)
+        plant.RegisterCollisionGeometry(body, X_PS, Sphere(FOOT_RADIUS), f"side_foot_{number}", friction)
     height = shape.height - FOOT_REACH
     for number, ((x, y), (along, across)) in enumerate(solids(kind)):
         X_PG = RigidTransform([x, y, 0.5 * FOOT_REACH])

@@ -42,7 +42,7 @@ def test_the_module_holds_exactly_these_messages():
         *("Regions", "TrackPoints", "TrackPredictions"),
         *("PacketReport", "LimiterReport", "HandPoint", "HandCorrection", "WristPoint"),
         *("JawState", "GraspDiagnosis", "OperatorCommand", "CatchDiagnosis", "TouchReport", "Verdict", "CatchVerdict"),
-        *("PartTracks", "BeltEstimate", "EncoderReading", "PickOrder", "PickDiagnosis", "PickVerdict"),
+        *("PartTracks", "BeltEstimate", "EncoderReading", "EncoderReport", "PickOrder", "PickDiagnosis", "PickVerdict"),
     }
 
 

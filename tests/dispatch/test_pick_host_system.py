@@ -11,6 +11,7 @@ from drake_tracker.core.messages import (
     BELT_FIELDS,
     PART_FIELDS,
     BeltEstimate,
+    EncoderReport,
     PickDiagnosis,
     PickOrder,
     Prediction,
@@ -44,7 +45,9 @@ class Host:
         clerk = OrderClerk(
             make_dispatcher(NearestDeadline(), model, Eligibility()), model, [Cell(pose.x, pose.y) for pose in POSES]
         )
-        self.system = PickHostSystem(BeltEstimator(Belt()), clerk, POSES, SEEKING, CARRYING, offset=0.0)
+        self.system = PickHostSystem(
+            BeltEstimator(Belt()), clerk, POSES, SEEKING, CARRYING, offset=0.0, has_encoder=encoder
+        )
         self.parts, self.encoder, self.jump = parts, encoder, 0.0
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
@@ -65,7 +68,8 @@ class Host:
         fix("diagnosis", diagnosis)
         fix("status", status)
         if self.encoder:
-            fix("encoder", np.array([self.time, SPEED * self.time + (self.jump if self.time > 1.0 else 0.0), 1.0]))
+            distance = SPEED if self.jump is None else SPEED * self.time + (self.jump if self.time > 1.0 else 0.0)
+            fix("encoder", np.array([self.time, distance, 1.0]))
 
     def run(self, duration):
         for _ in range(round(duration / VISION_PERIOD)):
@@ -192,3 +196,17 @@ def test_parts_that_cannot_be_right_do_not_silence_the_host(stamp, kind):
     numbers = message_rows(np.array(host.read("belt", BeltEstimate)[:]), BELT_FIELDS)[:, 0]
     assert 1.0 in numbers and 2.0 not in numbers
     assert host.read("prediction", Prediction).stamp == pytest.approx(host.time - LAG, abs=0.05)
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+def test_an_encoder_that_stops_is_noticed_and_vision_goes_on(stopped):
+    host = Host([(4, PartKind.BOX, 0.61, -0.5, 0.3)], encoder=True)
+    host.run(1.0)
+    if stopped:
+        host.jump = None
+    host.run(1.2)
+    report = host.read("encoder_report", EncoderReport)
+    assert bool(report.used) is not stopped
+    assert report.unused_cycles > 30 if stopped else report.unused_cycles == 0
+    y = message_rows(np.array(host.read("belt", BeltEstimate)[:]), BELT_FIELDS)[0, BELT_FIELDS.index("y")]
+    assert y == pytest.approx(-0.5 + SPEED * host.time, abs=0.004)

@@ -14,7 +14,6 @@ from drake_tracker.faults.config import CameraDark, LinkLoss, TrainStopped
 from drake_tracker.faults.fault import Fault
 from drake_tracker.scenarios.reader import describe_settings
 from drake_tracker.tasks import save_scenario
-from drake_tracker.tasks.train.scenario import TrainScenario
 
 METHODS = {
     places.ImageFault: "image",
@@ -27,7 +26,9 @@ METHODS = {
     places.SceneFault: "slide",
     places.JointFault: "torques",
     places.GripperFault: "set_point",
+    places.EncoderFault: "travelled",
 }
+ENCODER = {"train:blind": [], "conveyor": ["belt.encoder=true"]}
 GUIDE = Path(__file__).parents[2] / "docs" / "how_to" / "inject_faults.md"
 
 
@@ -40,25 +41,30 @@ def test_every_place_is_tested():
 class TestEveryKind:
     def test_has_a_place_and_a_task(self, kind):
         assert isinstance(make(kind()), tuple(METHODS))
-        assert "train" in kind.tasks
+        assert {"train", "conveyor"} & set(kind.tasks)
 
     def test_is_written_and_read_again(self, kind, tmp_path):
         changed = {} if kind.__name__ == "CalibrationWrong" else {"at": 4.0, "for": 2.5}
-        scenario = load_scenario("train:blind", overrides=[f"faults=[!{kind.__name__} {{}}]"])
+        scenario = with_fault(kind)
         scenario = scenario.with_settings({"faults": [replace_settings(scenario.faults[0], changed)]})
         path = tmp_path / "mine.yaml"
         save_scenario(scenario, path)
         assert load_scenario(str(path)).faults == scenario.faults == (kind(**renamed(changed)),)
 
     def test_is_described(self, kind):
-        (item,) = load_scenario("train:blind", overrides=[f"faults=[!{kind.__name__} {{}}]"]).faults
-        rows = describe_settings(TrainScenario(faults=(item,)))
+        rows = describe_settings(with_fault(kind))
         own = {key for key, *_ in rows if key.startswith("faults[0].")}
         assert own == {f"faults[0].{key_of(field)}" for field in settings_of(kind)}
         assert kind.__doc__.strip().endswith(".")
 
     def test_is_in_the_guide(self, kind):
         assert f"`!{kind.__name__}`" in GUIDE.read_text(encoding="utf-8")
+
+
+def with_fault(kind):
+    """Returns a scenario with one fault, of a task in which it can happen."""
+    name = "train:blind" if "train" in kind.tasks else "conveyor"
+    return load_scenario(name, overrides=[f"faults=[!{kind.__name__} {{}}]", *ENCODER[name]])
 
 
 def renamed(changes):
@@ -96,6 +102,10 @@ def test_every_fault_acts_where_it_says(monkeypatch):
         simulator.AdvanceTo(0.15)
         if not vision:
             hand_eye.GetOutputPort("camera_left").Eval(hand_eye.GetMyContextFromRoot(simulator.get_context()))
+    others = [kind for kind in KINDS if "train" not in kind.tasks]
+    faults = ", ".join(f"!{kind.__name__} {{at: {0.05 * k}}}" for k, kind in enumerate(others))
+    overrides = [f"faults=[{faults}]", "belt.encoder=true", "cameras.render_processes=0"]
+    Simulator(make_diagram(load_scenario("conveyor", duration=9.0, seed=5, overrides=overrides))).AdvanceTo(0.15)
     assert acted == expected
 
 

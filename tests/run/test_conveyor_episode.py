@@ -90,6 +90,24 @@ def test_a_replay_of_the_parts_is_bit_identical(episode, tmp_path):
     assert result["recorded"]["prediction_0.75_s_rms_m"] < 0.02 and (tmp_path / "replay.png").is_file()
 
 
+def test_a_run_with_an_encoder_that_stops_goes_on_with_vision_and_is_replayed_bit_by_bit(tmp_path):
+    overrides = ["arrivals.rate=20", "belt.encoder=true", "faults=[!EncoderStopped {at: 2.5}]"]
+    run = Episode(tmp_path / "run", duration=5.0, overrides=overrides, record=False)
+    assert run.summary["encoder_unused_s"] == pytest.approx(2.1, abs=0.2) and run.summary["picked"] >= 1
+    recording = open_recording(run.out)
+    assert recording.sources == ("parts", "diagnosis", "status", "encoder")
+    result = replay_run(recording)
+    assert "encoder_report" in result["signals"] and result["identical"], result["signals"]
+
+
+def test_parts_on_their_sides_are_left_alone(tmp_path):
+    run = Episode(tmp_path / "run", duration=6.0, overrides=["arrivals.rate=20", "arrivals.lying=0.9"], record=False)
+    lying = [k for k, part in enumerate(arrivals_of(run.scenario)) if part.lies]
+    fates = run.log["truth_fates"].data[:, lying]
+    assert len(lying) >= 2 and not np.isin(fates, [PartFate.HELD, PartFate.DROPPED]).any()
+    assert not (run.summary["belt_touched"] or run.summary["dropped"])
+
+
 def test_measured_vision_errs_as_its_settings_say(episode):
     errors, settings = vision_errors(episode.log, arrivals_of(episode.scenario)), episode.scenario.vision
     assert errors["noise_m"] == pytest.approx(settings.noise_std, rel=0.2)

@@ -129,3 +129,15 @@ def test_touching_distance_of_two_boxes_and_of_parts_that_pass_each_other():
     box = placed_outline(PartKind.BOX, 0.0, 0.0, 0.0)
     assert touching_distance(box, box) == pytest.approx(0.030)
     assert touching_distance(box, box + [0.06, 0.0]) == -np.inf
+
+
+def test_parts_that_lie_on_a_side_are_otherwise_the_same():
+    belt = BeltConfig()
+    drawn = [
+        draw_arrivals(ArrivalsConfig(lying=lying), belt=belt, motion=make_belt_motion(belt), duration=600.0, seed=3)
+        for lying in (0.0, 0.4)
+    ]
+    assert tuple(replace(part, lies=False) for part in drawn[1]) == drawn[0]
+    share = np.mean([part.lies for part in drawn[1] if part.kind is not PartKind.DISC])
+    assert share == pytest.approx(0.4, abs=0.12) and not any(part.lies for part in drawn[0])
+    assert not any(part.lies for part in drawn[1] if part.kind is PartKind.DISC)

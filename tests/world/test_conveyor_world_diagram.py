@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -11,6 +13,8 @@ from drake_tracker.core.colour import rgb
 from drake_tracker.core.messages import EncoderReading, JawState, PickVerdict
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.core.part_outline import part_outline
+from drake_tracker.faults.config import EncoderJump, EncoderStopped, HandOverBelt
+from drake_tracker.faults.kinds import make_faults
 from drake_tracker.world.arrivals import PART_COLOURS, Arrival
 from drake_tracker.world.belt_system import ENCODER_STEP
 from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
@@ -18,7 +22,7 @@ from drake_tracker.world.config import CamerasConfig
 from drake_tracker.world.conveyor_config import BELT_MOTIONS, BeltConfig, TrayConfig
 from drake_tracker.world.conveyor_world_diagram import ConveyorWorldDiagram
 from drake_tracker.world.part_fates import PartFate
-from drake_tracker.world.part_model import feet, part_inertia, rest_height
+from drake_tracker.world.part_model import feet, lying_height, part_inertia, rest_height
 from drake_tracker.world.tray import cell_centres
 
 KINDS = tuple(PART_SHAPES)
@@ -33,7 +37,7 @@ def arrival(time, kind=PartKind.BOX, x=0.60, yaw=0.5, colour=PART_COLOURS[0]):
 class World:
     """A world in which the arm is to stand still at ``p_WT`` [m]."""
 
-    def __init__(self, arrivals, p_WT=OVER_BELT, opening=0.088, belt=BeltConfig(), cameras=None):
+    def __init__(self, arrivals, p_WT=OVER_BELT, opening=0.088, belt=BeltConfig(), cameras=None, faults=()):
         q = joints_for(make_arm_model(PUMA560), PUMA560.q_start, tool_down(p_WT, np.pi))
         self.diagram = ConveyorWorldDiagram(
             description=PUMA560,
@@ -44,6 +48,7 @@ class World:
             jaw_opening=opening,
             cameras=cameras or CamerasConfig(),
             windows=None if cameras else {},
+            faults=faults,
         )
         self.simulator = Simulator(self.diagram)
         self.context = self.simulator.get_mutable_context()
@@ -208,3 +213,37 @@ def test_the_cameras_see_the_parts_where_they_are():
             assert len(rows) > 20, name
             seen = [columns.mean() + low[1], rows.mean() + low[0]]
             assert seen == pytest.approx([u, v], abs=2.0)
+
+
+@pytest.mark.parametrize("kind", [PartKind.BOX, PartKind.ELL])
+def test_a_part_that_lies_on_a_side_stays_so_and_rides_with_the_belt(kind):
+    world = World([replace(arrival(0.5, kind), lies=True)])
+    before = world.states
+    world.simulator.AdvanceTo(2.0)
+    after = world.states
+    assert after[0, 6] == pytest.approx(HEIGHT + lying_height(kind), abs=5e-5)
+    assert np.abs(after[0, :4] - before[0, :4]).max() < 1e-3
+    assert after[0, 5] - before[0, 5] == pytest.approx(world.diagram.motion.distance(2.0), abs=5e-4)
+
+
+@pytest.mark.parametrize("settings, wrong", [(EncoderJump(at=0.5, distance=0.3), 0.3), (EncoderStopped(at=0.5), None)])
+def test_an_encoder_with_a_fault(settings, wrong):
+    world = World([arrival(1.0)], belt=BeltConfig(encoder=True), faults=make_faults([settings], seed=0))
+    distance = world.diagram.motion.distance
+    for time, expected in ((0.4, distance(0.4)), (1.0, distance(0.5) if wrong is None else distance(1.0) + wrong)):
+        world.simulator.AdvanceTo(time)
+        assert EncoderReading(world.read("encoder")).distance == pytest.approx(expected, abs=1.1 * ENCODER_STEP)
+
+
+def test_a_hand_reaches_over_the_belt_and_touches_nothing():
+    (fault,) = make_faults([HandOverBelt(at=0.5, duration=3.0, y=0.1)], seed=0)
+    world = World([arrival(1.0)], faults=[fault])
+    plant = world.diagram.laboratory.plant
+    hand = plant.GetBodyByName("hand_0")
+    tip = []
+    for time in (0.4, 1.5):
+        world.simulator.AdvanceTo(time)
+        tip.append(hand.EvalPoseInWorld(plant.GetMyContextFromRoot(world.context)).translation() - [0.2, 0.0, 0.0])
+    belt = BeltConfig()
+    assert tip[0][0] > belt.middle + 0.5 * belt.width and tip[1][0] == pytest.approx(belt.middle - 0.02, abs=0.003)
+    assert tip[1][1] == pytest.approx(0.1) and plant.GetCollisionGeometriesForBody(hand) == []

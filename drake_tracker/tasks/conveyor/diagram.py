@@ -19,6 +19,8 @@ from drake_tracker.dispatch.kinds import make_dispatcher
 from drake_tracker.dispatch.order_book import OrderClerk
 from drake_tracker.dispatch.pick_host_system import CellPose, PickHostSystem
 from drake_tracker.estimation.belt import BeltEstimator
+from drake_tracker.faults.fault import Fault
+from drake_tracker.faults.kinds import make_faults
 from drake_tracker.grasp.pick_machine import PickMachine
 from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.grasp.pick_system import PickSystem
@@ -80,6 +82,7 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
         lighting=scenario.lighting,
         windows=windows,
         pipeline=pipeline,
+        faults=conveyor_faults(scenario),
         seed=scenario.seed,
         time_step=scenario.time_step,
     )
@@ -102,6 +105,22 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
     )
     connections = (*WITH_ORDERS, *WITH_ENCODER) if scenario.belt.encoder else WITH_ORDERS
     return HandEyeDiagram(world, vision, conveyor_host(scenario), link, arm, connections)
+
+
+def conveyor_faults(scenario: ConveyorScenario) -> tuple[Fault, ...]:
+    """Returns what goes wrong in a scenario."""
+    if not scenario.faults:
+        return ()
+    description = arm_of(scenario)
+    return make_faults(
+        scenario.faults,
+        seed=scenario.seed,
+        servo_inertia=description.servo_inertia,
+        finger_stiffness=description.finger_stiffness,
+        time_step=scenario.time_step,
+        belt_middle=scenario.belt.middle,
+        belt_height=scenario.belt.height,
+    )
 
 
 def arrivals_of(scenario: ConveyorScenario) -> tuple[Arrival, ...]:
@@ -153,6 +172,7 @@ def conveyor_host(scenario: ConveyorScenario) -> PickHostSystem:
         SEEKING,
         CARRYING,
         offset=vision_slot(ESTIMATOR_SLOT, scenario.time_step),
+        has_encoder=scenario.belt.encoder,
     )
     host.set_name("host")
     return host
@@ -160,7 +180,8 @@ def conveyor_host(scenario: ConveyorScenario) -> PickHostSystem:
 
 def conveyor_link(scenario: ConveyorScenario) -> LinkDiagram:
     """Returns the link of a scenario, which carries packets and orders."""
-    return LinkDiagram(link_of(scenario), link_of(scenario, message=PickOrder), "order")
+    faults = conveyor_faults(scenario)
+    return LinkDiagram(link_of(scenario, faults), link_of(scenario, faults, PickOrder), "order")
 
 
 def conveyor_guard(scenario: ConveyorScenario) -> PacketGuard:

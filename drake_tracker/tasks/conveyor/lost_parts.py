@@ -61,6 +61,7 @@ def lost_parts(
     The first of these causes that holds counts:
 
     - "dropped": it was picked, and fell, or was put down beside a cell.
+    - "lies on its side": it came so, and cannot be picked.
     - "run ended": the hand picked it, held it, or carried it to a cell when the run ended.
     - "grasp failed": the hand descended towards it.
     - "arrived too late": the whole chance to pick and place it did not lie within the run (`could_be_picked`).
@@ -100,6 +101,9 @@ def lost_parts(
         missed_chances = [free[number] for number in numbers if number in free]
         if part.fate is PartFate.DROPPED:
             cause, words = "dropped", "it was picked and did not reach a cell"
+        elif part.arrival.lies:
+            tried = "the hand descended towards it in vain" if part.attempted else "the arm left it alone"
+            cause, words = "lies on its side", f"it cannot be picked so, and {tried}"
         elif part.picked_at is not None:
             cause, words = (
                 "run ended",

@@ -11,6 +11,8 @@ from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.dispatch.config import CycleTime, Eligibility, LookAhead, Window
 from drake_tracker.dispatch.kinds import DISPATCHERS
 from drake_tracker.estimation.config import Belt
+from drake_tracker.faults.config import EncoderJump, EncoderStopped, HandOverBelt, ImageFaultConfig
+from drake_tracker.faults.kinds import faults_of
 from drake_tracker.grasp.config import PickConfig
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.kinds import LINKS
@@ -90,6 +92,7 @@ class ConveyorScenario(BaseScenario):
         servo: from packets of predicted path to set-points every 30 ms.
         pick: what the hand does, and when.
         arm: the arm.
+        faults: what goes wrong, and when.
     """
 
     hand: ClassVar[Hand] = Hand.GRIPPER
@@ -116,6 +119,7 @@ class ConveyorScenario(BaseScenario):
     arm: ARMS.union(Custom, without=arms_without(Hand.GRIPPER)) = setting(  # type: ignore[valid-type]
         Puma560, "the arm"
     )
+    faults: tuple[faults_of("conveyor"), ...] = setting([], "what goes wrong, and when")  # type: ignore[valid-type]
 
     def problems(self) -> list[tuple[str, str]]:
         """Returns the settings that contradict each other: a list of (key path, what is required)."""
@@ -135,4 +139,12 @@ class ConveyorScenario(BaseScenario):
             found.append(("cameras.wrist", "must be !NoWristCamera: the hand carries no camera in this task"))
         if not sum(self.arrivals.mix) > 0.0:
             found.append(("arrivals.mix", "must be positive for at least one kind of part"))
+        for number, fault in enumerate(self.faults):
+            where, name = f"faults[{number}]", type(fault).__name__
+            if isinstance(fault, EncoderJump | EncoderStopped) and not self.belt.encoder:
+                found.append((where, f"!{name} needs an encoder: set belt.encoder=true"))
+            if isinstance(fault, HandOverBelt | ImageFaultConfig) and isinstance(self.vision, Measured):
+                found.append((where, f"!{name} needs cameras: vision must be !Rendered"))
+            if getattr(fault, "camera", "both") == "wrist":
+                found.append((f"{where}.camera", "must be left, right or both: the hand has no camera"))
         return found

@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_tracker.core.messages import PickVerdict
 from drake_tracker.core.part_kinds import PART_SHAPES
+from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.conveyor.lost_parts import counted, lost_parts
@@ -56,6 +57,8 @@ def summarise_conveyor(
     - ``joint_limit_margin_rad``, ``speed_share``, ``longest_saturation_s``: see `arm_findings`.
     - ``packets_rejected``, ``packets_rejected_for``: see `packet_findings`.
     - ``set_points_changed``, ``set_points_changed_for``: see `limiter_findings`.
+    - ``encoder_unused_s``: time in which the host went on with vision alone, because the encoder was silent, had
+      jumped, or disagreed with vision; None without an encoder.
     - ``lag_s``: smallest and greatest time from the stamp of an image to the packet based on it.
 
     Args:
@@ -94,6 +97,7 @@ def summarise_conveyor(
         **arm_findings(log, limits_of(arm_of(scenario))),
         **packet_findings(log),
         **limiter_findings(log),
+        "encoder_unused_s": _encoder_unused(log),
         "lag_s": lag_of(log, scenario.time_step),
         "simulated_s": simulated,
         "interrupted": bool(interrupted),
@@ -128,6 +132,11 @@ def failure_reason(verdict: Any, possible: int, placed: int, reasons: dict[str, 
         if details:
             reason += f" ({', '.join(details)})"
     return f"interrupted; until then {reason}" if interrupted else reason
+
+
+def _encoder_unused(log: Log) -> float | None:
+    report = log.get("encoder_report")
+    return None if report is None else VISION_PERIOD * float(report["unused_cycles"].max(initial=0.0))
 
 
 def _has_direction(part: PartHistory) -> bool:

@@ -11,6 +11,8 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import (
     ArmCommand,
     BeltEstimate,
+    EncoderReading,
+    EncoderReport,
     JawState,
     LimiterReport,
     PacketReport,
@@ -73,6 +75,8 @@ class ConveyorTask(Task[ConveyorScenario]):
         "belt": (VISION_PERIOD, BeltEstimate.get_fields()),
         "order": (VISION_PERIOD, PickOrder.get_fields()),
         "jaws": (VISION_PERIOD, JawState.get_fields()),
+        "encoder": (TIME_STEP, EncoderReading.get_fields()),
+        "encoder_report": (VISION_PERIOD, EncoderReport.get_fields()),
     }
     body_signals = {  # noqa: RUF012
         "truth_part_states": (VISION_PERIOD, BODY_STATE),
@@ -95,6 +99,7 @@ class ConveyorTask(Task[ConveyorScenario]):
         ("doubles", "picked together with another part", _COUNT),
         ("picks_per_minute", "picks a minute", (1.0, "", 1)),
         ("share_of_clairvoyant", "share of the picks of an arm that knows all arrivals", (100.0, "%", 0)),
+        ("encoder_unused_s", "time without a usable encoder", (1.0, "s", 1)),
         ("placement_rms_m", "position error in the cells, rms", _MM),
         ("placement_turn_rms_rad", "direction error in the cells, rms", (180.0 / np.pi, "°", 1)),
     )
@@ -184,17 +189,16 @@ class ConveyorTask(Task[ConveyorScenario]):
         return f"{sentence}."
 
     def replay_sources(self, scenario: ConveyorScenario, start: str) -> tuple[str, ...]:
-        if scenario.belt.encoder:
-            raise DrakeTrackerError("a run of a belt with an encoder cannot be replayed: the encoder is not recorded")
         if start == "centroids":
             raise DrakeTrackerError(
                 "a run of the conveyor has no centroids; use --from points for the recorded parts, or --from images"
             )
+        host = (*_REPORTS, *(("encoder",) if scenario.belt.encoder else ()))
         if start == "points":
-            return ("parts", *_REPORTS)
+            return ("parts", *host)
         if not isinstance(scenario.vision, Rendered):
             raise DrakeTrackerError("vision of the run is measured, so that there are no images; use --from points")
-        return (*_REPORTS, *(_ARM if scenario.vision.parts.mask_arm else ()))
+        return (*host, *(_ARM if scenario.vision.parts.mask_arm else ()))
 
     def replay_start(self, scenario: ConveyorScenario, logged: Collection[str]) -> str:
         return "points"

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_tracker.core.messages import PART_FIELDS, PART_SLOTS
-from drake_tracker.core.part_kinds import PART_SHAPES
+from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.tasks.conveyor.part_history import tracks_of
 from drake_tracker.tasks.episode import Log
 from drake_tracker.world.arrivals import Arrival
@@ -71,8 +71,8 @@ def measurements(log: Log, arrivals: Sequence[Arrival]) -> Measured:
     return Measured(table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2] > 0, table[:, 3:6], table[:, 6])
 
 
-def vision_errors(log: Log, arrivals: Sequence[Arrival]) -> dict[str, float | int | None]:
-    """Returns the errors of the vision of a run.
+def vision_errors(log: Log, arrivals: Sequence[Arrival], kind: PartKind | None = None) -> dict[str, float | int | None]:
+    """Returns the errors of the vision of a run. Parts that lie on a side are left out.
 
     - ``measurements``, ``parts``: numbers of measurements, and of parts that were measured.
     - ``bias_m``, ``turn_bias_rad``: root mean square over the parts of the mean error of a part, per axis.
@@ -85,8 +85,11 @@ def vision_errors(log: Log, arrivals: Sequence[Arrival]) -> dict[str, float | in
     Args:
         log: {name: Signal} of the run.
         arrivals: the parts of the run.
+        kind: of the parts that count; None: all.
     """
     found = measurements(log, arrivals)
+    wanted = np.array([not each.lies and kind in (None, each.kind) for each in arrivals])
+    found = Measured(*(values[wanted[found.part]] for values in found))
     if not len(found.part):
         return {"measurements": 0, "parts": 0}
     seen = np.unique(found.part)

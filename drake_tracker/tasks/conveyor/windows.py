@@ -38,7 +38,7 @@ def placing_time(scenario: ConveyorScenario) -> float:
 
 
 def could_be_picked(scenario: ConveyorScenario, arrival: Arrival, simulated: float) -> bool:
-    """Returns whether the whole chance to pick and place a part lay within the run.
+    """Returns whether a part stands, and the whole chance to pick and place it lay within the run.
 
     Args:
         scenario: the scenario of the run.
@@ -46,13 +46,14 @@ def could_be_picked(scenario: ConveyorScenario, arrival: Arrival, simulated: flo
         simulated: time at which the run ended [s].
     """
     _, leaves = window_times(scenario, arrival, make_belt_motion(scenario.belt))
-    return leaves + placing_time(scenario) <= simulated
+    return not arrival.lies and leaves + placing_time(scenario) <= simulated
 
 
 def clairvoyant_picks(scenario: ConveyorScenario, arrivals: Sequence[Arrival], simulated: float) -> int | None:
     """Returns the largest number of picks of an arm that knows all arrivals, or None for a belt that changes its speed.
 
-    The arm needs the time of a cycle that the dispatcher expects, fails at no pick, and has room beside every part.
+    The arm needs the time of a cycle that the dispatcher expects, fails at no pick, and has room beside every part. It
+    leaves parts that lie on a side.
 
     Args:
         scenario: the scenario of the run.
@@ -65,7 +66,7 @@ def clairvoyant_picks(scenario: ConveyorScenario, arrivals: Sequence[Arrival], s
     parts = [
         queue.Arrival(number, arrival.time, arrival.x, belt.speed)
         for number, arrival in enumerate(arrivals, 1)
-        if arrival.time <= simulated
+        if arrival.time <= simulated and not arrival.lies
     ]
     centres = cell_centres(scenario.tray)
     cells = [Cell(*centres[k]) for k in filling_order(scenario)]

@@ -102,3 +102,11 @@ def test_no_arm_picks_more_parts_than_arrive_or_fit_into_the_cells():
     assert clairvoyant_picks(few.scenario, few.arrivals, 60.0) == 2
     stopping = ConveyorRun(stories, **{"belt.motion": "stop_and_go"})
     assert clairvoyant_picks(stopping.scenario, stopping.arrivals, 60.0) is None
+
+
+def test_a_part_that_lies_on_its_side_has_a_cause_of_its_own_and_could_not_be_picked():
+    run = ConveyorRun([Story(1.0, picked=4.0, placed=6.0), Story(2.0, lies=True)])
+    lost = found(run, run.log())
+    assert [part.cause for part in lost] == ["lies on its side"] and "left it alone" in lost[0].sentence
+    summary = summarise_conveyor(run.scenario, run.arrivals, run.log(), run.duration)
+    assert summary["could_be_picked"] == 1 and summary["success"] and summary["share_of_clairvoyant"] == 1.0

@@ -67,11 +67,10 @@ def test_what_cannot_be_built(changes, words):
 
 
 def test_runs_that_cannot_be_replayed():
-    measured, encoder = (ConveyorScenario(vision=Measured()), ConveyorScenario().with_settings({"belt.encoder": True}))
+    measured = ConveyorScenario(vision=Measured())
     for scenario, start, words in (
         (measured, "images", "vision of the run is measured"),
         (measured, "centroids", "has no centroids"),
-        (encoder, "points", "with an encoder cannot be replayed"),
     ):
         with pytest.raises(DrakeTrackerError, match=words):
             task_of(scenario).replay_sources(scenario, start)
