@@ -39,9 +39,10 @@ from drake_tracker.tasks import load_scenario
 RESULTS = common.RESULTS / "conveyor.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "conveyor"
 DURATION = 60.0
-MEASURED, CAMERAS = "vision=!Measured {}", "vision=!Rendered {}"
-"""Settings of a run without cameras, and with them."""
-UR5E = ["arm=!UR5e {}"]
+CAMERAS = "vision=!Rendered {}"
+"""Setting of a run with cameras."""
+PUMA, UR5E = "conveyor:measured", "conveyor:ur5e_measured"
+"""Scenarios with the arms, each with the cycle of its arm."""
 WAITING = 48.0
 """Rate at which parts are always waiting [1/min]."""
 LOAD = 16.0
@@ -49,21 +50,21 @@ LOAD = 16.0
 EVEN = "arrivals.pattern=even"
 
 
-def settings(speed, rate, *others):
-    """Returns the settings of a cell as a list. Without others about vision, it is measured."""
-    return [MEASURED, f"belt.speed={speed}", f"arrivals.rate={rate}", *others]
+def settings(speed, rate, *others, scenario=PUMA):
+    """Returns the scenario of a cell, and a list of settings. Without others about vision, it is measured."""
+    return scenario, [f"belt.speed={speed}", f"arrivals.rate={rate}", *others]
 
 
 CAPACITY = {
     **{f"belt {speed} m/s": settings(speed, WAITING) for speed in (0.10, 0.15, 0.25)},
-    "belt 0.15 m/s with the UR5e": settings(0.15, WAITING, *UR5E),
+    "belt 0.15 m/s with the UR5e": settings(0.15, WAITING, scenario=UR5E),
     "belt 0.15 m/s with cameras": settings(0.15, WAITING, CAMERAS),
 }
 LOADED = {
     "even": settings(0.15, LOAD, EVEN),
     "even with cameras": settings(0.15, LOAD, EVEN, CAMERAS),
     "even with encoder": settings(0.15, LOAD, EVEN, "belt.encoder=true"),
-    "even with UR5e": settings(0.15, LOAD, EVEN, *UR5E),
+    "even with UR5e": settings(0.15, LOAD, EVEN, scenario=UR5E),
     "independent": settings(0.15, LOAD),
     "independent with cameras": settings(0.15, LOAD, CAMERAS),
 }
@@ -107,9 +108,8 @@ KEPT = (
 
 def job(cell, seed, quick):
     """Returns the line of a run."""
-    scenario = load_scenario(
-        "conveyor:measured", seed=seed, duration=12.0 if quick else DURATION, overrides=CELLS[cell]
-    )
+    name, overrides = CELLS[cell]
+    scenario = load_scenario(name, seed=seed, duration=12.0 if quick else DURATION, overrides=overrides)
     with tempfile.TemporaryDirectory() as folder:
         summary = simulate(scenario, out=f"{folder}/run", options=RunOptions(record=False))
     return {key: summary[key] for key in KEPT}
@@ -120,7 +120,8 @@ def available(cells):
     found = []
     for cell in cells:
         try:
-            load_scenario("conveyor:measured", overrides=CELLS[cell])
+            name, overrides = CELLS[cell]
+            load_scenario(name, overrides=overrides)
             found.append(cell)
         except DrakeTrackerError as error:
             print(f"{cell}: left out ({str(error).splitlines()[0]})", file=sys.stderr)
