@@ -5,9 +5,10 @@
     python benchmarks/conveyor.py --part load --cells cameras
     python benchmarks/conveyor.py --quick            a trial on seeds of its own; nothing is written to the results
 
-- capacity: parts are always waiting (30 arrive per minute). How many does the arm pick per minute?
-- load: parts arrive at 80 % of the capacity. How many are missed, dropped, misplaced, picked in pairs, and how well do
-  they lie in their cells? With measured vision, with cameras, and with a second arm.
+- capacity: parts are always waiting (48 arrive per minute). How many does the arm pick per minute?
+- load: parts arrive at 80 % of the capacity, evenly, as from a feeder, or independently of each other. How many are
+  missed, dropped, misplaced, picked in pairs, and how well do they lie in their cells? With measured vision, with
+  cameras, with an encoder, and with a second arm.
 - saturated: parts arrive singly and in bunches, more than the arm can pick. What share of the bound does each
   dispatcher reach, and how much more does it pick than first in first out?
 - map: speeds of the belt and rates of arrival, with and without encoder.
@@ -41,10 +42,11 @@ DURATION = 60.0
 MEASURED, CAMERAS = "vision=!Measured {}", "vision=!Rendered {}"
 """Settings of a run without cameras, and with them."""
 UR5E = ["arm=!UR5e {}"]
-WAITING = 30.0
+WAITING = 48.0
 """Rate at which parts are always waiting [1/min]."""
-LOAD = 17.0
-"""80 % of the capacity of the PUMA 560 on development seeds, 21 to 22 picks a minute [1/min]."""
+LOAD = 16.0
+"""80 % of the capacity of the PUMA 560 on a belt at 0.15 m/s, 20 picks a minute [1/min]."""
+EVEN = "arrivals.pattern=even"
 
 
 def settings(speed, rate, *others):
@@ -58,10 +60,12 @@ CAPACITY = {
     "belt 0.15 m/s with cameras": settings(0.15, WAITING, CAMERAS),
 }
 LOADED = {
-    "measured vision": settings(0.15, LOAD),
-    "encoder": settings(0.15, LOAD, "belt.encoder=true"),
-    "UR5e": settings(0.15, LOAD, *UR5E),
-    "cameras": settings(0.15, LOAD, CAMERAS),
+    "even": settings(0.15, LOAD, EVEN),
+    "even with cameras": settings(0.15, LOAD, EVEN, CAMERAS),
+    "even with encoder": settings(0.15, LOAD, EVEN, "belt.encoder=true"),
+    "even with UR5e": settings(0.15, LOAD, EVEN, *UR5E),
+    "independent": settings(0.15, LOAD),
+    "independent with cameras": settings(0.15, LOAD, CAMERAS),
 }
 DISPATCHERS = {
     "look ahead": "!LookAhead {}",
@@ -85,11 +89,11 @@ MAP = {
     for encoder in (False, True)
 }
 STOP = {
-    f"{motion.replace('_', ' ')}{' with encoder' if encoder else ''}": settings(
-        0.15, 12.0, f"belt.motion={motion}", f"belt.encoder={str(encoder).lower()}"
+    f"{motion.replace('_', ' ')}{' with ' + name if name else ''}": settings(
+        0.15, 12.0, EVEN, f"belt.motion={motion}", *others
     )
     for motion in ("stop_and_go", "two_speed")
-    for encoder in (False, True)
+    for name, others in {"": [], "encoder": ["belt.encoder=true"], "cameras": [CAMERAS]}.items()
 }
 CELLS = {**CAPACITY, **LOADED, **SATURATED, **MAP, **STOP}
 KEPT = (
@@ -165,17 +169,18 @@ def summary(rows):
     }
 
 
-def part(cells, count, first_seed, name):
-    """Returns a part of this benchmark."""
-    return Part(job, dict.fromkeys(cells, count), first_seed, summary, TABLES[name], available)
+def part(cells, count, first_seed, name, **others):
+    """Returns a part of this benchmark: ``count`` runs of each cell, or those in ``others`` for the end of its name."""
+    counts = {cell: next((number for end, number in others.items() if cell.endswith(end)), count) for cell in cells}
+    return Part(job, counts, first_seed, summary, TABLES[name], available)
 
 
 PARTS = {
     "capacity": part(CAPACITY, 10, 5000, "capacity"),
-    "load": part(LOADED, 40, 5100, "load"),
-    "saturated": part(SATURATED, 20, 5200, "saturated"),
-    "map": part(MAP, 5, 5300, "map"),
-    "stop": part(STOP, 20, 5400, "stop"),
+    "load": part(LOADED, 40, 5100, "load", cameras=10, encoder=20, UR5e=20),
+    "saturated": part(SATURATED, 10, 5200, "saturated"),
+    "map": part(MAP, 3, 5300, "map"),
+    "stop": part(STOP, 10, 5400, "stop", cameras=5),
 }
 
 

@@ -3,9 +3,14 @@
     python benchmarks/dispatch.py                 all cases, 50 seeds each: some minutes
     python benchmarks/dispatch.py --seeds 5       a quick look; nothing is written
 
-All runs have 120 s and 0.8 parts per second, more than twice what the arm can pick. "clairvoyant" is the largest number
-of picks of an arm that knows all arrivals; where its search was not exact, the upper bound is given. Intervals are 95 %
-bootstrap intervals over the seeds of the ratio of two means; the seeds are resampled in pairs.
+The dispatchers are compared in runs of 120 s with 0.8 parts per second, more than twice what the arm can pick.
+"clairvoyant" is the largest number of picks of an arm that knows all arrivals; where its search was not exact, the
+upper bound is given. Intervals are 95 % bootstrap intervals over the seeds of the ratio of two means; the seeds are
+resampled in pairs.
+
+A second table tells what share of the parts is missed at a part of the capacity, when they arrive independently of each
+other and evenly, and on pieces of belt of different lengths. Here parts arrive for 120 s, and the run ends when all of
+them have left the window.
 """
 
 import argparse
@@ -24,6 +29,7 @@ from drake_tracker.dispatch import (
     Window,
     bunched_arrivals,
     clairvoyant,
+    even_arrivals,
     make_dispatcher,
     poisson_arrivals,
     simulate_queue,
@@ -40,6 +46,21 @@ CELLS = tuple(Cell(x, y) for y in (*(-row for row in ROWS), *reversed(ROWS)) for
 """The cells in the order in which the conveyor fills them."""
 START, WAIT = Hand(0.60, -0.30, 0.0), (0.60, -0.30)
 RESAMPLES = 2000
+LOAD_SPEED, LOADS = 0.15, (0.4, 0.6, 0.8, 1.0)
+"""Speed of the belt [m/s], and parts that arrive for each that the arm can pick, in the table of the loads."""
+VARIATION = 0.3
+"""Of even arrivals."""
+LENGTHS = {0.82: Window(), 1.20: Window(-0.60, 0.60), 2.40: Window(-1.20, 1.20)}
+"""{length of the window [m]: the window}. The second is at the limit of the PUMA's reach, the last far beyond it."""
+
+
+def picks_by(name, model, arrivals, belt, duration):
+    """Returns the number of picks of a dispatcher, or of "clairvoyant" at most."""
+    arguments = (arrivals, START, CELLS, belt.y_seen, duration)
+    if name == "clairvoyant":
+        return clairvoyant(model, *arguments).upper
+    dispatcher = make_dispatcher(DISPATCHERS.names[name](), model, Eligibility())
+    return len(simulate_queue(dispatcher, model, *arguments, WAIT).picks)
 
 
 def picks_of(belt, bunch, seed):
@@ -49,12 +70,8 @@ def picks_of(belt, bunch, seed):
     else:
         arrivals = bunched_arrivals(belt, RATE, bunch, DURATION, seed)
     model = CycleModel(CycleTime(), Window())
-    arguments = (arrivals, START, CELLS, belt.y_seen, DURATION)
-    picks = {}
-    for name, kind in DISPATCHERS.names.items():
-        dispatcher = make_dispatcher(kind(), model, Eligibility())
-        picks[name] = len(simulate_queue(dispatcher, model, *arguments, WAIT).picks)
-    bound = clairvoyant(model, *arguments)
+    picks = {name: picks_by(name, model, arrivals, belt, DURATION) for name in DISPATCHERS.names}
+    bound = clairvoyant(model, arrivals, START, CELLS, belt.y_seen, DURATION)
     picks["clairvoyant"] = bound.upper
     return picks, bound.upper == len(bound.numbers)
 
@@ -80,6 +97,37 @@ def compare(speed, bunch, seeds):
         "of_clairvoyant": {name: ratio(count, counts["clairvoyant"]) for name, count in counts.items()},
         "of_first_in_first_out": {name: ratio(count, counts["first_in_first_out"]) for name, count in counts.items()},
     }
+
+
+def missed_at(rate, model, belt, even, seeds):
+    """Returns {name of a dispatcher, or "clairvoyant": share of the parts that is missed at a rate [1/s]}."""
+    end = DURATION + (model.window.y_last - belt.y_seen) / belt.speed
+    runs = [
+        even_arrivals(belt, rate, VARIATION, DURATION, seed) if even else poisson_arrivals(belt, rate, DURATION, seed)
+        for seed in seeds
+    ]
+    arrived = np.array([len(arrivals) for arrivals in runs], float)
+    return {
+        name: ratio(arrived - [picks_by(name, model, arrivals, belt, end) for arrivals in runs], arrived)
+        for name in ("look_ahead", "first_in_first_out", "clairvoyant")
+    }
+
+
+def load_cases(seeds):
+    """Returns the results of the second table, and prints them."""
+    cases = []
+    for length, window in LENGTHS.items():
+        model = CycleModel(CycleTime(), window)
+        belt = Belt(speed=LOAD_SPEED, y_seen=window.y_first - 0.05)
+        saturated = [poisson_arrivals(belt, RATE, DURATION, seed) for seed in seeds]
+        capacity = np.mean([picks_by("look_ahead", model, run, belt, DURATION) for run in saturated]) / DURATION
+        for pattern in ("independent", "even"):
+            for load in LOADS:
+                missed = missed_at(load * capacity, model, belt, pattern == "even", seeds)
+                case = {"length": length, "pattern": pattern, "load": load, "per_minute": 60.0 * load * capacity}
+                cases.append({**case, "missed": missed})
+                print(*case.values(), *(f"{name} {value[0]:.1%}" for name, value in missed.items()), flush=True)
+    return cases
 
 
 def main():
@@ -110,7 +158,8 @@ def main():
         "exact",
     ]
     common.print_table(header, rows)
-    common.save_json({"cases": results}, RESULTS if options.seeds == 50 else None, seeds)
+    results = {"cases": results, "loads": load_cases(seeds)}
+    common.save_json(results, RESULTS if options.seeds == 50 else None, seeds)
 
 
 if __name__ == "__main__":

@@ -28,6 +28,7 @@ import common
 import cv2
 import footage_files
 import footage_person
+import footage_stereo
 import numpy as np
 import parts
 from footage_clips import KINDS, RATE, make_clip
@@ -46,6 +47,7 @@ FIRST = 10
 """Images at the beginning that do not count: every method needs some to learn the scene, or to find the object."""
 WRONG = 10.0
 """See above [px]."""
+STEREO = "two cameras of 1088 x 1920 px"
 METHODS = ("track", "MOG2", "CSRT", "KCF", "MIL", "median flow")
 CELLS = {f"{kind}, {method}": (kind, method) for kind in KINDS for method in METHODS}
 
@@ -170,17 +172,25 @@ def summary(rows):
 
 
 def speed(seed, quick):
-    """Returns images per second of the whole command, with start and files, on a clip of 640 x 480 px."""
-    clip = make_clip("plain", seed, 60 if quick else 900)
+    """Returns images or pairs per second of the whole command, with start and files.
+
+    One camera has 900 images of 640 x 480 px, two have 300 each of 1088 x 1920 px.
+    """
+    cells = []
     with tempfile.TemporaryDirectory() as name:
-        path = Path(name) / "clip.mp4"
-        footage_files.write(path, footage_files.FILES["H.264 in MP4"], clip.images, None)
-        cells = []
-        for label, more in (("with overlay", []), ("--no-overlay", ["--no-overlay"])):
-            command = [sys.executable, "-m", "drake_tracker", "track", str(path), "--out", f"{name}/{label}", *more]
-            began = time.perf_counter()
-            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-            cells.append({"cell": label, "images_per_s": len(clip.images) / (time.perf_counter() - began)})
+        folder = Path(name)
+        clip = make_clip("plain", seed, 60 if quick else 900)
+        footage_files.write(folder / "clip.mp4", footage_files.FILES["H.264 in MP4"], clip.images, None)
+        pairs = 30 if quick else 300
+        footage_stereo.write_pair(folder, seed, pairs)
+        stereo = ["left.mp4", "right.mp4", "--calibration", "stereo.yaml"]
+        for label, sources, count in (("640 x 480 px", ["clip.mp4"], len(clip.images)), (STEREO, stereo, pairs)):
+            for overlay, more in (("with overlay", []), ("--no-overlay", ["--no-overlay"])):
+                command = [sys.executable, "-m", "drake_tracker", "track", *sources, "--out", label + overlay, *more]
+                began = time.perf_counter()
+                subprocess.run(command, check=True, stdout=subprocess.DEVNULL, cwd=folder)
+                rate = count / (time.perf_counter() - began)
+                cells.append({"cell": f"{label}, {overlay}", "images_per_s": rate})
     return cells
 
 

@@ -38,7 +38,7 @@ class Clip:
 def make_clip(kind: str, seed: int, count: int = 120) -> Clip:
     """Returns a clip of ``count`` images at `RATE`."""
     rng = np.random.default_rng([seed, KINDS.index(kind)])
-    sky = _background(rng, WIDTH + 2 * MARGIN, HEIGHT + 2 * MARGIN)
+    sky = background(rng, WIDTH + 2 * MARGIN, HEIGHT + 2 * MARGIN)
     camera = np.zeros((count, 2))
     if kind == "shake":
         camera = rng.normal(0.0, 1.0, (count, 2))
@@ -73,7 +73,7 @@ def _painted(image, objects, centres, k):
     """Returns a copy of an image with the objects of image k at ``centres`` (n, 2), the first one in front."""
     image = image.copy()
     for number in reversed(range(len(objects))):
-        _paint(image, objects[number], centres[number], k)
+        paint(image, objects[number], centres[number], k)
     return image
 
 
@@ -116,7 +116,7 @@ def _texture(rng, width, height, mean, spread):
     return (mean + spread * total / total.std()).astype(np.float32)
 
 
-def _background(rng, width, height):
+def background(rng, width, height):
     """Returns a texture with 60 sharp-edged shapes in it, as of a room or a street, float32 (h, w)."""
     image = _texture(rng, width, height, 115.0, 15.0)
     for _ in range(60):
@@ -127,14 +127,15 @@ def _background(rng, width, height):
     return np.clip(image, 40.0, 190.0)
 
 
-def _disc(rng, diameter, mean):
+def disc(rng, diameter, mean):
+    """Returns a disc with a texture."""
     side = int(diameter) + 6
     v, u = np.mgrid[:side, :side] - 0.5 * (side - 1)
     alpha = np.clip(0.5 * diameter + 0.5 - np.hypot(u, v), 0.0, 1.0).astype(np.float32)
     return _Object(_texture(rng, side, side, mean, 12.0), alpha)
 
 
-def _paint(image, thing, centre, k):
+def paint(image, thing, centre, k):
     """Draws an object into an image, in place; the centre of its patch is at ``centre``."""
     alpha = _person(k) if thing.person else thing.alpha
     h, w = alpha.shape
@@ -195,7 +196,7 @@ def _objects(kind, rng, count):
         angle = rng.uniform(0.0, 2.0 * np.pi)
         start = rng.uniform([60, 60], [WIDTH - 60, HEIGHT - 60])
         path = _bounce(start, speed * np.array([np.cos(angle), np.sin(angle)]), count, 30.0)
-        return [_disc(rng, size, rng.choice([20.0, 225.0]))], [path]
+        return [disc(rng, size, rng.choice([20.0, 225.0]))], [path]
     if kind == "crossing":
         sizes = rng.uniform(30.0, 50.0, 2)
         time = np.arange(count) - rng.uniform(0.4, 0.6) * count
@@ -204,8 +205,8 @@ def _objects(kind, rng, count):
         speeds = rng.uniform(1.5, 3.0, 2)
         middle = np.array([0.5 * WIDTH, 0.5 * HEIGHT]) + rng.uniform(-20.0, 20.0, 2)
         paths = [middle + speed * time[:, None] * [np.cos(a), np.sin(a)] for a, speed in zip((angle, turn), speeds)]
-        return [_disc(rng, size, mean) for size, mean in zip(sizes, rng.permutation([225.0, 25.0]))], paths
-    things = [_disc(rng, rng.uniform(30.0, 50.0), rng.choice([20.0, 225.0]))]
+        return [disc(rng, size, mean) for size, mean in zip(sizes, rng.permutation([225.0, 25.0]))], paths
+    things = [disc(rng, rng.uniform(30.0, 50.0), rng.choice([20.0, 225.0]))]
     speed = rng.uniform(6.0, 14.0) if kind == "blur" else rng.uniform(2.0, 4.0)
     paths = [_curve(rng, count, speed, 110.0 if kind != "rival" else 170.0)]
     if kind == "stop":  # it stands for a second in the middle of the clip
@@ -215,7 +216,7 @@ def _objects(kind, rng, count):
             [paths[0][:first], np.repeat(paths[0][first : first + 1], stands, 0), paths[0][first:]]
         )[:count]
     if kind == "rival":
-        things.append(_disc(rng, rng.uniform(80.0, 110.0), rng.choice([20.0, 225.0])))
+        things.append(disc(rng, rng.uniform(80.0, 110.0), rng.choice([20.0, 225.0])))
         across = np.array([rng.uniform(0.0, WIDTH), rng.choice([60.0, HEIGHT - 60.0])])
         paths.append(_bounce(across, np.array([rng.choice([-1, 1]) * rng.uniform(2.0, 5.0), 0.0]), count, 58.0))
     return things, paths

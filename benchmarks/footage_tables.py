@@ -57,7 +57,7 @@ def person(cells):
 
 def speed(cells):
     """Returns (header, rows) of the results of the command."""
-    return ["command", "images per second"], [[cell["cell"], f"{cell['images_per_s']:.0f}"] for cell in cells]
+    return ["command", "images or pairs per second"], [[cell["cell"], f"{cell['images_per_s']:.0f}"] for cell in cells]
 
 
 TABLES = {"accuracy": table, "files": files, "person": person, "speed": speed}

@@ -63,7 +63,7 @@ def run_one(job):
 def describe(row):
     """Returns the progress line of a trial."""
     if "success" in row:
-        end = "lifted" if row["success"] else f"not lifted: {row.get('failure_reason')}"
+        end = "succeeded" if row["success"] else f"failed: {row.get('failure_reason')}"
     else:
         end = "done"
     return f"{row['cell']} seed {row['seed']}: {end}"

@@ -37,6 +37,29 @@ def dispatch_rules() -> str:
     )
 
 
+def dispatch_loads() -> str:
+    results = data("dispatch")
+    rows = [
+        [
+            f"{case['length']:.2f} m",
+            case["pattern"],
+            f"{100.0 * case['load']:.0f} %",
+            f"{case['per_minute']:.1f}",
+            *(
+                "{:.1f} % ({:.1f} to {:.1f})".format(*(100.0 * value for value in case["missed"][name]))
+                for name in ("look_ahead", _FIFO, "clairvoyant")
+            ),
+        ]
+        for case in results["loads"]
+    ]
+    header = ["window", "arrivals", "load", "parts a minute", "missed: look ahead", "first in first out"]
+    made_by = results["made_by"]
+    return block(
+        table(header + ["clairvoyant, at least"], rows),
+        f"*Seeds {ranges(made_by['seeds'])}, commit `{made_by['commit'][:7]}`.*",
+    )
+
+
 def _exact(results: Row) -> str:
     cases = results["cases"]
     return f"{sum(case['exact_bounds'] for case in cases)} of {len(cases) * len(results['made_by']['seeds'])} runs"

@@ -12,6 +12,7 @@ from which inverse kinematics computes the joints: the hand moves straight to G 
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -110,6 +111,21 @@ def motion_time(length: float, against: float, speed: float, acceleration: float
     kill, ramp = START_BEND * against, PEAK_OVER_MEAN / RAMP * length
     change = (kill + np.sqrt(kill**2 + 4.0 * acceleration * ramp)) / (2.0 * acceleration)
     return max(PEAK_OVER_MEAN * length / speed, change)
+
+
+def straight_motion_time(displacement: np.ndarray, v_start: np.ndarray, speed: float, acceleration: float) -> float:
+    """Returns the shortest duration [s] of a straight-line motion that begins with some velocity; see `motion_time`.
+
+    Args:
+        displacement: of the motion, shape (3,) [m].
+        v_start: velocity at its start, shape (3,) [m/s].
+        speed: largest speed [m/s].
+        acceleration: largest acceleration [m/s^2].
+    """
+    length: Any = np.linalg.norm(displacement)
+    along = max(v_start @ displacement, 0.0) * displacement / max(length, 1e-9) ** 2
+    against: Any = np.linalg.norm(v_start - along)
+    return motion_time(length, against, speed, acceleration)
 
 
 def tool_down_rotation(yaw: float) -> np.ndarray:

@@ -7,7 +7,6 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from drake_tracker.core.atomic_file import unwritable
 from drake_tracker.core.errors import DrakeTrackerError
@@ -119,6 +118,8 @@ class McapFile:
             time: at which the frames are there [s].
             poses: {name of the frame F: X_WF, shape (4, 4) [m]}.
         """
+        from scipy.spatial.transform import Rotation  # slow to load
+
         m = self._messages
         rows = []
         for name, X_WF in poses.items():

@@ -1,6 +1,7 @@
 from .arrivals import Arrival as Arrival
 from .arrivals import Belt as Belt
 from .arrivals import bunched_arrivals as bunched_arrivals
+from .arrivals import even_arrivals as even_arrivals
 from .arrivals import poisson_arrivals as poisson_arrivals
 from .candidate import Candidate as Candidate
 from .candidate import Cell as Cell

@@ -91,6 +91,24 @@ def bunched_arrivals(belt: Belt, rate: float, bunch: int, duration: float, seed:
     return _spread(belt, times, duration, rng)
 
 
+def even_arrivals(belt: Belt, rate: float, variation: float, duration: float, seed: int) -> tuple[Arrival, ...]:
+    """Returns parts that arrive at almost even intervals, as from a feeder.
+
+    Args:
+        belt: the belt.
+        rate: mean number of parts per second.
+        variation: largest deviation of an interval from its mean, as a share of it; from 0 to 1.
+        duration: time in which parts arrive [s].
+        seed: seed of the random numbers.
+    """
+    rng = np.random.default_rng([seed, 3])
+    times, time = [], rng.uniform(0.0, 1.0 / rate)
+    while time < duration:
+        times.append(time)
+        time += (1.0 + variation * rng.uniform(-1.0, 1.0)) / rate
+    return _spread(belt, times, duration, rng)
+
+
 def _spread(belt: Belt, times: list[float], duration: float, rng: np.random.Generator) -> tuple[Arrival, ...]:
     """Returns parts at random positions across the belt that keep their distance; late ones are left out.
 

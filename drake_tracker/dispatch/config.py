@@ -33,9 +33,9 @@ class CycleTime:
     runs of the PUMA 560 on development seeds, with ``python benchmarks/conveyor_cycle.py``.
     """
 
-    approach_speed: float = setting(1.5, "largest speed of the hand on the way to a part", "m/s", (0.05, 5.0))
-    approach_acceleration: float = setting(5.0, "its acceleration", "m/s^2", (0.1, 50.0))
-    descent: float = setting(0.46, "duration of settling above the moving part, and of the descent", "s", (0.0, 10.0))
+    approach_speed: float = setting(1.1, "largest speed of the hand on the way to a part", "m/s", (0.05, 5.0))
+    approach_acceleration: float = setting(5.3, "its acceleration", "m/s^2", (0.1, 50.0))
+    descent: float = setting(0.47, "duration of settling above the moving part, and of the descent", "s", (0.0, 10.0))
     close: float = setting(0.24, "time in which the jaws close", "s", (0.0, 5.0))
     lift: float = setting(0.27, "duration of the lift", "s", (0.0, 10.0))
     carry_speed: float = setting(0.9, "largest speed of the hand on the way to a cell", "m/s", (0.05, 5.0))

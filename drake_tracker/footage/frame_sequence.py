@@ -2,7 +2,9 @@
 
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
+from functools import partial
 
+import cv2
 import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
@@ -20,11 +22,13 @@ class Tick:
 
     Attributes:
         image: the newest image so far, RGB uint8 (h, w, 3).
+        grey: the same as grey values, uint8 (h, w).
         stamp: capture time of the image, or the time of the tick when no image was captured in it [s].
         fresh: whether an image was captured in this tick.
     """
 
     image: np.ndarray
+    grey: np.ndarray
     stamp: float
     fresh: bool
 
@@ -48,7 +52,7 @@ class FrameSequence:
     def __init__(self, footage: Footage, clock: FrameClock, shift: int = 0, zero: float | None = None) -> None:
         self.footage, self.clock, self.shift = footage, clock, shift
         self._zero = clock.time(-shift) if zero is None else zero
-        self._frames: Iterator[tuple[float, np.ndarray]] = iter(())
+        self._frames: Iterator[tuple[float, np.ndarray, np.ndarray]] = iter(())
         self._rewind()
 
     @property
@@ -64,16 +68,18 @@ class FrameSequence:
     def _rewind(self) -> None:
         self.close()
         if self.footage.live:  # the stamp of an image is the instant at which it is requested
-            self._frames = self.footage.frames()
+            self._frames = _with_grey(self.footage)
         else:
-            bytes_each = 3 * self.footage.size[0] * self.footage.size[1]
-            self._frames = read_ahead(self.footage.frames, int(np.clip(_AHEAD_BYTES // bytes_each, 1, _MOST_AHEAD)))
-        self._next: tuple[int, float, np.ndarray] | None = None
+            bytes_each = 4 * self.footage.size[0] * self.footage.size[1]
+            count = int(np.clip(_AHEAD_BYTES // bytes_each, 1, _MOST_AHEAD))
+            self._frames = read_ahead(partial(_with_grey, self.footage), count)
+        self._next: tuple[int, float, np.ndarray, np.ndarray] | None = None
         self._ended = False
         self._number = -1
         self._previous: int | None = None
         self.surplus = 0
         self._image = np.zeros((*self.footage.size[::-1], 3), np.uint8)
+        self._grey = np.zeros(self.footage.size[::-1], np.uint8)
         self._current: Tick | None = None
 
     def at(self, number: int) -> Tick:
@@ -96,18 +102,24 @@ class FrameSequence:
         while not self._ended and (self._next is None or self._next[0] < wanted):
             self._next = self._read()
         if self._next is not None and self._next[0] == wanted:
-            _, time, self._image = self._next
+            _, time, self._image, self._grey = self._next
             self._next = None
-            return Tick(self._image, time - self._zero, True)
-        return Tick(self._image, self.clock.time(wanted) - self._zero, False)
+            return Tick(self._image, self._grey, time - self._zero, True)
+        return Tick(self._image, self._grey, self.clock.time(wanted) - self._zero, False)
 
-    def _read(self) -> tuple[int, float, np.ndarray] | None:
-        """Returns (tick, time [s], image) of the next image that has a tick, or None when there is none."""
-        for time, image in self._frames:
+    def _read(self) -> tuple[int, float, np.ndarray, np.ndarray] | None:
+        """Returns (tick, time [s], image, grey image) of the next image that has a tick, or None when there is none."""
+        for time, image, grey in self._frames:
             tick = self.clock.tick(time, -(10**9) if self._previous is None else self._previous)
             if tick is not None:
                 self._previous = tick
-                return tick, time, image
+                return tick, time, image, grey
             self.surplus += 1
         self._ended = True
         return None
+
+
+def _with_grey(footage: Footage) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
+    """Yields (time [s], RGB image, grey image) of each image."""
+    for time, image in footage.frames():
+        yield time, image, cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)

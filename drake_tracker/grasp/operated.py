@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from drake_tracker.arm.transform_equation import motion_time
+from drake_tracker.arm.transform_equation import straight_motion_time
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import ServoTarget, message_size
 from drake_tracker.grasp.motor_schema import SchemaMachine, SchemaState, Transitions
@@ -149,10 +149,8 @@ class OperatedMachine(SchemaMachine[State, Seen]):
             return state
         tool, v_WT = self._tool(state, seen)
         displacement = pose[:3] + [0.0, 0.0, height] - tool[:3]
-        length: Any = np.linalg.norm(displacement)
-        along = max(v_WT[:3] @ displacement, 0.0) * displacement / max(length, 1e-9) ** 2
-        against: Any = np.linalg.norm(v_WT[:3] - along)
-        duration = max(motion_time(length, against, pace.speed, pace.acceleration), pace.shortest)
+        needed = straight_motion_time(displacement, v_WT[:3], pace.speed, pace.acceleration)
+        duration = max(needed, pace.shortest)
         return replace(state, goal=read_only(np.array(pose, dtype=float)), motion=state.motion + 1, duration=duration)
 
     def obey(self, state: State, seen: Seen) -> State:

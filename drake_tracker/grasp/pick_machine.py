@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from drake_tracker.arm.arm_model import ArmModel
-from drake_tracker.arm.transform_equation import motion_time
+from drake_tracker.arm.transform_equation import straight_motion_time
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import Frozen, PickOrder, evaluate_prediction, message_size, packet_target
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
@@ -321,10 +321,8 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         config = self.config
         tool, v_WT = self._tool(state, seen)
         displacement = p_WO + [0.0, 0.0, self.height(state)] - tool[:3]
-        length = float(np.linalg.norm(displacement))
-        against = float(np.linalg.norm(v_WT[:3] - v_WO))
+        time = way_time(displacement, v_WT[:3], v_WO, config.hand_speed, config.hand_acceleration)
         turn = abs(math.remainder(yaw - tool[3], math.pi))
-        time = motion_time(length, against, config.hand_speed, config.hand_acceleration)
         return max(time, turn / config.hand_turn_speed, config.shortest_motion)
 
     def _slew_jaws(self, state: PickState) -> float:
@@ -335,6 +333,24 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         if state.phase in LEAVING:
             goal = min(float(PickOrder(state.order).width) + self.config.release_gap, goal)
         return next_opening(state.jaw_width, goal, self.config.jaw_speed, self.period)
+
+
+def way_time(displacement: np.ndarray, v_WT: np.ndarray, v_WO: np.ndarray, speed: float, acceleration: float) -> float:
+    """Returns the duration of a motion of the hand to a place that may move [s].
+
+    The motion is planned in the frame of the place. Where the place comes towards the hand, the hand is slower in the
+    world than in that frame, and may be faster there by as much.
+
+    Args:
+        displacement: the place minus the hand, shape (3,) [m].
+        v_WT: velocity of the hand at the start, shape (3,) [m/s].
+        v_WO: velocity of the place, shape (3,) [m/s].
+        speed: largest speed of the hand [m/s].
+        acceleration: its largest acceleration [m/s^2].
+    """
+    length = float(np.linalg.norm(displacement))
+    coming = max(0.0, -float(v_WO @ displacement)) / length if length > 0.0 else 0.0
+    return straight_motion_time(displacement, v_WT - v_WO, speed + coming, acceleration)
 
 
 def _within(limit: float, centre: float, std: float) -> float:

@@ -1,6 +1,7 @@
 """Detector settings that suit the recording: those that the user left empty."""
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -50,10 +51,14 @@ def suited(
         usual = replace(settings, stride=settings.stride or int(np.clip(round(_NORMAL_FLOW_SPAN / period), 1, 4)))
     if settings.centroid != "hull":
         return usual, []
-    looks = [
-        None if each.times is None else take_a_look(each.frames, len(each.times), usual, period, window, pixel)
-        for each, window, pixel in zip(footage, windows, follow)
-    ]
+
+    def look_at(each: Footage, window: np.ndarray | None, pixel: tuple[float, float] | None) -> FirstLook | None:
+        if each.times is None:
+            return None
+        return take_a_look(each.frames, len(each.times), usual, period, window, pixel)
+
+    with ThreadPoolExecutor() as pool:  # both cameras at the same time
+        looks = list(pool.map(look_at, footage, windows, follow))
     known = [look for look in looks if look is not None]
     if not known:
         return usual, looks

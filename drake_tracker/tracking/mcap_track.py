@@ -50,7 +50,7 @@ class TrackMcap:
         """Writes what is new in one cycle.
 
         Args:
-            images: (RGBA image, `FrameInfo` vector) of each camera.
+            images: (RGB image, `FrameInfo` vector) of each camera.
             centroids: `Centroid` vector of each camera.
             point: `TrackPoint` vector, None without calibration.
             filtered: `Filtered` vector, None without calibration.

@@ -81,13 +81,13 @@ class TrackOverlay:
         """Takes the values of the ports in one cycle; draws the earlier image that they describe.
 
         Args:
-            images: (RGBA image, `FrameInfo` vector) of each camera.
+            images: (RGB image, `FrameInfo` vector) of each camera.
             energies: `MotionEnergy` of each camera.
             centroids: `Centroid` vector of each camera.
             point: `TrackPoint` vector, None without calibration.
             packet: `Prediction` vector, None without calibration.
         """
-        self._images.append([(cv2.cvtColor(image, cv2.COLOR_RGBA2BGR), frame[0], frame[1]) for image, frame in images])
+        self._images.append([(image, frame[0], frame[1]) for image, frame in images])
         masks, self._masks = self._masks, [energy.mask for energy in energies]
         objects, self._objects = self._objects, [energy.objects for energy in energies]
         if len(self._images) <= self._kept:
@@ -105,7 +105,8 @@ class TrackOverlay:
         x = 0
         for k, (panel, scale, (image, _, fresh)) in enumerate(zip(self._panels, self._scales, seen)):
             view = page[: panel[1], x : x + panel[0]]
-            view[:] = image if scale == 1.0 else cv2.resize(image, panel, interpolation=cv2.INTER_AREA)
+            small = image if scale == 1.0 else cv2.resize(image, panel, interpolation=cv2.INTER_AREA)
+            cv2.cvtColor(small, cv2.COLOR_RGB2BGR, dst=view)
             if masks is not None:
                 _tint(view, masks[k])
             if packet is not None and k < len(self._cameras):
@@ -120,8 +121,8 @@ class TrackOverlay:
             if not fresh:
                 draw_text(view, "no image", 10, 24, 15, _ENERGY, bold=True)
             x += panel[0] + _BETWEEN
-        draw_text(page, f"{seen[0][1]:.2f} s", 12, self.size[1] - 12, 15, _BRIGHT, bold=True)
-        draw_text(page, _describe(centroids[0], point), 110, self.size[1] - 12, 15, _DIM)
+        draw_text(page, f"{seen[0][1]:.2f} s", 12, self.size[1] - 12, 15, _BRIGHT, bold=True, numbers=True)
+        draw_text(page, _describe(centroids[0], point), 110, self.size[1] - 12, 15, _DIM, numbers=True)
         if self._video is not None:
             self._video.write(page)
         if watched:

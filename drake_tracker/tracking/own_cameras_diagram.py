@@ -106,8 +106,9 @@ class OwnCamerasDiagram(Diagram):
             vision = self._add_centroid(builder, detectors[0], period, tracker)
         for side, sequence in zip(self.sides, timeline.sequences):
             source = builder.AddNamedSystem(f"source_{side}", VideoSource(sequence, period))
-            for name, port in (("camera", "image"), ("frame", "frame")):
+            for name, port in (("camera", "grey"), ("frame", "frame")):
                 builder.Connect(source.GetOutputPort(port), vision[f"{name}_{side}"])
+            for name, port in (("camera", "image"), ("frame", "frame")):
                 builder.ExportOutput(source.GetOutputPort(port), f"{name}_{side}")
             for name in ("centroid", "motion"):
                 builder.ExportOutput(vision[f"{name}_{side}"], f"{name}_{side}")
@@ -141,6 +142,7 @@ class OwnCamerasDiagram(Diagram):
                 lag_cycles=detectors["left"].stamp_age_cycles + EXTRA_CYCLES,
                 period=period,
                 own_stamps=True,
+                grey=True,
                 max_gap=max_gap,
                 trackers=dict(zip(SIDES, trackers)) if trackers else None,
                 stamp_tolerance=MOST_STAMP_DIFFERENCE * period,
@@ -173,6 +175,7 @@ class OwnCamerasDiagram(Diagram):
                 throughput_cycles=detector.buffer_length - 1 + EXTRA_CYCLES,
                 tracker=tracker,
                 own_stamps=True,
+                grey=True,
                 period=period,
                 time_step=period,
             )
@@ -198,6 +201,7 @@ class OwnCamerasDiagram(Diagram):
             period=period,
             tracker=tracker,
             own_stamps=True,
+            grey=True,
             name="motion",
         )
         return {

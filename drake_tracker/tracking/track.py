@@ -14,8 +14,7 @@ from drake_tracker.footage.recording import FOLDER
 from drake_tracker.footage.video import reason
 from drake_tracker.tasks.results import save_summary
 from drake_tracker.tracking.mcap_track import MCAP_FILE, TrackMcap
-from drake_tracker.tracking.overlay import TrackOverlay
-from drake_tracker.tracking.picture import draw_track_picture
+from drake_tracker.tracking.picture_process import PictureProcess
 from drake_tracker.tracking.preparation import PreparedTrack
 from drake_tracker.tracking.quality import TrackQuality
 from drake_tracker.tracking.summary import describe_footage, describe_run, summarise_track
@@ -24,6 +23,7 @@ from drake_tracker.tracking.table import TrackTable
 
 if TYPE_CHECKING:
     from drake_tracker.tracking.live_view import TrackView
+    from drake_tracker.tracking.overlay import TrackOverlay
 
 _READ_AT = 0.75
 """Fraction of a cycle after which all of its updates are done."""
@@ -83,15 +83,13 @@ def _make_track(
     table: TrackTable | None = None
     export: TrackMcap | None = None
     quality = TrackQuality()
+    picture = PictureProcess()
     dropped: list[list[float]] = [[] for _ in track.footage]
     try:
         with _Collected(errors, out):
             table = TrackTable(out / "track.csv", diagram.sides, diagram.has_points)
             if overlay or live is not None:
-                sizes = [each.size for each in track.footage]
-                path = out / "overlay.mp4" if overlay else None
-                sink = None if live is None else live.frames
-                video = TrackOverlay(path, timeline.period, sizes, track.age_cycles, track.cameras, sink)
+                video = _open_overlay(track, out / "overlay.mp4" if overlay else None, live)
             if live is not None and video is not None:
                 live.watch_track(track, video, table.columns)
             if mcap:
@@ -124,12 +122,20 @@ def _make_track(
         with _Collected(errors, out):
             names = " and ".join(each.name for each in track.footage)
             world = track.world or "board"
-            draw_track_picture(
-                data, out / "track.png", world=world, title=names, period=timeline.period, marks=quality.marks
-            )
+            picture.draw(data, out / "track.png", world=world, title=names, period=timeline.period, marks=quality.marks)
+    picture.close()
     if errors:
         raise _with_what_is_kept(errors[0], summary.get("described", 0), out)
     return summary
+
+
+def _open_overlay(track: PreparedTrack, path: Path | None, live: "TrackView | None") -> "TrackOverlay":
+    """Returns the video of a track, which goes to a file, to a page, or to both."""
+    from drake_tracker.tracking.overlay import TrackOverlay  # slow to load
+
+    sizes = [each.size for each in track.footage]
+    sink = None if live is None else live.frames
+    return TrackOverlay(path, track.timeline.period, sizes, track.age_cycles, track.cameras, sink)
 
 
 def _with_what_is_kept(error: Exception, described: int, out: Path) -> Exception:
@@ -164,7 +170,7 @@ class _Collected:
 def _run(
     track: PreparedTrack,
     table: TrackTable,
-    video: TrackOverlay | None,
+    video: "TrackOverlay | None",
     export: TrackMcap | None,
     live: "TrackView | None",
     dropped: list[list[float]],
@@ -185,6 +191,7 @@ def _run(
     def read(name: str) -> Any:
         return diagram.GetOutputPort(name).Eval(context)
 
+    valid_column = table.columns.index("valid")
     before: list[Any] = [None] * len(diagram.sides)  # what the centroids describe, which are a cycle late
     number, last = 0, timeline.count  # one cycle more than there are images empties the delay line
     while last is None or number <= last:
@@ -207,7 +214,7 @@ def _run(
         known = len(table.rows)
         if table.add(centroids, point, filtered, packet, objects):
             quality.add(table.rows[-1][0], objects)
-        images = [(read(f"camera_{side}").data, frame) for side, frame in zip(diagram.sides, frames)]
+        images = [(sequence.at(number).image, frame) for sequence, frame in zip(timeline.sequences, frames)]
         if video is not None:
             video.add(images, energies, centroids, point, packet)
         if export is not None:
@@ -216,7 +223,7 @@ def _run(
             row = table.rows[known] if len(table.rows) > known else None
             live.show(now, row, objects, lambda: bool(signals))
         if progress is not None:
-            valid = sum(row[table.columns.index("valid")] for row in table.rows[-_RECENT:])
+            valid = sum(row[valid_column] for row in table.rows[-_RECENT:])
             progress(now, f"{valid:.0f} of the last {_RECENT}")
         if last is None and any(sequence.ended for sequence in timeline.sequences):
             last = number + 1

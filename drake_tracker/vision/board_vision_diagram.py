@@ -55,6 +55,7 @@ class BoardVisionDiagram(Diagram):
         follow: `PredictedWindow`, or None for the detector's own window alone.
         tracker: `ImageTracker`, or None for everything that moves.
         own_stamps: whether the images have stamps of their own.
+        grey: whether they are `ImageGrey8U`, with grey values only.
         period: of a cycle [s].
         time_step: of the plant [s], which the slots divide.
         image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`. It
@@ -80,6 +81,7 @@ class BoardVisionDiagram(Diagram):
         follow: PredictedWindow | None = None,
         tracker: ImageTracker | None = None,
         own_stamps: bool = False,
+        grey: bool = False,
         period: float = VISION_PERIOD,
         time_step: float = TIME_STEP,
         image_latency: int = 0,
@@ -98,6 +100,7 @@ class BoardVisionDiagram(Diagram):
             follow=follow,
             tracker=tracker,
             own_stamps=own_stamps,
+            grey=grey,
             image_latency=image_latency,
             name="motion",
         )

@@ -1,12 +1,13 @@
 """All moving regions of a mask, where `region_centroid.hull_centroid` returns the largest one only."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from drake_tracker.vision.region_centroid import MINIMUM_FRAGMENT_PIXELS, MINIMUM_FRAGMENT_SHARE
+from drake_tracker.vision.region_centroid import MINIMUM_FRAGMENT_PIXELS, MINIMUM_FRAGMENT_SHARE, row_ends
 
 MOST_REGIONS = 40
 """Only so many regions of an image are used, the largest ones."""
@@ -49,7 +50,7 @@ class ImageRegion(NamedTuple):
     def distance(self, u: float, v: float) -> float:
         """Returns the distance of a point (u, v) from the rectangle round the region [px], 0 inside."""
         right, bottom = self.left + self.width - 1, self.top + self.height - 1
-        return float(np.hypot(max(self.left - u, u - right, 0.0), max(self.top - v, v - bottom, 0.0)))
+        return math.hypot(max(self.left - u, u - right, 0.0), max(self.top - v, v - bottom, 0.0))
 
 
 def changed_twice(images: Sequence[np.ndarray]) -> np.ndarray:
@@ -115,12 +116,12 @@ def find_regions(mask: np.ndarray, join_distance: float, min_pixels: int) -> lis
     keep[0] = False
     if not keep.any():
         return []
-    fragments = keep.view(np.uint8).take(labels)
-    side = int(join_distance) + 1
-    joined = cv2.dilate(fragments, np.ones((side, side), np.uint8))
-    regions = cv2.connectedComponents(joined, connectivity=8)[1]
-    points = cv2.findNonZero(fragments).reshape(-1, 2)
-    fragment_of, region_of = labels[points[:, 1], points[:, 0]], regions[points[:, 1], points[:, 0]]
+    points = cv2.findNonZero(mask).reshape(-1, 2)
+    fragment_of = labels[points[:, 1], points[:, 0]]
+    points, fragment_of = points.compress(keep[fragment_of], axis=0), fragment_of.compress(keep[fragment_of])
+    left, top, width, height = cv2.boundingRect(points)  # the fragments kept are often in a small part of the mask
+    u0, v0, points = u0 + left, v0 + top, points - np.array([left, top], np.int32)
+    region_of = _join(points, (height, width), int(join_distance) + 1)
     pixels = np.bincount(region_of)
     wanted = sizes[fragment_of] >= MINIMUM_FRAGMENT_SHARE * pixels[region_of]
     found = []
@@ -130,14 +131,26 @@ def find_regions(mask: np.ndarray, join_distance: float, min_pixels: int) -> lis
         own = points[(region_of == number) & wanted]
         if len(own) < max(min_pixels, 1):
             continue
-        moments = cv2.moments(cv2.convexHull(own))
+        moments = cv2.moments(cv2.convexHull(row_ends(own)))
         if moments["m00"] > 0.0:
             u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
         else:  # All pixels on one line: the hull has no area.
             u, v = own.mean(axis=0)
-        left, top = (int(value) for value in own.min(axis=0))
-        right, bottom = (int(value) for value in own.max(axis=0))
-        found.append(
-            ImageRegion(float(u) + u0, float(v) + v0, len(own), left + u0, top + v0, right - left + 1, bottom - top + 1)
-        )
+        left, top, width, height = cv2.boundingRect(own)
+        found.append(ImageRegion(float(u) + u0, float(v) + v0, len(own), left + u0, top + v0, width, height))
     return found
+
+
+def _join(points: np.ndarray, shape: tuple[int, int], side: int) -> np.ndarray:
+    """Returns the number of the region of each point (n, 2) of an image, once each is grown to a square.
+
+    Args:
+        points: (n, 2), columns and rows.
+        shape: of the image.
+        side: of the square [px].
+    """
+    fragments = np.zeros(shape, np.uint8)
+    fragments[points[:, 1], points[:, 0]] = 1
+    joined = cv2.dilate(fragments, np.ones((side, side), np.uint8))
+    regions: np.ndarray = cv2.connectedComponents(joined, connectivity=8)[1]
+    return regions[points[:, 1], points[:, 0]]

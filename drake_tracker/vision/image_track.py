@@ -3,6 +3,7 @@
 All noises are proportional to the size and the speed of the object itself, so that they suit any scale.
 """
 
+import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
@@ -96,7 +97,7 @@ class ImageTrack(FrozenState):
     @property
     def speed(self) -> float:
         """Speed in the image [px/s]."""
-        return float(np.hypot(self.mean[2], self.mean[3]))
+        return math.hypot(self.mean[2], self.mean[3])
 
     @property
     def slow(self) -> bool:
@@ -106,7 +107,7 @@ class ImageTrack(FrozenState):
     @property
     def std(self) -> float:
         """Standard deviation of the position [px]."""
-        return float(np.sqrt(max(self.covariance[0, 0], self.covariance[1, 1])))
+        return math.sqrt(max(self.covariance[0, 0], self.covariance[1, 1]))
 
     def alone(self, region: ImageRegion, reach: float) -> ImageRegion:
         """Returns the part of a region where the object is, without where it was and will be.
@@ -117,11 +118,14 @@ class ImageTrack(FrozenState):
         """
         if region.exact or self.hits < 3:
             return region
-        sizes = np.array([region.width, region.height])
-        margin = np.minimum(np.abs(self.mean[2:]) * reach, LARGEST_MARGIN * sizes).astype(int)
-        left, top = (int(value) for value in (region.left, region.top) + margin)
-        width, height = (int(value) for value in sizes - 2 * margin)
-        return region._replace(left=left, top=top, width=width, height=height)
+        across = int(min(abs(self.mean[2]) * reach, LARGEST_MARGIN * region.width))
+        down = int(min(abs(self.mean[3]) * reach, LARGEST_MARGIN * region.height))
+        return region._replace(
+            left=region.left + across,
+            top=region.top + down,
+            width=region.width - 2 * across,
+            height=region.height - 2 * down,
+        )
 
     def is_like(self, region: ImageRegion) -> bool:
         """Returns whether a region has about the size of the object."""
@@ -162,10 +166,10 @@ def start_track(number: int, stamp: float, region: ImageRegion, image: np.ndarra
 def predict_track(track: ImageTrack, stamp: float) -> ImageTrack:
     """Returns a track at a later time [s]; until it has two points, its velocity is unknown."""
     dt = stamp - track.stamp
-    F = np.eye(4)
-    F[0, 2] = F[1, 3] = dt
+    F = np.array([[1.0, 0.0, dt, 0.0], [0.0, 1.0, 0.0, dt], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
     q = (SPEED_CHANGE * track.speed + SIZE_CHANGE * track.size) ** 2
-    Q = np.kron([[dt**3 / 3.0, dt**2 / 2.0], [dt**2 / 2.0, dt]], np.eye(2)) * q
+    a, b, c = dt**3 / 3.0 * q, dt**2 / 2.0 * q, dt * q
+    Q = np.array([[a, 0.0, b, 0.0], [0.0, a, 0.0, b], [b, 0.0, c, 0.0], [0.0, b, 0.0, c]])
     covariance = F @ track.covariance @ F.T + Q
     return replace(track, stamp=stamp, mean=read_only(F @ track.mean), covariance=read_only(covariance))
 
@@ -184,13 +188,13 @@ def measure(track: ImageTrack, u: float, v: float, extra: float = 0.0) -> ImageT
     """
     r = (POSITION_ERROR * track.size + PIXEL_ERROR) ** 2 + extra**2
     innovation = np.array([u, v]) - track.mean[:2]
-    P = np.array(track.covariance)
-    S = P[:2, :2] + r * np.eye(2)
-    surprise = float(innovation @ np.linalg.solve(S, innovation))
+    P = track.covariance
+    S_inverse = _inverse(P, r)
+    surprise = float(innovation @ S_inverse @ innovation)
     if surprise > 16.0:
         P = P * (surprise / 4.0)
-        S = P[:2, :2] + r * np.eye(2)
-    K = np.linalg.solve(S, P[:2]).T
+        S_inverse = _inverse(P, r)
+    K = P[:, :2] @ S_inverse
     mean = track.mean + K @ innovation
     P = P - K @ P[:2]
     return replace(
@@ -202,6 +206,12 @@ def measure(track: ImageTrack, u: float, v: float, extra: float = 0.0) -> ImageT
         place=read_only(np.array([u, v])),
         moving=0,
     )
+
+
+def _inverse(P: np.ndarray, r: float) -> np.ndarray:
+    """Returns the inverse of the covariance of an innovation (2, 2), from those of the track and of one coordinate."""
+    a, b, c = float(P[0, 0]) + r, float(P[0, 1]), float(P[1, 1]) + r
+    return np.array([[c, -b], [-b, a]]) / (a * c - b * b)
 
 
 def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra: float = 0.0) -> ImageTrack:
@@ -216,7 +226,7 @@ def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra
         image: grey uint8 (h, w).
         extra: see `measure`.
     """
-    surprise = float(np.hypot(region.u - track.mean[0], region.v - track.mean[1]))
+    surprise = math.hypot(region.u - track.mean[0], region.v - track.mean[1])
     steady = surprise <= max(1.0, STEADY * track.speed * (track.stamp - track.seen))
     u, v = region.u, region.v
     if steady or track.hits < 3:

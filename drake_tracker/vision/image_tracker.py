@@ -3,13 +3,13 @@
 Needs no calibration: `vision/tracker.py` tracks objects in space with two calibrated cameras.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.timing import VISION_PERIOD
@@ -180,16 +180,15 @@ class ImageTracker:
         cost = np.full((len(tracks), len(regions)), _FORBIDDEN)
         for i, track in enumerate(tracks):
             for j, region in enumerate(regions):
-                distance = np.hypot(region.u - track.mean[0], region.v - track.mean[1])
+                distance = math.hypot(region.u - track.mean[0], region.v - track.mean[1])
                 region = track.alone(region, reach)
                 alike = track.is_like(region) or track.hits < CONFIRM_AFTER
                 if distance < gates[i] and (alike or track.unlike >= UNLIKE_IMAGES):
-                    ratio = abs(np.log(region.width * region.height / (track.width * track.height)))
+                    ratio = abs(math.log(region.width * region.height / (track.width * track.height)))
                     cost[i, j] = distance / gates[i] + 0.3 * ratio - (KNOWN if track.hits >= CONFIRM_AFTER else 0.0)
         pairs = {}
         if cost.size:
-            rows, columns = linear_sum_assignment(cost)
-            pairs = {int(i): int(j) for i, j in zip(rows, columns) if cost[i, j] < _FORBIDDEN}
+            pairs = {int(i): int(j) for i, j in zip(*_assign(cost)) if cost[i, j] < _FORBIDDEN}
         members: dict[int, list[int]] = {}
         for i, track in enumerate(tracks):
             if track.hits >= CONFIRM_AFTER:
@@ -287,6 +286,17 @@ class ImageTracker:
         if track is None or track.seen < track.stamp:
             return None
         return RegionCentroid(float(track.place[0]), float(track.place[1]), track.moving)
+
+
+def _assign(cost: np.ndarray) -> tuple[Sequence[int], Sequence[int]]:
+    """Returns (rows, columns) of the cheapest assignment."""
+    if min(cost.shape) == 1:
+        best = int(cost.argmin())
+        return [best // cost.shape[1]], [best % cost.shape[1]]
+    from scipy.optimize import linear_sum_assignment  # slow to load, and not needed for a single object
+
+    rows, columns = linear_sum_assignment(cost)
+    return rows, columns
 
 
 def _grey(image: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort, LeafSystem, OutputPort, State
-from pydrake.systems.sensors import ImageRgba8U
+from pydrake.systems.sensors import ImageGrey8U, ImageRgba8U
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
@@ -74,8 +74,8 @@ class MotionCentroidSystem(LeafSystem):
         - motion_energy
         - motion_images
 
-    ``color_image`` is an `ImageRgba8U`, read every ``period`` at ``offset`` in an unrestricted update. It may show only
-    a rectangle of the full frame.
+    ``color_image`` is an `ImageRgba8U`, or with ``grey`` an `ImageGrey8U`, read every ``period`` at ``offset`` in an
+    unrestricted update. It may show only a rectangle of the full frame.
 
     ``centroid`` is a `Centroid` vector in full-frame pixel coordinates [px], without the lag: it is computed from the
     newest image, while its stamp is that of the image it describes. It is all zeros until enough images are buffered;
@@ -102,6 +102,7 @@ class MotionCentroidSystem(LeafSystem):
         follow: `PredictedWindow` outside of which motion is ignored, or None.
         tracker: `ImageTracker`, with which ``centroid`` is that of its first target, or None.
         own_stamps: whether there is the input ``frame``.
+        grey: whether the images have grey values only.
         image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`.
 
     Raises DrakeTrackerError when ``update_cycles`` is not a whole number of at least 1.
@@ -118,6 +119,7 @@ class MotionCentroidSystem(LeafSystem):
         follow: PredictedWindow | None = None,
         tracker: ImageTracker | None = None,
         own_stamps: bool = False,
+        grey: bool = False,
         image_latency: int = 0,
     ) -> None:
         super().__init__()
@@ -129,7 +131,9 @@ class MotionCentroidSystem(LeafSystem):
         self._update_cycles, self._latency = int(update_cycles), image_latency
         self._image_offset = (int(image_offset[0]), int(image_offset[1]))
         self._stamp_age = detector.stamp_age_cycles * period
-        self._image = self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
+        self._image = self.DeclareAbstractInputPort(
+            "color_image", AbstractValue.Make(ImageGrey8U() if grey else ImageRgba8U())
+        )
         self._frame = self.DeclareVectorInputPort("frame", message_size(FrameInfo)) if own_stamps else None
         nothing = MotionEnergy(0.0, read_only(np.zeros((1, 1), np.uint8)), self._image_offset)
         blank = _Memory(
@@ -163,8 +167,7 @@ class MotionCentroidSystem(LeafSystem):
         frame = None if self._frame is None else FrameInfo(self._frame.Eval(context))
         newest = None
         if needs_image(self._detector, self._update_cycles, cycle) and (frame is None or frame.fresh):
-            grey = cv2.cvtColor(self._image.Eval(context).data, cv2.COLOR_RGBA2GRAY)
-            newest = read_only(self._detector.smooth(grey))
+            newest = read_only(self._detector.smooth(_grey(self._image.Eval(context).data)))
         smoothed = (memory.smoothed + (newest,))[-length:]
         stamps = memory.stamps if frame is None else (memory.stamps + (float(frame.stamp),))[-length:]
         described, centroid, energy, track = memory.described, memory.centroid, memory.energy, memory.track
@@ -208,6 +211,11 @@ class MotionCentroidSystem(LeafSystem):
     def _calc_motion_images(self, context: Context, output: AbstractValue) -> None:
         described = self._get_memory(context).described
         output.set_value(self._detector.images(*described) if described else None)
+
+
+def _grey(image: np.ndarray) -> np.ndarray:
+    """Returns an image (h, w, 4) or (h, w, 1) as grey values (h, w)."""
+    return image[:, :, 0] if image.shape[2] == 1 else cv2.cvtColor(image, cv2.COLOR_RGBA2GRAY)
 
 
 def needs_image(detector: MotionDetector, update_cycles: int, cycle: int) -> bool:
@@ -262,6 +270,7 @@ def add_motion_centroid(
     follow: PredictedWindow | None = None,
     tracker: ImageTracker | None = None,
     own_stamps: bool = False,
+    grey: bool = False,
     image_latency: int = 0,
     name: str | None = None,
 ) -> LaggedCentroid:
@@ -278,7 +287,7 @@ def add_motion_centroid(
     Args:
         builder: of the diagram.
         detector: a `MotionDetector`, or the settings of one, such as `NormalFlow`.
-        image: output port with the camera's `ImageRgba8U`, such as the colour image of an `RgbdSensor`; None connects
+        image: output port with the camera's images, such as the colour image of an `RgbdSensor`; None connects
             nothing.
         window: uint8 (h, w) of the image's shape, 0 where motion is ignored; None uses the whole image. Only for a
             detector that is given by its settings.
@@ -290,6 +299,7 @@ def add_motion_centroid(
         follow: `PredictedWindow` outside of which motion is ignored, or None.
         tracker: `ImageTracker` that says which object the centroid is of, or None.
         own_stamps: whether there is an input for the images' own stamps.
+        grey: whether the images have grey values only.
         image_latency: cycles from the capture of an image until the input shows it; the delay line adds the rest of the
             lag.
         name: of the System; the delay line has the same with ``_lag``. None is "motion", or "motion_2" and so on.
@@ -318,6 +328,7 @@ def add_motion_centroid(
         follow=follow,
         tracker=tracker,
         own_stamps=own_stamps,
+        grey=grey,
         image_latency=image_latency,
     )
     delay = DelayLineSystem(message_size(Centroid), steps, period=period, offset=offset)

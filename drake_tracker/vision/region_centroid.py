@@ -97,7 +97,7 @@ def hull_centroid(mask: np.ndarray, join_distance: float) -> RegionCentroid | No
     points = cv2.findNonZero(fragments).reshape(-1, 2)
     if kept > 1:
         points = _largest_region(points, fragments, int(join_distance) + 1)
-    moments = cv2.moments(cv2.convexHull(_row_ends(points)))
+    moments = cv2.moments(cv2.convexHull(row_ends(points)))
     if moments["m00"] > 0.0:
         u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
     else:  # All pixels on one line: the hull has no area.
@@ -121,7 +121,7 @@ def _largest_region(points: np.ndarray, fragments: np.ndarray, side: int) -> np.
     return points[region_of_point == np.bincount(region_of_point).argmax()]
 
 
-def _row_ends(points: np.ndarray) -> np.ndarray:
+def row_ends(points: np.ndarray) -> np.ndarray:
     """Returns the first and the last of the points (n, 2) of every row: no other can be a corner of their hull.
 
     The points come row by row, from left to right. The ends are several times fewer, which saves the hull most of its

@@ -27,6 +27,8 @@ TILE_SHARE = 0.12
 """See there."""
 STEP = 4
 """Pixels from one of those that `shift_estimate` uses to the next, along each axis."""
+SAMPLES = 1024
+"""Number of those pixels from which their usual change is taken."""
 STILL = 0.1
 """Displacement below which the image counts as still [px]."""
 
@@ -49,8 +51,14 @@ def suggests_shift(mask: np.ndarray) -> bool:
     Args:
         mask: uint8 (h, w), 255 where something moves.
     """
-    tiles = cv2.resize(mask, TILES, interpolation=cv2.INTER_AREA)
-    return cv2.countNonZero(tiles) > TILE_SHARE * tiles.size
+    u0, v0, width, height = cv2.boundingRect(mask)
+    across, down = (tiles / size for tiles, size in zip(TILES, reversed(mask.shape)))
+    columns = math.ceil((u0 + width) * across) - math.floor(u0 * across)
+    rows = math.ceil((v0 + height) * down) - math.floor(v0 * down)
+    least = TILE_SHARE * TILES[0] * TILES[1]
+    if columns * rows <= least:
+        return False
+    return cv2.countNonZero(cv2.resize(mask, TILES, interpolation=cv2.INTER_AREA)) > least
 
 
 def shift_estimate(before: np.ndarray, after: np.ndarray) -> float:
@@ -64,20 +72,28 @@ def shift_estimate(before: np.ndarray, after: np.ndarray) -> float:
         before: grey image (h, w) of any type.
         after: a later one.
     """
-    inner = np.s_[2:-2:STEP, 2:-2:STEP]
-    rows, columns = before.shape[0] - 4, before.shape[1] - 4
-    if min(rows, columns) < STEP:
+    if min(before.shape) < STEP + 4:
         return 0.0
-    change = (after[inner].astype(np.float32) - before[inner]).ravel()
-    slope_u = 0.5 * (before[2:-2:STEP, 3:-1:STEP].astype(np.float32) - before[2:-2:STEP, 1:-3:STEP]).ravel()
-    slope_v = 0.5 * (before[3:-1:STEP, 2:-2:STEP].astype(np.float32) - before[1:-3:STEP, 2:-2:STEP]).ravel()
+
+    def sampled(image: np.ndarray, du: int, dv: int) -> np.ndarray:
+        """Returns pixels to the right of and below those used, as a row."""
+        height, width = image.shape
+        pixels = image[2 + dv : height - 2 + dv : STEP, 2 + du : width - 2 + du : STEP]
+        return pixels.astype(np.float32).ravel()
+
+    change = sampled(after, 0, 0) - sampled(before, 0, 0)
+    slope_u = sampled(before, 1, 0) - sampled(before, -1, 0)
+    slope_v = sampled(before, 0, 1) - sampled(before, 0, -1)
     size = np.abs(change)
-    usual = size <= 4.0 * np.median(size) + 1e-3
-    slopes = np.column_stack([slope_u[usual], slope_v[usual]])
-    normal = slopes.T @ slopes
-    if np.linalg.eigvalsh(normal)[0] <= 1e-6 * usual.sum():
+    usual = size <= 4.0 * np.median(size[:: max(1, size.size // SAMPLES) | 1]) + 1e-3
+    slope_u *= 0.5 * usual
+    slope_v *= 0.5 * usual
+    uu, uv, vv = (float(a @ b) for a, b in ((slope_u, slope_u), (slope_u, slope_v), (slope_v, slope_v)))
+    ut, vt = float(slope_u @ change), float(slope_v @ change)
+    least = 0.5 * (uu + vv - math.hypot(uu - vv, 2.0 * uv))  # the smaller eigenvalue of the normal equations
+    if least <= 1e-6 * np.count_nonzero(usual):
         return 0.0
-    return float(np.hypot(*np.linalg.solve(normal, slopes.T @ -change[usual])))
+    return math.hypot(vv * ut - uv * vt, uu * vt - uv * ut) / (uu * vv - uv**2)
 
 
 def find_shifts(reference: np.ndarray, images: Sequence[np.ndarray]) -> list[SceneShift] | None:

@@ -49,6 +49,7 @@ class VisionDiagram(Diagram):
         period: of a cycle [s].
         trackers: the same keys, an `ImageTracker` each; None for everything that moves.
         own_stamps: whether the images have stamps of their own.
+        grey: whether they are `ImageGrey8U`, with grey values only.
         max_gap: of the `TriangulatorSystem` [m].
         stamp_tolerance: of the `TriangulatorSystem` [s].
         image_latency: cycles from the capture of an image until the inputs show it, as with a `PipelinedCamera`.
@@ -67,6 +68,7 @@ class VisionDiagram(Diagram):
         period: float = VISION_PERIOD,
         trackers: Mapping[str, ImageTracker] | None = None,
         own_stamps: bool = False,
+        grey: bool = False,
         max_gap: float = MAX_GAP,
         stamp_tolerance: float = STAMP_TOLERANCE,
         image_latency: int = 0,
@@ -91,6 +93,7 @@ class VisionDiagram(Diagram):
                 tracker=None if trackers is None else trackers[side],
                 period=period,
                 own_stamps=own_stamps,
+                grey=grey,
                 image_latency=image_latency,
                 name=f"motion_{side}",
             )

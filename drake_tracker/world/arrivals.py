@@ -91,6 +91,8 @@ def draw_arrivals(
         else:
             x = belt.middle + arrivals.lateral * across
             bunched = arrivals.pattern == "bunches" and begins > 1.0 / arrivals.bunch_size
+            if arrivals.pattern == "even":
+                space = 1.0 + arrivals.variation * (2.0 * begins - 1.0)
             smallest = radius_before + radius + arrivals.gap if parts else 0.0
             travelled += smallest + space * (within if bunched else between)
         time = motion.time_at(travelled)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from drake_tracker.core.setting import setting
 
 BELT_MOTIONS = ("running", "stop_and_go", "two_speed")
-ARRIVAL_PATTERNS = ("poisson", "bunches")
+ARRIVAL_PATTERNS = ("poisson", "bunches", "even")
 
 
 @dataclass(frozen=True)
@@ -44,9 +44,14 @@ class ArrivalsConfig:
 
     rate: float = setting(12.0, "mean number of parts that arrive", "1/min", (0.5, 60.0))
     pattern: str = setting(
-        "poisson", "whether parts arrive independently of each other or in bunches", choices=ARRIVAL_PATTERNS
+        "poisson",
+        "whether parts arrive independently of each other, in bunches, or evenly, as from a feeder",
+        choices=ARRIVAL_PATTERNS,
     )
     bunch_size: float = setting(3.0, "for bunches: mean number of parts in a bunch", "", (1.0, 20.0))
+    variation: float = setting(
+        0.3, "for even: largest deviation of a space between parts from the mean one, as a share of it", "", (0.0, 1.0)
+    )
     mix: tuple[float, ...] = setting(
         [1.0, 1.0, 1.0], "how often boxes, discs and ells come, relative to each other", "", (0.0, 100.0), shape=(3,)
     )

@@ -15,6 +15,7 @@ from drake_tracker.dispatch import (
     Plan,
     bunched_arrivals,
     clairvoyant,
+    even_arrivals,
     make_dispatcher,
     poisson_arrivals,
     simulate_queue,
@@ -39,7 +40,15 @@ def simulate(settings, arrivals, duration=DURATION, wait=None):
     return simulate_queue(dispatcher, MODEL, arrivals, START, CELLS, BELT.y_seen, duration, wait)
 
 
-@pytest.mark.parametrize("make", [poisson_arrivals, lambda *a: bunched_arrivals(a[0], a[1], 5, *a[2:])])
+def bunches(belt, rate, duration, seed):
+    return bunched_arrivals(belt, rate, 5, duration, seed)
+
+
+def even(belt, rate, duration, seed):
+    return even_arrivals(belt, rate, 0.3, duration, seed)
+
+
+@pytest.mark.parametrize("make", [poisson_arrivals, bunches, even])
 def test_arrivals_keep_their_distance_and_their_rate(make):
     arrivals = make(BELT, 0.5, 1000.0, 3)
     assert 400 < len(arrivals) < 600
@@ -49,6 +58,12 @@ def test_arrivals_keep_their_distance_and_their_rate(make):
     for i in range(1, 12):
         assert np.min(np.hypot(*(places[i:] - places[:-i]).T)) >= BELT.spacing - 1e-12
     assert make(BELT, 0.5, 1000.0, 3) == arrivals != make(BELT, 0.5, 1000.0, 4)
+
+
+def test_intervals_of_even_arrivals_vary_by_no_more_than_they_may():
+    intervals = np.diff([arrival.time for arrival in even(BELT, 0.3, 1000.0, 1)])
+    assert np.abs(0.3 * intervals - 1.0).max() <= 0.3 + 1e-9
+    assert np.ptp(0.3 * intervals) > 0.5
 
 
 def test_bunches_are_denser_than_independent_arrivals():

@@ -60,8 +60,9 @@ def test_the_source_shows_images_and_stamps_at_their_ticks():
         context = simulator.get_context()
         frame = FrameInfo(source.GetOutputPort("frame").Eval(context))
         pixel = source.GetOutputPort("image").Eval(context).data[0, 0]
-        shown.append((int(pixel[0]), int(pixel[3]), bool(frame.fresh)))
-    assert shown == [(0, 255, True), (0, 255, False), (2, 255, True), (3, 255, True)]
+        grey = source.GetOutputPort("grey").Eval(context).data[0, 0, 0]
+        shown.append((int(pixel[0]), int(pixel[3]), int(grey), bool(frame.fresh)))
+    assert shown == [(0, 255, 0, True), (0, 255, 0, False), (2, 255, 2, True), (3, 255, 3, True)]
 
 
 def test_recordings_with_their_own_clocks_begin_together_or_an_offset_apart():

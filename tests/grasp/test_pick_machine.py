@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drake_tracker.arm.tool_motion import MotionFrame
+from drake_tracker.arm.transform_equation import PEAK_OVER_MEAN, motion_time
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -26,7 +27,7 @@ from drake_tracker.grasp.config import PickConfig
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.jaws import GRIP_CONFIRMED
 from drake_tracker.grasp.operator_mode import OperatorMode
-from drake_tracker.grasp.pick_machine import LONGEST_WAIT, PickMachine, PickObservation
+from drake_tracker.grasp.pick_machine import LONGEST_WAIT, PickMachine, PickObservation, way_time
 from drake_tracker.grasp.pick_schema import PICK_TRANSITIONS, PickPhase
 
 CONFIG = PickConfig()
@@ -340,3 +341,22 @@ def test_an_order_that_cannot_be_right_is_ignored(field, value, bench):
     bench.say(2)
     bench.until(PickPhase.TRACK)
     assert PickOrder(bench.state.order).job == 2
+
+
+@pytest.mark.parametrize("angle", np.linspace(0.0, np.pi, 7))
+def test_a_hand_that_meets_a_part_uses_its_largest_speed(angle):
+    speed, v_WO = 0.8, np.array([0.0, 0.3, 0.0])
+    displacement = 0.9 * np.array([np.sin(angle), -np.cos(angle), 0.0])
+    time = way_time(displacement, v_WO, v_WO, speed, 1000.0)
+    peak = np.linalg.norm(v_WO + PEAK_OVER_MEAN / time * displacement)
+    if v_WO @ displacement < -1e-9:  # as fast as it may along the way; across it the hand goes with the part
+        assert peak == pytest.approx(np.hypot(speed, 0.3 * np.sin(angle)), abs=1e-9)
+    else:
+        assert time == pytest.approx(motion_time(0.9, 0.0, speed, 1000.0))
+
+
+def test_a_part_that_comes_towards_a_resting_hand_costs_no_time():
+    displacement, rest = np.array([0.0, -0.5, 0.0]), np.zeros(3)
+    time = way_time(displacement, rest, np.array([0.0, 0.15, 0.0]), 0.8, 4.0)
+    assert time <= way_time(displacement, rest, rest, 0.8, 4.0)
+    assert time < way_time(displacement, rest, np.array([0.0, -0.15, 0.0]), 0.8, 4.0)

@@ -87,3 +87,11 @@ def test_threads_write_text_at_the_same_time():
     assert len(found) == len(texts)
     for text in texts:
         np.testing.assert_array_equal(found[text], drawn[text])
+
+
+def test_a_line_of_numbers_is_the_same_when_its_characters_are_typeset_one_by_one():
+    for text in ("12.34 s", "u 123.4  v 88.2 px", "7"):
+        whole, composed = np.zeros((2, 40, 240, 3), np.uint8)
+        end = draw_text(whole, text, 10, 24, 15, bold=True)
+        assert draw_text(composed, text, 10, 24, 15, bold=True, numbers=True) == end
+        assert whole.any() and (whole == composed).all()

@@ -10,7 +10,7 @@ from films import write_images
 from drake_tracker import cli
 from drake_tracker.footage.sources import open_footage
 from drake_tracker.tracking.detector_choice import can_suit, suited
-from drake_tracker.tracking.first_look import take_a_look
+from drake_tracker.tracking.first_look import median_image, take_a_look
 from drake_tracker.vision.config import FrameDifference, NormalFlow
 
 PERIOD = 1.0 / 30.0
@@ -105,3 +105,9 @@ def test_the_object_to_follow_sets_stride_and_join_distance(tmp_path):
     seen = track["valid"] > 0
     off = np.abs(track["u"] - np.interp(track["stamp"], np.arange(len(places)) * PERIOD, places))[seen]
     assert np.median(off) < 1.0 and np.mean(off > 8.0) < 0.05 and seen.mean() > 0.9
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 12])
+def test_the_median_image_is_that_of_numpy(count):
+    images = np.random.default_rng(2).integers(0, 256, (count, 9, 11), dtype=np.uint8)
+    assert (median_image(images) == np.median(images, axis=0).astype(np.uint8)).all()

@@ -15,6 +15,7 @@ import yaml
 from films import BALL, CAMERAS, film, on_circle, read_track, write_calibration, write_images, write_video
 
 from drake_tracker import cli
+from drake_tracker.core.errors import MachineError
 from drake_tracker.footage import sources
 from drake_tracker.footage.live_camera import open_camera
 from drake_tracker.tracking import table as track_table
@@ -444,6 +445,16 @@ def test_points_that_are_not_filtered_are_counted_by_reason(folder, capsys):
 def films_with_a_jump():
     """The left camera's images of a ball that is suddenly on the other side of its circle."""
     return film("left", TIMES[:30]) + film("left", TIMES[:30] + 2.0)
+
+
+def test_the_picture_is_drawn_where_no_process_can_be_started(folder, monkeypatch):
+    def refuse(*_, **__):
+        raise MachineError("too many processes")
+
+    monkeypatch.setattr("drake_tracker.tracking.picture_process.ChildProcess", refuse)
+    write_video(folder / "left.mkv", images("left")[:20], TIMES[:20])
+    assert track("left.mkv", "--no-overlay") == 0
+    assert (folder / "out" / "track.png").read_bytes()[1:4] == b"PNG"
 
 
 def test_a_long_name_in_another_script_is_drawn_without_a_warning(folder, capfd):

@@ -3,14 +3,22 @@
 import cv2
 import numpy as np
 import pytest
+from scipy.optimize import linear_sum_assignment
 
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.image_regions import find_regions
 from drake_tracker.vision.image_track import TrackState
-from drake_tracker.vision.image_tracker import ImageTracker
+from drake_tracker.vision.image_tracker import ImageTracker, _assign
 from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.region_centroid import hull_centroid
-from drake_tracker.vision.scene_shift import align_to, find_shifts
+from drake_tracker.vision.scene_shift import (
+    TILE_SHARE,
+    TILES,
+    align_to,
+    find_shifts,
+    shift_estimate,
+    suggests_shift,
+)
 
 PERIOD = 1.0 / 30.0
 DETECTOR = NormalFlowDetector(NormalFlow(stride=1), period=PERIOD)
@@ -147,3 +155,43 @@ def test_an_object_that_leaps_keeps_its_number_and_the_leap_is_counted():
     assert objects.leaps == 1 and objects.switches == 0 and objects.targets == (1,)
     assert objects.leapt < 33 * PERIOD
     assert np.hypot(centroid.u - (230.0 + 3.0 * k), centroid.v - 250.0) < 1.0
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.3, 0.0), (0.0, -0.5), (0.4, 0.4)])
+def test_the_estimate_of_a_small_shift_of_the_whole_image_is_its_length(shift):
+    scene = cv2.GaussianBlur(np.random.default_rng(5).normal(120.0, 90.0, (240, 320)), (0, 0), 2.5)
+    M = np.float32([[1.0, 0.0, shift[0]], [0.0, 1.0, shift[1]]])
+    moved = cv2.warpAffine(scene, M, (320, 240), borderMode=cv2.BORDER_REPLICATE)
+    moved[60:100, 60:100] += 80.0  # an object does not count
+    before, after = (np.rint(32.0 * image).astype(np.int16) for image in (scene, moved))
+    assert shift_estimate(before, after) == pytest.approx(np.hypot(*shift), abs=0.04)
+
+
+@pytest.mark.parametrize("shape", [(480, 640), (481, 633)])
+def test_motion_in_a_small_part_of_the_image_suggests_no_shift_as_in_all_of_it(shape):
+    rng = np.random.default_rng(6)
+    for size in rng.integers(1, 470, 20).tolist():
+        mask = np.zeros(shape, np.uint8)
+        v, u = (int(rng.integers(0, side - size + 1)) for side in shape)
+        mask[v : v + size, u : u + size] = 255 * (rng.random((size, size)) < 0.1)
+        tiles = cv2.countNonZero(cv2.resize(mask, TILES, interpolation=cv2.INTER_AREA))
+        assert suggests_shift(mask) == (tiles > TILE_SHARE * TILES[0] * TILES[1])
+    assert not suggests_shift(np.zeros(shape, np.uint8))
+
+
+def test_regions_do_not_depend_on_stray_pixels_elsewhere():
+    mask = np.zeros((200, 300), np.uint8)
+    cv2.circle(mask, (120, 90), 12, 255, 2)
+    mask[95:99, 150:156] = 255  # 18 px beside it
+    cv2.rectangle(mask, (220, 30), (250, 60), 255, 1)
+    expected = find_regions(mask, 24, 4)
+    assert [region.pixel_count for region in expected] == [cv2.countNonZero(mask[:, :200]), 120]
+    mask[[0, 199, 3], [0, 299, 280]] = 255
+    assert find_regions(mask, 24, 4) == expected
+
+
+def test_one_track_or_one_region_gets_the_cheapest_partner():
+    cost = np.random.default_rng(7).random((3, 4))
+    for part in (cost, cost[:1], cost[:, 2:3], cost[1:2, 3:]):
+        found, expected = _assign(part), linear_sum_assignment(part)
+        assert [list(each) for each in found] == [each.tolist() for each in expected]

@@ -9,7 +9,7 @@ from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.core.part_outline import part_outline, placed_outline, touching_distance
 from drake_tracker.world.arrivals import PART_COLOURS, draw_arrivals
 from drake_tracker.world.belt_motion import make_belt_motion
-from drake_tracker.world.conveyor_config import BELT_MOTIONS, ArrivalsConfig, BeltConfig
+from drake_tracker.world.conveyor_config import ARRIVAL_PATTERNS, BELT_MOTIONS, ArrivalsConfig, BeltConfig
 
 BELT = BeltConfig()
 
@@ -39,7 +39,7 @@ def apart(a, b):
     return max(min(outside(edges(a), b), outside(edges(b), a)), 0.0)
 
 
-@pytest.mark.parametrize("pattern", ["poisson", "bunches"])
+@pytest.mark.parametrize("pattern", ARRIVAL_PATTERNS)
 @pytest.mark.parametrize("motion", BELT_MOTIONS)
 def test_the_mean_rate(pattern, motion):
     belt = replace(BELT, motion=motion)
@@ -54,6 +54,18 @@ def test_bunches_come_closer_together_but_with_longer_gaps():
     ]
     (low, high), (low_bunch, high_bunch) = (np.quantile(gap, [0.4, 0.95]) for gap in gaps)
     assert low_bunch < 0.5 * low and high_bunch > high
+
+
+def test_even_arrivals_vary_by_no_more_than_they_may():
+    arrivals = ArrivalsConfig(pattern="even", variation=0.2)
+    parts = drawn(arrivals, duration=3600.0)
+    radii = np.array([PART_SHAPES[part.kind].radius for part in parts])
+    travelled = BELT.speed * np.diff([part.time for part in parts])
+    spaces = travelled - radii[:-1] - radii[1:] - arrivals.gap
+    mean = spaces.mean()
+    assert mean > 0.3
+    assert np.abs(spaces / mean - 1.0).max() < 0.22
+    assert np.ptp(spaces) > 0.35 * mean
 
 
 @pytest.mark.parametrize("seed", range(4))

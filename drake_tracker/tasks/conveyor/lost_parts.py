@@ -11,7 +11,7 @@ from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, packet_target
 from drake_tracker.dispatch.candidate import Candidate, Hand
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.grasp.pick_schema import PickPhase
-from drake_tracker.tasks.conveyor.part_history import PartHistory
+from drake_tracker.tasks.conveyor.part_history import PICKING, PartHistory
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.conveyor.windows import could_be_picked, window_times
 from drake_tracker.tasks.episode import Log
@@ -61,7 +61,7 @@ def lost_parts(
     The first of these causes that holds counts:
 
     - "dropped": it was picked, and fell, or was put down beside a cell.
-    - "run ended": the hand held it, or it was on its way to a cell, when the run ended.
+    - "run ended": the hand picked it, held it, or carried it to a cell when the run ended.
     - "grasp failed": the hand descended towards it.
     - "arrived too late": the whole chance to pick and place it did not lie within the run (`could_be_picked`).
     - "not seen in time": vision did not report it before it left the picking window.
@@ -82,7 +82,7 @@ def lost_parts(
     """
     owner = {number: part.number for part in histories for number in part.tracks}
     reported, estimated = _times_of(log["parts"], 2, PART_FIELDS), _times_of(log["belt"], 4, BELT_FIELDS)
-    free, followed = chances(scenario, log), _followed(log)
+    free, followed, busy = chances(scenario, log), _followed(log), _being_picked(log)
     motion, cells = make_belt_motion(scenario.belt), len(cell_centres(scenario.tray))
     filled = sorted(part.placed_at for part in histories if part.placed_at is not None)
     full_at = filled[cells - 1] if len(filled) >= cells else np.inf
@@ -105,6 +105,8 @@ def lost_parts(
                 "run ended",
                 f"it was picked at {part.picked_at:.1f} s, and not yet placed when the run ended",
             )
+        elif not busy.isdisjoint(numbers):
+            cause, words = "run ended", "the hand was about to pick it when the run ended"
         elif part.attempted:
             cause, words = "grasp failed", "the hand descended towards it, and the jaws did not hold it"
         elif not could_be_picked(scenario, part.arrival, simulated):
@@ -174,6 +176,15 @@ def _followed(log: Log) -> set[int]:
     count = min(len(command.times), len(target.times))
     following = command["phase"][:count].astype(int) == PickPhase.TRACK
     return {packet_target(seq) for seq in np.unique(target["seq"][:count][following])}
+
+
+def _being_picked(log: Log) -> set[int]:
+    """Returns the number of the track that the hand was about to pick at the end of the log, in a set, if any."""
+    command, target = log["command"], log["target"]
+    count = min(len(command.times), len(target.times))
+    if not count or int(command["phase"][count - 1]) not in PICKING:
+        return set()
+    return {packet_target(target["seq"][count - 1])}
 
 
 def _times_of(signal: Signal, header: int, fields: Sequence[str]) -> dict[int, np.ndarray]:

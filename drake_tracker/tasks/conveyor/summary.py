@@ -120,7 +120,7 @@ def failure_reason(verdict: Any, possible: int, placed: int, reasons: dict[str, 
         interrupted: whether the user ended the run.
     """
     if not possible:
-        reason = "the run ended before any part could have been picked and placed"
+        reason = f"no part had left the window ({int(verdict.placed)} placed), so the run was too short to judge"
     else:
         reason = f"{placed} of {possible} parts that could be picked were placed, less than {100.0 * ENOUGH:.0f} %"
         losses = {"dropped": int(verdict.dropped), **reasons}

@@ -97,6 +97,11 @@ def test_a_part_that_arrives_too_late_does_not_count():
     assert summary["missed_because"] == {"arrived too late": 1}
 
 
+def test_a_part_that_is_being_picked_when_the_run_ends_is_not_a_failed_grasp():
+    run = ConveyorRun([placed(1.0, 0), Story(28.3, attempted=True)])
+    assert summarise(run)["missed_because"] == {"run ended": 1}
+
+
 def test_what_could_be_picked_depends_on_the_end_of_the_run_alone():
     run = ConveyorRun([Story(1.0)])
     arrival = run.arrivals[0]
@@ -118,7 +123,7 @@ def test_dropped_parts_are_counted_and_are_a_failure():
 def test_a_run_that_logged_nothing():
     run = ConveyorRun([Story(1.0)])
     summary = summarise_conveyor(run.scenario, run.arrivals, nothing_logged(run.arrivals), 0.0, interrupted=True)
-    assert not summary["success"] and summary["failure_reason"].startswith("interrupted; until then the run ended")
+    assert not summary["success"] and summary["failure_reason"].startswith("interrupted; until then no part had left")
     assert summary["picks_per_minute"] is None and summary["placement_rms_m"] is None
 
 
