@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 from autopsy_run import AutopsyRun
 from campaign_trials import here, quick
-from films import film, write_calibration, write_images, write_video
+from films import CAMERAS, film, write_calibration, write_images, write_video
 from fuzz_guard import command, process, watched
 from fuzz_mutations import SCALARS, mutate, mutate_json, mutate_log, mutate_yaml
 
@@ -25,6 +25,7 @@ from drake_tracker.scenarios.reader import describe_settings
 from drake_tracker.tasks import list_scenarios, load_scenario, save_scenario, scenario_file
 from drake_tracker.tasks.results import package_versions, tidy
 from drake_tracker.vision.calibration_file import load_calibration, load_pose
+from drake_tracker.vision.camera_files import KALIBR, OPENCV, ROS, load_cameras, save_foreign
 from drake_tracker.vision.measured_error_file import load_error
 from drake_tracker.world.tracks import make_track
 
@@ -227,7 +228,7 @@ def damage_record(generator, path):
 
 
 def data_file(generator, folder):
-    """Files of calibrations, measured errors, poses and tracks."""
+    """Files of calibrations, also of other tools, measured errors, poses and tracks."""
     pose = yaml.safe_dump({"X_WP": np.eye(4).tolist()})
     texts = [scenario_file(name).read_text() for name in ("train_cameras.yaml", "train_vision.yaml")]
     path = folder / "here" / "file"
@@ -241,6 +242,18 @@ def data_file(generator, folder):
     path.write_bytes(mutate_yaml(generator, "\n".join(["x,y", *rows]), 2).encode("utf-8", "surrogateescape"))
     with watched(folder, folder / "nothing"), suppress(DrakeTrackerError):
         make_track("csv", csv=str(path))
+    foreign_calibration(generator, folder)
+
+
+def foreign_calibration(generator, folder):
+    """Calibrations of OpenCV, ROS and Kalibr."""
+    form = generator.choice([OPENCV, ROS, KALIBR])
+    paths = save_foreign(folder / "here" / f"cameras.{generator.choice(['yaml', 'yml', 'xml'])}", CAMERAS, form)
+    for path in generator.sample(paths, generator.randint(1, len(paths))):
+        text = mutate_yaml(generator, path.read_text(), generator.randint(1, 3))
+        path.write_bytes(text.encode("utf-8", "surrogateescape"))
+    with watched(folder, folder / "nothing"), suppress(DrakeTrackerError):
+        load_cameras(paths)
 
 
 def footage(generator, folder):

@@ -38,6 +38,8 @@ _CODES = {
     "yuyv": cv2.COLOR_YUV2RGB_YUY2,
     "yuv422_yuy2": cv2.COLOR_YUV2RGB_YUY2,
     "nv21": cv2.COLOR_YUV2RGB_NV21,
+    "nv12": cv2.COLOR_YUV2RGB_NV12,
+    "nv24": cv2.COLOR_YUV2RGB_NV12,  # of the image with every brightness four times, see `_image`
 }
 """{encoding: OpenCV's conversion to RGB}."""
 _CHANNELS = {
@@ -54,6 +56,8 @@ _CHANNELS = {
     "yuv422_yuy2": 2,
 }
 """{encoding: channels}; the others have one."""
+_ROWS = {"nv21": 1.5, "nv12": 1.5, "nv24": 3.0}
+"""{encoding: rows of data for each row of the image}; the others have one."""
 
 
 class _Reader:
@@ -146,9 +150,9 @@ def _image(
     """Returns the pixels of an Image as RGB; see there for the arguments."""
     channels, code = _CHANNELS.get(encoding, 1), _CODES[encoding]
     deep = "16" in encoding
-    rows = height * 3 // 2 if encoding == "nv21" else height
+    rows = int(height * _ROWS.get(encoding, 1.0))
     row_bytes = width * channels * (2 if deep else 1)
-    odd = (channels == 2 and width % 2) or (encoding == "nv21" and (width % 2 or height % 2))
+    odd = (channels == 2 and width % 2) or (_ROWS.get(encoding) == 1.5 and (width % 2 or height % 2))
     if not height or not width or step < row_bytes or rows * step > data.size or odd:
         raise DrakeTrackerError(
             f"{name}: an image is damaged: {width} x {height} px of {encoding}, {step} bytes in a row, "
@@ -160,4 +164,8 @@ def _image(
         pixels = np.minimum(values >> ((bits or 16) - 8), 255).astype(np.uint8)
     if channels > 1:
         pixels = pixels.reshape(rows, width, channels)
+    if encoding == "nv24":
+        bright = pixels[:height].repeat(2, axis=0).repeat(2, axis=1)
+        colours = pixels[height:].reshape(height, 2 * width)
+        return np.ascontiguousarray(cv2.cvtColor(np.vstack([bright, colours]), cv2.COLOR_YUV2RGB_NV12)[::2, ::2])
     return pixels if code is None else cv2.cvtColor(pixels, code)

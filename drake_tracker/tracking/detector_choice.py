@@ -28,7 +28,11 @@ def can_suit(settings: Any) -> bool:
 
 
 def suited(
-    settings: Any, footage: Sequence[Footage], period: float, windows: Sequence[np.ndarray | None]
+    settings: Any,
+    footage: Sequence[Footage],
+    period: float,
+    windows: Sequence[np.ndarray | None],
+    follow: Sequence[tuple[float, float] | None],
 ) -> tuple[Any, list[FirstLook | None]]:
     """Returns (the settings with stride and join distance that suit the recordings, what was found in each).
 
@@ -40,6 +44,7 @@ def suited(
         footage: of one or two cameras.
         period: of the images [s].
         windows: for each camera uint8 (h, w), 0 where motion does not count, or None.
+        follow: for each camera the pixel (u, v) of the object to follow in the first image, or None.
     """
     usual = settings
     if isinstance(settings, NormalFlow):
@@ -47,11 +52,13 @@ def suited(
     if settings.centroid != "hull":
         return usual, []
 
-    def look_at(each: Footage, window: np.ndarray | None) -> FirstLook | None:
-        return None if each.times is None else take_a_look(each.frames, len(each.times), usual, period, window)
+    def look_at(each: Footage, window: np.ndarray | None, pixel: tuple[float, float] | None) -> FirstLook | None:
+        if each.times is None:
+            return None
+        return take_a_look(each.frames, len(each.times), usual, period, window, pixel)
 
     with ThreadPoolExecutor() as pool:  # both cameras at the same time
-        looks = list(pool.map(look_at, footage, windows))
+        looks = list(pool.map(look_at, footage, windows, follow))
     known = [look for look in looks if look is not None]
     if not known:
         return usual, looks

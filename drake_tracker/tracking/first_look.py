@@ -48,7 +48,7 @@ class FirstLook:
     """What a first look found.
 
     Attributes:
-        size: mean of width and height of the largest moving object [px].
+        size: mean of width and height of the largest moving object, or of the one to follow [px].
         speed: its speed [px/image].
         stride: images from one that is compared to the next.
         join_distance: gap between edges of one object [px].
@@ -66,6 +66,7 @@ def take_a_look(
     settings: Any,
     period: float,
     window: np.ndarray | None = None,
+    follow: tuple[float, float] | None = None,
 ) -> FirstLook | None:
     """Returns what the first images show, None where nothing moves alone.
 
@@ -75,14 +76,17 @@ def take_a_look(
         settings: of a detector with ``stride`` and ``join_distance``.
         period: of the images [s].
         window: uint8 (h, w), 0 where motion does not count; None uses the whole image.
+        follow: pixel (u, v) of an object in the first image: of several silhouettes, those nearest to its area count;
+            None, or a pixel where nothing moves: the largest.
     """
     sequences = _read(images, count)
     if len(sequences) < 3:
         return None
     background = median_image([each[REACH] for each in sequences])
+    area = None if follow is None else _area_at(sequences[0][0], background, window, follow)
     found = []
     for sequence in sequences:
-        seen = [_largest(sequence[k], background, window) for k in (0, REACH, REACH + 1, 2 * REACH)]
+        seen = [_find_object(sequence[k], background, window, area) for k in (0, REACH, REACH + 1, 2 * REACH)]
         if all(box is not None for box in seen):
             found.append((sequence, np.array(seen, dtype=float)))
     if len(found) < 3:
@@ -144,8 +148,39 @@ def median_image(images: Sequence[np.ndarray]) -> np.ndarray:
     return low + (high - low) // 2
 
 
-def _largest(image: np.ndarray, background: np.ndarray, window: np.ndarray | None) -> tuple[float, ...] | None:
-    """Returns (left, top, width, height, u, v) of the largest silhouette, None without any or where all has changed."""
+def _find_object(
+    image: np.ndarray, background: np.ndarray, window: np.ndarray | None, area: float | None
+) -> tuple[float, ...] | None:
+    """Returns (left, top, width, height, u, v) of the silhouette nearest to an area [px], or of the largest.
+
+    None without any silhouette or where all has changed.
+    """
+    statistics, centres = _find_silhouettes(image, background, window)
+    if not len(statistics):
+        return None
+    areas = statistics[:, cv2.CC_STAT_AREA]
+    best = int(areas.argmax() if area is None else np.abs(np.log(areas / area)).argmin())
+    return (*statistics[best, :4].tolist(), *centres[best].tolist())
+
+
+def _area_at(
+    image: np.ndarray, background: np.ndarray, window: np.ndarray | None, pixel: tuple[float, float]
+) -> float | None:
+    """Returns the area [px] of the silhouette at a pixel (u, v), None without one within `JOIN_DISTANCE`."""
+    statistics, _ = _find_silhouettes(image, background, window)
+    if not len(statistics):
+        return None
+    low = statistics[:, :2]
+    outside = np.maximum(np.maximum(low - pixel, pixel - (low + statistics[:, 2:4] - 1)), 0.0)
+    distances = np.hypot(*outside.T)
+    best = int(distances.argmin())
+    return float(statistics[best, cv2.CC_STAT_AREA]) if distances[best] <= JOIN_DISTANCE else None
+
+
+def _find_silhouettes(
+    image: np.ndarray, background: np.ndarray, window: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the silhouettes as OpenCV's statistics (n, 5) and centres (n, 2); none where all has changed."""
     difference = cv2.absdiff(image, background)
     level = max(LEAST_CHANGE, CHANGE_NOISE * float(np.median(difference[::4, ::4])))
     mask = cv2.threshold(difference, level, 255, cv2.THRESH_BINARY)[1]
@@ -153,14 +188,10 @@ def _largest(image: np.ndarray, background: np.ndarray, window: np.ndarray | Non
         mask = cv2.bitwise_and(mask, window)
     mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     if cv2.countNonZero(mask) > LARGEST_SHARE * mask.size:
-        return None
+        return np.empty((0, 5), int), np.empty((0, 2))
     _, _, statistics, centres = cv2.connectedComponentsWithStats(mask)
-    if len(statistics) < 2:
-        return None
-    best = 1 + int(statistics[1:, cv2.CC_STAT_AREA].argmax())
-    if statistics[best, cv2.CC_STAT_AREA] < LEAST_AREA:
-        return None
-    return (*statistics[best, :4].tolist(), *centres[best].tolist())
+    large = np.flatnonzero(statistics[1:, cv2.CC_STAT_AREA] >= LEAST_AREA) + 1
+    return statistics[large], centres[large]
 
 
 def _mask(detector: Any, sequence: list[np.ndarray]) -> np.ndarray:

@@ -140,18 +140,13 @@ def prepare_track(
             _check_plane(cameras[0], surface, str(plane))
         timeline = align(footage, offset=offset, duration=duration)
         windows = [read_window(roi[k], each.size) if roi else None for k, each in enumerate(footage)]
+        pixels = [read_pixel(follow[k], each.size) if follow else None for k, each in enumerate(footage)]
         looks: list[FirstLook | None] = []
         if can_suit(detector_settings):
-            detector_settings, looks = suited(detector_settings, footage, timeline.period, windows)
+            detector_settings, looks = suited(detector_settings, footage, timeline.period, windows, pixels)
         detectors = [make_detector(detector_settings, period=timeline.period) for _ in footage]
         trackers = [
-            ImageTracker(
-                objects,
-                read_pixel(follow[k], each.size) if follow else None,
-                windows[k],
-                period=timeline.period,
-            )
-            for k, each in enumerate(footage)
+            ImageTracker(objects, pixel, window, period=timeline.period) for pixel, window in zip(pixels, windows)
         ]
         if max_gap is None:
             max_gap = usual_gap(cameras) if len(cameras) == 2 else MAX_GAP

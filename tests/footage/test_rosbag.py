@@ -158,6 +158,8 @@ def encoded(encoding):
         return (rgb[..., :: -1 if encoding == "bgr16" else 1].astype("<u2") << 8).tobytes(), 48
     yuv = cv2.cvtColor(rgb, cv2.COLOR_RGB2YUV_I420).ravel()
     y, u, v = yuv[:32].reshape(4, 8), yuv[32], yuv[40]
+    if encoding in ("nv12", "nv24"):
+        return y.tobytes() + np.tile([u, v], 8 if encoding == "nv12" else 32).astype(np.uint8).tobytes(), 8
     if encoding == "nv21":
         return y.tobytes() + np.tile([v, u], 8).astype(np.uint8).tobytes(), 8
     pairs = np.empty((4, 8, 2), np.uint8)
@@ -168,7 +170,8 @@ def encoded(encoding):
 
 
 @pytest.mark.parametrize(
-    "encoding", ["mono16", "16UC1", "rgb16", "bgr16", "uyvy", "yuv422", "yuyv", "yuv422_yuy2", "nv21"]
+    "encoding",
+    ["mono16", "16UC1", "rgb16", "bgr16", "uyvy", "yuv422", "yuyv", "yuv422_yuy2", "nv21", "nv12", "nv24"],
 )
 def test_deep_and_yuv_images_have_their_colours(encoding):
     data, step = encoded(encoding)

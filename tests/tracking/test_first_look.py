@@ -28,10 +28,10 @@ def clip(radius, speed, count=110, size=(400, 300)):
         yield u, np.clip(image + rng.normal(0.0, 2.0, image.shape), 0, 255).astype(np.uint8)
 
 
-def look(pictures, settings=NormalFlow(stride=1), window=None):
+def look(pictures, settings=NormalFlow(stride=1), window=None, follow=None):
     pictures = list(pictures)
     colour = [np.repeat(picture[..., None], 3, axis=2) for picture in pictures]
-    return take_a_look(lambda: ((0.0, image) for image in colour), len(colour), settings, PERIOD, window)
+    return take_a_look(lambda: ((0.0, image) for image in colour), len(colour), settings, PERIOD, window, follow)
 
 
 @pytest.mark.parametrize(
@@ -59,10 +59,10 @@ def test_where_nothing_moves_alone_there_is_nothing_to_see():
 def test_what_the_user_has_set_stays(tmp_path):
     source = write_images(tmp_path / "shots", [picture for _, picture in clip(45, 1.0)])
     footage = [open_footage(source, 30.0)]
-    assert suited(NormalFlow(), footage, PERIOD, [None])[0].join_distance > 24
-    kept = suited(NormalFlow(join_distance=30), footage, PERIOD, [None])[0]
+    assert suited(NormalFlow(), footage, PERIOD, [None], [None])[0].join_distance > 24
+    kept = suited(NormalFlow(join_distance=30), footage, PERIOD, [None], [None])[0]
     assert kept.join_distance == 30 and kept.stride > 1
-    assert suited(FrameDifference(), footage, PERIOD, [None])[0].join_distance >= 12
+    assert suited(FrameDifference(), footage, PERIOD, [None], [None])[0].join_distance >= 12
     assert can_suit(NormalFlow()) and not can_suit(NormalFlow(stride=1, join_distance=5))
     assert not can_suit(NormalFlow(preset="paper_literal")) and not can_suit(FrameDifference(stride=1))
 
@@ -78,6 +78,33 @@ def test_a_slow_object_is_tracked_where_it_is(tmp_path):
     assert np.nanmedian(off) < 0.5 and len(track) > 100
     summary = json.loads((out / "summary.json").read_text())
     assert summary["first_look"][0]["join_distance"] == summary["detector"]["join_distance"] > 24
+
+
+def ball_beside_a_disc(count=110):
+    """A large disc that is slow, and below it a ball of 16 px that makes 14 px an image."""
+    for k, (_, picture) in enumerate(clip(50, 0.5, count)):
+        u = 30.0 + abs((14.0 * k + 340.0) % 680.0 - 340.0)
+        rows, columns = np.mgrid[:300, :400]
+        share = np.clip(8.5 - np.hypot(columns - u, rows - 260.0), 0.0, 1.0)
+        yield u, (picture + share * (20.0 - picture)).astype(np.uint8)
+
+
+def test_the_object_to_follow_sets_stride_and_join_distance(tmp_path):
+    """The largest object set them: the ball was as far apart in the compared images as it must not be."""
+    places, pictures = zip(*ball_beside_a_disc())
+    assert look(pictures).stride > 1
+    for pixel in ((places[0], 260.0), (places[0] - 10.0, 265.0)):
+        found = look(pictures, follow=pixel)
+        assert found.stride == 1 and found.join_distance <= 24
+        assert 12.0 < found.size < 20.0 and found.speed == pytest.approx(14.0, rel=0.05)
+    assert look(pictures, follow=(20.0, 20.0)) == look(pictures)  # nothing moves there
+    source, out = write_images(tmp_path / "shots", pictures), tmp_path / "out"
+    follow = ["--follow", f"{places[0]:.0f},260"]
+    assert cli.main(["track", source, "--fps", "30", "--no-overlay", "--out", str(out), *follow]) == 0
+    track = np.genfromtxt(out / "track.csv", delimiter=",", names=True)
+    seen = track["valid"] > 0
+    off = np.abs(track["u"] - np.interp(track["stamp"], np.arange(len(places)) * PERIOD, places))[seen]
+    assert np.median(off) < 1.0 and np.mean(off > 8.0) < 0.05 and seen.mean() > 0.9
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 12])

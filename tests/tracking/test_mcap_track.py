@@ -10,6 +10,7 @@ from mcap_messages import read_mcap
 from scipy.spatial.transform import Rotation
 
 from drake_tracker import cli
+from drake_tracker.core.mcap_file import McapFile
 
 TIMES = np.arange(40) / 30.0
 
@@ -52,6 +53,18 @@ def test_cameras_and_their_frames_are_those_of_the_calibration(topics):
         np.testing.assert_allclose(
             Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix(), X[:3, :3], atol=1e-6
         )
+
+
+@pytest.mark.parametrize(("count", "model"), [(4, "kannala_brandt"), (5, "plumb_bob"), (8, "rational_polynomial")])
+def test_each_lens_has_the_name_of_the_schema(tmp_path, count, model):
+    """foxglove.CameraCalibration lists the models with their coefficients; four are those of OpenCV's fisheye."""
+    file = McapFile(tmp_path / "lens.mcap")
+    distortion = np.linspace(0.01, 0.08, count)
+    file.calibration("/camera", 0.0, "camera", (640, 480), CAMERAS["camera_left"].K, distortion)
+    file.close()
+    ((_, calibration),) = read_mcap(tmp_path / "lens.mcap")["/camera"]
+    assert calibration.distortion_model == model
+    np.testing.assert_allclose(calibration.D, distortion)
 
 
 def test_points_paths_and_numbers_are_those_of_the_table(tracked, topics):
