@@ -13,6 +13,8 @@
   dispatcher reach, and how much more does it pick than first in first out?
 - map: speeds of the belt and rates of arrival, with and without encoder.
 - stop: the belt stops and goes, or has two speeds.
+- speed: how fast is the whole loop with cameras and about six parts in view? Only with `--part speed`, on a quiet
+  machine.
 
 Every run has 60 s. The clairvoyant bound, the largest number of picks of an arm that knows all arrivals, is computed
 with the time of a cycle that the dispatcher expects. Images are rendered in the cells with cameras only. Seeds 5000 to
@@ -28,13 +30,15 @@ import common
 import numpy as np
 import parts
 from conveyor_tables import TABLES
-from parts import Part
+from parts import Part, Timed
 
 from drake_tracker import simulate
 from drake_tracker.campaign.wilson import wilson
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.log import load_log
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks import load_scenario
+from drake_tracker.world.part_fates import PartFate
 
 RESULTS = common.RESULTS / "conveyor.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "conveyor"
@@ -96,6 +100,14 @@ STOP = {
     for motion in ("stop_and_go", "two_speed")
     for name, others in {"": [], "encoder": ["belt.encoder=true"], "cameras": [CAMERAS]}.items()
 }
+SPEED = {
+    "cameras": ("conveyor", []),
+    "cameras, each image looked at": ("conveyor", ["vision.update_cycles=1"]),
+    "measured vision": ("conveyor:measured", ["window.y_wait=-0.10"]),
+}
+"""The loops whose speeds are compared, each with the same arrivals."""
+SIX_IN_VIEW = ["belt.speed=0.1", "arrivals.rate=47"]
+"""Settings with which about six parts are in view on average."""
 CELLS = {**CAPACITY, **LOADED, **SATURATED, **MAP, **STOP}
 KEPT = (
     "success", "could_be_picked", "placed_of_these", "arrived", "picked", "placed", "missed", "dropped", "doubles",
@@ -176,12 +188,38 @@ def part(cells, count, first_seed, name, **others):
     return Part(job, counts, first_seed, summary, TABLES[name], available)
 
 
+def in_view(log, belt):
+    """Returns the mean number of parts on the belt between its entry and its end, after the first 10 s."""
+    states, fates = log["truth_part_states"], log["truth_fates"]
+    rows = np.searchsorted(states.times, fates.times, side="right") - 1
+    y = states.data[rows, 5::13]
+    seen = np.isin(fates.data, (PartFate.UPSTREAM, PartFate.ON_BELT)) & (y >= belt.entry) & (y <= belt.end)
+    return float(seen.sum(axis=1)[fates.times >= 10.0].mean())
+
+
+def speed(seed, quick):
+    """Returns the results of the speed: how many times faster than real time each loop is."""
+    cells = []
+    for cell, (name, settings) in SPEED.items():
+        scenario = load_scenario(
+            name, seed=seed, duration=12.0 if quick else DURATION, overrides=[*SIX_IN_VIEW, *settings]
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            out = Path(folder) / "run"
+            factor = simulate(scenario, out=out, options=RunOptions(record=False))["real_time_factor"]
+            cells.append(
+                {"cell": cell, "runs": 1, "real_time_factor": factor, "in_view": in_view(load_log(out), scenario.belt)}
+            )
+    return cells
+
+
 PARTS = {
     "capacity": part(CAPACITY, 10, 5000, "capacity"),
     "load": part(LOADED, 40, 5100, "load", cameras=10, encoder=20, UR5e=20),
     "saturated": part(SATURATED, 10, 5200, "saturated"),
     "map": part(MAP, 3, 5300, "map"),
     "stop": part(STOP, 10, 5400, "stop", cameras=5),
+    "speed": Timed(speed, 5490, TABLES["speed"]),
 }
 
 

@@ -106,11 +106,27 @@ def map_table(cells):
     ]
 
 
+def speed_table(cells):
+    """Returns (header, rows) of the speeds of the loop; each is compared with the first one."""
+    first = cells[0]["real_time_factor"]
+    header = ["vision", "parts in view, mean", "simulated seconds per second", "compared with the first"]
+    return header, [
+        [
+            cell["cell"],
+            f"{cell['in_view']:.1f}",
+            f"{cell['real_time_factor']:.2f}",
+            f"{cell['real_time_factor'] / first:.2f}",
+        ]
+        for cell in cells
+    ]
+
+
 TABLES = {
     "capacity": capacity_table,
     "load": load_table,
     "saturated": saturated_table,
     "map": map_table,
     "stop": load_table,
+    "speed": speed_table,
 }
 """{part: its table}."""

@@ -26,5 +26,9 @@ def conveyor_stop() -> str:
     return part("conveyor", benchmark.TABLES, "stop")
 
 
+def conveyor_speed() -> str:
+    return part("conveyor", benchmark.TABLES, "speed")
+
+
 def conveyor_vision() -> str:
     return part("conveyor_vision", vision.TABLES, "vision")

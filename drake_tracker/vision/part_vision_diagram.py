@@ -55,6 +55,7 @@ class PartVisionDiagram(Diagram):
         settings: `BeltParts`.
         arm: shape and number of joints of the arm; None ignores nothing.
         lag_cycles: cycles from the capture of an image until its parts appear.
+        update_cycles: cycles from one pair of images that is looked at to the next.
         image_latency: cycles from the capture of an image until the inputs show it.
         period: of a cycle [s].
 
@@ -72,6 +73,7 @@ class PartVisionDiagram(Diagram):
         settings: BeltParts = BeltParts(),
         arm: tuple[ArmShape, int] | None = None,
         lag_cycles: int = LAG_CYCLES,
+        update_cycles: int = 1,
         image_latency: int = 0,
         period: float = VISION_PERIOD,
     ) -> None:
@@ -105,6 +107,7 @@ class PartVisionDiagram(Diagram):
                 belt_height=belt_height,
                 reach=reach,
                 period=period,
+                update_cycles=update_cycles,
                 image_latency=image_latency,
             ),
         )

@@ -56,7 +56,8 @@ class PartVisionSystem(LeafSystem):
         - motion_left
         - motion_right
 
-    ``camera_*`` are `ImageRgba8U`, read every ``period`` at offset 0 in an unrestricted update. ``hidden_*`` is the
+    ``camera_*`` are `ImageRgba8U`, read at offset 0 in an unrestricted update when they show the images of a cycle
+    whose number is a multiple of ``update_cycles``. ``hidden_*`` is the
     silhouette of the robot's own arm in the image, a uint8 array of the image's shape or None; both may stay
     unconnected. ``parts`` is a `PartTracks` of the newest images, without any lag. The other outputs serve pictures
     and video: ``tracks``, a `TrackPoints`; ``regions_*``, `Regions` with a rectangle around each part that is seen;
@@ -71,6 +72,7 @@ class PartVisionSystem(LeafSystem):
         belt_height: z_W of the belt's upper face [m].
         reach: smallest and largest y of the parts that are reported [m].
         period: of a cycle [s].
+        update_cycles: cycles from one pair of images that is looked at to the next.
         image_latency: cycles from the capture of an image until the input shows it.
     """
 
@@ -84,6 +86,7 @@ class PartVisionSystem(LeafSystem):
         belt_height: float,
         reach: tuple[float, float],
         period: float = VISION_PERIOD,
+        update_cycles: int = 1,
         image_latency: int = 0,
     ) -> None:
         super().__init__()
@@ -91,7 +94,7 @@ class PartVisionSystem(LeafSystem):
         self._beyond = [cv2.bitwise_not(np.where(belts[side] > 0, np.uint8(255), np.uint8(0))) for side in SIDES]
         self._offsets = [image_windows[side][:2] for side in SIDES]
         self._belt_height, self._reach = belt_height, reach
-        self._period, self._latency = period, image_latency
+        self._period, self._update_cycles, self._latency = period, update_cycles, image_latency
         self._images = [
             self.DeclareAbstractInputPort(f"camera_{side}", AbstractValue.Make(ImageRgba8U())) for side in SIDES
         ]
@@ -136,7 +139,8 @@ class PartVisionSystem(LeafSystem):
 
     def _update(self, context: Context, state: State) -> None:
         stamp = capture_time(context.get_time(), self._latency, self._period)
-        if round(stamp / self._period) < 0:
+        cycle = round(stamp / self._period)
+        if cycle < 0 or cycle % self._update_cycles:
             return
         memory = self._memory(context)
         images = [port.Eval(context).data[:, :, :3] for port in self._images]

@@ -262,7 +262,9 @@ def add_cameras(
         for index, (name, X_WC) in enumerate(camera_poses(config).items())
     } | dict(further or {})
     if pipeline is not None:
-        return add_late_cameras(builder, scene_graph=scene_graph, optics=optics, params=params, pipeline=pipeline)
+        return add_late_cameras(
+            builder, scene_graph=scene_graph, optics=optics, params=params, pipeline=pipeline, wanted=pipeline.wanted
+        )
     add_renderer(scene_graph, params=params)
     return {name: add_camera(builder, scene_graph=scene_graph, name=name, optics=each) for name, each in optics.items()}
 

@@ -21,10 +21,17 @@ class ImagePipeline:
     Attributes:
         latency: cycles from the capture of an image until it appears.
         processes: number of processes.
+        update_cycles: cycles from one image that is likely to be read to the next; the others are made only if they are
+            read.
     """
 
     latency: int
     processes: int
+    update_cycles: int = 1
+
+    def wanted(self, cycle: int) -> bool:
+        """Returns whether the images of a cycle, given by its number, are likely to be read."""
+        return cycle % self.update_cycles == 0
 
 
 def process_count(setting: str | int) -> int:

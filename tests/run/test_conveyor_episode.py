@@ -17,6 +17,7 @@ from drake_tracker.tasks.conveyor.diagram import arrivals_of
 from drake_tracker.tasks.conveyor.vision_errors import vision_errors
 from drake_tracker.tasks.registry import task_of
 from drake_tracker.tasks.task import BODY_STATE
+from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.part_fates import PartFate
 
 DURATION, SEED = 9.0, 5
@@ -133,6 +134,14 @@ def test_cameras_measure_parts_to_a_millimetre_and_keep_their_kinds_and_numbers(
     assert errors["parts"] >= 1 and errors["wrong_kind"] == errors["identities_lost"] == 0
     assert errors["bias_m"] < 0.001 and errors["noise_m"] < 0.001 and errors["largest_m"] < 0.004
     assert errors["turn_noise_rad"] < np.deg2rad(3.0)
+
+
+def test_vision_looks_at_every_second_pair_of_images(seen):
+    stamps = np.unique(seen.log["parts"]["stamp"])[1:]
+    cycles = np.round(60.0 * stamps).astype(int)
+    assert seen.scenario.vision.update_cycles == 2 and np.array_equal(cycles, 2 * np.arange(1, len(cycles) + 1))
+    pipeline = ImagePipeline(latency=12, processes=1, update_cycles=2)
+    assert [pipeline.wanted(cycle) for cycle in range(4)] == [True, False, True, False]
 
 
 def test_the_run_leaves_a_video_and_the_images(seen):

@@ -10,9 +10,9 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.tasks.calibrated import calibrated_cameras
-from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
+from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Rendered
 from drake_tracker.tasks.conveyor.vision_parts import seen_belt
-from drake_tracker.tasks.filming import PATH_MARKS, Film, Script, View
+from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, Film, Script, View
 from drake_tracker.vision.part_vision_diagram import belt_window
 
 PREDICTING = (PickPhase.TRACK, PickPhase.INTERCEPT, PickPhase.CLOSE)
@@ -58,6 +58,7 @@ def conveyor_film(scenario: ConveyorScenario, hand_eye: HandEyeDiagram) -> Film:
         hand_eye: the diagram of the run.
     """
     config, cameras, belt = scenario.cameras, calibrated_cameras(scenario), seen_belt(scenario)
+    vision = scenario.vision
     return Film(
         title=scenario.name,
         subtitle=f"seed {scenario.seed}, {scenario.belt.speed:g} m/s",
@@ -67,6 +68,8 @@ def conveyor_film(scenario: ConveyorScenario, hand_eye: HandEyeDiagram) -> Film:
         offsets={side: hand_eye.world.cameras[f"camera_{side}"].window[:2] for side in cameras},
         lag=scenario.vision.lag_cycles * VISION_PERIOD,
         lag_cycles=scenario.vision.lag_cycles,
+        every=round(1.0 / (FRAMES_PER_SECOND * VISION_PERIOD)),
+        update_cycles=vision.update_cycles if isinstance(vision, Rendered) else 1,
         script=CONVEYOR_SCRIPT,
         image_latency=hand_eye.world.image_latency,
         several=True,

@@ -57,12 +57,14 @@ class Rendered:
     Attributes:
         parts: how parts are found and tracked.
         lag_cycles: time from the capture of an image to the parts in it [cycles].
+        update_cycles: time from one pair of images to the next [cycles].
     """
 
     parts: BeltParts = setting(BeltParts, "how parts are found and tracked")
     lag_cycles: int = setting(
         15, "time from the capture of an image to the parts in it", "cycles", (1, 120), shared=True
     )
+    update_cycles: int = setting(2, "time from one pair of images to the next", "cycles", (1, 30))
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ def image_pipeline(scenario: ConveyorScenario) -> ImagePipeline | None:
         return None
     processes = process_count(scenario.cameras.render_processes)
     latency = min(scenario.vision.lag_cycles - 1, MOST_LATENCY)
-    return ImagePipeline(latency, processes) if processes > 0 and latency > 0 else None
+    return ImagePipeline(latency, processes, scenario.vision.update_cycles) if processes > 0 and latency > 0 else None
 
 
 def make_vision(
@@ -108,6 +108,7 @@ def image_vision(
         settings=settings.parts,
         arm=arm,
         lag_cycles=settings.lag_cycles,
+        update_cycles=settings.update_cycles,
         **more,
     )
 
