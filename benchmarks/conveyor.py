@@ -100,14 +100,16 @@ STOP = {
     for motion in ("stop_and_go", "two_speed")
     for name, others in {"": [], "encoder": ["belt.encoder=true"], "cameras": [CAMERAS]}.items()
 }
-SPEED = {
-    "cameras": ("conveyor", []),
-    "cameras, each image looked at": ("conveyor", ["vision.update_cycles=1"]),
-    "measured vision": ("conveyor:measured", ["window.y_wait=-0.10"]),
-}
-"""The loops whose speeds are compared, each with the same arrivals."""
-SIX_IN_VIEW = ["belt.speed=0.1", "arrivals.rate=47"]
+SLOW, FAST = ["belt.speed=0.05", "arrivals.rate=32"], ["belt.speed=0.1", "arrivals.rate=47"]
 """Settings with which about six parts are in view on average."""
+SPEED = {
+    "0.10 m/s, cameras": ("conveyor", FAST),
+    "0.10 m/s, cameras, each image looked at": ("conveyor", [*FAST, "vision.update_cycles=1"]),
+    "0.10 m/s, measured vision": ("conveyor:measured", [*FAST, "window.y_wait=-0.10"]),
+    "0.05 m/s, cameras": ("conveyor", SLOW),
+    "0.05 m/s, measured vision": ("conveyor:measured", [*SLOW, "window.y_wait=-0.10"]),
+}
+"""The loops whose speeds are compared."""
 CELLS = {**CAPACITY, **LOADED, **SATURATED, **MAP, **STOP}
 KEPT = (
     "success", "could_be_picked", "placed_of_these", "arrived", "picked", "placed", "missed", "dropped", "doubles",
@@ -201,9 +203,7 @@ def speed(seed, quick):
     """Returns the results of the speed: how many times faster than real time each loop is."""
     cells = []
     for cell, (name, settings) in SPEED.items():
-        scenario = load_scenario(
-            name, seed=seed, duration=12.0 if quick else DURATION, overrides=[*SIX_IN_VIEW, *settings]
-        )
+        scenario = load_scenario(name, seed=seed, duration=12.0 if quick else DURATION, overrides=settings)
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder) / "run"
             factor = simulate(scenario, out=out, options=RunOptions(record=False))["real_time_factor"]

@@ -109,7 +109,7 @@ def map_table(cells):
 def speed_table(cells):
     """Returns (header, rows) of the speeds of the loop; each is compared with the first one."""
     first = cells[0]["real_time_factor"]
-    header = ["vision", "parts in view, mean", "simulated seconds per second", "compared with the first"]
+    header = ["belt, vision", "parts in view, mean", "simulated seconds per second", "compared with the first"]
     return header, [
         [
             cell["cell"],

@@ -65,4 +65,4 @@ def test_speeds_are_compared_with_the_default_at_the_mean_number_of_parts_in_vie
     header, rows = conveyor.PARTS["speed"].table(cells)
     assert len(header) == len(rows[0]) and rows[1] == ["b", "5.9", "1.80", "2.00"]
     for name, settings in conveyor.SPEED.values():
-        conveyor.load_scenario(name, overrides=[*conveyor.SIX_IN_VIEW, *settings])
+        conveyor.load_scenario(name, overrides=settings)
