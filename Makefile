@@ -43,6 +43,8 @@ setup: libraries
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv
 	.venv/bin/python -m uv pip install --python .venv/bin/python --constraint constraints.txt \
 	    --build-constraint constraints.txt --editable '.[dev]'
+	# Otherwise every start compiles the modules again where Python may not write bytecode.
+	.venv/bin/python -m compileall -q -j $$(nproc) .venv/lib drake_tracker
 	echo "$$PWD" > $$stamp
 
 # The system libraries that Drake and its renderer load. Without a Mesa driver the renderer crashes the process.
