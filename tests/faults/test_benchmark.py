@@ -23,13 +23,13 @@ GOOD = {
 }
 
 
-def test_every_kind_is_injected_and_every_cause_exists():
+def test_every_kind_of_the_train_is_injected_and_every_cause_exists():
     kinds = set()
     for fault in FAULTS.values():
         (item,) = load_scenario("train:blind", overrides=[f"faults=[{fault.tag}]"]).faults
         kinds.add(type(item))
         assert set(fault.causes) <= set(Cause)
-    assert kinds == set(KINDS.makers)
+    assert kinds == {kind for kind in KINDS.makers if "train" in kind.tasks}
     assert sum("measured" in fault.visions for fault in FAULTS.values()) >= 16
 
 
