@@ -42,7 +42,7 @@ def job(cell, seed, quick):
     """Returns the line of a run: the errors of vision for each kind of part."""
     rate = min(RATE, 10.0) if cell.startswith("0.05") else RATE  # more do not fit on the slowest belt
     scenario = load_scenario(
-        "conveyor", seed=seed, duration=8.0 if quick else DURATION, overrides=[*CELLS[cell], f"arrivals.rate={rate}"]
+        "conveyor", seed=seed, duration=20.0 if quick else DURATION, overrides=[*CELLS[cell], f"arrivals.rate={rate}"]
     )
     with tempfile.TemporaryDirectory() as folder:
         simulate(scenario, out=f"{folder}/run", options=RunOptions(record=False))
