@@ -50,7 +50,7 @@ PUMA, UR5E = "conveyor:measured", "conveyor:ur5e_measured"
 WAITING = 48.0
 """Rate at which parts are always waiting [1/min]."""
 LOAD = 16.0
-"""80 % of the capacity of the PUMA 560 on a belt at 0.15 m/s, 20 picks a minute [1/min]."""
+"""80 % of 20 picks a minute, about the capacity of the PUMA 560 on a belt at 0.15 m/s [1/min]."""
 EVEN = "arrivals.pattern=even"
 
 
