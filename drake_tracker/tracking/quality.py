@@ -61,6 +61,7 @@ def doubts(summary: dict[str, Any]) -> str | None:
         summary: of the track.
     """
     hidden = summary.get("states", {}).get("hidden", 0)
+    hint = "" if summary.get("follow") or summary.get("roi") else " (--follow, --roi)"
     parts = [
         words.format(count=count, noun=noun if count == 1 else f"{noun}s")
         for count, noun, words in (
@@ -68,7 +69,7 @@ def doubts(summary: dict[str, Any]) -> str | None:
             (
                 summary.get("images_with_rivals"),
                 "image",
-                "another moving object was about as large in {count} {noun} (--follow, --roi)",
+                f"another moving object was about as large, or larger, in {{count}} {{noun}}{hint}",
             ),
             (
                 summary.get("object_changes"),
