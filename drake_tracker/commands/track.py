@@ -175,7 +175,7 @@ def execute(options: Namespace) -> int:
         print(f"Motion was seen in {seen} images, but always where the camera does not see the plane of the motion")
     elif not summary["results"] and not options.follow:
         print("No motion was found")
-    note = doubts(summary)
+    note = doubts(summary | {"follow": options.follow, "roi": options.roi})
     if note is not None:
         print(note)
     if summary["results"] < 0.5 * summary["described"]:

@@ -15,6 +15,8 @@ CONFIRM_AFTER = 4
 """Images in which a new object must be seen before it counts."""
 MERGED_REACH = 0.3
 """Among other objects, an object's patch is looked for within this share of its size."""
+TOGETHER, TOGETHER_TIME = 0.25, 0.2
+"""Two tracks closer than this share of their size, which stay so for this time [s], show the same object."""
 FAST = 0.2
 """Share of its size above which an object's motion between images counts as fast."""
 STOOD = 0.25
@@ -68,24 +70,40 @@ def found_again(hidden: ImageTrack, free: Sequence[ImageTrack], early: float) ->
     return min(alike, key=lambda track: float(np.hypot(*(track.mean - hidden.mean)[:2])), default=None)
 
 
-def without_doubles(before: Sequence[ImageTrack], after: Sequence[ImageTrack]) -> list[ImageTrack]:
-    """Returns tracks without those of an object that was found again: they began elsewhere while it was hidden.
+def without_doubles(
+    before: Sequence[ImageTrack], after: Sequence[ImageTrack], targets: Sequence[int]
+) -> list[ImageTrack]:
+    """Returns tracks without those of an object that has another one.
+
+    This is so if it was found again and they began while it was hidden, or if they move along with it at its place.
 
     Args:
         before: all tracks before an image.
         after: the same tracks after it.
+        targets: numbers of the objects to report, which stay.
     """
     hidden = {track.number: track.seen for track in before if track.state == TrackState.HIDDEN}
     again = [track for track in after if track.number in hidden and track.seen == track.stamp]
-    return [
-        track
-        for track in after
-        if not any(
+    kept: list[ImageTrack] = []
+    for track in sorted(after, key=lambda track: (track.number not in targets, track.number)):
+        began_meanwhile = any(
             track.since > hidden[found.number] and distance_from(found, track.mean[:2]) < 0.5 * track.size
             for found in again
             if found.number != track.number
         )
-    ]
+        twin = track.number not in targets and any(_move_together(track, other) for other in kept)
+        if not began_meanwhile and not twin:
+            kept.append(track)
+    return sorted(kept, key=lambda track: track.number)
+
+
+def _move_together(track: ImageTrack, other: ImageTrack) -> bool:
+    """Returns whether two tracks that are seen are at the same place, and move alike."""
+    if min(track.hits, other.hits) < CONFIRM_AFTER or track.seen < track.stamp or other.seen < other.stamp:
+        return False
+    apart = track.mean - other.mean
+    near = TOGETHER * min(track.size, other.size)
+    return bool(np.hypot(*apart[:2]) < near and np.hypot(*apart[2:]) * TOGETHER_TIME < near)
 
 
 def is_leap(hidden: ImageTrack, found: ImageTrack) -> bool:
@@ -95,12 +113,17 @@ def is_leap(hidden: ImageTrack, found: ImageTrack) -> bool:
 
 
 def is_same_object(old: ImageTrack, track: ImageTrack) -> bool:
-    """Returns whether a new track shows an object that was lost: by its size, and its brightness."""
-    ratio = track.area / old.area
+    """Returns whether a new track shows an object that was lost: by its size, and by its patch.
+
+    The patch of an object that was lost before it was confirmed may show where it was: then only the size counts.
+    """
+    if not 0.5 < track.area / old.area < 2.0:
+        return False
+    if old.hits < CONFIRM_AFTER:
+        return True
     size = tuple(reversed(old.patch.shape))
     score = cv2.matchTemplate(cv2.resize(track.patch, size), old.patch, cv2.TM_CCOEFF_NORMED)[0, 0]
-    close = abs(float(track.patch.mean()) - float(old.patch.mean())) < 30.0
-    return 0.5 < ratio < 2.0 and close and score > 0.4
+    return bool(abs(float(track.patch.mean()) - float(old.patch.mean())) < 30.0 and score > 0.4)
 
 
 def distance_from(track: ImageTrack, point: tuple[float, float] | np.ndarray) -> float:

@@ -131,7 +131,7 @@ class ImageTracker:
             regions = join_fast(regions, find_regions(twice, settings.join_distance, settings.min_pixels))
         tracks = [predict_track(track, stamp) for track in objects.tracks]
         tracks, free = self._match(tracks, regions, middle, objects, displacement, reach)
-        tracks = without_doubles(objects.tracks, tracks)
+        tracks = without_doubles(objects.tracks, tracks, objects.targets)
         number = objects.next_number
         for region in free:
             tracks.append(start_track(number, stamp, region, middle))

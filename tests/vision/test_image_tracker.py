@@ -1,13 +1,16 @@
 """Tracks in the images of one camera: regions, motion of the whole image, crossings, objects that stop or vanish."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
 from drake_tracker.vision.config import NormalFlow
-from drake_tracker.vision.image_regions import find_regions
-from drake_tracker.vision.image_track import TrackState
+from drake_tracker.vision.image_identity import without_doubles
+from drake_tracker.vision.image_regions import ImageRegion, find_regions
+from drake_tracker.vision.image_track import TrackState, start_track
 from drake_tracker.vision.image_tracker import ImageTracker, _assign
 from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.region_centroid import hull_centroid
@@ -179,6 +182,31 @@ def test_an_object_that_passes_behind_a_pillar_is_hidden_and_then_the_same_again
     assert TrackState.STANDING not in states.values() and TrackState.HIDDEN in states.values()
     assert np.median(off) < 0.5 and np.max(off) < 10.0 and len(off) > 10
     assert objects.targets == (1,) and objects.rivals == 0
+
+
+def test_a_fast_ball_that_passes_a_slow_mover_before_it_is_confirmed_is_followed():
+    """Its first patch shows where it was, so that it is known again by its size."""
+    background, off = scene(12), []
+    rows = 320.0 - np.abs((220.0 - 29.0 * np.arange(60)) % 600.0 - 300.0)
+    path = np.column_stack([110.0 + 4.0 * np.arange(60), rows])
+    pictures = [
+        disc(disc(background, 100.0 + 0.6 * k, 90.0, 50.0, 225.0), *place, 7.0, 20.0) for k, place in enumerate(path)
+    ]
+    for k, _, centroid in run(pictures, ImageTracker(follow=tuple(path[0]), period=PERIOD)):
+        off.append(np.hypot(centroid.u - path[k, 0], centroid.v - path[k, 1]) if centroid else np.inf)
+    assert np.median(off) < 1.0 and np.mean(np.array(off[20:]) > 10.0) < 0.2
+
+
+def test_of_two_tracks_that_move_together_one_stays():
+    picture = np.zeros((100, 100), np.uint8)
+    one = replace(start_track(1, 0.0, ImageRegion(50.0, 40.0, 100, 40, 30, 20, 20), picture), hits=9)
+    twin, other = (replace(one, number=number, mean=one.mean + np.array(off)) for number, off in (
+        (2, [1.0, 1.0, 3.0, 0.0]), (3, [1.0, 1.0, 90.0, 0.0])
+    ))  # fmt: skip
+    tracks = [one, twin, other]
+    assert [track.number for track in without_doubles(tracks, tracks, ())] == [1, 3]
+    assert [track.number for track in without_doubles(tracks, tracks, (2,))] == [2, 3]
+    assert [track.number for track in without_doubles(tracks, tracks, (1, 2))] == [1, 2, 3]
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (0.3, 0.0), (0.0, -0.5), (0.4, 0.4)])
