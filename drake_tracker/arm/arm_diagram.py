@@ -151,11 +151,14 @@ class ArmDiagram(Diagram):
         builder.Connect(command, servo_system.GetInputPort("command"))
         builder.Connect(servo_system.GetOutputPort("held_packet"), decision.GetInputPort("packet"))
         builder.ExportInput(packet_guard.GetInputPort("packet"), "packet")
+        builder.ExportInput(controller.inverse_dynamics.get_input_port_estimated_state(), "arm_state")
         for index in range(decision.num_input_ports()):
             port = decision.get_input_port(index)
             if port.get_name() in _ANSWERED:
                 source = builder.GetSubsystemByName(_ANSWERED[port.get_name()])
                 builder.Connect(source.GetOutputPort(port.get_name()), port)
+            elif port.get_name() == "arm_state":
+                builder.ConnectInput("arm_state", port)
             elif port.get_name() != "packet":
                 builder.ExportInput(port, port.get_name())
 
@@ -173,7 +176,6 @@ class ArmDiagram(Diagram):
             )
             builder.ExportOutput(fingers.GetOutputPort("desired_state"), "gripper_desired_state")
 
-        builder.ExportInput(controller.inverse_dynamics.get_input_port_estimated_state(), "arm_state")
         builder.ConnectInput("arm_state", controller.reflex.GetInputPort("arm_state"))
         if edge is not None:
             builder.ConnectInput("arm_state", visual_edge.GetInputPort("arm_state"))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_tracker.arm.tool_yaw import best_branch, flip_duration, must_flip, nearest_whole_turn
+from drake_tracker.arm.tool_yaw import best_branch, flip_duration, must_flip, nearest_whole_turn, swing_about_base
 from drake_tracker.arm.transform_equation import Drive, apply_drive, share_done, shrink_drive, solve_drive
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import Frozen
@@ -179,8 +179,7 @@ class ToolMotion:
         """Returns by how much the first joint will turn the last one until the tool is at the reference [rad]."""
         if not self.swings:
             return 0.0
-        (x, y), (x_R, y_R) = state.tool[:2], state.reference[:2]
-        return math.remainder(math.atan2(y_R, x_R) - math.atan2(y, x), 2.0 * math.pi)
+        return swing_about_base(state.tool, state.reference)
 
     def _last_joint(self, state: ToolMotionState, q6: float) -> float:
         """Returns the angle of the last joint [rad] that decides whether the jaws must flip: now or, where a motion

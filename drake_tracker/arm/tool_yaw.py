@@ -6,6 +6,8 @@ the hand does not change the grasp: the *branch* is the number of half turns add
 
 import math
 
+import numpy as np
+
 from drake_tracker.arm.transform_equation import PEAK_OVER_MEAN
 
 FLIP_ANGLE = math.radians(109.0)
@@ -23,6 +25,20 @@ def best_branch(q6: float, tool_yaw: float, object_yaw: float) -> int:
         object_yaw: direction of the object in W, continuous [rad].
     """
     return round((q6 + tool_yaw - object_yaw) / math.pi)
+
+
+def swing_about_base(p_WT: np.ndarray, p_WR: np.ndarray) -> float:
+    """Returns by how much the first joint turns [rad] while the tool moves from one place to another, the short way.
+
+    The base stands at W's origin, and its joint turns about z_W. Each radian turns the last joint by as much, if the
+    direction of the tool in W stays as it is.
+
+    Args:
+        p_WT: where the tool is, at least (x, y) [m].
+        p_WR: where it goes, at least (x, y) [m].
+    """
+    (x, y), (x_R, y_R) = p_WT[:2], p_WR[:2]
+    return math.remainder(math.atan2(y_R, x_R) - math.atan2(y, x), 2.0 * math.pi)
 
 
 def nearest_whole_turn(tool_yaw: float, object_yaw: float) -> int:
