@@ -15,6 +15,7 @@ from drake_tracker.arm.packet_guard_system import make_packet_guard_system
 from drake_tracker.arm.servo_system import add_servo
 from drake_tracker.arm.tool_controller import add_tool_controller
 from drake_tracker.arm.tool_motion import ToolMotion
+from drake_tracker.arm.tool_yaw import flip_speed
 from drake_tracker.arm.visual_edge import VisualEdge
 from drake_tracker.arm.visual_edge_system import VisualEdgeSystem
 from drake_tracker.core.messages import ArmCommand, message_size
@@ -136,7 +137,14 @@ class ArmDiagram(Diagram):
         own_goal = decision.HasOutputPort("object")
         controller = add_tool_controller(
             builder,
-            motion=ToolMotion(home, period, model.symmetric_hand, moving=not own_goal, swings=swings),
+            motion=ToolMotion(
+                home,
+                period,
+                model.symmetric_hand,
+                moving=not own_goal,
+                swings=swings,
+                flip_speed=flip_speed(float(model.velocity_limit[-1])),
+            ),
             model=model,
             q_initial=q_initial,
             target=decision.GetOutputPort("object") if own_goal else target,
