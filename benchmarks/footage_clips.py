@@ -36,7 +36,7 @@ class Clip:
 
 
 def make_clip(kind, seed, count=120, sky=None, thing=None) -> Clip:
-    """Returns a clip of ``count`` images at `RATE`, before a drawn background and with a drawn object if none are given.
+    """Returns a clip of ``count`` images at `RATE`. Background and object are drawn where none are given.
 
     Args:
         kind: one of `KINDS`.
