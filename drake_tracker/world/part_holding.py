@@ -6,9 +6,9 @@ until the hand comes near. Their joints are locked in the parameters of a Contex
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import Context
 
 from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.vision.camera_model import CameraModel
@@ -104,11 +104,11 @@ class PartHolder:
         self._box[:, _Y] = belt.end + BOX_FROM_END + rows * BOX_PITCH
         self._box[:, _Z] += LIFT - belt.height
 
-    def update(self, context: Context, fates: np.ndarray) -> None:
+    def update(self, context: Any, fates: np.ndarray) -> None:
         """Locks, moves and frees parts.
 
         Args:
-            context: of the plant, between two steps.
+            context: Context of the plant, between two steps.
             fates: the `PartFate` of each part, as numbers, shape (n,).
         """
         plant = self._plant
@@ -142,7 +142,7 @@ class PartHolder:
         for k in np.flatnonzero((riding | leaving | falling_asleep) & ~locked):
             self._joints[k].Lock(context)
 
-    def _near(self, context: Context, p_WP: np.ndarray) -> np.ndarray:
+    def _near(self, context: Any, p_WP: np.ndarray) -> np.ndarray:
         """Returns which of the places (n, 3) [m] are near a finger."""
         fingers = [finger.EvalPoseInWorld(context).translation() for finger in self._fingers]
         return (np.linalg.norm(p_WP[:, None] - np.array(fingers), axis=2) < NEAR).any(axis=1)
