@@ -15,6 +15,8 @@ CSRT, KCF and median flow are measured where OpenCV has them: in opencv-contrib-
 
 **files**: the same clip in other containers and codecs, turned, with dropped images (`footage_files.py`).
 
+**fast**: a small fast ball beside a large slow mover, and in front of it, with ``--follow`` (`footage_fast.py`).
+
 **person**: the share of filtered points of a walking figure (`footage_person.py`).
 
 Seeds 7640 to 7679 are used nowhere else.
@@ -28,6 +30,7 @@ from pathlib import Path
 
 import common
 import cv2
+import footage_fast
 import footage_files
 import footage_person
 import footage_photographs
@@ -238,6 +241,7 @@ PARTS = {
     "files": Part(
         footage_files.job, dict.fromkeys(footage_files.FILES, 5), FIRST_SEED, footage_files.summary, TABLES["files"]
     ),
+    "fast": Part(footage_fast.job, dict.fromkeys(footage_fast.CELLS, 40), FIRST_SEED, summary, TABLES["accuracy"]),
     "person": Part(
         footage_person.job,
         dict.fromkeys(footage_person.CELLS, 12),

@@ -157,6 +157,30 @@ def test_an_object_that_leaps_keeps_its_number_and_the_leap_is_counted():
     assert np.hypot(centroid.u - (230.0 + 3.0 * k), centroid.v - 250.0) < 1.0
 
 
+def behind_a_pillar(picture, left, right, seed=11):
+    """The picture with a textured pillar in front."""
+    picture = picture.copy()
+    picture[:, left:right] = scene(seed, right - left, picture.shape[0]) - 25.0
+    return picture
+
+
+@pytest.mark.parametrize(("seed", "grey", "width"), [(8, 230.0, 60), (9, 30.0, 60), (10, 30.0, 45)])
+def test_an_object_that_passes_behind_a_pillar_is_hidden_and_then_the_same_again(seed, grey, width):
+    """What hides it grows in its patch, and must not be taken for an object that stands."""
+    background, states, off = scene(seed), {}, []
+    path = 40.0 + 3.0 * np.arange(110)
+    pictures = [behind_a_pillar(disc(background, u, 150.0, 20.0, grey), 170, 170 + width) for u in path]
+    for k, objects, centroid in run(pictures, ImageTracker(period=PERIOD)):
+        states[k] = objects.target().state if objects.target() else TrackState.LOST
+        if path[k] - 20.0 > 170.0 and path[k] + 20.0 < 170.0 + width:
+            assert centroid is None
+        if path[k] - 20.0 > 170.0 + width + 15.0:
+            off.append(np.hypot(centroid.u - path[k], centroid.v - 150.0) if centroid else np.inf)
+    assert TrackState.STANDING not in states.values() and TrackState.HIDDEN in states.values()
+    assert np.median(off) < 0.5 and np.max(off) < 10.0 and len(off) > 10
+    assert objects.targets == (1,) and objects.rivals == 0
+
+
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (0.3, 0.0), (0.0, -0.5), (0.4, 0.4)])
 def test_the_estimate_of_a_small_shift_of_the_whole_image_is_its_length(shift):
     scene = cv2.GaussianBlur(np.random.default_rng(5).normal(120.0, 90.0, (240, 320)), (0, 0), 2.5)
