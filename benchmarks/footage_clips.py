@@ -37,10 +37,19 @@ class Clip:
     size: float
 
 
-def make_clip(kind: str, seed: int, count: int = 120) -> Clip:
-    """Returns a clip of ``count`` images at `RATE`."""
+def make_clip(kind, seed, count=120, sky=None, thing=None) -> Clip:
+    """Returns a clip of ``count`` images at `RATE`. Background and object are drawn where none are given.
+
+    Args:
+        kind: one of `KINDS` or `FAST_KINDS`.
+        seed: of all that is random.
+        count: number of images.
+        sky: background, float32 (HEIGHT + 2 MARGIN, WIDTH + 2 MARGIN).
+        thing: the object to follow.
+    """
     rng = np.random.default_rng([seed, (KINDS + FAST_KINDS).index(kind)])
-    sky = background(rng, WIDTH + 2 * MARGIN, HEIGHT + 2 * MARGIN)
+    drawn = background(rng, WIDTH + 2 * MARGIN, HEIGHT + 2 * MARGIN)
+    sky = drawn if sky is None else sky
     camera = np.zeros((count, 2))
     if kind == "shake":
         camera = rng.normal(0.0, 1.0, (count, 2))
@@ -48,6 +57,7 @@ def make_clip(kind: str, seed: int, count: int = 120) -> Clip:
         angle = rng.uniform(0.0, 2.0 * np.pi)
         camera = 0.5 * np.arange(count)[:, None] * [np.cos(angle), np.sin(angle)]
     objects, paths = _objects(kind, rng, count)
+    objects = objects if thing is None else [thing, *objects[1:]]
     images = []
     truth = np.array(paths).transpose(1, 0, 2) - camera[:, None]
     steps = np.gradient(truth, axis=0)

@@ -10,7 +10,7 @@ from enum import IntEnum
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
-from drake_tracker.vision.image_patch import SURE, Scene, cut_patch, find_patch, with_scene
+from drake_tracker.vision.image_patch import SURE, Scene, cut_patch, find_patch, is_scene, with_scene
 from drake_tracker.vision.image_regions import ImageRegion
 
 SIZE_WEIGHT = 0.1
@@ -236,7 +236,7 @@ def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra
     """Returns a predicted track after the region that shows its object alone.
 
     While an object stops or turns back, its moving edges do not enclose it evenly: where its patch is found, that place
-    counts. The patch stays as it is while the object is partly hidden.
+    counts, if it was not there before the object came. The patch stays as it is while the object is partly hidden.
 
     Args:
         track: predicted for the time of the image.
@@ -252,9 +252,9 @@ def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra
         if track.hits < AREA_KNOWN or region.width * region.height >= WHOLE * track.area:
             patch, centre = cut_patch(image, region)
     else:
-        found_u, found_v, score = find_patch(patch, centre, track.mean[:2], image, surprise + 0.5 * track.size)
-        if score >= SURE:
-            u, v = found_u, found_v
+        found = find_patch(patch, centre, track.mean[:2], image, surprise + 0.5 * track.size)
+        if found[2] >= SURE and not is_scene(patch, centre, found, track.scenes):
+            u, v, _ = found
     w = max(SIZE_WEIGHT, 1.0 / (track.hits + 1))
     width = track.width + w * (region.width - track.width)
     height = track.height + w * (region.height - track.height)

@@ -9,8 +9,9 @@ from scipy.optimize import linear_sum_assignment
 
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.image_identity import without_doubles
+from drake_tracker.vision.image_patch import Scene
 from drake_tracker.vision.image_regions import ImageRegion, find_regions
-from drake_tracker.vision.image_track import TrackState, start_track
+from drake_tracker.vision.image_track import TrackState, predict_track, start_track, with_region
 from drake_tracker.vision.image_tracker import ImageTracker, _assign
 from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.region_centroid import hull_centroid
@@ -247,3 +248,16 @@ def test_one_track_or_one_region_gets_the_cheapest_partner():
     for part in (cost, cost[:1], cost[:, 2:3], cost[1:2, 3:]):
         found, expected = _assign(part), linear_sum_assignment(part)
         assert [list(each) for each in found] == [each.tolist() for each in expected]
+
+
+def test_a_patch_of_the_background_does_not_pull_an_object_back():
+    """The patch of an object that hardly stands out is mostly background, and is found where the background is."""
+    background = np.clip(scene(5), 0, 255).astype(np.uint8)
+    behind, here = (
+        ImageRegion(u, 150.0, 900, round(u) - 18, 132, 36, 36, exact=False) for u in (200.0, 216.0)
+    )  # it was behind, and moves on
+    track = replace(start_track(1, 0.0, behind, background), hits=20, mean=np.array([200.0, 150.0, 120.0, 0.0]))
+    late = predict_track(track, PERIOD)
+    assert with_region(late, here, background).place[0] < 205.0
+    known = replace(late, scenes=(Scene(background, 100.0, 150.0),))
+    assert tuple(with_region(known, here, background).place) == (216.0, 150.0)
