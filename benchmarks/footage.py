@@ -17,6 +17,8 @@ CSRT, KCF and median flow are measured where OpenCV has them: in opencv-contrib-
 
 **fast**: a small fast ball beside a large slow mover, and in front of it, with ``--follow`` (`footage_fast.py`).
 
+**hidden**: an object that passes behind a pillar (`footage_hidden.py`).
+
 **person**: the share of filtered points of a walking figure (`footage_person.py`).
 
 Seeds 7640 to 7679 are used nowhere else.
@@ -32,6 +34,7 @@ import common
 import cv2
 import footage_fast
 import footage_files
+import footage_hidden
 import footage_person
 import footage_photographs
 import footage_stereo
@@ -242,6 +245,9 @@ PARTS = {
         footage_files.job, dict.fromkeys(footage_files.FILES, 5), FIRST_SEED, footage_files.summary, TABLES["files"]
     ),
     "fast": Part(footage_fast.job, dict.fromkeys(footage_fast.CELLS, 40), FIRST_SEED, summary, TABLES["accuracy"]),
+    "hidden": Part(
+        footage_hidden.job, dict.fromkeys(footage_hidden.CELLS, 40), FIRST_SEED, summary, TABLES["accuracy"]
+    ),
     "person": Part(
         footage_person.job,
         dict.fromkeys(footage_person.CELLS, 12),

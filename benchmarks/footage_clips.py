@@ -16,6 +16,8 @@ MARGIN = 80
 KINDS = ("plain", "shake", "pan", "rival", "ball", "crossing", "person", "blur", "light", "compressed", "stop")
 FAST_KINDS = ("beside", "in front")
 """A small fast ball beside a large slow mover, and one that passes in front of it, for `footage_fast.py`."""
+HIDDEN_KINDS = ("hidden",)
+"""An object that passes behind a pillar in the middle of the clip, for `footage_hidden.py`."""
 EXPOSURE, EXPOSURES = 0.5, 6
 """Time for which the shutter is open, in periods, and the number of instants that are averaged; only with blur."""
 QUALITY = 32
@@ -30,24 +32,26 @@ class Clip:
         images: uint8 (n, h, w).
         truth: (n, objects, 2), centre of each object in each image [px]; the first object is the one to follow.
         size: diameter of the first object [px].
+        pillar: first column of a pillar in front of the objects, and the first beyond it.
     """
 
     images: np.ndarray
     truth: np.ndarray
     size: float
+    pillar: tuple[int, int] | None = None
 
 
 def make_clip(kind, seed, count=120, sky=None, thing=None) -> Clip:
     """Returns a clip of ``count`` images at `RATE`. Background and object are drawn where none are given.
 
     Args:
-        kind: one of `KINDS` or `FAST_KINDS`.
+        kind: one of `KINDS`, `FAST_KINDS` or `HIDDEN_KINDS`.
         seed: of all that is random.
         count: number of images.
         sky: background, float32 (HEIGHT + 2 MARGIN, WIDTH + 2 MARGIN).
         thing: the object to follow.
     """
-    rng = np.random.default_rng([seed, (KINDS + FAST_KINDS).index(kind)])
+    rng = np.random.default_rng([seed, (KINDS + FAST_KINDS + HIDDEN_KINDS).index(kind)])
     drawn = background(rng, WIDTH + 2 * MARGIN, HEIGHT + 2 * MARGIN)
     sky = drawn if sky is None else sky
     camera = np.zeros((count, 2))
@@ -58,6 +62,11 @@ def make_clip(kind, seed, count=120, sky=None, thing=None) -> Clip:
         camera = 0.5 * np.arange(count)[:, None] * [np.cos(angle), np.sin(angle)]
     objects, paths = _objects(kind, rng, count)
     objects = objects if thing is None else [thing, *objects[1:]]
+    pillar, front = None, None
+    if kind == "hidden":
+        width = int(rng.integers(40, 90))
+        pillar = ((WIDTH - width) // 2, (WIDTH + width) // 2)
+        front = _texture(rng, width, HEIGHT, rng.uniform(60.0, 160.0), 12.0)
     images = []
     truth = np.array(paths).transpose(1, 0, 2) - camera[:, None]
     steps = np.gradient(truth, axis=0)
@@ -72,13 +81,15 @@ def make_clip(kind, seed, count=120, sky=None, thing=None) -> Clip:
             image = np.mean([_painted(image, objects, truth[k] + at * steps[k], k) for at in offsets], axis=0)
         else:
             image = _painted(image, objects, truth[k], k)
+        if pillar is not None:
+            image[:, slice(*pillar)] = front
         image = gain[k] * image + rng.normal(0.0, NOISE, image.shape)
         images.append(np.clip(np.rint(image), 0, 255).astype(np.uint8))
     if kind == "compressed":
         images = _compressed(images)
     if kind == "person":
         truth = truth + [[_middle_of_person(k)] for k in range(count)]
-    return Clip(np.array(images), truth, float(np.sqrt(4.0 / np.pi * (objects[0].alpha > 0.5).sum())))
+    return Clip(np.array(images), truth, float(np.sqrt(4.0 / np.pi * (objects[0].alpha > 0.5).sum())), pillar)
 
 
 def _painted(image, objects, centres, k):
@@ -210,6 +221,12 @@ def _objects(kind, rng, count):
         start = rng.uniform([60, 60], [WIDTH - 60, HEIGHT - 60])
         path = _bounce(start, speed * np.array([np.cos(angle), np.sin(angle)]), count, 30.0)
         return [disc(rng, size, rng.choice([20.0, 225.0]))], [path]
+    if kind == "hidden":
+        angle = rng.choice([0.0, np.pi]) + rng.uniform(-0.6, 0.6)
+        middle = np.array([0.5 * WIDTH, 0.5 * HEIGHT]) + rng.uniform(-20.0, 20.0, 2)
+        step = rng.uniform(2.0, 4.0) * np.array([np.cos(angle), np.sin(angle)])
+        path = middle + step * (np.arange(count)[:, None] - 0.5 * count)
+        return [disc(rng, rng.uniform(30.0, 50.0), rng.choice([20.0, 225.0]))], [path]
     if kind in FAST_KINDS:
         ball, large = disc(rng, rng.uniform(10.0, 30.0), rng.choice([20.0, 225.0])), rng.uniform(100.0, 140.0)
         speed, angle = np.exp(rng.uniform(np.log(8.0), np.log(40.0))), rng.uniform(0.0, 2.0 * np.pi)

@@ -32,6 +32,8 @@ of it would be what hides the object."""
 STEADY = 0.25
 """Share of its displacement by which an object may be beside the place where it is expected, for its patch to be taken,
 see `with_region`."""
+UNSTEADY_IMAGES = 15
+"""Images after which its whole region counts all the same: the patch was cut while the object was partly hidden."""
 LARGEST_MARGIN = 0.4
 """Largest share of a region on each side that shows where its object was and will be."""
 SLOW = 0.25
@@ -65,6 +67,7 @@ class ImageTrack(FrozenState):
         patch: grey uint8, the object when it was last seen alone.
         centre: place of the object's centroid in the patch (u, v) [px], shape (2,).
         area: of its rectangle, the largest of late [px^2].
+        unsteady: number of newest images in which it was beside the place where it was expected.
         unlike: number of newest images in which its region was too large or too small.
         since: stamp of the image in which it was seen first [s].
         place: u, v where it was seen last [px], shape (2,).
@@ -88,6 +91,7 @@ class ImageTrack(FrozenState):
     area: float
     moving: int = 0
     unlike: int = 0
+    unsteady: int = 0
     since: float = 0.0
     scenes: tuple[Scene, ...] = ()
 
@@ -248,10 +252,13 @@ def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra
     steady = surprise <= max(1.0, STEADY * track.speed * (track.stamp - track.seen))
     u, v = region.u, region.v
     patch, centre = track.patch, track.centre
-    if steady or track.hits < 3:
-        if track.hits < AREA_KNOWN or region.width * region.height >= WHOLE * track.area:
+    whole = track.hits < AREA_KNOWN or region.width * region.height >= WHOLE * track.area
+    if steady or track.hits < 3 or (whole and track.unsteady >= UNSTEADY_IMAGES):
+        unsteady = 0
+        if whole:
             patch, centre = cut_patch(image, region)
     else:
+        unsteady = track.unsteady + 1
         found = find_patch(patch, centre, track.mean[:2], image, surprise + 0.5 * track.size)
         if found[2] >= SURE and not is_scene(patch, centre, found, track.scenes):
             u, v, _ = found
@@ -270,4 +277,5 @@ def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra
         patch=patch,
         centre=centre,
         unlike=0,
+        unsteady=unsteady,
     )

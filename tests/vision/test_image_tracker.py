@@ -198,6 +198,25 @@ def test_a_fast_ball_that_passes_a_slow_mover_before_it_is_confirmed_is_followed
     assert np.median(off) < 1.0 and np.mean(np.array(off[20:]) > 10.0) < 0.2
 
 
+def test_a_patch_that_was_cut_beside_its_object_is_replaced():
+    """As when the object was partly hidden: the patch is found 6 px beside the region of the whole object."""
+    background, off, tracker = scene(13), [], ImageTracker(period=PERIOD)
+    images = [
+        DETECTOR.smooth(np.clip(disc(background, 60.0 + 3.0 * k, 150.0, 20.0, 230.0), 0, 255).astype(np.uint8))
+        for k in range(60)
+    ]
+    objects = tracker.start()
+    for k in range(1, 59):
+        if k == 20:
+            track = objects.target()
+            beside = np.array([6.0, 0.0])
+            track = replace(track, centre=track.centre + beside, mean=track.mean + np.concatenate([beside, [0.0, 0.0]]))
+            objects = replace(objects, tracks=(track,))
+        objects, _, centroid = tracker.update(objects, k * PERIOD, DETECTOR, images[k - 1 : k + 2])
+        off.append(abs(centroid.u - 60.0 - 3.0 * k))
+    assert max(off[:19]) < 1.0 < max(off[19:]) and max(off[40:]) < 1.0
+
+
 def test_of_two_tracks_that_move_together_one_stays():
     picture = np.zeros((100, 100), np.uint8)
     one = replace(start_track(1, 0.0, ImageRegion(50.0, 40.0, 100, 40, 30, 20, 20), picture), hits=9)
