@@ -13,7 +13,7 @@ from drake_tracker.core.background import Background
 from drake_tracker.core.messages import Centroid, Prediction, TrackPoint, predicted_points
 from drake_tracker.run.video_file import VideoFile
 from drake_tracker.tasks.style import bgr, draw_text
-from drake_tracker.tracking.overlay_objects import draw_objects
+from drake_tracker.tracking.overlay_objects import draw_objects, is_hidden
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.image_tracker import ImageObjects
 
@@ -122,7 +122,8 @@ class TrackOverlay:
                 draw_text(view, "no image", 10, 24, 15, _ENERGY, bold=True)
             x += panel[0] + _BETWEEN
         draw_text(page, f"{seen[0][1]:.2f} s", 12, self.size[1] - 12, 15, _BRIGHT, bold=True, numbers=True)
-        draw_text(page, _describe(centroids[0], point), 110, self.size[1] - 12, 15, _DIM, numbers=True)
+        hidden = objects[0] is not None and is_hidden(objects[0])
+        draw_text(page, _describe(centroids[0], point, hidden), 110, self.size[1] - 12, 15, _DIM, numbers=True)
         if self._video is not None:
             self._video.write(page)
         if watched:
@@ -171,11 +172,11 @@ def _draw_cross(view: np.ndarray, centroid: Any, scale: float) -> None:
         cv2.line(view, (u, v - 9), (u, v + 9), bgr(colour), width, cv2.LINE_AA)
 
 
-def _describe(centroid: np.ndarray, point: np.ndarray | None) -> str:
+def _describe(centroid: np.ndarray, point: np.ndarray | None, hidden: bool) -> str:
     """Returns the line of text below the images."""
     if point is None:
         pixel = Centroid(np.array(centroid))
-        return f"u {pixel.u:.1f}  v {pixel.v:.1f} px" if pixel.valid else "no motion"
+        return f"u {pixel.u:.1f}  v {pixel.v:.1f} px" if pixel.valid else "hidden" if hidden else "no motion"
     measured = TrackPoint(np.array(point))
     if not measured.valid:
         return "no point"

@@ -21,10 +21,18 @@ from drake_tracker.vision.image_identity import (
     is_same_object,
     left_its_place,
     may_be_fast,
+    without_doubles,
     without_region,
 )
 from drake_tracker.vision.image_regions import ImageRegion, changed_twice, find_regions, join_fast
-from drake_tracker.vision.image_track import ImageTrack, TrackState, predict_track, start_track, with_region
+from drake_tracker.vision.image_track import (
+    ImageTrack,
+    TrackState,
+    predict_track,
+    remember_scene,
+    start_track,
+    with_region,
+)
 from drake_tracker.vision.region_centroid import RegionCentroid
 from drake_tracker.vision.scene_shift import STILL, align_to, clear_border, find_shifts, shift_estimate, suggests_shift
 
@@ -123,13 +131,14 @@ class ImageTracker:
             regions = join_fast(regions, find_regions(twice, settings.join_distance, settings.min_pixels))
         tracks = [predict_track(track, stamp) for track in objects.tracks]
         tracks, free = self._match(tracks, regions, middle, objects, displacement, reach)
+        tracks = without_doubles(objects.tracks, tracks)
         number = objects.next_number
         for region in free:
             tracks.append(start_track(number, stamp, region, middle))
             number += 1
         found = replace(
             objects,
-            tracks=tuple(tracks),
+            tracks=tuple(remember_scene(track, middle, displacement) for track in tracks),
             next_number=number,
             displacement=displacement,
             alert=alert,
