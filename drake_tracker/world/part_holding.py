@@ -26,8 +26,8 @@ BEFORE_ENTRY, BEYOND_END = 0.15, 0.30
 MARGIN = max(shape.radius for shape in PART_SHAPES.values()) + 0.05
 """Smallest distance of the middle of a part that is held from what the cameras see [m]."""
 NEAR = 0.15
-"""Distance from the fingers within which a part in a cell is free [m]: more than the reach of a part that they carry,
-and the way of the hand in one cycle."""
+"""Distance from the fingers within which all parts are free [m]: more than the reach of a part that they carry, and the
+way of the hand in one cycle."""
 STILL = 1e-3
 """Largest velocity of a part that falls asleep, of its middle [m/s] and of a point 1 m beside it [rad/s]."""
 ASTRAY = 0.01
@@ -71,8 +71,9 @@ class PartHolder:
     - A part upstream of the free stretch rides at its place on the belt, `LIFT` above it. When it reaches the stretch,
       it is put down there with the velocity of the belt, and freed.
     - A part that was missed is put into the box, on the floor, when it leaves the stretch.
-    - A part that rests in a cell is locked where it is while the fingers are farther away than `NEAR`. It can still
-      be touched.
+    - A part that rests in a cell is locked where it is. It can still be touched.
+
+    No part that is nearer to a finger than `NEAR` is held.
 
     Args:
         laboratory: with the plant.
@@ -120,11 +121,11 @@ class PartHolder:
         (travelled,), (speed,) = (get(context, self._belt) for get in (plant.GetPositions, plant.GetVelocities))
         places = self._start.copy()
         places[:, _Y] += travelled
-        on_belt = locked | (np.abs(poses - places)[:, _X:] < ASTRAY).all(axis=1)
-        riding = upstream & on_belt & (places[:, _Y] < self._first)
-        due = upstream & locked & ~riding
-        leaving = missed & ~locked & (poses[:, _Y] > self._last)
         near = self._near(context, poses[:, _X:])
+        on_belt = locked | (np.abs(poses - places)[:, _X:] < ASTRAY).all(axis=1)
+        riding = upstream & on_belt & (places[:, _Y] < self._first) & ~near
+        due = upstream & locked & ~riding
+        leaving = missed & ~locked & (poses[:, _Y] > self._last) & ~near
         still = (np.abs(velocities) < STILL).all(axis=1)
         falling_asleep, waking = placed & ~locked & ~near & still, placed & locked & near
 

@@ -6,6 +6,7 @@ from pydrake.systems.analysis import Simulator
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.conveyor.vision_parts import rendered_windows
 from drake_tracker.tasks.loader import load_scenario
+from drake_tracker.world.belt_motion import make_belt_motion
 from drake_tracker.world.cameras import true_camera_models
 from drake_tracker.world.conveyor_config import BeltConfig, TrayConfig
 from drake_tracker.world.part_fates import PartFate
@@ -128,3 +129,20 @@ def test_parts_are_free_wherever_an_image_shows_the_belt(overrides):
         u, v = camera.project(points).T
         seen = points[(u >= u0) & (u < u0 + width) & (v >= v0) & (v < v0 + height), 1]
         assert len(seen) > 1000 and first < seen.min() - 0.05 and seen.max() + 0.05 < last
+
+
+def test_no_part_near_the_fingers_is_held():
+    belt = BeltConfig(speed=0.4, entry=0.0)
+    motion = make_belt_motion(belt)
+    parts = [arrival(motion.time_at(distance)) for distance in (0.3, 0.6)]
+    held = Held(parts, p_WT=[0.60, -0.3, HEIGHT + 0.08], belt=belt)
+    held.diagram.between_steps(held.context)
+    assert held.locked == [False, True]
+    # A held part that comes near the fingers is put down, and rides on.
+    held = Held(parts, p_WT=[0.60, -0.05, HEIGHT + 0.08], belt=belt)
+    held.diagram.between_steps(held.context)
+    assert held.locked == [True, True]
+    held.advance(0.6)
+    y, travelled = held.states[0, 5], motion.distance(0.6)
+    assert y < belt.entry - BEFORE_ENTRY and held.locked == [False, True]
+    assert y == pytest.approx(travelled - 0.3, abs=5e-5)
