@@ -1,0 +1,261 @@
+"""Pairs the objects in the images of two calibrated cameras: which track of the left one shows the same object as which
+of the right one.
+
+The tracks of an `ImageTracker` have numbers of their own in each camera. Two of them show one object when the rays to
+it meet in all images. A pair keeps its number as long as one of its tracks lives. `vision/tracker.py` tracks objects
+by their silhouettes instead, in metres and with a known background.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.image_identity import CONFIRM_AFTER
+from drake_tracker.vision.image_track import ImageTrack
+from drake_tracker.vision.image_tracker import COAST_TIME, ImageObjects, assign, count_rivals
+from drake_tracker.vision.object_links import Link, find_links, link_cost
+from drake_tracker.vision.stereo_geometry import GATE
+
+APART = 1.0
+"""Cost from which on two tracks do not show one object, see `link_cost`."""
+KNOWN = 0.3
+"""Cost that a pair of tracks is spared while they are one already."""
+LEAST_GAP = 1.0 / 16.0
+"""Standard deviation of a gap that is always allowed, as a share of the largest one."""
+SPEED_WEIGHT = 0.2
+"""Weight of the newest velocity."""
+_FORBIDDEN = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectPair(FrozenState):
+    """An object, and its tracks in both cameras.
+
+    Attributes:
+        number: its identity, from 1 on.
+        tracks: numbers of its tracks in the left and in the right camera; 0 where it has none.
+        p_WQ: its newest point, shape (3,) [m].
+        v_WQ: its velocity, shape (3,) [m/s].
+        met: stamp of that point [s].
+        gap: between its two rays in the newest images [m], 0 where they do not meet.
+    """
+
+    number: int
+    tracks: tuple[int, int]
+    p_WQ: np.ndarray
+    v_WQ: np.ndarray
+    met: float
+    gap: float = 0.0
+
+    def distance(self, p_WQ: np.ndarray, stamp: float) -> float:
+        """Returns how far a point is from where the object is expected [m]."""
+        ahead = min(stamp - self.met, COAST_TIME)
+        return float(np.linalg.norm(self.p_WQ + ahead * self.v_WQ - p_WQ))
+
+
+@dataclass(frozen=True, eq=False)
+class PairedObjects(FrozenState):
+    """What is known of the objects in the images of two cameras.
+
+    Attributes:
+        stamp: of the images, the mean of both [s].
+        views: the objects in both images, with the numbers of their pairs; tracks without a partner have negative
+            numbers. None where an image is missing.
+        pairs: all pairs.
+        places: numbers of the objects to report, 0 where there has been none; that of a lost one stays.
+        links: {(number in the left camera, in the right one): `Link`}.
+        next_number: of the next new pair.
+        switches: number of times that a place was given to another object.
+    """
+
+    stamp: float = 0.0
+    views: tuple[ImageObjects | None, ImageObjects | None] = (None, None)
+    pairs: tuple[ObjectPair, ...] = ()
+    places: tuple[int, ...] = ()
+    links: Mapping[tuple[int, int], Link] = field(default_factory=dict)
+    next_number: int = 1
+    switches: int = 0
+
+    def pair(self, place: int) -> ObjectPair | None:
+        """Returns the pair of a place, or None."""
+        return next((pair for pair in self.pairs if pair.number == self.places[place]), None)
+
+
+class ObjectPairing:
+    """Finds the pairs. All state is with the caller.
+
+    Args:
+        cameras: the left and the right camera, calibrated.
+        objects: number of objects to report.
+        max_gap: largest distance between the two rays of one object [m].
+        stamp_tolerance: largest difference of the stamps of two images of one instant [s].
+        follow: whether the first object to report is the first target of the `ImageTracker` of both cameras; otherwise
+            it is the largest, like the others.
+    """
+
+    def __init__(
+        self,
+        cameras: Sequence[CameraModel],
+        objects: int,
+        *,
+        max_gap: float,
+        stamp_tolerance: float,
+        follow: bool = False,
+    ) -> None:
+        self.objects = objects
+        self._cameras, self._max_gap = (cameras[0], cameras[1]), max_gap
+        self._stamp_tolerance, self._follow = stamp_tolerance, follow
+
+    def start(self) -> PairedObjects:
+        """Returns the state before the first images."""
+        return PairedObjects(places=(0,) * self.objects)
+
+    def update(
+        self, known: PairedObjects, stamps: Sequence[float], views: Sequence[ImageObjects | None]
+    ) -> PairedObjects:
+        """Returns the state after two images.
+
+        Args:
+            known: before.
+            stamps: of the left and the right image [s].
+            views: the objects in them, None where an image is missing.
+        """
+        together = abs(stamps[0] - stamps[1]) < self._stamp_tolerance
+        stamp = 0.5 * (stamps[0] + stamps[1]) if together else max(stamps)
+        found = [
+            None if view is None else {track.number: track for track in view.tracks if track.hits >= CONFIRM_AFTER}
+            for view in views
+        ]
+        links = find_links(known.links, found, self._cameras, self._max_gap, stamp, together)
+        joined = self._joined(known.pairs, links)
+        pairs, next_number = self._identified(known, joined, links, found, stamp)
+        pairs = [self._measured(pair, links.get(pair.tracks), stamp) for pair in pairs]
+        after = replace(known, stamp=stamp, pairs=tuple(pairs), links=links, next_number=next_number)
+        if None not in found:
+            after = self._choose(after, views, found)
+        first = after.places[0] if after.pair(0) is not None or after.pairs else 0
+        return replace(after, views=tuple(_renumbered(after, side, view, first) for side, view in enumerate(views)))
+
+    @staticmethod
+    def _joined(pairs: Sequence[ObjectPair], links: Mapping[tuple[int, int], Link]) -> list[tuple[int, int]]:
+        """Returns the tracks that show one object each: the assignment of the least total cost.
+
+        Two that do not meet cost as much as if they were apart, so that two objects that one camera sees alone are
+        never the reason to tear others apart.
+        """
+        numbers = [sorted({key[side] for key in links}) for side in range(2)]
+        if not links:
+            return []
+        known = {pair.tracks for pair in pairs}
+        cost = np.full([len(each) for each in numbers], APART)
+        for key, link in links.items():
+            if link.hits >= CONFIRM_AFTER:
+                i, j = (each.index(number) for each, number in zip(numbers, key))
+                cost[i, j] = min(link_cost(link) - (KNOWN if key in known else 0.0), APART)
+        return [(numbers[0][i], numbers[1][j]) for i, j in zip(*assign(cost)) if cost[i, j] < APART]
+
+    def _identified(
+        self,
+        known: PairedObjects,
+        joined: Sequence[tuple[int, int]],
+        links: Mapping[tuple[int, int], Link],
+        found: Sequence[Mapping[int, ImageTrack] | None],
+        stamp: float,
+    ) -> tuple[list[ObjectPair], int]:
+        """Returns (the pairs after two images, number of the next new one).
+
+        An object that has lost its track in one camera keeps its number by the other one. Where the tracks of two
+        objects were exchanged in one camera, each number goes on where its object is expected in space.
+        """
+        cost = np.full((len(known.pairs), len(joined)), _FORBIDDEN)
+        for i, pair in enumerate(known.pairs):
+            for j, tracks in enumerate(joined):
+                if pair.tracks == tracks:
+                    cost[i, j] = 0.0
+                elif pair.tracks[0] == tracks[0] or pair.tracks[1] == tracks[1]:
+                    distance = pair.distance(links[tracks].p_WQ, stamp)
+                    cost[i, j] = 1.0 + distance / (distance + self._max_gap)
+        owners = {int(j): int(i) for i, j in zip(*assign(cost)) if cost[i, j] < _FORBIDDEN} if cost.size else {}
+        taken = [{tracks[side] for tracks in joined} for side in range(2)]
+        pairs = []
+        for i, pair in enumerate(known.pairs):
+            if i in owners.values():
+                continue
+            left, right = (
+                0 if number in taken[side] or (alive is not None and number not in alive) else number
+                for side, (number, alive) in enumerate(zip(pair.tracks, found))
+            )
+            if left or right:
+                pairs.append(replace(pair, tracks=(left, right)))
+        number = known.next_number
+        for j, tracks in enumerate(joined):
+            if j in owners:
+                pairs.append(replace(known.pairs[owners[j]], tracks=tracks))
+            else:
+                pairs.append(ObjectPair(number, tracks, links[tracks].p_WQ, read_only(np.zeros(3)), links[tracks].stamp))
+                number += 1
+        return sorted(pairs, key=lambda pair: pair.number), number
+
+    def _measured(self, pair: ObjectPair, link: Link | None, stamp: float) -> ObjectPair:
+        """Returns a pair with its point, if both images show it and the gap is not unusually large."""
+        if link is None or link.stamp < stamp:
+            return replace(pair, gap=0.0)
+        limit = self._max_gap * min(np.sqrt(GATE * (link.error + LEAST_GAP**2)), 1.0)
+        if link.gap > limit:
+            return replace(pair, gap=link.gap if np.isfinite(link.gap) else 0.0)
+        dt, v_WQ = stamp - pair.met, pair.v_WQ
+        if dt > 0.0:
+            v_WQ = read_only(v_WQ + SPEED_WEIGHT * ((link.p_WQ - pair.p_WQ) / dt - v_WQ))
+        return replace(pair, p_WQ=link.p_WQ, v_WQ=v_WQ, met=stamp, gap=link.gap)
+
+    def _choose(
+        self,
+        paired: PairedObjects,
+        views: Sequence[ImageObjects | None],
+        found: Sequence[Mapping[int, ImageTrack] | None],
+    ) -> PairedObjects:
+        """Returns the pairs with their places: a free place is for the largest object that has none.
+
+        An object that only one camera has seen for `COAST_TIME` gives up its place to one that both see.
+        """
+
+        def pixels(pair: ObjectPair) -> float:
+            return sum(each[number].pixel_count for each, number in zip(found, pair.tracks) if each and number in each)
+
+        def recent(pair: ObjectPair) -> bool:
+            return paired.stamp - pair.met <= COAST_TIME
+
+        waiting = [pair for pair in paired.pairs if pair.number not in paired.places and recent(pair)]
+        waiting.sort(key=pixels, reverse=True)
+        places, switches = list(paired.places), paired.switches
+        for place, number in enumerate(places):
+            holder = paired.pair(place)
+            if holder is not None and recent(holder):
+                continue
+            suited = waiting
+            if place == 0 and self._follow:
+                wanted = [view.targets[0] for view in views if view is not None]
+                suited = [pair for pair in waiting if any(one == other for one, other in zip(pair.tracks, wanted))]
+            if suited:
+                chosen = suited[0]
+                waiting.remove(chosen)
+                places[place] = chosen.number
+                switches += bool(number)
+        return replace(paired, places=tuple(places), switches=switches)
+
+
+def _renumbered(paired: PairedObjects, side: int, view: ImageObjects | None, first: int) -> ImageObjects | None:
+    """Returns the objects in one image with the numbers of their pairs.
+
+    Before there is any pair, the first one to report is that of the camera alone.
+    """
+    if view is None:
+        return None
+    numbers = {pair.tracks[side]: pair.number for pair in paired.pairs}
+    tracks = tuple(replace(track, number=numbers.get(track.number, -track.number)) for track in view.tracks)
+    targets = (first or -view.targets[0], *paired.places[1:])
+    switches = paired.switches if side == 0 else 0
+    return replace(view, tracks=tracks, targets=targets, switches=switches, rivals=count_rivals(tracks, targets))
