@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from drake_tracker.core.atomic_file import replacing
 from drake_tracker.tasks.style import FILTERED, PLOT_STYLE, PREDICTED, SEEN, SOFT_INK
-from drake_tracker.tracking.table import HORIZON
+from drake_tracker.tracking.table import HORIZON, split_objects
 from drake_tracker.vision.image_track import TrackState
 
 TROUBLE = "#c2410c"
@@ -104,19 +104,19 @@ def _draw_marks(ax: Axes, data: Mapping[str, np.ndarray], marks: Mapping[str, Se
 def _draw_lines(ax: Axes, data: Mapping[str, np.ndarray], across: str, up: str, period: float) -> None:
     """Draws measured points, and filtered and predicted lines, of two columns."""
 
-    def column(prefix: str, name: str) -> np.ndarray:
+    def column(part: Mapping[str, np.ndarray], prefix: str, name: str) -> np.ndarray:
         if name == "stamp":
-            return data["stamp"] + (HORIZON if prefix == "predicted_" else 0.0)
-        return data[prefix + name]
+            return part["stamp"] + (HORIZON if prefix == "predicted_" else 0.0)
+        return part[prefix + name]
 
     ids = np.nan_to_num(data.get("id", np.zeros(len(data["stamp"]))))
     several = len(np.unique(ids[ids > 0.0])) > 1
     for number in np.unique(ids) if several else [0.0]:
         own = ids == number if several else np.full(len(ids), True)
         colour = OBJECTS[int(number) % len(OBJECTS)] if number else SEEN
-        ax.plot(column("", across)[own], column("", up)[own], ".", color=colour, ms=3.5, zorder=2)
+        ax.plot(column(data, "", across)[own], column(data, "", up)[own], ".", color=colour, ms=3.5, zorder=2)
     for prefix, colour in (("predicted_", PREDICTED), ("filtered_", FILTERED)):
-        if f"{prefix}x" in data and up in ("x", "y", "z"):
-            gaps = np.flatnonzero(np.diff(data["stamp"]) > 2.5 * period) + 1
-            lines = (np.insert(column(prefix, name), gaps, np.nan) for name in (across, up))
+        for part in split_objects(data).values() if f"{prefix}x" in data and up in ("x", "y", "z") else ():
+            gaps = np.flatnonzero(np.diff(part["stamp"]) > 2.5 * period) + 1
+            lines = (np.insert(column(part, prefix, name), gaps, np.nan) for name in (across, up))
             ax.plot(*lines, color=colour, lw=1.6, zorder=3)

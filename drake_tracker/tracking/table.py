@@ -1,7 +1,7 @@
 """The track of your own cameras as a CSV table that is written row by row."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -27,8 +27,9 @@ class TrackTable:
     [m] and yaw [rad] at the stamp; predicted x, y, z [m] for the time stamp + `HORIZON`, computed at the stamp; u, v
     [px] of each camera's centroid. Without: stamp, u, v, pixel_count, valid. Then follow id, the number of the object,
     empty until one is confirmed, and state, the name of a `TrackState` in lower case, in memory its number. With two
-    cameras, the id is that of the left one, and the state the less favourable of both. With several objects, there is
-    one row for each object in each image. A missing value is empty in the file and NaN in memory.
+    cameras, the id is that of the left one, or with several objects that of the pair, and the state the less favourable
+    of both. With several objects, there is one row for each object in each image. A missing value is empty in the file
+    and NaN in memory.
 
     Attributes:
         columns: names of the columns.
@@ -131,6 +132,22 @@ class TrackTable:
         for centroid in map(Centroid, map(np.array, centroids)):
             row += (centroid.u, centroid.v) if centroid.valid else (np.nan, np.nan)
         return [float(value) for value in row]
+
+
+def split_objects(data: Mapping[str, np.ndarray]) -> dict[int, dict[str, np.ndarray]]:
+    """Returns the rows of each object, {number: columns}; number 0 has the rows without one.
+
+    A track with one row for each image is of one object at a time, and is not divided: all of its rows have number 0.
+
+    Args:
+        data: columns of the track, see `TrackTable.data`.
+    """
+    ids = np.nan_to_num(data["id"]) if "id" in data else np.zeros(len(data["stamp"]))
+    if len(np.unique(data["stamp"])) == len(data["stamp"]):
+        ids = np.zeros(len(ids))
+    return {
+        int(number): {name: column[ids == number] for name, column in data.items()} for number in np.unique(ids)
+    }
 
 
 def _identity(valid: bool, objects: Sequence[ImageObjects | None], place: int) -> list[float]:

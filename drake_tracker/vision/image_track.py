@@ -70,6 +70,8 @@ class ImageTrack(FrozenState):
         since: stamp of the image in which it was seen first [s].
         place: u, v where it was seen last [px], shape (2,).
         moving: number of moving pixels when it was seen last, 0 if it was found by its patch.
+        region: its region then, None if it was found by its patch.
+        beside: number of newest images in which its patch was taken although it had a region.
     """
 
     number: int
@@ -86,6 +88,8 @@ class ImageTrack(FrozenState):
     centre: np.ndarray
     place: np.ndarray
     moving: int = 0
+    region: ImageRegion | None = None
+    beside: int = 0
     unlike: int = 0
     since: float = 0.0
 
@@ -159,6 +163,7 @@ def start_track(number: int, stamp: float, region: ImageRegion, image: np.ndarra
         centre=centre,
         place=read_only(np.array([region.u, region.v])),
         moving=region.pixel_count,
+        region=region,
         since=stamp,
     )
 
@@ -205,6 +210,7 @@ def measure(track: ImageTrack, u: float, v: float, extra: float = 0.0) -> ImageT
         seen=track.stamp,
         place=read_only(np.array([u, v])),
         moving=0,
+        region=None,
     )
 
 
@@ -214,7 +220,13 @@ def _inverse(P: np.ndarray, r: float) -> np.ndarray:
     return np.array([[c, -b], [-b, a]]) / (a * c - b * b)
 
 
-def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra: float = 0.0) -> ImageTrack:
+def with_region(
+    track: ImageTrack,
+    region: ImageRegion,
+    image: np.ndarray,
+    extra: float = 0.0,
+    patience: int | None = None,
+) -> ImageTrack:
     """Returns a predicted track after the region that shows its object alone.
 
     While an object stops or turns back, its moving edges do not enclose it evenly: where its patch is found, that place
@@ -225,21 +237,27 @@ def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra
         region: of the object, see `ImageTrack.alone`.
         image: grey uint8 (h, w).
         extra: see `measure`.
+        patience: number of images after which the region counts, not the patch, which may show a part of the object;
+            None for never.
     """
     surprise = math.hypot(region.u - track.mean[0], region.v - track.mean[1])
     steady = surprise <= max(1.0, STEADY * track.speed * (track.stamp - track.seen))
     u, v = region.u, region.v
-    if steady or track.hits < 3:
+    beside = 0
+    if steady or track.hits < 3 or (patience is not None and track.beside >= patience):
         patch, centre = cut_patch(image, region)
     else:
         patch, centre = track.patch, track.centre
         found_u, found_v, score = find_patch(track, image, surprise + 0.5 * track.size)
         if score >= SURE:
             u, v = found_u, found_v
+            beside = track.beside + 1
     w = max(SIZE_WEIGHT, 1.0 / (track.hits + 1))
     return replace(
         measure(track, u, v, extra),
         moving=region.pixel_count,
+        region=region,
+        beside=beside,
         width=track.width + w * (region.width - track.width),
         height=track.height + w * (region.height - track.height),
         pixel_count=track.pixel_count + w * (region.pixel_count - track.pixel_count),

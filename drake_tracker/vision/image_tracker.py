@@ -85,6 +85,7 @@ class ImageTracker:
         follow: pixel (u, v) of the first object in the first image; None follows the largest.
         window: uint8 (h, w), 0 where motion is ignored; None uses the whole image.
         period: of the images [s].
+        patience: see `with_region`.
     """
 
     def __init__(
@@ -94,8 +95,10 @@ class ImageTracker:
         window: np.ndarray | None = None,
         *,
         period: float = VISION_PERIOD,
+        patience: int | None = None,
     ) -> None:
         self.objects, self.follow, self.window, self.period = objects, follow, window, period
+        self.patience = patience
 
     def start(self) -> ImageObjects:
         """Returns the state before the first image."""
@@ -200,7 +203,8 @@ class ImageTracker:
         for i, track in enumerate(tracks):
             own = pairs.get(i, -1)
             if own >= 0 and own not in merged and not left_its_place(track, regions[own], image):
-                after.append(with_region(track, track.alone(regions[own], reach), image, 0.5 * displacement))
+                alone = track.alone(regions[own], reach)
+                after.append(with_region(track, alone, image, 0.5 * displacement, self.patience))
                 continue
             inside = any(i in some for some in members.values())
             after.append(without_region(track, image, gates[i], inside))

@@ -2,17 +2,25 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.image_identity import CONFIRM_AFTER
 from drake_tracker.vision.image_track import ImageTrack
+from drake_tracker.vision.stereo_geometry import GATE
 from drake_tracker.vision.triangulation import triangulate
 
 WEIGHT = 0.1
 """Weight of the newest images."""
+USUAL_WEIGHT = 0.02
+"""The same for the usual gap."""
+LEAST_GAP = 1.0 / 16.0
+"""Standard deviation of a gap that is always usual, as a share of the largest one."""
+FORGOTTEN = 0.25
+"""Time after which a track that was not seen in both images may show another object [s]."""
 WORST = 4.0
 """Largest error of a pair of images, so that a single one does not count for many."""
 SIZE_WEIGHT = 0.3
@@ -28,18 +36,29 @@ class Link(FrozenState):
     Attributes:
         hits: number of pairs of images in which both were seen.
         error: mean square of the gap between the two rays, as a share of the largest gap.
+        usual: the same over a longer time, without gaps that are not usual.
         unlike: mean difference of what they look like, see `link_cost`.
+        sizes: logarithm of the ratio of its newest sizes [m] as the two images show them, left to right.
         p_WQ: newest point between the rays, shape (3,) [m].
         gap: newest gap [m], infinite where the rays do not meet.
+        share: the same as a share of the largest gap.
         stamp: of the newest pair of images [s].
     """
 
     hits: int
     error: float
+    usual: float
     unlike: float
     p_WQ: np.ndarray
     gap: float
+    share: float
     stamp: float
+    sizes: float = 0.0
+
+    @property
+    def is_usual(self) -> bool:
+        """Whether the newest gap is within four times the usual one."""
+        return self.share**2 <= GATE * (self.usual + LEAST_GAP**2)
 
 
 def find_links(
@@ -71,7 +90,9 @@ def find_links(
             if one.seen < one.stamp or other.seen < other.stamp:
                 continue
             key = (one.number, other.number)
-            before = links.get(key, Link(0, 0.0, 0.0, read_only(np.full(3, np.nan)), np.inf, stamp))
+            before = links.get(key)
+            if before is None or stamp - before.stamp > FORGOTTEN:
+                before = Link(0, 0.0, 0.0, 0.0, read_only(np.full(3, np.nan)), np.inf, np.inf, stamp)
             links[key] = _updated(before, one, other, cameras, max_gap, stamp)
     return links
 
@@ -85,21 +106,21 @@ def _updated(
     link: Link, one: ImageTrack, other: ImageTrack, cameras: Sequence[CameraModel], max_gap: float, stamp: float
 ) -> Link:
     meeting = triangulate(cameras[0], cameras[1], one.place.tolist(), other.place.tolist())
-    error, unlike, p_WQ, gap = WORST, link.unlike, link.p_WQ, np.inf
+    unlike, p_WQ, gap, ratio = link.unlike, link.p_WQ, np.inf, 0.0
     if meeting is not None:
         p_WQ, gap = read_only(meeting.p_WQ), meeting.gap
-        error = min((gap / max_gap) ** 2, WORST)
         sizes = [_metres(track, camera, p_WQ) for track, camera in zip((one, other), cameras)]
         greys = [float(track.patch.mean()) if track.patch.size else 0.0 for track in (one, other)]
-        unlike = SIZE_WEIGHT * abs(math.log(sizes[0] / sizes[1])) + GREY_WEIGHT * abs(greys[0] - greys[1])
-    weight = max(1.0 / (link.hits + 1), WEIGHT)
-    return Link(
-        link.hits + 1,
-        link.error + weight * (error - link.error),
-        link.unlike + weight * (unlike - link.unlike),
-        p_WQ,
-        gap,
-        stamp,
+        ratio = math.log(sizes[0] / sizes[1])
+        unlike = SIZE_WEIGHT * abs(ratio) + GREY_WEIGHT * abs(greys[0] - greys[1])
+    new = replace(link, hits=link.hits + 1, p_WQ=p_WQ, gap=gap, share=gap / max_gap, stamp=stamp, sizes=ratio)
+    error = min(new.share**2, WORST)
+    weight, slow = max(1.0 / new.hits, WEIGHT), max(1.0 / new.hits, USUAL_WEIGHT)
+    return replace(
+        new,
+        error=link.error + weight * (error - link.error),
+        unlike=link.unlike + weight * (unlike - link.unlike),
+        usual=link.usual + slow * (error - link.usual) if new.is_usual or new.hits <= CONFIRM_AFTER else link.usual,
     )
 
 

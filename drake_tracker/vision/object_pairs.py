@@ -6,6 +6,7 @@ it meet in all images. A pair keeps its number as long as one of its tracks live
 by their silhouettes instead, in metres and with a known background.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -14,17 +15,17 @@ import numpy as np
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.image_identity import CONFIRM_AFTER
-from drake_tracker.vision.image_track import ImageTrack
+from drake_tracker.vision.image_track import LIKE, ImageTrack, TrackState
 from drake_tracker.vision.image_tracker import COAST_TIME, ImageObjects, assign, count_rivals
 from drake_tracker.vision.object_links import Link, find_links, link_cost
-from drake_tracker.vision.stereo_geometry import GATE
+from drake_tracker.vision.partly_hidden import EdgeMotion
 
 APART = 1.0
 """Cost from which on two tracks do not show one object, see `link_cost`."""
 KNOWN = 0.3
 """Cost that a pair of tracks is spared while they are one already."""
-LEAST_GAP = 1.0 / 16.0
-"""Standard deviation of a gap that is always allowed, as a share of the largest one."""
+SETTLED = 30
+"""Number of pairs of images from which on `KNOWN` counts in full."""
 SPEED_WEIGHT = 0.2
 """Weight of the newest velocity."""
 _FORBIDDEN = 1e6
@@ -41,6 +42,7 @@ class ObjectPair(FrozenState):
         v_WQ: its velocity, shape (3,) [m/s].
         met: stamp of that point [s].
         gap: between its two rays in the newest images [m], 0 where they do not meet.
+        hidden: whether the left and the right image hide it, or a part of it.
     """
 
     number: int
@@ -49,6 +51,7 @@ class ObjectPair(FrozenState):
     v_WQ: np.ndarray
     met: float
     gap: float = 0.0
+    hidden: tuple[bool, bool] = (False, False)
 
     def distance(self, p_WQ: np.ndarray, stamp: float) -> float:
         """Returns how far a point is from where the object is expected [m]."""
@@ -67,6 +70,7 @@ class PairedObjects(FrozenState):
         pairs: all pairs.
         places: numbers of the objects to report, 0 where there has been none; that of a lost one stays.
         links: {(number in the left camera, in the right one): `Link`}.
+        edges: {number: `EdgeMotion`} of the left and of the right camera's tracks.
         next_number: of the next new pair.
         switches: number of times that a place was given to another object.
     """
@@ -76,6 +80,7 @@ class PairedObjects(FrozenState):
     pairs: tuple[ObjectPair, ...] = ()
     places: tuple[int, ...] = ()
     links: Mapping[tuple[int, int], Link] = field(default_factory=dict)
+    edges: tuple[Mapping[int, EdgeMotion], Mapping[int, EdgeMotion]] = field(default_factory=lambda: ({}, {}))
     next_number: int = 1
     switches: int = 0
 
@@ -132,8 +137,9 @@ class ObjectPairing:
         links = find_links(known.links, found, self._cameras, self._max_gap, stamp, together)
         joined = self._joined(known.pairs, links)
         pairs, next_number = self._identified(known, joined, links, found, stamp)
-        pairs = [self._measured(pair, links.get(pair.tracks), stamp) for pair in pairs]
-        after = replace(known, stamp=stamp, pairs=tuple(pairs), links=links, next_number=next_number)
+        edges = tuple(_edges(before, tracks) for before, tracks in zip(known.edges, found))
+        pairs = [_measured(pair, links.get(pair.tracks), found, edges, stamp) for pair in pairs]
+        after = replace(known, stamp=stamp, pairs=tuple(pairs), links=links, edges=edges, next_number=next_number)
         if None not in found:
             after = self._choose(after, views, found)
         first = after.places[0] if after.pair(0) is not None or after.pairs else 0
@@ -153,8 +159,9 @@ class ObjectPairing:
         cost = np.full([len(each) for each in numbers], APART)
         for key, link in links.items():
             if link.hits >= CONFIRM_AFTER:
+                bonus = KNOWN * min(link.hits / SETTLED, 1.0)
                 i, j = (each.index(number) for each, number in zip(numbers, key))
-                cost[i, j] = min(link_cost(link) - (KNOWN if key in known else 0.0), APART)
+                cost[i, j] = min(link_cost(link) - (bonus if key in known else 0.0), APART)
         return [(numbers[0][i], numbers[1][j]) for i, j in zip(*assign(cost)) if cost[i, j] < APART]
 
     def _identified(
@@ -199,18 +206,6 @@ class ObjectPairing:
                 number += 1
         return sorted(pairs, key=lambda pair: pair.number), number
 
-    def _measured(self, pair: ObjectPair, link: Link | None, stamp: float) -> ObjectPair:
-        """Returns a pair with its point, if both images show it and the gap is not unusually large."""
-        if link is None or link.stamp < stamp:
-            return replace(pair, gap=0.0)
-        limit = self._max_gap * min(np.sqrt(GATE * (link.error + LEAST_GAP**2)), 1.0)
-        if link.gap > limit:
-            return replace(pair, gap=link.gap if np.isfinite(link.gap) else 0.0)
-        dt, v_WQ = stamp - pair.met, pair.v_WQ
-        if dt > 0.0:
-            v_WQ = read_only(v_WQ + SPEED_WEIGHT * ((link.p_WQ - pair.p_WQ) / dt - v_WQ))
-        return replace(pair, p_WQ=link.p_WQ, v_WQ=v_WQ, met=stamp, gap=link.gap)
-
     def _choose(
         self,
         paired: PairedObjects,
@@ -247,15 +242,60 @@ class ObjectPairing:
         return replace(paired, places=tuple(places), switches=switches)
 
 
+def _edges(
+    known: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrack] | None
+) -> Mapping[int, EdgeMotion]:
+    """Returns the edges of the regions of all tracks after an image, those before where the image is missing."""
+    if tracks is None:
+        return known
+    return {number: known.get(number, EdgeMotion()).after(track) for number, track in tracks.items()}
+
+
+def _measured(
+    pair: ObjectPair,
+    link: Link | None,
+    found: Sequence[Mapping[int, ImageTrack] | None],
+    edges: Sequence[Mapping[int, EdgeMotion]],
+    stamp: float,
+) -> ObjectPair:
+    """Returns a pair with its point, if both images show all of it and the gap is not unusually large.
+
+    An object that stands in one image and moves in the other is hidden where it stands, which is where it was seen
+    last. One that appears much smaller in one image than in the other is hidden there.
+    """
+    if link is None or link.stamp < stamp or link.hits < CONFIRM_AFTER:
+        return replace(pair, gap=0.0, hidden=(False, False))
+    left, right = (each[number] for each, number in zip(found, pair.tracks) if each is not None)
+    hidden = tuple(
+        each[one.number].shows_part(one)
+        or (one.state == TrackState.STANDING and other.state == TrackState.MOVING)
+        or sign * link.sizes > 0.5 * math.log(LIKE)
+        for each, one, other, sign in zip(edges, (left, right), (right, left), (-1.0, 1.0))
+    )
+    pair = replace(pair, gap=link.gap if np.isfinite(link.gap) else 0.0, hidden=hidden)
+    if link.share > 1.0 or not link.is_usual or any(hidden):
+        return pair
+    dt, v_WQ = stamp - pair.met, pair.v_WQ
+    if dt > 0.0:
+        v_WQ = read_only(v_WQ + SPEED_WEIGHT * ((link.p_WQ - pair.p_WQ) / dt - v_WQ))
+    return replace(pair, p_WQ=link.p_WQ, v_WQ=v_WQ, met=stamp)
+
+
 def _renumbered(paired: PairedObjects, side: int, view: ImageObjects | None, first: int) -> ImageObjects | None:
     """Returns the objects in one image with the numbers of their pairs.
 
-    Before there is any pair, the first one to report is that of the camera alone.
+    Before there is any pair, the first one to report is that of the camera alone. An object that the image shows only
+    in part is hidden.
     """
     if view is None:
         return None
-    numbers = {pair.tracks[side]: pair.number for pair in paired.pairs}
-    tracks = tuple(replace(track, number=numbers.get(track.number, -track.number)) for track in view.tracks)
+    pairs = {pair.tracks[side]: pair for pair in paired.pairs}
+    tracks = []
+    for track in view.tracks:
+        pair = pairs.get(track.number)
+        number = -track.number if pair is None else pair.number
+        state = track.state if pair is None or not pair.hidden[side] else TrackState.HIDDEN
+        tracks.append(replace(track, number=number, state=state))
     targets = (first or -view.targets[0], *paired.places[1:])
     switches = paired.switches if side == 0 else 0
-    return replace(view, tracks=tracks, targets=targets, switches=switches, rivals=count_rivals(tracks, targets))
+    return replace(view, tracks=tuple(tracks), targets=targets, switches=switches, rivals=count_rivals(tracks, targets))
