@@ -27,8 +27,10 @@ class ObjectValues(NamedTuple):
 
     def copied(self) -> "ObjectValues":
         """Returns the values as arrays of their own, which outlive the cycle."""
-        points = [None if vector is None else np.array(vector) for vector in (self.point, self.filtered, self.packet)]
-        return ObjectValues([np.array(each) for each in self.centroids], *points, number=self.number)
+        point, filtered, packet = (
+            None if vector is None else np.array(vector) for vector in (self.point, self.filtered, self.packet)
+        )
+        return ObjectValues([np.array(each) for each in self.centroids], point, filtered, packet, self.number)
 
 
 def read_values(diagram: OwnCamerasDiagram, context: Context) -> list[ObjectValues]:
@@ -46,7 +48,9 @@ def read_values(diagram: OwnCamerasDiagram, context: Context) -> list[ObjectValu
     values = []
     for place in range(diagram.places):
         centroids = [read(f"centroid_{side}", place) for side in diagram.sides]
-        points = [read(name, place) if diagram.has_points else None for name in ("point", "filtered", "prediction")]
+        point, filtered, packet = (
+            read(name, place) if diagram.has_points else None for name in ("point", "filtered", "prediction")
+        )
         number = int(read("number", place)[0]) if diagram.places > 1 else None
-        values.append(ObjectValues(centroids, *points, number=number))
+        values.append(ObjectValues(centroids, point, filtered, packet, number))
     return values

@@ -24,7 +24,7 @@ _BAND, _BETWEEN = 36, 4
 _ENERGY, _BRIGHT, _DIM, _GROUND = "#ffb000", "#f2f4f6", "#a3abb5", "#15181c"
 _AHEAD = np.arange(0.0, 1.01, 0.1)
 """Times [s] after the stamp at which the predicted path is evaluated."""
-_LINE = 360
+_LINE = 385
 """Width of the text for one object below the images [px]."""
 _WAITING = 4
 """Largest number of images that wait for being drawn and encoded."""

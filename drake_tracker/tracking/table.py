@@ -71,9 +71,7 @@ class TrackTable:
         if stamp == 0.0 or (self.rows and stamp <= self.rows[-1][0]):
             return False
         rows = [
-            self._object_row(each, objects, place)
-            for place, each in enumerate(values)
-            if place == 0 or each.number
+            self._object_row(each, objects, place) for place, each in enumerate(values) if place == 0 or each.number
         ]
         if len(objects) == 1:
             rows += _others(stamp, objects)
@@ -94,9 +92,7 @@ class TrackTable:
         """Returns all rows as {column: array of shape (n,)}."""
         return dict(zip(self.columns, np.array(self.rows, dtype=float).reshape(-1, len(self.columns)).T))
 
-    def _object_row(
-        self, values: ObjectValues, objects: Sequence[ImageObjects | None], place: int
-    ) -> list[float]:
+    def _object_row(self, values: ObjectValues, objects: Sequence[ImageObjects | None], place: int) -> list[float]:
         """Returns the row of an object."""
         if values.point is None or values.filtered is None or values.packet is None:
             row = self._centroid_row(values.centroids[0])
@@ -145,9 +141,7 @@ def split_objects(data: Mapping[str, np.ndarray]) -> dict[int, dict[str, np.ndar
     ids = np.nan_to_num(data["id"]) if "id" in data else np.zeros(len(data["stamp"]))
     if len(np.unique(data["stamp"])) == len(data["stamp"]):
         ids = np.zeros(len(ids))
-    return {
-        int(number): {name: column[ids == number] for name, column in data.items()} for number in np.unique(ids)
-    }
+    return {int(number): {name: column[ids == number] for name, column in data.items()} for number in np.unique(ids)}
 
 
 def _identity(valid: bool, objects: Sequence[ImageObjects | None], place: int) -> list[float]:

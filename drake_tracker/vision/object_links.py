@@ -2,23 +2,17 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.image_identity import CONFIRM_AFTER
 from drake_tracker.vision.image_track import ImageTrack
-from drake_tracker.vision.stereo_geometry import GATE
 from drake_tracker.vision.triangulation import triangulate
 
 WEIGHT = 0.1
 """Weight of the newest images."""
-USUAL_WEIGHT = 0.02
-"""The same for the usual gap."""
-LEAST_GAP = 1.0 / 16.0
-"""Standard deviation of a gap that is always usual, as a share of the largest one."""
 FORGOTTEN = 0.25
 """Time after which a track that was not seen in both images may show another object [s]."""
 WORST = 4.0
@@ -36,7 +30,6 @@ class Link(FrozenState):
     Attributes:
         hits: number of pairs of images in which both were seen.
         error: mean square of the gap between the two rays, as a share of the largest gap.
-        usual: the same over a longer time, without gaps that are not usual.
         unlike: mean difference of what they look like, see `link_cost`.
         sizes: logarithm of the ratio of its newest sizes [m] as the two images show them, left to right.
         p_WQ: newest point between the rays, shape (3,) [m].
@@ -47,18 +40,12 @@ class Link(FrozenState):
 
     hits: int
     error: float
-    usual: float
     unlike: float
     p_WQ: np.ndarray
     gap: float
     share: float
     stamp: float
     sizes: float = 0.0
-
-    @property
-    def is_usual(self) -> bool:
-        """Whether the newest gap is within four times the usual one."""
-        return self.share**2 <= GATE * (self.usual + LEAST_GAP**2)
 
 
 def find_links(
@@ -92,7 +79,7 @@ def find_links(
             key = (one.number, other.number)
             before = links.get(key)
             if before is None or stamp - before.stamp > FORGOTTEN:
-                before = Link(0, 0.0, 0.0, 0.0, read_only(np.full(3, np.nan)), np.inf, np.inf, stamp)
+                before = Link(0, 0.0, 0.0, read_only(np.full(3, np.nan)), np.inf, np.inf, stamp)
             links[key] = _updated(before, one, other, cameras, max_gap, stamp)
     return links
 
@@ -113,17 +100,21 @@ def _updated(
         greys = [float(track.patch.mean()) if track.patch.size else 0.0 for track in (one, other)]
         ratio = math.log(sizes[0] / sizes[1])
         unlike = SIZE_WEIGHT * abs(ratio) + GREY_WEIGHT * abs(greys[0] - greys[1])
-    new = replace(link, hits=link.hits + 1, p_WQ=p_WQ, gap=gap, share=gap / max_gap, stamp=stamp, sizes=ratio)
-    error = min(new.share**2, WORST)
-    weight, slow = max(1.0 / new.hits, WEIGHT), max(1.0 / new.hits, USUAL_WEIGHT)
-    return replace(
-        new,
-        error=link.error + weight * (error - link.error),
+    share = gap / max_gap
+    weight = max(1.0 / (link.hits + 1), WEIGHT)
+    return Link(
+        hits=link.hits + 1,
+        error=link.error + weight * (min(share**2, WORST) - link.error),
         unlike=link.unlike + weight * (unlike - link.unlike),
-        usual=link.usual + slow * (error - link.usual) if new.is_usual or new.hits <= CONFIRM_AFTER else link.usual,
+        p_WQ=p_WQ,
+        gap=gap,
+        share=share,
+        stamp=stamp,
+        sizes=ratio,
     )
 
 
 def _metres(track: ImageTrack, camera: CameraModel, p_WQ: np.ndarray) -> float:
     """Returns the size of an object [m], from that in the image, if it is at a point."""
-    return track.size * math.dist(p_WQ, camera.X_WC[:3, 3]) / camera.focal_lengths[0]
+    size = track.size if track.region is None else track.region.extent
+    return size * math.dist(p_WQ, camera.X_WC[:3, 3]) / camera.focal_lengths[0]

@@ -6,7 +6,6 @@ it meet in all images. A pair keeps its number as long as one of its tracks live
 by their silhouettes instead, in metres and with a known background.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -15,10 +14,11 @@ import numpy as np
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.image_identity import CONFIRM_AFTER
-from drake_tracker.vision.image_track import LIKE, ImageTrack, TrackState
+from drake_tracker.vision.image_track import ImageTrack, TrackState
 from drake_tracker.vision.image_tracker import COAST_TIME, ImageObjects, assign, count_rivals
 from drake_tracker.vision.object_links import Link, find_links, link_cost
-from drake_tracker.vision.partly_hidden import EdgeMotion
+from drake_tracker.vision.object_pair import ObjectPair, measure_pair
+from drake_tracker.vision.partly_hidden import EdgeMotion, follow_edges
 
 APART = 1.0
 """Cost from which on two tracks do not show one object, see `link_cost`."""
@@ -26,37 +26,7 @@ KNOWN = 0.3
 """Cost that a pair of tracks is spared while they are one already."""
 SETTLED = 30
 """Number of pairs of images from which on `KNOWN` counts in full."""
-SPEED_WEIGHT = 0.2
-"""Weight of the newest velocity."""
 _FORBIDDEN = 1e6
-
-
-@dataclass(frozen=True, eq=False)
-class ObjectPair(FrozenState):
-    """An object, and its tracks in both cameras.
-
-    Attributes:
-        number: its identity, from 1 on.
-        tracks: numbers of its tracks in the left and in the right camera; 0 where it has none.
-        p_WQ: its newest point, shape (3,) [m].
-        v_WQ: its velocity, shape (3,) [m/s].
-        met: stamp of that point [s].
-        gap: between its two rays in the newest images [m], 0 where they do not meet.
-        hidden: whether the left and the right image hide it, or a part of it.
-    """
-
-    number: int
-    tracks: tuple[int, int]
-    p_WQ: np.ndarray
-    v_WQ: np.ndarray
-    met: float
-    gap: float = 0.0
-    hidden: tuple[bool, bool] = (False, False)
-
-    def distance(self, p_WQ: np.ndarray, stamp: float) -> float:
-        """Returns how far a point is from where the object is expected [m]."""
-        ahead = min(stamp - self.met, COAST_TIME)
-        return float(np.linalg.norm(self.p_WQ + ahead * self.v_WQ - p_WQ))
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,13 +107,14 @@ class ObjectPairing:
         links = find_links(known.links, found, self._cameras, self._max_gap, stamp, together)
         joined = self._joined(known.pairs, links)
         pairs, next_number = self._identified(known, joined, links, found, stamp)
-        edges = tuple(_edges(before, tracks) for before, tracks in zip(known.edges, found))
-        pairs = [_measured(pair, links.get(pair.tracks), found, edges, stamp) for pair in pairs]
+        edges = (follow_edges(known.edges[0], found[0]), follow_edges(known.edges[1], found[1]))
+        pairs = [measure_pair(pair, links.get(pair.tracks), found, edges, stamp) for pair in pairs]
         after = replace(known, stamp=stamp, pairs=tuple(pairs), links=links, edges=edges, next_number=next_number)
         if None not in found:
             after = self._choose(after, views, found)
-        first = after.places[0] if after.pair(0) is not None or after.pairs else 0
-        return replace(after, views=tuple(_renumbered(after, side, view, first) for side, view in enumerate(views)))
+        first = after.places[0] if after.pairs else 0
+        left, right = (_renumbered(after, side, view, first) for side, view in enumerate(views))
+        return replace(after, views=(left, right))
 
     @staticmethod
     def _joined(pairs: Sequence[ObjectPair], links: Mapping[tuple[int, int], Link]) -> list[tuple[int, int]]:
@@ -202,7 +173,8 @@ class ObjectPairing:
             if j in owners:
                 pairs.append(replace(known.pairs[owners[j]], tracks=tracks))
             else:
-                pairs.append(ObjectPair(number, tracks, links[tracks].p_WQ, read_only(np.zeros(3)), links[tracks].stamp))
+                link = links[tracks]
+                pairs.append(ObjectPair(number, tracks, link.p_WQ, read_only(np.zeros(3)), usual=link.error))
                 number += 1
         return sorted(pairs, key=lambda pair: pair.number), number
 
@@ -242,45 +214,6 @@ class ObjectPairing:
         return replace(paired, places=tuple(places), switches=switches)
 
 
-def _edges(
-    known: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrack] | None
-) -> Mapping[int, EdgeMotion]:
-    """Returns the edges of the regions of all tracks after an image, those before where the image is missing."""
-    if tracks is None:
-        return known
-    return {number: known.get(number, EdgeMotion()).after(track) for number, track in tracks.items()}
-
-
-def _measured(
-    pair: ObjectPair,
-    link: Link | None,
-    found: Sequence[Mapping[int, ImageTrack] | None],
-    edges: Sequence[Mapping[int, EdgeMotion]],
-    stamp: float,
-) -> ObjectPair:
-    """Returns a pair with its point, if both images show all of it and the gap is not unusually large.
-
-    An object that stands in one image and moves in the other is hidden where it stands, which is where it was seen
-    last. One that appears much smaller in one image than in the other is hidden there.
-    """
-    if link is None or link.stamp < stamp or link.hits < CONFIRM_AFTER:
-        return replace(pair, gap=0.0, hidden=(False, False))
-    left, right = (each[number] for each, number in zip(found, pair.tracks) if each is not None)
-    hidden = tuple(
-        each[one.number].shows_part(one)
-        or (one.state == TrackState.STANDING and other.state == TrackState.MOVING)
-        or sign * link.sizes > 0.5 * math.log(LIKE)
-        for each, one, other, sign in zip(edges, (left, right), (right, left), (-1.0, 1.0))
-    )
-    pair = replace(pair, gap=link.gap if np.isfinite(link.gap) else 0.0, hidden=hidden)
-    if link.share > 1.0 or not link.is_usual or any(hidden):
-        return pair
-    dt, v_WQ = stamp - pair.met, pair.v_WQ
-    if dt > 0.0:
-        v_WQ = read_only(v_WQ + SPEED_WEIGHT * ((link.p_WQ - pair.p_WQ) / dt - v_WQ))
-    return replace(pair, p_WQ=link.p_WQ, v_WQ=v_WQ, met=stamp)
-
-
 def _renumbered(paired: PairedObjects, side: int, view: ImageObjects | None, first: int) -> ImageObjects | None:
     """Returns the objects in one image with the numbers of their pairs.
 
@@ -298,4 +231,5 @@ def _renumbered(paired: PairedObjects, side: int, view: ImageObjects | None, fir
         tracks.append(replace(track, number=number, state=state))
     targets = (first or -view.targets[0], *paired.places[1:])
     switches = paired.switches if side == 0 else 0
-    return replace(view, tracks=tuple(tracks), targets=targets, switches=switches, rivals=count_rivals(tracks, targets))
+    rivals = count_rivals(tracks, targets) if first else 0
+    return replace(view, tracks=tuple(tracks), targets=targets, switches=switches, rivals=rivals)

@@ -47,9 +47,7 @@ class ObjectPairsSystem(LeafSystem):
     def __init__(self, pairing: ObjectPairing, *, period: float = VISION_PERIOD, offset: float = 0.0) -> None:
         super().__init__()
         self._pairing = pairing
-        self._motion = [
-            self.DeclareAbstractInputPort(f"motion_{side}", AbstractValue.Make(object())) for side in SIDES
-        ]
+        self._motion = [self.DeclareAbstractInputPort(f"motion_{side}", AbstractValue.Make(object())) for side in SIDES]
         state = self.DeclareAbstractState(AbstractValue.Make(pairing.start()))
         ticket = {self.abstract_state_ticket(state)}
         self.DeclareAbstractOutputPort("objects", lambda: AbstractValue.Make(pairing.start()), self._calc, ticket)

@@ -5,6 +5,7 @@ opposite one moves on.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from drake_tracker.core.frozen_state import FrozenState
@@ -62,6 +63,18 @@ class EdgeMotion(FrozenState):
         region = track.region
         beside = 0.0 if region is None else math.hypot(*(track.place - (region.u, region.v)))
         return self.part or beside > BESIDE * track.size
+
+
+def follow_edges(known: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrack] | None) -> Mapping[int, EdgeMotion]:
+    """Returns the edges of the regions of all tracks after an image, those before where the image is missing.
+
+    Args:
+        known: {number: edges} before.
+        tracks: {number: track} in the image, None without one.
+    """
+    if tracks is None:
+        return known
+    return {number: known.get(number, EdgeMotion()).after(track) for number, track in tracks.items()}
 
 
 def _stands(edges: tuple[tuple[float, float, float, float], ...], before: bool) -> bool:
