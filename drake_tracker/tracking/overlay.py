@@ -24,6 +24,8 @@ _BAND, _BETWEEN = 36, 4
 _ENERGY, _BRIGHT, _DIM, _GROUND = "#ffb000", "#f2f4f6", "#a3abb5", "#15181c"
 _AHEAD = np.arange(0.0, 1.01, 0.1)
 """Times [s] after the stamp at which the predicted path is evaluated."""
+_STALE = 0.3
+"""Age from which on the path of one of several objects is not drawn [s]."""
 _LINE = 385
 """Width of the text for one object below the images [px]."""
 _WAITING = 4
@@ -105,7 +107,7 @@ class TrackOverlay:
             if masks[k] is not None:
                 _tint(view, masks[k])
             for each in found:
-                if each.packet is not None and k < len(self._cameras) and each.number != 0:
+                if each.packet is not None and k < len(self._cameras) and not _is_stale(each):
                     _draw_path(view, self._cameras[k], each.packet, scale, colour_of(each.number))
             for each in found:
                 centroid = Centroid(each.centroids[k])
@@ -172,6 +174,13 @@ def _draw_path(view: np.ndarray, camera: CameraModel, packet: np.ndarray, scale:
     if len(path) > 1:
         points = np.rint(np.clip((scale * path), -1e4, 1e4) * (1 << _SHIFT)).astype(np.int32)
         cv2.polylines(view, [points], False, bgr(colour), 2, cv2.LINE_AA, _SHIFT)
+
+
+def _is_stale(values: ObjectValues) -> bool:
+    """Returns whether one of several objects is lost, or its path was predicted long ago."""
+    if values.number is None or values.point is None or values.packet is None:
+        return False
+    return values.number == 0 or bool(values.point[0] - values.packet[0] > _STALE)
 
 
 def _draw_cross(view: np.ndarray, centroid: Any, scale: float) -> None:
