@@ -1,7 +1,7 @@
 """Several objects in the images of two calibrated cameras, for `footage.py`: identities, points, objects out of sight.
 
-Two textured discs move straight across a table in 4 s, and pass each other near its middle. All of a clip is drawn from
-its seed.
+Two textured discs move straight across a table in 4 s, and pass each other near its middle. At the beginning and at the
+end, they are apart in both images. All of a clip is drawn from its seed.
 """
 
 import csv
@@ -25,6 +25,8 @@ POST = 60
 """Width of the post [px]."""
 PASSES = 0.3
 """Share of the clip after which the object is in the middle of the post."""
+APART = 100.0
+"""Least distance of the objects in both images at the beginning and at the end [px]."""
 FIRST = 15
 """Images at the beginning that do not count."""
 
@@ -48,17 +50,11 @@ def clip(kind, seed):
     half = rng.uniform(0.3, 0.6)
     cameras = [camera(-half), camera(half)]
     time = np.arange(COUNT) / RATE
-    angle = rng.uniform(0.0, 2.0 * np.pi)
-    paths, things, diameters = [], [], []
+    paths = _paths(rng, cameras, time)
     greys = np.full(2, rng.choice([225.0, 25.0])) if kind == "alike" else rng.permutation([225.0, 25.0])
-    for number in range(2):
-        turn = angle + number * (np.pi + rng.uniform(-1.2, 1.2))
-        start = np.array([*rng.uniform(-0.05, 0.05, 2), rng.uniform(0.0, 0.1)])
-        along = rng.uniform(0.1, 0.22) * (time - time[-1] * rng.uniform(0.4, 0.6))
-        paths.append(start + along[:, None] * [np.cos(turn), np.sin(turn), 0.0])
-        size = rng.uniform(35.0, 50.0)
-        things.append(disc(rng, size, greys[number]))
-        diameters.append(size * float(np.linalg.norm(cameras[0].X_WC[:3, 3])) / FOCUS)
+    sizes = rng.uniform(35.0, 50.0, 2)
+    things = [disc(rng, size, grey) for size, grey in zip(sizes, greys)]
+    diameters = sizes * float(np.linalg.norm(cameras[0].X_WC[:3, 3])) / FOCUS
     films = []
     for side, view in enumerate(cameras):
         sky, post = background(rng, WIDTH, HEIGHT), background(rng, WIDTH, HEIGHT)
@@ -77,7 +73,20 @@ def clip(kind, seed):
             image[:, hides] = post[:, hides]
             film.append(np.clip(np.rint(image + rng.normal(0.0, NOISE, image.shape)), 0, 255).astype(np.uint8))
         films.append(film)
-    return cameras, films, np.array(paths), np.array(diameters)
+    return cameras, films, paths, diameters
+
+
+def _paths(rng, cameras, time):
+    """Returns the paths of two objects that cross (2, n, 3) [m]."""
+    while True:
+        angle, paths = rng.uniform(0.0, 2.0 * np.pi), []
+        for turn in (angle, angle + np.pi + rng.uniform(-1.2, 1.2)):
+            start = np.array([*rng.uniform(-0.05, 0.05, 2), rng.uniform(0.0, 0.1)])
+            along = rng.uniform(0.12, 0.25) * (time - time[-1] * rng.uniform(0.4, 0.6))
+            paths.append(start + along[:, None] * [np.cos(turn), np.sin(turn), 0.0])
+        places = [[view.project(path[[0, -1]]) for path in paths] for view in cameras]
+        if min(np.linalg.norm(one - other, axis=1).min() for one, other in places) >= APART:
+            return np.array(paths)
 
 
 def job(kind, seed, quick):
