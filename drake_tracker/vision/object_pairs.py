@@ -24,6 +24,8 @@ APART = 1.0
 """Cost from which on two tracks do not show one object, see `link_cost`."""
 KNOWN = 0.3
 """Cost that a pair of tracks is spared while they are one already."""
+PART = 0.5
+"""Cost of a track that shows only a part of an object."""
 SETTLED = 30
 """Number of pairs of images from which on `KNOWN` counts in full."""
 _FORBIDDEN = 1e6
@@ -105,9 +107,9 @@ class ObjectPairing:
             for view in views
         ]
         links = find_links(known.links, found, self._cameras, self._max_gap, stamp, together)
-        joined = self._joined(known.pairs, links)
-        pairs, next_number = self._identified(known, joined, links, found, stamp)
         edges = (follow_edges(known.edges[0], found[0]), follow_edges(known.edges[1], found[1]))
+        joined = self._joined(known.pairs, links, [_parts(*each) for each in zip(edges, found)])
+        pairs, next_number = self._identified(known, joined, links, found, stamp)
         pairs = [measure_pair(pair, links.get(pair.tracks), found, edges, stamp) for pair in pairs]
         after = replace(known, stamp=stamp, pairs=tuple(pairs), links=links, edges=edges, next_number=next_number)
         if None not in found:
@@ -117,8 +119,12 @@ class ObjectPairing:
         return replace(after, views=(left, right))
 
     @staticmethod
-    def _joined(pairs: Sequence[ObjectPair], links: Mapping[tuple[int, int], Link]) -> list[tuple[int, int]]:
+    def _joined(
+        pairs: Sequence[ObjectPair], links: Mapping[tuple[int, int], Link], parts: Sequence[set[int]]
+    ) -> list[tuple[int, int]]:
         """Returns the tracks that show one object each: the assignment of the least total cost.
+
+        A track of a part of an object, ``parts`` in both images, is taken only if there is no other of that object.
 
         Two that do not meet cost as much as if they were apart, so that two objects that one camera sees alone are
         never the reason to tear others apart.
@@ -132,7 +138,8 @@ class ObjectPairing:
             if link.hits >= CONFIRM_AFTER:
                 bonus = KNOWN * min(link.hits / SETTLED, 1.0)
                 i, j = (each.index(number) for each, number in zip(numbers, key))
-                cost[i, j] = min(link_cost(link) - (bonus if key in known else 0.0), APART)
+                extra = PART * any(number in each for number, each in zip(key, parts))
+                cost[i, j] = min(link_cost(link) - (bonus if key in known else 0.0) + extra, APART)
         return [(numbers[0][i], numbers[1][j]) for i, j in zip(*assign(cost)) if cost[i, j] < APART]
 
     def _identified(
@@ -212,6 +219,11 @@ class ObjectPairing:
                 places[place] = chosen.number
                 switches += bool(number)
         return replace(paired, places=tuple(places), switches=switches)
+
+
+def _parts(edges: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrack] | None) -> set[int]:
+    """Returns the numbers of the tracks that show only a part of an object."""
+    return {number for number, track in (tracks or {}).items() if edges[number].shows_part(track)}
 
 
 def _renumbered(paired: PairedObjects, side: int, view: ImageObjects | None, first: int) -> ImageObjects | None:

@@ -104,6 +104,20 @@ def test_an_object_that_one_camera_does_not_see_for_a_while_is_hidden_and_keeps_
     assert all(row["right_u"] and not row["left_u"] for row in middle)
 
 
+def test_an_object_that_passes_behind_a_post_gives_no_point_from_a_part_of_it(folder):
+    times = np.arange(75) / 30.0
+    left = film("left", [0, 1], times)
+    u = round(CAMERAS["camera_left"].project(ball(1)(1.2))[0][0])
+    for image in left:
+        image[:, u - 12 : u + 12] = 70
+    code, rows, summary = track(left, film("right", [0, 1], times), "--no-overlay")
+    assert code == 0
+    which = {each["id"]: errors(rows, each["id"], [0, 1]) for each in summary["by_object"]}
+    assert sorted(ball_of for ball_of, _ in which.values()) == [0, 1]
+    assert max(off.max() for _, off in which.values()) < 0.006  # the centroid of the part beside the post: 19 mm
+    assert sum(row["state"] == "hidden" for row in rows) > 10
+
+
 def test_an_object_of_one_camera_alone_gives_no_point_and_no_row(folder):
     code, rows, summary = track(film("left", [0, 1]), film("right", [0]), "--no-overlay", objects=3)
     assert code == 0 and summary["objects_seen"] == 1
