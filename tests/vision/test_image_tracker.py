@@ -195,3 +195,13 @@ def test_one_track_or_one_region_gets_the_cheapest_partner():
     for part in (cost, cost[:1], cost[:, 2:3], cost[1:2, 3:]):
         found, expected = assign(part), linear_sum_assignment(part)
         assert [list(each) for each in found] == [each.tolist() for each in expected]
+
+
+def test_with_patience_an_object_that_comes_out_from_behind_a_bar_is_found_in_its_middle():
+    background, pictures = scene(), []
+    for k in range(100):
+        picture = disc(background, 60 + 3 * k, 150, 22, 230.0)
+        picture[:, 150:190] = background[:, 150:190]
+        pictures.append(picture)
+    number, objects, _ = list(run(pictures, ImageTracker(patience=15)))[-1]
+    assert objects.target().place[0] == pytest.approx(60 + 3 * number, abs=1.0)  # 17 px beside it without patience
