@@ -11,7 +11,11 @@ flow the true rectangle in the first image; MOG2 nothing: the centroid of its la
 image after the first ten. A place is wrong when it is farther from the truth than half of the object's size, and 10 px.
 CSRT, KCF and median flow are measured where OpenCV has them: in opencv-contrib-python-headless.
 
+**photographs**: the same before photographs, where scikit-image is installed (`footage_photographs.py`).
+
 **files**: the same clip in other containers and codecs, turned, with dropped images (`footage_files.py`).
+
+**fast**: a small fast ball beside a large slow mover, and in front of it, with ``--follow`` (`footage_fast.py`).
 
 **person**: the share of filtered points of a walking figure (`footage_person.py`).
 
@@ -29,8 +33,10 @@ from pathlib import Path
 
 import common
 import cv2
+import footage_fast
 import footage_files
 import footage_person
+import footage_photographs
 import footage_several
 import footage_stereo
 import numpy as np
@@ -56,6 +62,7 @@ WRONG = 10.0
 STEREO = "two cameras of 1088 x 1920 px"
 METHODS = ("track", "MOG2", "CSRT", "KCF", "MIL", "median flow")
 CELLS = {f"{kind}, {method}": (kind, method) for kind in KINDS for method in METHODS}
+PHOTOGRAPHED = {f"{kind}, {method}": (kind, method) for kind in footage_photographs.KINDS for method in METHODS}
 
 
 def follow(clip, kind):
@@ -134,13 +141,31 @@ def distance(place, true):
     return np.inf if place is None else float(np.hypot(*(place - true)))
 
 
+def installed_with_photographs(cells):
+    """Returns the same, or no cells without the package that has the photographs."""
+    if not footage_photographs.available():
+        print("the photographs are in scikit-image, which is not installed", flush=True)
+        return []
+    return installed(cells)
+
+
+def photographed_job(cell, seed, quick):
+    """Returns the line of a clip before a photograph."""
+    kind, method = PHOTOGRAPHED[cell]
+    return measured(footage_photographs.make_photographed(kind, seed), kind, method)
+
+
 def job(cell, seed, quick):
+    """Returns the line of a clip, see `measured`."""
+    kind, method = CELLS[cell]
+    return measured(make_clip(kind, seed), kind, method)
+
+
+def measured(clip, kind, method):
     """Returns the line of a clip: errors [px] of one object, and whether two that crossed kept their identities.
 
     Of two objects that cross, a tracker of OpenCV follows the first, MOG2 finds whichever is larger, and `track` both.
     """
-    kind, method = CELLS[cell]
-    clip = make_clip(kind, seed)
     errors, missed, owners = [], 0, []
     for k, places, seen in FOLLOWED_BY[method](clip, kind):
         if k < FIRST:
@@ -209,9 +234,18 @@ FIRST_SEED, CLIPS, CROSSINGS = 7640, 12, 40
 COUNTS = {cell: CROSSINGS if cell == "crossing, track" else CLIPS for cell in CELLS}
 PARTS = {
     "accuracy": Part(job, COUNTS, FIRST_SEED, summary, TABLES["accuracy"], installed),
+    "photographs": Part(
+        photographed_job,
+        dict.fromkeys(PHOTOGRAPHED, CLIPS),
+        FIRST_SEED,
+        summary,
+        TABLES["accuracy"],
+        installed_with_photographs,
+    ),
     "files": Part(
         footage_files.job, dict.fromkeys(footage_files.FILES, 5), FIRST_SEED, footage_files.summary, TABLES["files"]
     ),
+    "fast": Part(footage_fast.job, dict.fromkeys(footage_fast.CELLS, 40), FIRST_SEED, summary, TABLES["accuracy"]),
     "person": Part(
         footage_person.job,
         dict.fromkeys(footage_person.CELLS, 12),

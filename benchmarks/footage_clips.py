@@ -14,6 +14,8 @@ NOISE = 2.0
 MARGIN = 80
 """Pixels of the background on each side beyond the image, for a camera that moves."""
 KINDS = ("plain", "shake", "pan", "rival", "ball", "crossing", "person", "blur", "light", "compressed", "stop")
+FAST_KINDS = ("beside", "in front")
+"""A small fast ball beside a large slow mover, and one that passes in front of it, for `footage_fast.py`."""
 EXPOSURE, EXPOSURES = 0.5, 6
 """Time for which the shutter is open, in periods, and the number of instants that are averaged; only with blur."""
 QUALITY = 32
@@ -35,10 +37,19 @@ class Clip:
     size: float
 
 
-def make_clip(kind: str, seed: int, count: int = 120) -> Clip:
-    """Returns a clip of ``count`` images at `RATE`."""
-    rng = np.random.default_rng([seed, KINDS.index(kind)])
-    sky = background(rng, WIDTH + 2 * MARGIN, HEIGHT + 2 * MARGIN)
+def make_clip(kind, seed, count=120, sky=None, thing=None) -> Clip:
+    """Returns a clip of ``count`` images at `RATE`. Background and object are drawn where none are given.
+
+    Args:
+        kind: one of `KINDS` or `FAST_KINDS`.
+        seed: of all that is random.
+        count: number of images.
+        sky: background, float32 (HEIGHT + 2 MARGIN, WIDTH + 2 MARGIN).
+        thing: the object to follow.
+    """
+    rng = np.random.default_rng([seed, (KINDS + FAST_KINDS).index(kind)])
+    drawn = background(rng, WIDTH + 2 * MARGIN, HEIGHT + 2 * MARGIN)
+    sky = drawn if sky is None else sky
     camera = np.zeros((count, 2))
     if kind == "shake":
         camera = rng.normal(0.0, 1.0, (count, 2))
@@ -46,6 +57,7 @@ def make_clip(kind: str, seed: int, count: int = 120) -> Clip:
         angle = rng.uniform(0.0, 2.0 * np.pi)
         camera = 0.5 * np.arange(count)[:, None] * [np.cos(angle), np.sin(angle)]
     objects, paths = _objects(kind, rng, count)
+    objects = objects if thing is None else [thing, *objects[1:]]
     images = []
     truth = np.array(paths).transpose(1, 0, 2) - camera[:, None]
     steps = np.gradient(truth, axis=0)
@@ -168,11 +180,12 @@ def _person(k):
     return alpha
 
 
-def _bounce(start, velocity, count, margin):
-    """Returns a straight path (count, 2) [px] that is reflected ``margin`` inside the edges of the image."""
+def _bounce(start, velocity, count, margin, top=None):
+    """Returns a straight path (count, 2) [px] that is reflected ``margin`` inside the edges of the image, or at row
+    ``top``."""
     path = start + velocity * np.arange(count)[:, None]
-    low, high = np.array([margin, margin]), np.array([WIDTH - 1 - margin, HEIGHT - 1 - margin])
-    span = high - low
+    low = np.array([margin, margin if top is None else top])
+    span = np.array([WIDTH - 1 - margin, HEIGHT - 1 - margin]) - low
     return low + span - np.abs((path - low) % (2 * span) - span)
 
 
@@ -197,6 +210,17 @@ def _objects(kind, rng, count):
         start = rng.uniform([60, 60], [WIDTH - 60, HEIGHT - 60])
         path = _bounce(start, speed * np.array([np.cos(angle), np.sin(angle)]), count, 30.0)
         return [disc(rng, size, rng.choice([20.0, 225.0]))], [path]
+    if kind in FAST_KINDS:
+        ball, large = disc(rng, rng.uniform(10.0, 30.0), rng.choice([20.0, 225.0])), rng.uniform(100.0, 140.0)
+        speed, angle = np.exp(rng.uniform(np.log(8.0), np.log(40.0))), rng.uniform(0.0, 2.0 * np.pi)
+        top = 240.0 if kind == "beside" else 30.0
+        start = rng.uniform([60.0, 240.0], [WIDTH - 60.0, HEIGHT - 60.0])
+        across = np.array([rng.uniform(100.0, WIDTH - 100.0), rng.uniform(90.0, 130.0)])
+        slow = np.array([rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 2.0), 0.0])
+        return [ball, disc(rng, large, rng.choice([20.0, 225.0]))], [
+            _bounce(start, speed * np.array([np.cos(angle), np.sin(angle)]), count, 30.0, top),
+            _bounce(across, slow, count, 75.0),
+        ]
     if kind == "crossing":
         sizes = rng.uniform(30.0, 50.0, 2)
         time = np.arange(count) - rng.uniform(0.4, 0.6) * count

@@ -15,6 +15,7 @@ from drake_tracker.arm.packet_guard_system import make_packet_guard_system
 from drake_tracker.arm.servo_system import add_servo
 from drake_tracker.arm.tool_controller import add_tool_controller
 from drake_tracker.arm.tool_motion import ToolMotion
+from drake_tracker.arm.tool_yaw import flip_speed
 from drake_tracker.arm.visual_edge import VisualEdge
 from drake_tracker.arm.visual_edge_system import VisualEdgeSystem
 from drake_tracker.core.messages import ArmCommand, message_size
@@ -136,7 +137,14 @@ class ArmDiagram(Diagram):
         own_goal = decision.HasOutputPort("object")
         controller = add_tool_controller(
             builder,
-            motion=ToolMotion(home, period, model.symmetric_hand, moving=not own_goal, swings=swings),
+            motion=ToolMotion(
+                home,
+                period,
+                model.symmetric_hand,
+                moving=not own_goal,
+                swings=swings,
+                flip_speed=flip_speed(float(model.velocity_limit[-1])),
+            ),
             model=model,
             q_initial=q_initial,
             target=decision.GetOutputPort("object") if own_goal else target,
@@ -151,11 +159,14 @@ class ArmDiagram(Diagram):
         builder.Connect(command, servo_system.GetInputPort("command"))
         builder.Connect(servo_system.GetOutputPort("held_packet"), decision.GetInputPort("packet"))
         builder.ExportInput(packet_guard.GetInputPort("packet"), "packet")
+        builder.ExportInput(controller.inverse_dynamics.get_input_port_estimated_state(), "arm_state")
         for index in range(decision.num_input_ports()):
             port = decision.get_input_port(index)
             if port.get_name() in _ANSWERED:
                 source = builder.GetSubsystemByName(_ANSWERED[port.get_name()])
                 builder.Connect(source.GetOutputPort(port.get_name()), port)
+            elif port.get_name() == "arm_state":
+                builder.ConnectInput("arm_state", port)
             elif port.get_name() != "packet":
                 builder.ExportInput(port, port.get_name())
 
@@ -173,7 +184,6 @@ class ArmDiagram(Diagram):
             )
             builder.ExportOutput(fingers.GetOutputPort("desired_state"), "gripper_desired_state")
 
-        builder.ExportInput(controller.inverse_dynamics.get_input_port_estimated_state(), "arm_state")
         builder.ConnectInput("arm_state", controller.reflex.GetInputPort("arm_state"))
         if edge is not None:
             builder.ConnectInput("arm_state", visual_edge.GetInputPort("arm_state"))

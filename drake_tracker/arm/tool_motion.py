@@ -7,7 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from drake_tracker.arm.tool_yaw import best_branch, flip_duration, must_flip, nearest_whole_turn
+from drake_tracker.arm.tool_yaw import (
+    FLIP_SPEED,
+    best_branch,
+    flip_duration,
+    must_flip,
+    nearest_whole_turn,
+    swing_about_base,
+)
 from drake_tracker.arm.transform_equation import Drive, apply_drive, share_done, shrink_drive, solve_drive
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import Frozen
@@ -79,14 +86,21 @@ class ToolMotion:
             corrected from time to time does not move.
         swings: whether a motion goes so far about the base that the arm's first joint turns the hand. Then the branch
             is the one that is best at the end of the motion, and not at its beginning.
+        flip_speed: speed of the last joint that a flip may use [rad/s].
     """
 
     def __init__(
-        self, home: np.ndarray, period: float, symmetric: bool = True, moving: bool = True, swings: bool = False
+        self,
+        home: np.ndarray,
+        period: float,
+        symmetric: bool = True,
+        moving: bool = True,
+        swings: bool = False,
+        flip_speed: float = FLIP_SPEED,
     ) -> None:
         self.home = np.asarray(home, dtype=float)
         self.period = period
-        self.symmetric, self.moving, self.swings = symmetric, moving, swings
+        self.symmetric, self.moving, self.swings, self.flip_speed = symmetric, moving, swings, flip_speed
 
     def initial_state(self, p_WT: np.ndarray, yaw: float) -> ToolMotionState:
         """Returns the state of a tool that stands still at p_WT [m] with its x axis at ``yaw`` [rad]."""
@@ -179,8 +193,7 @@ class ToolMotion:
         """Returns by how much the first joint will turn the last one until the tool is at the reference [rad]."""
         if not self.swings:
             return 0.0
-        (x, y), (x_R, y_R) = state.tool[:2], state.reference[:2]
-        return math.remainder(math.atan2(y_R, x_R) - math.atan2(y, x), 2.0 * math.pi)
+        return swing_about_base(state.tool, state.reference)
 
     def _last_joint(self, state: ToolMotionState, q6: float) -> float:
         """Returns the angle of the last joint [rad] that decides whether the jaws must flip: now or, where a motion
@@ -193,7 +206,7 @@ class ToolMotion:
         branch = best_branch(q6 + self._swing(state), state.tool[3], state.reference[3])
         if branch == state.branch:
             return state
-        duration = flip_duration(branch - state.branch, yaw_rate)
+        duration = flip_duration(branch - state.branch, yaw_rate, self.flip_speed)
         return replace(state, branch=branch, previous_branch=state.branch, flip_start=time, flip_duration=duration)
 
     def _solve(self, tool: np.ndarray, reference: np.ndarray, height: float, half_turns: float) -> Drive:

@@ -210,7 +210,7 @@ def check_baseline(specs: Sequence[str], cameras: dict[str, CameraModel], board:
             f"--baseline {measured:g}: the cameras are {baseline:.4g} m apart with --square {board.square:g}; measure "
             f"the board again, at this distance its square would be {board.square * measured / baseline:.4g} m"
         )
-    print(f"distance between the cameras: {baseline:.4g} m")
+    print(f"distance between the cameras: {baseline:#.4g} m")
     if -p_LR[0] > 0.5 * baseline:
         print("the second camera is on the left of the first one: if you name the left one first, exchange them")
 

@@ -121,10 +121,10 @@ class MovingBody:
     X_WP: np.ndarray
     axis: tuple[float, float, float]
     travel: float
-    mass: float
-    bandwidth: float
-    force: float
-    solid: bool
+    mass: float = 0.5
+    bandwidth: float = 30.0
+    force: float = 200.0
+    solid: bool = False
 
 
 class ImageFault(Fault):

@@ -61,10 +61,6 @@ class PassingOccluderFault(SceneFault, PointFault):
             X_WP=X_WP,
             axis=(0.0, -1.0, 0.0),
             travel=PARKED + 0.1,
-            mass=0.5,
-            bandwidth=30.0,
-            force=200.0,
-            solid=False,
         )
 
     def slide(self, time: float) -> tuple[float, float]:
@@ -116,7 +112,6 @@ class SecondMoverFault(SceneFault, PointFault):
             axis=(0.0, 1.0, 0.0),
             travel=self.settings.amplitude + 0.05,
             mass=0.25,
-            bandwidth=30.0,
             force=3.0,
             solid=True,
         )
@@ -170,10 +165,6 @@ class HandOverBeltFault(SceneFault):
             X_WP=X_WP,
             axis=(1.0, 0.0, 0.0),
             travel=WITHDRAWN + 0.1,
-            mass=0.5,
-            bandwidth=30.0,
-            force=200.0,
-            solid=False,
         )
 
     def slide(self, time: float) -> tuple[float, float]:

@@ -33,7 +33,7 @@ from drake_tracker.figures.measured_arc import (
 from drake_tracker.figures.paper_style import save
 from drake_tracker.figures.studio import train_studio
 from drake_tracker.figures.trajectory import draw_trajectory, trajectory
-from drake_tracker.tasks.results import git_commit, package_versions
+from drake_tracker.tasks.results import made_by
 from drake_tracker.tasks.train.scenario import TrainScenario
 
 RUNS, QUICK_RUNS = 12, 1
@@ -60,8 +60,7 @@ def make_figures(
     numbers: dict[str, Any] = {
         "seed": seed,
         "quick": quick,
-        "git_commit": git_commit(),
-        "package_versions": package_versions(),
+        **made_by(),
     }
 
     def keep(name: str, found: Any, figure: Figure) -> None:

@@ -99,7 +99,9 @@ class PickConfig:
     )
     hand_speed: float = setting(0.8, "largest speed of the hand between belt and cell", "m/s", (0.05, 3.0))
     hand_acceleration: float = setting(4.0, "largest acceleration of the hand", "m/s^2", (0.1, 100.0))
-    hand_turn_speed: float = setting(4.0, "largest rate at which the hand turns", "rad/s", (0.1, 30.0))
+    hand_turn_speed: float = setting(
+        5.4, "largest speed of the last joint, unless its rated speed is lower", "rad/s", (0.1, 30.0)
+    )
     shortest_motion: float = setting(0.30, "shortest duration of a motion between belt and cell", "s", (0.05, 5.0))
     descent_duration: float = setting(0.27, "duration of the descent", "s", (0.1, 5.0))
     closing_lead: float = setting(
@@ -108,6 +110,13 @@ class PickConfig:
     close_timeout: float = setting(0.5, "time after which jaws without a grip have missed", "s", (0.2, 5.0))
     lift_duration: float = setting(0.27, "duration of the lift", "s", (0.1, 10.0))
     lower_duration: float = setting(0.24, "duration of putting a part down", "s", (0.1, 10.0))
+    place_tolerance: float = setting(
+        0.006, "distance of the measured from the commanded tool up to which a part is put down", "m", (0.001, 0.05)
+    )
+    place_turn_tolerance_deg: float = setting(4.0, "the same for its direction", "deg", (0.5, 90.0))
+    place_timeout: float = setting(
+        1.0, "time after which a hand that does not arrive above or in the cell tries it anew", "s", (0.1, 60.0)
+    )
     release_duration: float = setting(0.12, "time for the jaws to open", "s", (0.03, 5.0))
     raise_duration: float = setting(0.21, "duration of leaving the cell", "s", (0.1, 10.0))
     retreat_duration: float = setting(0.40, "duration of the retreat after a miss", "s", (0.1, 10.0))

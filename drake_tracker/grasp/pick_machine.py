@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr
 
-from drake_tracker.arm.arm_model import ArmModel
-from drake_tracker.arm.transform_equation import straight_motion_time
+from drake_tracker.arm.arm_model import ArmModel, tool_yaw
+from drake_tracker.arm.differential_ik import LIMIT_MARGIN, SPEED_SHARE
+from drake_tracker.arm.tool_yaw import swing_about_base
+from drake_tracker.arm.transform_equation import PEAK_OVER_MEAN, straight_motion_time
 from drake_tracker.core.frozen_state import read_only
 from drake_tracker.core.messages import Frozen, PickOrder, evaluate_prediction, message_size, packet_target
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
@@ -35,6 +37,8 @@ TOGETHER = 0.006
 """Distance [m] from the part up to which the jaws may close."""
 LONGEST_WAIT = 0.2
 """Longest time for which the jaws wait for the hand to catch up [s]."""
+WRIST_MARGIN = 2.0 * LIMIT_MARGIN
+"""Distance [rad] from the end of its range at which the last joint may end a motion."""
 JAW_TURNS = 2
 """Number of directions in which the jaws are the same."""
 _NO_ORDER = read_only(np.zeros(message_size(PickOrder)))
@@ -86,6 +90,7 @@ class PickObservation:
         order: the newest `PickOrder`.
         jaws: a `JawState`.
         status: a `ToolStatus`.
+        arm_state: measured joint positions and velocities, shape (2 n,) [rad, rad/s].
         operator: an `OperatorCommand`.
     """
 
@@ -95,6 +100,7 @@ class PickObservation:
     order: Any
     jaws: Any
     status: Any
+    arm_state: np.ndarray
     operator: Any
 
 
@@ -177,15 +183,13 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
             target = seen.target
             p_WP = np.array([target.x, target.y, target.z])
             v_WP = np.array([target.vx, target.vy, target.vz])
-            state = replace(state, duration=self._duration(state, p_WP, target.yaw, v_WP, seen))
+            wrist = self._unwound(p_WP, target.yaw, seen)
+            state = replace(state, duration=self._duration(state, p_WP, wrist, v_WP, seen))
         elif phase == PickPhase.WAIT:
             failed = order.job > state.done and order.job != state.put_down
-            state = replace(
-                state,
-                failed=state.failed + failed,
-                done=int(order.job),
-                duration=self._duration(state, self.home[:3], self.home[3], np.zeros(3), seen),
-            )
+            wrist = self._unwound(self.home[:3], self.home[3], seen)
+            duration = self._duration(state, self.home[:3], wrist, np.zeros(3), seen)
+            state = replace(state, failed=state.failed + failed, done=int(order.job), duration=duration)
         return state
 
     # Conditions of PICK_TRANSITIONS: questions about the state and what is seen.
@@ -235,6 +239,22 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
     def motion_done(self, state: PickState, seen: PickObservation) -> bool:
         """Returns whether the motion of the phase is over."""
         return self._elapsed(state, seen) >= self.duration(state)
+
+    def arrived(self, state: PickState, seen: PickObservation) -> bool:
+        """Returns whether the motion of the phase is over, and the measured tool is where it was commanded to be.
+
+        A limit of a joint, or something that the arm has run into, may keep it away.
+        """
+        if not self.motion_done(state, seen):
+            return False
+        place, yaw = self._measured_tool(seen)
+        commanded = np.array([seen.status.x, seen.status.y, seen.status.z])
+        near = float(np.linalg.norm(place - commanded)) <= self.config.place_tolerance
+        return near and abs(yaw - seen.status.yaw) <= math.radians(self.config.place_turn_tolerance_deg)
+
+    def kept_away(self, state: PickState, seen: PickObservation) -> bool:
+        """Returns whether the tool has not arrived in time."""
+        return self._elapsed(state, seen) >= self.duration(state) + self.config.place_timeout
 
     def released(self, state: PickState, seen: PickObservation) -> bool:
         """Returns whether the jaws have had the time to open."""
@@ -289,41 +309,68 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         """Returns the state of a hand that carries its part to the cell of the order."""
         order = PickOrder(state.order)
         place = np.array([order.place_x, order.place_y, order.place_z])
-        yaw = self._place_yaw(order, seen)
-        duration = self._duration(state, place, yaw - math.pi * state.branch, np.zeros(3), seen)
+        yaw = self._place_yaw(order, place, seen)
+        duration = self._duration(state, place, self._wrist_at(place, yaw, seen), np.zeros(3), seen)
         return replace(state, goal=read_only(np.array([*place, yaw])), duration=duration)
 
-    @staticmethod
-    def _place_yaw(order: Any, seen: PickObservation) -> float:
-        """Returns the direction of the tool [rad] in which the part lies as ordered, the nearest to the present one.
+    def _place_yaw(self, order: Any, place: np.ndarray, seen: PickObservation) -> float:
+        """Returns the direction of the tool [rad] in which the part lies as ordered, the nearest to the present one
+        that the last joint can reach.
 
         The part turns with the hand, whose half turns about it count when it was taken. A part that looks the same
         after a part of a turn may be put down in several directions. A part without a direction is put down with the
         jaws along the ordered one or against it, so that they open where there is room beside the neighbours.
         """
         turns = PART_SHAPES[PartKind(int(order.kind))].turns or JAW_TURNS
-        now = float(seen.status.yaw)
+        now, step = float(seen.status.yaw), 2.0 * math.pi / turns
         wanted = order.place_yaw + math.pi * seen.status.branch
-        return now + math.remainder(wanted - now, 2.0 * math.pi / turns)
+        nearest = now + math.remainder(wanted - now, step)
+        other = nearest - math.copysign(step, nearest - now)
+        lowest, highest = self.model.position_lower[-1] + WRIST_MARGIN, self.model.position_upper[-1] - WRIST_MARGIN
+        return nearest if lowest <= self._wrist_at(place, nearest, seen) <= highest else other
+
+    def _measured_tool(self, seen: PickObservation) -> tuple[np.ndarray, float]:
+        """Returns where the tool is: p_WT, shape (3,) [m], and its direction, within half a turn of the commanded one
+        [rad]."""
+        X_WT = self.model.tool_pose(seen.arm_state[: self.model.num_joints])
+        commanded = float(seen.status.yaw)
+        return X_WT.translation(), commanded + math.remainder(tool_yaw(X_WT) - commanded, 2.0 * math.pi)
+
+    def _wrist_at(self, p_WO: np.ndarray, yaw: float, seen: PickObservation) -> float:
+        """Returns the angle of the last joint [rad] when the tool, which points down, is at a place.
+
+        Args:
+            p_WO: the place, shape (3,) [m].
+            yaw: direction of the tool there, continuous [rad].
+            seen: what the arm's computer knows.
+        """
+        p_WT, now = self._measured_tool(seen)
+        return float(seen.arm_state[self.model.num_joints - 1]) + swing_about_base(p_WT, p_WO) + now - yaw
 
     def _duration(
-        self, state: PickState, p_WO: np.ndarray, yaw: float, v_WO: np.ndarray, seen: PickObservation
+        self, state: PickState, p_WO: np.ndarray, wrist: float, v_WO: np.ndarray, seen: PickObservation
     ) -> float:
         """Returns the duration of a motion from here to the height of the phase above a place [s].
 
         Args:
             state: at the beginning of the phase.
             p_WO: the place now, shape (3,) [m].
-            yaw: direction of the place [rad].
-            v_WO: its velocity, shape (3,) [m/s].
+            wrist: angle of the last joint there [rad].
+            v_WO: velocity of the place, shape (3,) [m/s].
             seen: what the arm's computer knows.
         """
-        config = self.config
+        config, n = self.config, self.model.num_joints
         tool, v_WT = self._tool(state, seen)
         displacement = p_WO + [0.0, 0.0, self.height(state)] - tool[:3]
         time = way_time(displacement, v_WT[:3], v_WO, config.hand_speed, config.hand_acceleration)
-        turn = abs(math.remainder(yaw - tool[3], math.pi))
-        return max(time, turn / config.hand_turn_speed, config.shortest_motion)
+        turn_speed = min(config.hand_turn_speed, SPEED_SHARE * float(self.model.velocity_limit[-1]))
+        turn = PEAK_OVER_MEAN * abs(wrist - float(seen.arm_state[n - 1])) / turn_speed
+        return max(time, turn, config.shortest_motion)
+
+    def _unwound(self, p_WO: np.ndarray, yaw: float, seen: PickObservation) -> float:
+        """Returns the angle of the last joint [rad] at a place to which the empty hand goes: jaws may turn by half
+        turns on the way, and end nearest to the middle of the joint's range."""
+        return math.remainder(self._wrist_at(p_WO, yaw, seen), math.pi)
 
     def _slew_jaws(self, state: PickState) -> float:
         """Returns the opening of the jaws that is asked for next [m]."""

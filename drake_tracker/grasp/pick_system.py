@@ -27,6 +27,7 @@ class PickSystem(MachineSystem):
         - order
         - jaws
         - status
+        - arm_state
         - operator
         output_ports:
         - command
@@ -38,6 +39,7 @@ class PickSystem(MachineSystem):
     - ``order``: the newest `PickOrder` on the link. All zeros: none.
     - ``jaws``: a `JawState`; it is always valid.
     - ``status``: a `ToolStatus`; it is always valid.
+    - ``arm_state``: measured joint positions and velocities, 2 n values [rad, rad/s].
     - ``operator``: an `OperatorCommand`. All zeros, or left unconnected: the operator only supervises.
     - ``command``: an `ArmCommand`, which is never all zeros.
     - ``diagnosis``: a `PickDiagnosis`.
@@ -58,6 +60,7 @@ class PickSystem(MachineSystem):
             "order": PickOrder,
             "jaws": JawState,
             "status": ToolStatus,
+            "arm_state": 2 * machine.model.num_joints,
         }
         outputs = {
             "command": (message_size(ArmCommand), machine.command),

@@ -18,7 +18,7 @@ from drake_tracker.replay.parts import make_replay_diagram
 from drake_tracker.replay.picture import draw_replay
 from drake_tracker.replay.recording import Recording
 from drake_tracker.run.log_recorder import add_loggers, read_log
-from drake_tracker.tasks.results import git_commit, package_versions
+from drake_tracker.tasks.results import made_by
 
 _STRETCH = 1.0
 """Simulated time between two reports of progress [s]."""
@@ -81,8 +81,7 @@ def replay_run(
             "interrupted": context.get_time() < recording.end,
             "real_time_factor": context.get_time() / (clock[2] - clock[1]),
             "processor_time_s": processor,
-            "package_versions": package_versions(),
-            "git_commit": git_commit(),
+            **made_by(),
         }
         if out is not None:
             save_log(replayed, out / LOG_FILE)

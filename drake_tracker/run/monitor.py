@@ -40,7 +40,11 @@ class Onlooker(Protocol):
 
 
 class RunMonitor:
-    """A monitor for `Simulator.set_monitor`. It reads output ports and changes nothing.
+    """A monitor for `Simulator.set_monitor`. It reads output ports and changes nothing itself.
+
+    The monitor runs between two steps. A world that has to change its Context there, once per vision cycle, has a
+    method ``between_steps``; the monitor calls it with the Context of the whole diagram, see
+    `ConveyorWorldDiagram.between_steps`.
 
     Args:
         task: task of the run.
@@ -68,6 +72,7 @@ class RunMonitor:
         self._task, self._hand_eye = task, hand_eye
         self._progress, self._stop, self._onlooker = progress, stop_when_over, onlooker
         self._keep = keep
+        self._upkeep = getattr(hand_eye.world, "between_steps", None)
         self._news = PacketNews(hand_eye, tell) if tell is not None else None
         self._next_look = 0.0
         self._over_at: float | None = None
@@ -80,6 +85,8 @@ class RunMonitor:
         if now < self._next_look:
             return EventStatus.DidNothing()
         self._next_look = (round(now / WATCH_PERIOD) + 1) * WATCH_PERIOD - _ROUNDING
+        if self._upkeep is not None:
+            self._upkeep(root_context)
         if self._keep is not None:
             self._keep(root_context)
         context = self._hand_eye.GetMyContextFromRoot(root_context)

@@ -1,15 +1,14 @@
 """Writes an H.264 video for browsers. If writing is interrupted, only the last second is lost."""
 
-from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import av
 import cv2
 import numpy as np
 
-from drake_tracker.core.atomic_file import replacing, unwritable
+from drake_tracker.core.atomic_file import replacing
+from drake_tracker.footage.encoded_video import EncodedVideo
 
 _QUALITY = "26"
 """x264's constant rate factor: 18 looks lossless, 28 shows blocks."""
@@ -35,15 +34,12 @@ class VideoFile:
     def __init__(self, path: Path, rate: int, size: tuple[int, int]) -> None:
         self._path = Path(path)
         fragments = {"movflags": "frag_keyframe+empty_moov+default_base_moof", "flush_packets": "1"}
-        self._container: Any = av.open(str(self._path), "w", format="mp4", options=fragments)
-        self._stream = self._container.add_stream(
-            "libx264", rate=rate, options={"preset": "ultrafast", "crf": _QUALITY, "g": str(rate)}
-        )
-        self._stream.width, self._stream.height = size
-        self._stream.pix_fmt = "yuv420p"
-        self._stream.codec_context.time_base = Fraction(1, rate)
-        self._stream.thread_count = 2
-        self._count = 0
+        codec_options = {"preset": "ultrafast", "crf": _QUALITY, "g": str(rate)}
+        self._video = EncodedVideo(self._path, "mp4", fragments, "libx264", rate, size, codec_options)
+        stream = self._video.stream
+        stream.pix_fmt = "yuv420p"
+        stream.codec_context.time_base = Fraction(1, rate)
+        stream.thread_count = 2
 
     def write(self, image: np.ndarray) -> None:
         """Appends a frame. Raises DrakeTrackerError when it cannot be written.
@@ -52,36 +48,12 @@ class VideoFile:
             image: BGR image, uint8 of shape (height, width, 3).
         """
         frame = av.VideoFrame.from_ndarray(cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420), format="yuv420p")
-        frame.pts = self._count
-        self._count += 1
-        self._mux(frame)
+        self._video.append(frame)
 
     def close(self) -> None:
         """Completes the file and joins its fragments. A second call does nothing."""
-        if self._container is None:
-            return
-        self._mux(None)
-        container, self._container = self._container, None
-        try:
-            container.close()
-        except OSError as error:
-            raise unwritable(self._path, error) from None
-        if self._count:
+        if self._video.close() and self._video.count:
             _join_fragments(self._path)
-
-    def _mux(self, frame: Any) -> None:
-        if self._container is None:
-            return
-        try:
-            self._container.mux(self._stream.encode(frame))
-        except BaseException as error:
-            # Close at once: without a header, FFmpeg crashes on the next packet.
-            container, self._container = self._container, None
-            with suppress(OSError):
-                container.close()
-            if isinstance(error, OSError):
-                raise unwritable(self._path, error) from None
-            raise
 
 
 def _join_fragments(path: Path) -> None:

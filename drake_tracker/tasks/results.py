@@ -92,6 +92,21 @@ def git_commit() -> str | None:
     return run.stdout.strip() if run.returncode == 0 else None
 
 
+def made_by() -> dict[str, Any]:
+    """Returns ``package_versions`` and ``git_commit`` of what makes a result."""
+    return {"package_versions": package_versions(), "git_commit": git_commit()}
+
+
+def last_message(signal: Signal, view: Any) -> Any:
+    """Returns the last message of a signal, all zeros when there is none.
+
+    Args:
+        signal: of the log.
+        view: named view of the message.
+    """
+    return view(signal.data[-1] if len(signal.data) else np.zeros(len(view.get_fields())))
+
+
 def packet_findings(log: Mapping[str, Signal]) -> dict[str, Any]:
     """Returns how many packets the arm's receiver rejected in a run, and {reason: number of packets} of them.
 

@@ -14,7 +14,7 @@ from drake_tracker.core.messages import Centroid, Prediction, TrackPoint, predic
 from drake_tracker.run.video_file import VideoFile
 from drake_tracker.tasks.style import bgr, draw_text
 from drake_tracker.tracking.object_values import ObjectValues
-from drake_tracker.tracking.overlay_objects import colour_of, draw_objects
+from drake_tracker.tracking.overlay_objects import colour_of, draw_objects, is_hidden
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.image_tracker import ImageObjects
 
@@ -121,21 +121,25 @@ class TrackOverlay:
                 draw_text(view, "no image", 10, 24, 15, _ENERGY, bold=True)
             x += panel[0] + _BETWEEN
         draw_text(page, f"{seen[0][1]:.2f} s", 12, self.size[1] - 12, 15, _BRIGHT, bold=True, numbers=True)
-        self._write_line(page, found)
+        hidden = objects[0] is not None and is_hidden(objects[0])
+        self._write_line(page, found, hidden)
         if self._video is not None:
             self._video.write(page)
         if watched:
             self._onlooker.write(page, None)
 
-    def _write_line(self, page: np.ndarray, found: Sequence[ObjectValues]) -> None:
-        """Writes the line of text below the images, in place: the place of each object that fits."""
+    def _write_line(self, page: np.ndarray, found: Sequence[ObjectValues], hidden: bool) -> None:
+        """Writes the line of text below the images, in place: the place of each object that fits.
+
+        ``hidden`` says whether the first object is.
+        """
         left = 110
         for each in found:
             if each.number == 0 and len(found) > 1:
                 continue
             colour = _DIM if each.number is None else colour_of(each.number)
             name = "" if each.number is None else f"{each.number}:  "
-            draw_text(page, name + _describe(each), left, self.size[1] - 12, 15, colour, numbers=True)
+            draw_text(page, name + _describe(each, hidden), left, self.size[1] - 12, 15, colour, numbers=True)
             left += _LINE
             if left + _LINE > self.size[0]:
                 break
@@ -190,11 +194,11 @@ def _draw_cross(view: np.ndarray, centroid: Any, scale: float) -> None:
         cv2.line(view, (u, v - 9), (u, v + 9), bgr(colour), width, cv2.LINE_AA)
 
 
-def _describe(values: ObjectValues) -> str:
+def _describe(values: ObjectValues, hidden: bool) -> str:
     """Returns where an object is."""
     if values.point is None:
         pixel = Centroid(values.centroids[0])
-        return f"u {pixel.u:.1f}  v {pixel.v:.1f} px" if pixel.valid else "no motion"
+        return f"u {pixel.u:.1f}  v {pixel.v:.1f} px" if pixel.valid else "hidden" if hidden else "no motion"
     measured = TrackPoint(values.point)
     if not measured.valid:
         return "no point"

@@ -52,3 +52,9 @@ def draw_objects(view: np.ndarray, objects: ImageObjects, scale: float) -> list[
     if objects.rivals:
         notes.append("other large object")
     return notes
+
+
+def is_hidden(objects: ImageObjects) -> bool:
+    """Returns whether the first object that is reported is hidden."""
+    track = objects.target()
+    return track is not None and track.state == TrackState.HIDDEN

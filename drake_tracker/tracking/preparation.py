@@ -29,7 +29,7 @@ from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.detectors import DETECTORS, SCENE_DETECTORS, make_detector
 from drake_tracker.vision.foreign_camera import UNKNOWN_SIZE
-from drake_tracker.vision.image_tracker import UNLIKE_IMAGES, ImageTracker
+from drake_tracker.vision.image_tracker import ImageTracker
 from drake_tracker.vision.plane_projection import project_to_plane
 
 DETECTOR_SETTINGS = NormalFlow | DETECTORS.union(without=SCENE_DETECTORS)
@@ -146,10 +146,8 @@ def prepare_track(
         if can_suit(detector_settings):
             detector_settings, looks = suited(detector_settings, footage, timeline.period, windows, pixels)
         detectors = [make_detector(detector_settings, period=timeline.period) for _ in footage]
-        patience = UNLIKE_IMAGES if len(footage) == 2 and objects > 1 else None
         trackers = [
-            ImageTracker(objects, pixel, window, period=timeline.period, patience=patience)
-            for pixel, window in zip(pixels, windows)
+            ImageTracker(objects, pixel, window, period=timeline.period) for pixel, window in zip(pixels, windows)
         ]
         if max_gap is None:
             max_gap = usual_gap(cameras) if len(cameras) == 2 else MAX_GAP

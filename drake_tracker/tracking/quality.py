@@ -60,18 +60,25 @@ def doubts(summary: dict[str, Any]) -> str | None:
     Args:
         summary: of the track.
     """
-    parts = []
-    if summary.get("images_with_camera_motion"):
-        parts.append(f"the camera moved in {summary['images_with_camera_motion']} images (compensated)")
-    if summary.get("images_with_rivals"):
-        parts.append(
-            f"another moving object was about as large in {summary['images_with_rivals']} images (--follow, --roi)"
-        )
-    if summary.get("object_changes"):
-        parts.append(f"the track changed to another object {summary['object_changes']} times (column id)")
-    if summary.get("leaps"):
-        parts.append(f"the object leapt {summary['leaps']} times")
     hidden = summary.get("states", {}).get("hidden", 0)
-    if hidden:
-        parts.append(f"an object was hidden in {hidden} rows")
+    hint = "" if summary.get("follow") or summary.get("roi") else " (--follow, --roi)"
+    parts = [
+        words.format(count=count, noun=noun if count == 1 else f"{noun}s")
+        for count, noun, words in (
+            (summary.get("images_with_camera_motion"), "image", "the camera moved in {count} {noun} (compensated)"),
+            (
+                summary.get("images_with_rivals"),
+                "image",
+                f"another moving object was about as large, or larger, in {{count}} {{noun}}{hint}",
+            ),
+            (
+                summary.get("object_changes"),
+                "time",
+                "the track changed to another object {count} {noun} (column id)",
+            ),
+            (summary.get("leaps"), "time", "the object leapt {count} {noun}"),
+            (hidden, "row", "an object was hidden in {count} {noun}"),
+        )
+        if count
+    ]
     return f"Note: {'; '.join(parts)}." if parts else None

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from drake_tracker.footage.timeline import Timeline
-from drake_tracker.tasks.results import git_commit, package_versions, tidy
+from drake_tracker.tasks.results import made_by, tidy
 from drake_tracker.tracking.filtered import count_filtered
 from drake_tracker.tracking.table import HORIZON, split_objects
 from drake_tracker.vision.image_track import TrackState
@@ -137,4 +137,4 @@ def describe_footage(timeline: Timeline, dropped: Sequence[Sequence[float]]) -> 
 
 def describe_run(**facts: Any) -> dict[str, Any]:
     """Returns facts as values for JSON, with the versions of the software that produced them."""
-    return tidy(facts | {"package_versions": package_versions(), "git_commit": git_commit()})
+    return tidy(facts | made_by())

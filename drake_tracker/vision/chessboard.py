@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.board import BoardShapes, as_seen_from_the_front, grid_turns
+from drake_tracker.vision.frontal_picture import frontal_homography, refine_corners
 
 _FINDER_WIDTH, _LARGEST_FINDER_WIDTH = 1024, 1800
 """Width to which a small image is enlarged, and a large one reduced, to find the board in it [px]."""
@@ -98,8 +99,7 @@ def find_corners(image: np.ndarray, board: Chessboard) -> np.ndarray | None:
     """Returns the pixels (columns * rows, 2) of a board's inner corners in a grey image (h, w), or None.
 
     The order is that of `Chessboard.points`; the colours of the squares determine which end of the board is which, if
-    they can. The corners are refined in a frontal picture of the board, because the squares of a board that lies flat
-    in front of a low camera are so short that an upright window would contain several corners.
+    they can. The corners are refined in a frontal picture of the board (`frontal_picture.refine_corners`).
     """
     # The finder needs squares of about 20 px, for which a small image is enlarged. It is slow in a large one.
     scale: float = max(1, round(_FINDER_WIDTH / max(image.shape)))
@@ -117,16 +117,11 @@ def find_corners(image: np.ndarray, board: Chessboard) -> np.ndarray | None:
     step = float(np.median(steps))
     side = _FRONTAL_SQUARE if step < 2.0 * _FRONTAL_SQUARE else min(int(step), _LARGEST_FRONTAL_SQUARE)
     frontal = side * (board.points()[:, :2] / board.square + 2.0)
-    H, _ = cv2.findHomography(corners, frontal)
+    H = frontal_homography(corners, frontal)
     if H is None:
         return None
     size = (side * (board.columns + 3), side * (board.rows + 3))
-    picture = cv2.warpPerspective(image, H, size, borderMode=cv2.BORDER_REPLICATE)
-    window = (side // 3, side // 3)
-    # Start from the corners found, not from the regular grid: the lens's distortion makes them differ.
-    start = cv2.perspectiveTransform(corners[:, np.newaxis], H).astype(np.float32)
-    refined = cv2.cornerSubPix(picture, start, window, (-1, -1), _REFINE_STOP)
-    corners = cv2.perspectiveTransform(refined.reshape(-1, 1, 2).astype(float), np.linalg.inv(H))[:, 0]
+    corners, picture = refine_corners(image, corners, H, size, side // 3, _REFINE_STOP)
     if len(board.turns()) > 1:
         return as_seen_from_the_front(corners, board.points(), board.columns)
     return corners if _first_square_is_black(picture, board, side) else corners[::-1].copy()

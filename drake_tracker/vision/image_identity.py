@@ -6,8 +6,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from drake_tracker.vision.image_patch import SAME, SURE, find_patch, is_scene
 from drake_tracker.vision.image_regions import ImageRegion
-from drake_tracker.vision.image_track import SAME, SURE, ImageTrack, TrackState, find_patch
+from drake_tracker.vision.image_track import ImageTrack, TrackState
 from drake_tracker.vision.image_track import measure as measure_track
 
 CONFIRM_AFTER = 4
@@ -35,8 +36,8 @@ def without_region(track: ImageTrack, image: np.ndarray, gate: float, inside: bo
     if track.hits < CONFIRM_AFTER:
         return replace(track, state=TrackState.HIDDEN, unlike=unlike)
     reach, least = (MERGED_REACH * track.size, SURE) if inside else (min(gate, 1.5 * track.size), SAME)
-    u, v, score = find_patch(track, image, reach)
-    if score < least:
+    found = u, v, score = find_patch(track.patch, track.centre, track.mean[:2], image, reach)
+    if score < least or is_scene(track.patch, track.centre, found, track.scenes):
         return replace(track, state=TrackState.HIDDEN, unlike=unlike)
     measured = measure_track(track, u, v)
     state = TrackState.STANDING if measured.slow and not inside else TrackState.MOVING
@@ -48,7 +49,7 @@ def left_its_place(track: ImageTrack, region: ImageRegion, image: np.ndarray) ->
     moved = np.hypot(region.u - track.mean[0], region.v - track.mean[1])
     if not track.slow or track.hits < CONFIRM_AFTER or moved > STOOD * track.size:
         return False
-    return find_patch(track, image, STOOD * track.size)[2] < SURE
+    return find_patch(track.patch, track.centre, track.mean[:2], image, STOOD * track.size)[2] < SURE
 
 
 def found_again(hidden: ImageTrack, free: Sequence[ImageTrack], early: float) -> ImageTrack | None:
@@ -67,6 +68,26 @@ def found_again(hidden: ImageTrack, free: Sequence[ImageTrack], early: float) ->
     return min(alike, key=lambda track: float(np.hypot(*(track.mean - hidden.mean)[:2])), default=None)
 
 
+def without_doubles(before: Sequence[ImageTrack], after: Sequence[ImageTrack]) -> list[ImageTrack]:
+    """Returns tracks without those of an object that was found again: they began elsewhere while it was hidden.
+
+    Args:
+        before: all tracks before an image.
+        after: the same tracks after it.
+    """
+    hidden = {track.number: track.seen for track in before if track.state == TrackState.HIDDEN}
+    again = [track for track in after if track.number in hidden and track.seen == track.stamp]
+    return [
+        track
+        for track in after
+        if not any(
+            track.since > hidden[found.number] and distance_from(found, track.mean[:2]) < 0.5 * track.size
+            for found in again
+            if found.number != track.number
+        )
+    ]
+
+
 def is_leap(hidden: ImageTrack, found: ImageTrack) -> bool:
     """Returns whether a hidden object was found again farther away than it can have moved."""
     reach = 2.0 * (hidden.size + max(hidden.speed, found.speed) * (found.stamp - hidden.seen))
@@ -75,14 +96,14 @@ def is_leap(hidden: ImageTrack, found: ImageTrack) -> bool:
 
 def is_same_object(old: ImageTrack, track: ImageTrack) -> bool:
     """Returns whether a new track shows an object that was lost: by its size, and its brightness."""
-    ratio = track.width * track.height / (old.width * old.height)
+    ratio = track.area / old.area
     size = tuple(reversed(old.patch.shape))
     score = cv2.matchTemplate(cv2.resize(track.patch, size), old.patch, cv2.TM_CCOEFF_NORMED)[0, 0]
     close = abs(float(track.patch.mean()) - float(old.patch.mean())) < 30.0
     return 0.5 < ratio < 2.0 and close and score > 0.4
 
 
-def distance_from(track: ImageTrack, point: tuple[float, float]) -> float:
+def distance_from(track: ImageTrack, point: tuple[float, float] | np.ndarray) -> float:
     """Returns the distance of a pixel from the rectangle round an object [px]."""
     aside = np.maximum(np.abs(track.mean[:2] - point) - 0.5 * np.array([track.width, track.height]), 0.0)
     return float(np.hypot(*aside))

@@ -7,10 +7,10 @@ import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
-import cv2
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.vision.image_patch import SURE, Scene, cut_patch, find_patch, is_scene, with_scene
 from drake_tracker.vision.image_regions import ImageRegion
 
 SIZE_WEIGHT = 0.1
@@ -25,6 +25,10 @@ SIZE_CHANGE = 1.0
 """The same from the size: sizes per second."""
 LIKE = 3.0
 """A region of this many times the size of an object, or of this fraction, does not show it alone."""
+WHOLE, FORGET_AREA, AREA_KNOWN = 0.75, 0.995, 10
+"""A region below this share of the area that its object had shows it partly hidden; that area shrinks by the second
+factor from image to image, and is known after the third number of images. The patch is then not replaced: more and more
+of it would be what hides the object."""
 STEADY = 0.25
 """Share of its displacement by which an object may be beside the place where it is expected, for its patch to be taken,
 see `with_region`."""
@@ -32,12 +36,6 @@ LARGEST_MARGIN = 0.4
 """Largest share of a region on each side that shows where its object was and will be."""
 SLOW = 0.25
 """Speed below which an object may stand, in sizes per second."""
-LARGEST_PATCH = 96
-"""Longer side above which a patch is used at lower resolution [px]."""
-SAME = 0.7
-"""Least correlation of a patch with what the image shows, for the object to be there."""
-SURE = 0.8
-"""The same among other objects, or where something moves."""
 
 
 class TrackState(IntEnum):
@@ -66,12 +64,13 @@ class ImageTrack(FrozenState):
         state: `TrackState`.
         patch: grey uint8, the object when it was last seen alone.
         centre: place of the object's centroid in the patch (u, v) [px], shape (2,).
+        area: of its rectangle, the largest of late [px^2].
         unlike: number of newest images in which its region was too large or too small.
         since: stamp of the image in which it was seen first [s].
         place: u, v where it was seen last [px], shape (2,).
         moving: number of moving pixels when it was seen last, 0 if it was found by its patch.
         region: its region then, None if it was found by its patch.
-        beside: number of newest images in which its patch was taken although it had a region.
+        scenes: earlier images of a camera that does not move, see `image_patch.with_scene`.
     """
 
     number: int
@@ -87,11 +86,12 @@ class ImageTrack(FrozenState):
     patch: np.ndarray
     centre: np.ndarray
     place: np.ndarray
+    area: float
     moving: int = 0
     region: ImageRegion | None = None
-    beside: int = 0
     unlike: int = 0
     since: float = 0.0
+    scenes: tuple[Scene, ...] = ()
 
     @property
     def size(self) -> float:
@@ -162,10 +162,26 @@ def start_track(number: int, stamp: float, region: ImageRegion, image: np.ndarra
         patch=patch,
         centre=centre,
         place=read_only(np.array([region.u, region.v])),
+        area=float(region.width * region.height),
         moving=region.pixel_count,
         region=region,
         since=stamp,
     )
+
+
+def remember_scene(track: ImageTrack, image: np.ndarray, displacement: float) -> ImageTrack:
+    """Returns a track with the image among its scenes, if it is seen in it; without scenes when the camera moves.
+
+    Args:
+        track: after the image.
+        image: grey uint8 (h, w).
+        displacement: of the whole image [px].
+    """
+    if displacement > 0.0:
+        return replace(track, scenes=())
+    if track.seen < track.stamp:
+        return track
+    return replace(track, scenes=with_scene(track.scenes, image, track.place, track.size))
 
 
 def predict_track(track: ImageTrack, stamp: float) -> ImageTrack:
@@ -220,89 +236,43 @@ def _inverse(P: np.ndarray, r: float) -> np.ndarray:
     return np.array([[c, -b], [-b, a]]) / (a * c - b * b)
 
 
-def with_region(
-    track: ImageTrack,
-    region: ImageRegion,
-    image: np.ndarray,
-    extra: float = 0.0,
-    patience: int | None = None,
-) -> ImageTrack:
+def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra: float = 0.0) -> ImageTrack:
     """Returns a predicted track after the region that shows its object alone.
 
     While an object stops or turns back, its moving edges do not enclose it evenly: where its patch is found, that place
-    counts.
+    counts, if it was not there before the object came. The patch stays as it is while the object is partly hidden.
 
     Args:
         track: predicted for the time of the image.
         region: of the object, see `ImageTrack.alone`.
         image: grey uint8 (h, w).
         extra: see `measure`.
-        patience: number of images after which the region counts, not the patch, which may show a part of the object;
-            None for never.
     """
     surprise = math.hypot(region.u - track.mean[0], region.v - track.mean[1])
     steady = surprise <= max(1.0, STEADY * track.speed * (track.stamp - track.seen))
     u, v = region.u, region.v
-    beside = 0
-    if steady or track.hits < 3 or (patience is not None and track.beside >= patience):
-        patch, centre = cut_patch(image, region)
+    patch, centre = track.patch, track.centre
+    if steady or track.hits < 3:
+        if track.hits < AREA_KNOWN or region.width * region.height >= WHOLE * track.area:
+            patch, centre = cut_patch(image, region)
     else:
-        patch, centre = track.patch, track.centre
-        found_u, found_v, score = find_patch(track, image, surprise + 0.5 * track.size)
-        if score >= SURE:
-            u, v = found_u, found_v
-            beside = track.beside + 1
+        found = find_patch(patch, centre, track.mean[:2], image, surprise + 0.5 * track.size)
+        if found[2] >= SURE and not is_scene(patch, centre, found, track.scenes):
+            u, v, _ = found
     w = max(SIZE_WEIGHT, 1.0 / (track.hits + 1))
+    width = track.width + w * (region.width - track.width)
+    height = track.height + w * (region.height - track.height)
+    area = width * height if track.hits < AREA_KNOWN else max(width * height, FORGET_AREA * track.area)
     return replace(
         measure(track, u, v, extra),
         moving=region.pixel_count,
         region=region,
-        beside=beside,
-        width=track.width + w * (region.width - track.width),
-        height=track.height + w * (region.height - track.height),
+        width=width,
+        height=height,
+        area=area,
         pixel_count=track.pixel_count + w * (region.pixel_count - track.pixel_count),
         state=TrackState.MOVING,
         patch=patch,
         centre=centre,
         unlike=0,
     )
-
-
-def cut_patch(image: np.ndarray, region: ImageRegion) -> tuple[np.ndarray, np.ndarray]:
-    """Returns (the part of a grey image that a region covers, the place of its centroid in it [px])."""
-    patch = image[region.top : region.top + region.height, region.left : region.left + region.width].copy()
-    return read_only(patch), read_only(np.array([region.u - region.left, region.v - region.top]))
-
-
-def find_patch(track: ImageTrack, image: np.ndarray, reach: float) -> tuple[float, float, float]:
-    """Returns (u, v [px], correlation) of the best match of an object's patch near its predicted place.
-
-    Args:
-        track: predicted for the time of the image.
-        image: grey uint8 (h, w).
-        reach: distance from the prediction that is searched [px].
-    """
-    h, w = track.patch.shape
-    factor = max(1.0, max(h, w) / LARGEST_PATCH)
-    u, v = track.mean[:2] - track.centre
-    left, top = max(int(np.floor(u - reach)), 0), max(int(np.floor(v - reach)), 0)
-    right, bottom = int(np.ceil(u + reach)) + w, int(np.ceil(v + reach)) + h
-    window, patch = image[top : max(bottom, top), left : max(right, left)], track.patch
-    if factor > 1.0 and min(window.shape) > factor:
-        window = cv2.resize(window, None, fx=1.0 / factor, fy=1.0 / factor, interpolation=cv2.INTER_AREA)
-        patch = cv2.resize(patch, None, fx=1.0 / factor, fy=1.0 / factor, interpolation=cv2.INTER_AREA)
-    if window.shape[0] < patch.shape[0] or window.shape[1] < patch.shape[1] or min(patch.shape) < 3:
-        return float(track.mean[0]), float(track.mean[1]), 0.0
-    score = cv2.matchTemplate(window, patch, cv2.TM_CCOEFF_NORMED)
-    _, best, _, (x, y) = cv2.minMaxLoc(score)
-    place = np.array([x + _vertex(score[y], x), y + _vertex(score[:, x], y)]) * factor + (left, top) + track.centre
-    return float(place[0]), float(place[1]), best if np.isfinite(best) else 0.0
-
-
-def _vertex(values: np.ndarray, k: int) -> float:
-    """Returns the place of the vertex of a parabola through three neighbouring values, relative to the middle one."""
-    if not 0 < k < len(values) - 1:
-        return 0.0
-    before, middle, after = (float(value) for value in values[k - 1 : k + 2])
-    bend = before - 2.0 * middle + after
-    return 0.0 if bend >= 0.0 else float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5))

@@ -21,10 +21,18 @@ from drake_tracker.vision.image_identity import (
     is_same_object,
     left_its_place,
     may_be_fast,
+    without_doubles,
     without_region,
 )
 from drake_tracker.vision.image_regions import ImageRegion, changed_twice, find_regions, join_fast
-from drake_tracker.vision.image_track import ImageTrack, TrackState, predict_track, start_track, with_region
+from drake_tracker.vision.image_track import (
+    ImageTrack,
+    TrackState,
+    predict_track,
+    remember_scene,
+    start_track,
+    with_region,
+)
 from drake_tracker.vision.region_centroid import RegionCentroid
 from drake_tracker.vision.scene_shift import STILL, align_to, clear_border, find_shifts, shift_estimate, suggests_shift
 
@@ -85,7 +93,6 @@ class ImageTracker:
         follow: pixel (u, v) of the first object in the first image; None follows the largest.
         window: uint8 (h, w), 0 where motion is ignored; None uses the whole image.
         period: of the images [s].
-        patience: see `with_region`.
     """
 
     def __init__(
@@ -95,10 +102,8 @@ class ImageTracker:
         window: np.ndarray | None = None,
         *,
         period: float = VISION_PERIOD,
-        patience: int | None = None,
     ) -> None:
         self.objects, self.follow, self.window, self.period = objects, follow, window, period
-        self.patience = patience
 
     def start(self) -> ImageObjects:
         """Returns the state before the first image."""
@@ -126,13 +131,14 @@ class ImageTracker:
             regions = join_fast(regions, find_regions(twice, settings.join_distance, settings.min_pixels))
         tracks = [predict_track(track, stamp) for track in objects.tracks]
         tracks, free = self._match(tracks, regions, middle, objects, displacement, reach)
+        tracks = without_doubles(objects.tracks, tracks)
         number = objects.next_number
         for region in free:
             tracks.append(start_track(number, stamp, region, middle))
             number += 1
         found = replace(
             objects,
-            tracks=tuple(tracks),
+            tracks=tuple(remember_scene(track, middle, displacement) for track in tracks),
             next_number=number,
             displacement=displacement,
             alert=alert,
@@ -203,8 +209,7 @@ class ImageTracker:
         for i, track in enumerate(tracks):
             own = pairs.get(i, -1)
             if own >= 0 and own not in merged and not left_its_place(track, regions[own], image):
-                alone = track.alone(regions[own], reach)
-                after.append(with_region(track, alone, image, 0.5 * displacement, self.patience))
+                after.append(with_region(track, track.alone(regions[own], reach), image, 0.5 * displacement))
                 continue
             inside = any(i in some for some in members.values())
             after.append(without_region(track, image, gates[i], inside))

@@ -8,6 +8,7 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.board import BoardShapes, enough_points, neighbours
+from drake_tracker.vision.frontal_picture import frontal_homography, refine_corners
 
 FAMILIES = {"4x4": "DICT_4X4", "5x5": "DICT_5X5", "6x6": "DICT_6X6", "7x7": "DICT_7X7"}
 """Families of ArUco markers, of which the smallest dictionary with enough markers is used."""
@@ -17,6 +18,8 @@ _TAG_CELLS = 8
 """Cells along the side of an AprilTag 36h11, its border included."""
 _WINDOW = 0.75
 """Half the width of the window in which a corner is refined, in cells of a tag."""
+_FRONTAL_SQUARE = (40, 96)
+"""Least and greatest side of a square in the frontal picture, in which the corners are refined [px]."""
 _REFINE_STOP = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-3)
 
 
@@ -88,11 +91,15 @@ class CharucoBoard:
         if not enough_points(found):
             return None
         # OpenCV 4 places the corners half a pixel off. Within the gaps round the markers there is only the corner.
-        pairs = neighbours(self)
-        side = float(np.nanmedian(np.linalg.norm(found[pairs[:, 0]] - found[pairs[:, 1]], axis=1)))
+        pairs, seen = neighbours(self), ids.ravel()
+        longest = np.nanmax(np.linalg.norm(found[pairs[:, 0]] - found[pairs[:, 1]], axis=1), initial=0.0)
+        side = int(np.clip(longest, *_FRONTAL_SQUARE))
+        H = frontal_homography(found[seen], side * (self.points()[seen, :2] / self.square + 2.0))
+        if H is None:
+            return None
+        size = (side * (self.columns + 2), side * (self.rows + 2))
         window = max(2, int(0.5 * (1.0 - self.side / self.square) * side))
-        start = found[ids.ravel()].astype(np.float32).reshape(-1, 1, 2)
-        found[ids.ravel()] = cv2.cornerSubPix(image, start, (window, window), (-1, -1), _REFINE_STOP)[:, 0]
+        found[seen], _ = refine_corners(image, found[seen], H, size, window, _REFINE_STOP)
         return found
 
     def shapes(self) -> BoardShapes:

@@ -66,20 +66,25 @@ def soften(image: np.ndarray) -> np.ndarray:
     return cv2.GaussianBlur(image, (5, 5), 1.0)
 
 
-def fit_part(windows: Sequence[SeenWindow], pose: PartPose, steps: int) -> PartFit | None:
+def fit_part(
+    windows: Sequence[SeenWindow], pose: PartPose, steps: int, drawn_there: Sequence[Patch | None] | None = None
+) -> PartFit | None:
     """Returns where a part is, near a pose; None when no image shows anything of the place.
 
     Args:
         windows: of all cameras.
         pose: near which it is.
         steps: of the method of Gauss and Newton, 1 or more.
+        drawn_there: its silhouettes at that pose in the windows, if they are drawn already.
     """
     free = 3 if PART_SHAPES[pose.kind].turns else 2
+    patches = drawn_there
     for _ in range(steps):
-        patches = [(each, each.silhouette.patch(pose)) for each in windows]
+        if patches is None:
+            patches = [each.silhouette.patch(pose) for each in windows]
         normal, gradient, squares = np.zeros((3, 3)), np.zeros(3), 0.0
         drawn, visible, filled = 0.0, 0.0, 0.0
-        for window, patch in patches:
+        for window, patch in zip(windows, patches):
             if patch is None:
                 continue
             weight = window.weight[patch.rows, patch.columns]
@@ -100,6 +105,7 @@ def fit_part(windows: Sequence[SeenWindow], pose: PartPose, steps: int) -> PartF
         step[:free] = np.linalg.solve(normal[:free, :free], gradient[:free])
         step = np.clip(step, -LARGEST_STEP, LARGEST_STEP)
         pose = PartPose(pose.kind, pose.x + float(step[0]), pose.y + float(step[1]), pose.yaw + float(step[2]))
+        patches = None
     misfit = max(squares - float(gradient @ step), 0.0) / visible
     # A pixel's error is that of a silhouette with this misfit, at least that of the rounding of its outline.
     inverse = np.zeros((3, 3))
@@ -115,18 +121,16 @@ def _slopes(soft: np.ndarray, patch: Patch) -> np.ndarray:
 
     All of it is taken to turn about the origin of P in the image, as a flat part would.
     """
-    along_u = 0.5 * cv2.Sobel(soft, cv2.CV_32F, 1, 0, ksize=1)
-    along_v = 0.5 * cv2.Sobel(soft, cv2.CV_32F, 0, 1, ksize=1)
+    along_u = (0.5 * cv2.Sobel(soft, cv2.CV_32F, 1, 0, ksize=1)).astype(np.float64)
+    along_v = (0.5 * cv2.Sobel(soft, cv2.CV_32F, 0, 1, ksize=1)).astype(np.float64)
     J = patch.jacobian
-    turn = J @ _TURN @ np.linalg.inv(J)
+    (turn_uu, turn_uv), (turn_vu, turn_vv) = (J @ _TURN @ np.linalg.inv(J)).tolist()
+    (ux, uy), (vx, vy) = J.tolist()
     height, width = soft.shape
-    u = np.arange(width, dtype=np.float32)[None, :] - np.float32(patch.centre[0])
-    v = np.arange(height, dtype=np.float32)[:, None] - np.float32(patch.centre[1])
-    moved_u, moved_v = turn[0, 0] * u + turn[0, 1] * v, turn[1, 0] * u + turn[1, 1] * v
-    return -np.stack(
-        [
-            along_u * J[0, 0] + along_v * J[1, 0],
-            along_u * J[0, 1] + along_v * J[1, 1],
-            along_u * moved_u + along_v * moved_v,
-        ]
-    )
+    u = (np.arange(width, dtype=np.float32) - np.float32(patch.centre[0])).astype(np.float64)[None, :]
+    v = (np.arange(height, dtype=np.float32) - np.float32(patch.centre[1])).astype(np.float64)[:, None]
+    slopes = np.empty((3, height, width))
+    np.add(along_u * ux, along_v * vx, out=slopes[0])
+    np.add(along_u * uy, along_v * vy, out=slopes[1])
+    np.add(along_u * (turn_uu * u + turn_uv * v), along_v * (turn_vu * u + turn_vv * v), out=slopes[2])
+    return np.negative(slopes, out=slopes)

@@ -24,6 +24,8 @@ _ROUND = 5
 """One corner in this many of a disc's outline is enough, at less than a tenth of a pixel."""
 _STEP = 0.001
 """Displacement from which derivatives are taken [m]."""
+_ORIGIN = _STEP * np.eye(3, 3, k=-1)
+"""The origin of P, and places beside it along x and y of W [m]."""
 
 
 @dataclass(frozen=True)
@@ -77,13 +79,7 @@ class PartSilhouette:
 
     def outlines(self, pose: PartPose) -> list[np.ndarray]:
         """Returns the hull of each convex piece of a part, in pixels of the window, shape (n, 2) each, float32."""
-        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-        corners = piece_corners(pose.kind)
-        p_WQ = np.concatenate(corners) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        p_WQ += (pose.x, pose.y, self._belt_height)
-        pixels = (self._camera.project(p_WQ) - self._first).astype(np.float32)
-        ends = np.cumsum([len(each) for each in corners]).tolist()
-        return [cv2.convexHull(pixels[start:end])[:, 0] for start, end in zip([0, *ends], ends)]
+        return self._hulls(pose.kind, self._project(pose))
 
     def patch(self, pose: PartPose, margin: int = 3) -> Patch | None:
         """Returns the silhouette of a part, None when it is outside of the window.
@@ -92,13 +88,15 @@ class PartSilhouette:
             pose: of the part.
             margin: width of the border of the rectangle around the silhouette [px].
         """
-        outlines = self.outlines(pose)
-        every = np.concatenate(outlines)
-        if not np.isfinite(every).all():
+        pixels = self._project(pose)
+        outlines = self._hulls(pose.kind, pixels)
+        every = outlines[0] if len(outlines) == 1 else np.concatenate(outlines)
+        (low_u, low_v), (high_u, high_v) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
+        if not math.isfinite(low_u + low_v + high_u + high_v):
             return None
-        u0, v0 = (np.floor(every.min(axis=0)).astype(int) - margin).tolist()
-        u1, v1 = (np.ceil(every.max(axis=0)).astype(int) + margin + 1).tolist()
-        u0, v0, u1, v1 = max(u0, 0), max(v0, 0), min(u1, self._width), min(v1, self._height)
+        u0, v0 = max(math.floor(low_u) - margin, 0), max(math.floor(low_v) - margin, 0)
+        u1 = min(math.ceil(high_u) + margin + 1, self._width)
+        v1 = min(math.ceil(high_v) + margin + 1, self._height)
         if u0 >= u1 or v0 >= v1:
             return None
         first = np.array([u0, v0], dtype=float)
@@ -109,11 +107,37 @@ class PartSilhouette:
                 fine, np.rint(corners * (1 << _SHIFT)).astype(np.int32), 255, lineType=cv2.LINE_8, shift=_SHIFT
             )
         share = cv2.resize(fine, (u1 - u0, v1 - v0), interpolation=cv2.INTER_AREA).astype(np.float32) / 255.0
-        z = self._belt_height + 0.5 * PART_SHAPES[pose.kind].height
-        origin = np.array([pose.x, pose.y, z])
-        pixels = self._camera.project(origin + _STEP * np.eye(4, 3, k=-1))
-        jacobian = (pixels[1:3] - pixels[0]).T / _STEP
-        return Patch(slice(v0, v1), slice(u0, u1), share, pixels[0] - self._first - first, jacobian)
+        origin, *beside = pixels[-len(_ORIGIN) :]
+        jacobian = (np.array(beside) - origin).T / _STEP
+        return Patch(slice(v0, v1), slice(u0, u1), share, origin - self._first - first, jacobian)
+
+    def _project(self, pose: PartPose) -> np.ndarray:
+        """Returns where the corners of a part appear, then the points of `_ORIGIN`, shape (n, 2) [px], full image."""
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        corners = _corners(pose.kind)
+        p_WQ = np.empty((len(corners) + len(_ORIGIN), 3))
+        np.matmul(corners, [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]], out=p_WQ[: len(corners)])
+        p_WQ[: len(corners)] += (pose.x, pose.y, self._belt_height)
+        p_WQ[len(corners) :] = _ORIGIN + (pose.x, pose.y, self._belt_height + 0.5 * PART_SHAPES[pose.kind].height)
+        return self._camera.project(p_WQ)
+
+    def _hulls(self, kind: PartKind, pixels: np.ndarray) -> list[np.ndarray]:
+        """Returns the hull of each convex piece of a part whose corners appear at pixels of the full image."""
+        inside = (pixels[: -len(_ORIGIN)] - self._first).astype(np.float32)
+        return [cv2.convexHull(inside[piece])[:, 0] for piece in _pieces(kind)]
+
+
+@cache
+def _corners(kind: PartKind) -> np.ndarray:
+    """Returns the corners of all pieces of `piece_corners`, shape (n, 3)."""
+    return read_only(np.concatenate(piece_corners(kind)))
+
+
+@cache
+def _pieces(kind: PartKind) -> tuple[slice, ...]:
+    """Returns the rows of `_corners` of each piece."""
+    ends = np.cumsum([len(each) for each in piece_corners(kind)]).tolist()
+    return tuple(slice(start, end) for start, end in zip([0, *ends], ends))
 
 
 @cache

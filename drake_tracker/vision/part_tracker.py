@@ -42,6 +42,8 @@ UNCLEAR_VARIANCE = 1.0
 SAME_PLACE = 0.02
 """Parts whose middles are closer than this are one [m]."""
 _AROUND, _INNER = np.ones((5, 5), np.uint8), np.ones((5, 5), np.uint8)
+_Around = tuple[slice, slice, np.ndarray]
+"""Rows and columns of a rectangle of a window, and which of its pixels are meant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,9 +145,10 @@ class PartTracker:
         outlines = [[window.silhouette.patch(track.pose) for window in windows] for track in moved]
         results: list[PartTrack | None] = []
         travels = []
+        around = [_around(each) for each in outlines]
         for k, track in enumerate(moved):
-            own = _without(windows, [outline for other, outline in enumerate(outlines) if other != k])
-            result = self._seen_again(track, stamp, own, state.stamp - track.seen)
+            own = _without(windows, around[:k] + around[k + 1 :])
+            result = self._seen_again(track, stamp, own, outlines[k], state.stamp - track.seen)
             results.append(result)
             if result is not None and result.clear and result.seen == stamp:
                 travels.append(result.pose.y - state.tracks[k].pose.y)
@@ -159,7 +162,12 @@ class PartTracker:
         return kept, travel
 
     def _seen_again(
-        self, track: PartTrack, stamp: float, windows: Sequence[SeenWindow], unseen: float
+        self,
+        track: PartTrack,
+        stamp: float,
+        windows: Sequence[SeenWindow],
+        outlines: Sequence[Patch | None],
+        unseen: float,
     ) -> PartTrack | None:
         """Returns a track after the images; None when a new one was none.
 
@@ -167,10 +175,11 @@ class PartTracker:
             track: the track, which has moved with the belt.
             stamp: of the images [s].
             windows: what they show, without the other parts.
+            outlines: silhouettes of the track in them.
             unseen: time for which the part had not been seen before the images [s].
         """
         if not track.clear:
-            fit = fit_part(windows, track.pose, 1)
+            fit = fit_part(windows, track.pose, 1, outlines)
             there = fit is not None and fit.share >= SEEN_SHARE and fit.filled >= UNCLEAR_SHARE
             return track.found(track.fit, stamp) if there else track
         if track.number == 0:
@@ -182,7 +191,7 @@ class PartTracker:
             if rivals and min(fit.misfit for fit in rivals.values()) <= self.settings.largest_misfit:
                 return track.compared(rivals, stamp)
             return None
-        fit = fit_part(windows, track.pose, FIRST_STEPS if unseen > 0.0 else STEPS)
+        fit = fit_part(windows, track.pose, FIRST_STEPS if unseen > 0.0 else STEPS, outlines)
         if fit is None or fit.share < SEEN_SHARE:
             return replace(track, visible=stamp)
         near = min(NEAR + REGAIN * unseen, SAME_PLACE)
@@ -216,9 +225,9 @@ class PartTracker:
         ]
         outlines_of = [[window.silhouette.patch(each.poses[each.kind]) for window in windows] for each in candidates]
         found = []
+        around = [_around(each) for each in (*outlines_of, *drawn)] if candidates else []
         for k, candidate in enumerate(candidates):
-            others = drawn + [outlines for other, outlines in enumerate(outlines_of) if other != k]
-            track = self._begun(candidate, stamp, _without(windows, others))
+            track = self._begun(candidate, stamp, _without(windows, around[:k] + around[k + 1 :]))
             if track is not None:
                 found.append(track)
         clear = known + [track for track in found if track.clear]
@@ -248,17 +257,25 @@ class PartTracker:
         return left or stamp - track.visible > settings.lost_after or stamp - track.seen > settings.coast_time
 
 
-def _without(windows: Sequence[SeenWindow], others: Sequence[Sequence[Patch | None]]) -> list[SeenWindow]:
-    """Returns windows in which the pixels of other parts count neither for nor against a place."""
+def _around(outlines: Sequence[Patch | None]) -> list[_Around | None]:
+    """Returns the pixels on and around the silhouettes of one part in all windows."""
+    return [
+        None if patch is None else (patch.rows, patch.columns, cv2.dilate(patch.share, _AROUND) > 0.0)
+        for patch in outlines
+    ]
+
+
+def _without(windows: Sequence[SeenWindow], others: Sequence[Sequence[_Around | None]]) -> list[SeenWindow]:
+    """Returns windows in which the pixels of other parts, from `_around`, count neither for nor against a place."""
+    if not others:
+        return list(windows)
     result = []
-    for k, window in enumerate(windows):
-        weight = window.weight
-        for outlines in others:
-            patch = outlines[k]
-            if patch is not None:
-                weight = weight.copy() if weight is window.weight else weight
-                own = weight[patch.rows, patch.columns]
-                own[cv2.dilate(patch.share, _AROUND) > 0.0] = 0.0
+    for window, hidden in zip(windows, zip(*others)):
+        weight = window.weight.copy()
+        for each in hidden:
+            if each is not None:
+                rows, columns, pixels = each
+                weight[rows, columns][pixels] = 0.0
         result.append(window._replace(weight=weight))
     return result
 

@@ -29,10 +29,12 @@ class PartVisionMemory(FrozenState):
     Attributes:
         looks: what is remembered of the images of each camera, empty before the first one.
         tracker: state of the tracker.
+        messages: the vectors of the output ports, in their order; none before the first images.
     """
 
     looks: tuple[BeltLook, ...] = ()
     tracker: PartTrackerState = PartTrackerState()
+    messages: tuple[np.ndarray, ...] = ()
 
 
 class PartVisionSystem(LeafSystem):
@@ -102,10 +104,15 @@ class PartVisionSystem(LeafSystem):
         state = self.DeclareAbstractState(AbstractValue.Make(PartVisionMemory()))
         ticket = {self.abstract_state_ticket(state)}
 
+        self._packers: list[Callable[[PartTrackerState], np.ndarray]] = []
+
         def declare(name: str, view: Any, pack: Callable[[PartTrackerState], np.ndarray]) -> None:
+            index = len(self._packers)
+            self._packers.append(pack)
+
             def calc(context: Context, output: BasicVector) -> None:
-                tracks = self._memory(context).tracker
-                output.SetFromVector(pack(tracks) if tracks.count else np.zeros(message_size(view)))
+                messages = self._memory(context).messages
+                output.SetFromVector(messages[index] if messages else np.zeros(message_size(view)))
 
             self.DeclareVectorOutputPort(name, message_size(view), calc, ticket)
 
@@ -155,7 +162,8 @@ class PartVisionSystem(LeafSystem):
             unseen = cv2.bitwise_or(beyond, look.doubtful)
             seen.append(PartImage(look.mask, unseen if covered is None else cv2.bitwise_or(unseen, covered)))
         tracker = self._tracker.update(memory.tracker, stamp, seen)
-        state.get_mutable_abstract_state(0).set_value(PartVisionMemory(looks, tracker))
+        messages = tuple(read_only(pack(tracker)) for pack in self._packers)
+        state.get_mutable_abstract_state(0).set_value(PartVisionMemory(looks, tracker, messages))
 
     def _motion(self, context: Context, k: int) -> MotionEnergy:
         memory = self._memory(context)

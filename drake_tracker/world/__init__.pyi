@@ -66,6 +66,7 @@ from .objects_system import ObjectStatesSystem as ObjectStatesSystem
 from .objects_system import add_object_motion as add_object_motion
 from .objects_system import add_object_states as add_object_states
 from .other_train import OtherTrain as OtherTrain
+from .part_holding import PartHolder as PartHolder
 from .part_model import add_part as add_part
 from .pick_judge_system import PickJudgeSystem as PickJudgeSystem
 from .pick_judge_system import add_pick_judge as add_pick_judge

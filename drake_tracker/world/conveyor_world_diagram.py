@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from drake_tracker.arm.description import Arm
 from drake_tracker.core.timing import TIME_STEP
@@ -13,7 +13,7 @@ from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.belt_motion import make_belt_motion
 from drake_tracker.world.belt_system import add_belt_drive
 from drake_tracker.world.camera_system import Camera, close_cameras, start_cameras
-from drake_tracker.world.cameras import ImageWindow
+from drake_tracker.world.cameras import ImageWindow, true_camera_models
 from drake_tracker.world.config import CamerasConfig, LightingConfig
 from drake_tracker.world.conveyor_config import BeltConfig, TrayConfig
 from drake_tracker.world.conveyor_plant import add_conveyor_laboratory
@@ -22,6 +22,7 @@ from drake_tracker.world.faulty_cameras_system import add_faulty_cameras
 from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
 from drake_tracker.world.objects_system import add_object_states
+from drake_tracker.world.part_holding import PartHolder, free_stretch
 from drake_tracker.world.pick_judge_system import add_pick_judge
 from drake_tracker.world.robot_ports_diagram import export_robot_ports
 
@@ -173,6 +174,20 @@ class ConveyorWorldDiagram(Diagram):
         builder.ExportOutput(judge.GetOutputPort("fates"), "truth_fates")
         builder.ExportOutput(laboratory.scene_graph.get_query_output_port(), "truth_query")
         builder.BuildInto(self)
+        seen = {name: true_camera_models(cameras)[name] for name in self.cameras}
+        stretch = free_stretch(belt, seen, windows)
+        self._holder = PartHolder(laboratory, self.arrivals, belt, self.motion, stretch)
+
+    def between_steps(self, root_context: Context) -> None:
+        """Holds the parts that nothing can move; to be called between two steps, once per vision cycle.
+
+        Without these calls all parts are free all the time. A run is then the same, but slower.
+
+        Args:
+            root_context: of the whole diagram. Parameters and state of the plant are changed.
+        """
+        fates = self.GetOutputPort("truth_fates").Eval(self.GetMyContextFromRoot(root_context))
+        self._holder.update(self.laboratory.plant.GetMyMutableContextFromRoot(root_context), fates)
 
     def start(self) -> None:
         """Starts the processes that make images, if there are any, which otherwise start with the first image."""

@@ -50,12 +50,12 @@ class ObjectStatesSystem(LeafSystem):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         poses, velocities = self._poses.Eval(context), self._velocities.Eval(context)
-        rows = []
+        pieces = []
         for body in self._bodies:
             X_WB, V_WB = poses[body], velocities[body]
-            quaternion = X_WB.rotation().ToQuaternion().wxyz()
-            rows.append([*quaternion, *X_WB.translation(), *V_WB.rotational(), *V_WB.translational()])
-        output.SetFromVector(np.concatenate(rows))
+            pieces += [X_WB.rotation().ToQuaternion().wxyz(), X_WB.translation()]
+            pieces += [V_WB.rotational(), V_WB.translational()]
+        output.SetFromVector(np.concatenate(pieces))
 
 
 def add_object_states(

@@ -91,10 +91,12 @@ class PickJudgeSystem(LeafSystem):
         verdict = PickVerdict(value(self._findings))
         fates, rested, picked = value(self._fates), value(self._rested), value(self._picked)
         touching = touching_pairs(self._contacts.Eval(context))
-        views = self._views(self._states.Eval(context).reshape(-1, STATE_SIZE), touching)
-        held = held_parts(views)
-        for k, view in enumerate(views):
-            rested[k] = rested[k] + self._period if view.speed <= AT_REST else 0.0
+        states = self._states.Eval(context).reshape(-1, STATE_SIZE)
+        speeds = np.linalg.norm(states[:, 10:13], axis=1)
+        rested = np.where(speeds <= AT_REST, rested + self._period, 0.0)
+        views = self._views(states, speeds, fates, touching)
+        held = [list(views)[index] for index in held_parts(list(views.values()))]
+        for k, view in views.items():
             fate = PartFate(int(fates[k]))
             fates[k] = next_fate(fate, view, held=k in held, rested=rested[k], belt=self._belt, tray=self._tray)
             picked[k] = max(picked[k], float(fates[k] == PartFate.HELD))
@@ -117,33 +119,41 @@ class PickJudgeSystem(LeafSystem):
         state.set_value(self._picked, picked)
         state.set_value(self._held, [len(held)])
 
-    def _views(self, states: np.ndarray, touching: set[frozenset[BodyIndex]]) -> list[PartView]:
-        """Returns what there is to see of each part.
+    def _views(
+        self, states: np.ndarray, speeds: np.ndarray, fates: np.ndarray, touching: set[frozenset[BodyIndex]]
+    ) -> dict[int, PartView]:
+        """Returns {index of a part: what there is to see of it}, of those whose fate may change.
+
+        That of a part that has not arrived cannot, unless a finger touches it.
 
         Args:
             states: of the parts, shape (n, 13).
+            speeds: of the parts, shape (n,) [m/s].
+            fates: of the parts until now, shape (n,).
             touching: the pairs of bodies that touch each other.
         """
         # The plant lets the quaternion's norm drift.
         square = states[:, :4] ** 2
         upright = (square[:, 0] + square[:, 3] - square[:, 1] - square[:, 2]) / square.sum(axis=1)
         tilt = np.arccos(np.clip(upright, -1.0, 1.0))
-        speed = np.linalg.norm(states[:, 10:13], axis=1)
-        views = []
+        waiting = (fates == PartFate.UPSTREAM) & (states[:, 5] < self._belt.entry)
+        on_belt, *by_fingers = (
+            {body for pair in touching if each in pair for body in pair} for each in (self._belt_body, *self._fingers)
+        )
+        views = {}
         for k, part in enumerate(self._parts):
+            fingers = frozenset(number for number, bodies in enumerate(by_fingers) if part in bodies)
+            if waiting[k] and not fingers:
+                continue
             x, y, z = states[k, 4:7].tolist()
-            views.append(
-                PartView(
-                    x=x,
-                    y=y,
-                    rise=z - self._places[k],
-                    tilt=float(tilt[k]),
-                    speed=float(speed[k]),
-                    fingers=frozenset(
-                        number for number, finger in enumerate(self._fingers) if frozenset((part, finger)) in touching
-                    ),
-                    on_belt=frozenset((part, self._belt_body)) in touching,
-                )
+            views[k] = PartView(
+                x=x,
+                y=y,
+                rise=z - self._places[k],
+                tilt=float(tilt[k]),
+                speed=float(speeds[k]),
+                fingers=fingers,
+                on_belt=part in on_belt,
             )
         return views
 

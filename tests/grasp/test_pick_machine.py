@@ -5,8 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_tracker.arm.arm_model import make_arm_model, tool_down, tool_yaw
+from drake_tracker.arm.description import PUMA560, UR5E
+from drake_tracker.arm.differential_ik import joints_for, make_parameters, step_joints
 from drake_tracker.arm.tool_motion import MotionFrame
-from drake_tracker.arm.transform_equation import PEAK_OVER_MEAN, motion_time
+from drake_tracker.arm.tool_yaw import swing_about_base
+from drake_tracker.arm.transform_equation import PEAK_OVER_MEAN, motion_time, share_done
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -37,14 +41,17 @@ CELL = (0.345, 0.19, 0.465)
 PLACES = np.array([[0.3, -0.6, 0.45], [0.45, 0.6, 0.5]])
 LAG, LEAD, SPEED = 0.25, 0.045, 0.15
 STOP, TAKE_OVER = float(OperatorMode.STOP), float(OperatorMode.TAKE_OVER)
+REACH = 0.5
+"""How far the hand follows the part along the belt [m]."""
 HOLDING = {"width": WIDTH, "force": FORCE}
 
 
 class Bench:
-    """Ticks of a PickMachine; the hand is always just where the part is."""
+    """Ticks of a PickMachine; the hand is always just where the part is, unless something keeps it away."""
 
     def __init__(self, model, config=CONFIG):
         self.machine = PickMachine(config, model, SERVO_PERIOD, HOME, PLACES)
+        self.model, self.q = model, np.array(PUMA560.q_start)
         self.state = self.machine.initial_state()
         self.time = 10.0
         self.order = np.zeros(message_size(PickOrder))
@@ -61,9 +68,13 @@ class Bench:
 
     def tick(
         self, *, number=3, valid=1, stale=0, flipping=0, fraction=1.0, width=OPENING, force=0.0, off=0.0, std=0.002,
-        operator=(0.0, 0.0, 0.0, 0.0, 0.0), yaw=0.2, branch=0.0,
+        operator=(0.0, 0.0, 0.0, 0.0, 0.0), yaw=0.2, branch=0.0, away=0.0, turned=0.0,
     ):  # fmt: skip
-        """Ticks once. ``off`` is how far the predicted path lies across the jaws from the hand [m]."""
+        """Ticks once.
+
+        ``off`` is how far the predicted path lies across the jaws from the hand [m]; ``away`` and ``turned`` are how
+        far the measured hand is from where it was commanded to be [m, rad].
+        """
         stamp, due = self.time - LAG, self.time + LEAD
         times = stamp + KNOT_SPACING * np.arange(KNOT_COUNT)
         path = np.column_stack([np.full(KNOT_COUNT, 0.6), SPEED * (times - 10.0), np.full(KNOT_COUNT, 0.465)])
@@ -77,7 +88,9 @@ class Bench:
         seq = number * TARGET_STRIDE + 7
         target = ServoTarget(np.array([due, *here, yaw, 0, SPEED, 0, 0, stamp, seq, std, stale, valid]))
         height = 0.004 if self.state.phase == PickPhase.CLOSE else 0.09
-        tool = (here[0], here[1], here[2] + height, yaw + np.pi * branch)
+        tool = (here[0], min(here[1], REACH), here[2] + height, yaw + np.pi * branch)
+        measured = tool_down([tool[0] - away, *tool[1:3]], tool[3] + turned)
+        self.q = joints_for(self.model, self.q, measured)
         self.state = self.machine.update(
             self.state,
             PickObservation(
@@ -87,6 +100,7 @@ class Bench:
                 order=PickOrder(self.order),
                 jaws=JawState(np.array([width, 0.0, force])),
                 status=ToolStatus(np.array([self.state.motion, fraction, flipping, *tool, branch])),
+                arm_state=np.concatenate([self.q, np.zeros_like(self.q)]),
                 operator=OperatorCommand(np.array([*operator, 0.0])),
             ),
         )
@@ -291,6 +305,48 @@ def test_a_stop_without_an_order_is_not_a_failure(arm_model):
     assert (bench.state.done, bench.state.failed) == (0, 0)
 
 
+@pytest.mark.parametrize("kept", [{"away": 0.05}, {"away": -0.008}, {"turned": 0.1}])
+@pytest.mark.parametrize("phase", [PickPhase.CARRY, PickPhase.LOWER])
+def test_a_hand_that_something_keeps_from_the_cell_does_not_let_go(bench, phase, kept):
+    bench.reach(phase)
+    motion = bench.state.motion
+    for _ in range(100):
+        assert bench.tick(**kept, **HOLDING) in (PickPhase.CARRY, PickPhase.LOWER)
+    assert bench.state.phase == PickPhase.CARRY and bench.state.motion > motion, "it tries anew"
+    bench.until(PickPhase.LOWER, **HOLDING)
+    bench.until(PickPhase.RELEASE, **HOLDING)
+    bench.until(PickPhase.WAIT)
+    assert (bench.state.picked, bench.state.placed, bench.state.failed) == (1, 1, 0)
+
+
+@pytest.fixture(scope="module", params=[PUMA560, UR5E], ids=["puma560", "ur5e"])
+def arm(request):
+    return make_arm_model(request.param), np.array(request.param.q_start)
+
+
+@pytest.mark.parametrize("wound", [-2.6, -0.8, 0.9, 2.4, 3.3])
+@pytest.mark.parametrize("place_yaw", [0.0, 1.5, 3.1])
+def test_an_arm_can_follow_the_motion_to_the_cell(arm, wound, place_yaw):
+    """An ell has one direction only: the hand turns by up to a whole turn, and winds its last joint up or down."""
+    model, q_start = arm
+    bench = Bench(model)
+    start = np.array([0.6, 0.0, 0.5])
+    bench.q = joints_for(model, q_start, tool_down(start, 0.0))
+    bench.q[-1] += np.round((wound - bench.q[-1]) / (0.5 * np.pi)) * 0.5 * np.pi
+    yaw = tool_yaw(model.tool_pose(bench.q))
+    bench.say(job=1, kind=PartKind.ELL, place_yaw=place_yaw)
+    bench.until(PickPhase.CLOSE, yaw=yaw)
+    bench.until(PickPhase.CARRY, yaw=yaw, width=PART_SHAPES[PartKind.ELL].width, force=FORCE)
+    q, place, goal_yaw = bench.q, bench.state.goal[:3] + [0.0, 0.0, CONFIG.carry_height], bench.state.goal[3]
+    parameters, p_WT = make_parameters(model, SERVO_PERIOD), model.tool_pose(q).translation()
+    steps = int(bench.state.duration / SERVO_PERIOD)
+    for share in (share_done(k / steps) for k in range(1, steps + 1)):
+        wanted = tool_down(p_WT + share * (place - p_WT), yaw + share * (goal_yaw - yaw))
+        q, _ = step_joints(model, parameters, q, wanted)
+        assert np.linalg.norm(model.tool_pose(q).translation() - wanted.translation()) < 0.03
+    assert model.tool_pose(q).IsNearlyEqualTo(wanted, 1e-4), "it is there when the motion ends"
+
+
 def test_the_operator_moves_the_hand(bench):
     bench.reach(PickPhase.TRACK)
     assert bench.tick(operator=(TAKE_OVER, 0.55, 0.1, 0.6, 0.2)) == PickPhase.MANUAL
@@ -310,7 +366,11 @@ def test_a_part_is_put_down_in_the_nearest_direction_that_looks_as_ordered(arm_m
     bench.until(PickPhase.CARRY, **seen, width=PART_SHAPES[kind].width, force=FORCE)
     turn = bench.state.goal[3] - (yaw + np.pi * branch)
     period = 2.0 * np.pi / (PART_SHAPES[kind].turns or 2)
-    assert abs(turn) <= 0.5 * period + 1e-9
+    if abs(turn) > 0.5 * period + 1e-9:  # then the last joint cannot reach the nearest one
+        nearest = turn - np.copysign(period, turn)
+        p_WT = arm_model.tool_pose(bench.q).translation()
+        wrist = bench.q[-1] + swing_about_base(p_WT, bench.state.goal) - nearest
+        assert not arm_model.position_lower[-1] + 0.1 < wrist < arm_model.position_upper[-1] - 0.1
     off = (yaw + turn - 0.5 * np.pi + 0.5 * period) % period - 0.5 * period
     assert off == pytest.approx(0.0, abs=1e-9)
 

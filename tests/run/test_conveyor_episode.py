@@ -64,6 +64,14 @@ def test_the_log_has_the_state_of_every_part(episode):
         assert states[f"x_{k}"][-1] < 0.45 and abs(states[f"x_{k}"][0] - parts[k].x) < 1e-6
 
 
+def test_parts_that_are_far_upstream_or_rest_in_a_cell_are_held(episode):
+    states, fates = episode.log["truth_part_states"], episode.log["truth_fates"]
+    last = len(states.data) - 1
+    moving = np.abs(states.data.reshape(last + 1, -1, 13)[:, :, 7:]).max(axis=2)
+    assert moving[last // 2][fates.data[last // 2] == PartFate.UPSTREAM].min() == 0.0
+    assert (moving[fates.data[: last + 1] == PartFate.PLACED] == 0.0).mean() > 0.2
+
+
 def test_vision_is_late_by_its_lag(episode):
     """What the host reads of a part is where that part was one lag before, up to the measured error."""
     tracks, states = episode.log["parts"], episode.log["truth_part_states"]

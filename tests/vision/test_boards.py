@@ -48,6 +48,23 @@ def test_finds_the_points_in_order(board, roll):
     assert np.sqrt(np.nanmean(best**2)) < 0.25, [float(np.nanmean(each)) for each in errors]
 
 
+@pytest.mark.parametrize(
+    "board", [Chessboard(9, 6, 0.03), CharucoBoard(8, 6, 0.03), AprilTagGrid(5, 4, 0.05)], ids=lambda board: board.name
+)
+@pytest.mark.parametrize("tilt", [1.0, 1.1])
+def test_no_point_of_a_board_that_is_seen_at_a_slant_is_off(board, tilt):
+    camera = CameraModel(np.array([[760.0, 0, 319.5], [0, 760, 239.5], [0, 0, 1]]), np.zeros(5), np.eye(4), 640, 480)
+    X_CB = held(board, [0.0, 0.0, 0.6], 0.75)
+    X_CB[:3, :3] = held(board, [tilt, 0.0, 0.0], 0.75)[:3, :3] @ X_CB[:3, :3]
+    lower, upper = board.shapes().box()
+    X_CB[:3, 3] = [0.0, 0.0, 0.75] - X_CB[:3, :3] @ [*(0.5 * (lower + upper)), 0.0]
+    found = board.find(photograph(board, camera, X_CB))
+    truth = camera.project(board.points() @ X_CB[:3, :3].T + X_CB[:3, 3])
+    errors = min((np.linalg.norm(found - truth[turn], axis=1) for turn in board.turns()), key=np.nanmean)
+    assert np.isfinite(errors).mean() > 0.9
+    assert np.nanmax(errors) < 0.75
+
+
 @pytest.mark.parametrize("board", EACH, ids=lambda board: board.name)
 def test_no_board_in_an_empty_image(board):
     noise = np.random.default_rng(0).normal(120.0, 3.0, (240, 320))

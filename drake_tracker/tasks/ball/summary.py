@@ -12,7 +12,7 @@ from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.ball.diagram import known_edge
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.episode import Log
-from drake_tracker.tasks.results import git_commit, lag_of, limiter_findings, package_versions, packet_findings, tidy
+from drake_tracker.tasks.results import lag_of, last_message, limiter_findings, made_by, packet_findings, tidy
 from drake_tracker.vision.board_poses import pose_error
 
 ROLLING = 0.10
@@ -89,16 +89,14 @@ def summarise_ball(
         "lag_s": lag_of(log, scenario.time_step),
         "simulated_s": simulated,
         "interrupted": bool(interrupted),
-        "package_versions": package_versions(),
-        "git_commit": git_commit(),
+        **made_by(),
     }
     return tidy(summary)
 
 
 def last_verdict(log: Log) -> Any:
     """Returns the last `CatchVerdict` of a log, all zeros when there is none."""
-    rows = log["truth_verdict"].data
-    return CatchVerdict(rows[-1] if len(rows) else np.zeros(len(CatchVerdict.get_fields())))
+    return last_message(log["truth_verdict"], CatchVerdict)
 
 
 def failure_reason(verdict: Any, hand_error: float | None, interrupted: bool) -> str:

@@ -1,5 +1,7 @@
 """Builds the hand-eye diagram of the conveyor from a scenario."""
 
+import math
+
 import numpy as np
 
 from drake_tracker.arm.arm_clearance import ArmClearance
@@ -67,6 +69,7 @@ def make_conveyor_diagram(scenario: ConveyorScenario) -> HandEyeDiagram:
     home = home_reference(scenario)
     over_home = tool_down(home[:3] + [0.0, 0.0, scenario.pick.hover_height], home[3])
     q_initial = joints_for(model, description.q_start, over_home)
+    q_initial[-1] = math.remainder(q_initial[-1], math.pi)  # jaws are the same after half a turn
     pipeline = image_pipeline(scenario)
     vision, windows = make_vision(scenario, arrivals, pipeline)
     world = ConveyorWorldDiagram(

@@ -15,7 +15,7 @@ from drake_tracker.tasks.conveyor.part_history import PartHistory, part_historie
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.conveyor.windows import clairvoyant_picks, could_be_picked
 from drake_tracker.tasks.episode import Log
-from drake_tracker.tasks.results import git_commit, lag_of, limiter_findings, package_versions, packet_findings, tidy
+from drake_tracker.tasks.results import lag_of, last_message, limiter_findings, made_by, packet_findings, tidy
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.part_fates import PartFate
 
@@ -101,16 +101,14 @@ def summarise_conveyor(
         "lag_s": lag_of(log, scenario.time_step),
         "simulated_s": simulated,
         "interrupted": bool(interrupted),
-        "package_versions": package_versions(),
-        "git_commit": git_commit(),
+        **made_by(),
     }
     return tidy(summary)
 
 
 def last_verdict(log: Log) -> Any:
     """Returns the last `PickVerdict` of a log, all zeros when there is none."""
-    rows = log["truth_verdict"].data
-    return PickVerdict(rows[-1] if len(rows) else np.zeros(len(PickVerdict.get_fields())))
+    return last_message(log["truth_verdict"], PickVerdict)
 
 
 def failure_reason(verdict: Any, possible: int, placed: int, reasons: dict[str, int], interrupted: bool) -> str:

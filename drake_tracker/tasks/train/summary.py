@@ -13,7 +13,7 @@ from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_of_now
-from drake_tracker.tasks.results import git_commit, lag_of, limiter_findings, package_versions, packet_findings, tidy
+from drake_tracker.tasks.results import lag_of, limiter_findings, made_by, packet_findings, tidy
 from drake_tracker.tasks.train.closing import aborted_launches, closing_onset_error
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
 from drake_tracker.tasks.train.failure import Failure, explain_failure
@@ -110,8 +110,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
         "closing_onset_error_s": closing_onset_error(scenario, log, spans),
         "simulated_s": simulated,
         "interrupted": bool(interrupted),
-        "package_versions": package_versions(),
-        "git_commit": git_commit(),
+        **made_by(),
     }
     return tidy(summary)
 
