@@ -21,6 +21,9 @@ CSRT, KCF and median flow are measured where OpenCV has them: in opencv-contrib-
 
 **person**: the share of filtered points of a walking figure (`footage_person.py`).
 
+**several**: two objects that two calibrated cameras see (`footage_several.py`): identities, and errors of the points in
+space. A point is wrong when it is farther from every object than half of its diameter.
+
 Seeds 7640 to 7679 are used nowhere else.
 """
 
@@ -37,6 +40,7 @@ import footage_files
 import footage_hidden
 import footage_person
 import footage_photographs
+import footage_several
 import footage_stereo
 import numpy as np
 import parts
@@ -254,6 +258,13 @@ PARTS = {
         FIRST_SEED,
         footage_person.summary,
         TABLES["person"],
+    ),
+    "several": Part(
+        footage_several.job,
+        {"crossing": 40, "alike": 40, "behind a post": 12, "one camera": 12},
+        FIRST_SEED,
+        footage_several.summary,
+        TABLES["several"],
     ),
     "speed": Timed(speed, FIRST_SEED, TABLES["speed"]),
 }

@@ -55,9 +55,26 @@ def person(cells):
     ]
 
 
+def several(cells):
+    """Returns (header, rows) of the results of several objects with two cameras."""
+    header = ["two objects", "clips", "points", "median error", "95th percentile", "wrong", "identities kept"]
+    return header, [
+        [
+            cell["cell"],
+            cell["clips"],
+            f"{cell['points']} of {cell['possible']}",
+            f"{1e3 * cell['median_m']:.1f} mm",
+            f"{1e3 * cell['p95_m']:.1f} mm",
+            f"{100 * cell['wrong']:.1f} %",
+            f"{cell['kept']} of {cell['clips']}",
+        ]
+        for cell in cells
+    ]
+
+
 def speed(cells):
     """Returns (header, rows) of the results of the command."""
     return ["command", "images or pairs per second"], [[cell["cell"], f"{cell['images_per_s']:.0f}"] for cell in cells]
 
 
-TABLES = {"accuracy": table, "files": files, "person": person, "speed": speed}
+TABLES = {"accuracy": table, "files": files, "person": person, "several": several, "speed": speed}

@@ -87,7 +87,11 @@ def register(commands: Commands) -> None:
         help="follow the object at this pixel of the first image; with two cameras give it twice",
     )
     command.add_argument(
-        "--objects", type=int, default=1, metavar="N", help="track up to N objects (one camera, in pixels)"
+        "--objects",
+        type=int,
+        default=1,
+        metavar="N",
+        help="track up to N objects: points with two cameras, pixels with one without --calibration",
     )
     command.add_argument(
         "--pick", action="store_true", help="show the object, or the part of the image, in a page of the browser"
@@ -126,7 +130,7 @@ def execute(options: Namespace) -> int:
     if options.port and not options.live:
         raise DrakeTrackerError(f"--port {options.port} is the port of the live view: add --live")
     from drake_tracker.core.progress import Progress
-    from drake_tracker.tracking.filtered import describe_filtered
+    from drake_tracker.tracking.filtered import describe_filtered, describe_object
     from drake_tracker.tracking.preparation import prepare_track
     from drake_tracker.tracking.quality import doubts
     from drake_tracker.tracking.track import make_track
@@ -157,6 +161,8 @@ def execute(options: Namespace) -> int:
             print(f"{label:<18}{1e3 * summary[key]:.2f} mm")
     if summary.get("filtered"):
         print(f"{'points filtered':<18}{describe_filtered(summary['filtered'])}")
+    for each in summary.get("by_object", ()):
+        print(f"{'object {id}'.format(**each):<18}{describe_object(each)}")
     print(f"{'directory':<18}{out}")
     for line in summary["warnings"]:
         warn(line)

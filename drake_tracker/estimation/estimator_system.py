@@ -34,6 +34,7 @@ class EstimatorMemory(FrozenState):
         seq: number of packets made so far.
         packet: the newest `Prediction` vector, read-only.
         filtered: the newest `Filtered` vector, read-only.
+        number: identity of the object, 0 without one.
     """
 
     estimate: EstimatorState
@@ -41,6 +42,7 @@ class EstimatorMemory(FrozenState):
     seq: int
     packet: np.ndarray
     filtered: np.ndarray
+    number: int = 0
 
 
 class EstimatorSystem(LeafSystem):
@@ -65,11 +67,15 @@ class EstimatorSystem(LeafSystem):
     The System is updated every ``period``, after ``offset``: by default every `VISION_PERIOD`, a quarter of a plant
     step after the images. Both outputs depend on the state alone.
 
+    With ``numbered`` there is one more input, ``number``: the identity of the object that the point is of. When it
+    becomes that of another object, the estimator starts again, and the outputs are all zeros.
+
     Args:
         estimator: the estimator.
         period: period of the update [s].
         offset: time of the first update [s].
         farthest: largest coordinate of a point that can be right [m]; infinite where any unit of length may be used.
+        numbered: whether there is the input ``number``.
 
     Raises:
         DrakeTrackerError: at an update, when the estimator, which may be a custom one, predicts something that is not
@@ -83,19 +89,21 @@ class EstimatorSystem(LeafSystem):
         period: float = VISION_PERIOD,
         offset: float = vision_slot(ESTIMATOR_SLOT),
         farthest: float = FARTHEST,
+        numbered: bool = False,
     ) -> None:
         super().__init__()
         self._estimator = estimator
         self._period, self._farthest = period, farthest
-        memory = EstimatorMemory(
+        self._blank = EstimatorMemory(
             estimate=estimator.initial_state(),
             stamp=-math.inf,
             seq=0,
             packet=read_only(np.zeros(message_size(Prediction))),
             filtered=read_only(np.zeros(message_size(Filtered))),
         )
-        state = self.DeclareAbstractState(AbstractValue.Make(memory))
+        state = self.DeclareAbstractState(AbstractValue.Make(self._blank))
         self._point = self.DeclareVectorInputPort("point", message_size(TrackPoint))
+        self._number = self.DeclareVectorInputPort("number", 1) if numbered else None
         ticket = {self.abstract_state_ticket(state)}
         self.DeclareVectorOutputPort("prediction", message_size(Prediction), self._calc_prediction, ticket)
         self.DeclareVectorOutputPort("filtered", message_size(Filtered), self._calc_filtered, ticket)
@@ -103,6 +111,10 @@ class EstimatorSystem(LeafSystem):
 
     def _update(self, context: Context, state: State) -> None:
         memory = state.get_abstract_state(0).get_value()
+        number = 0 if self._number is None else int(self._number.Eval(context)[0])
+        if number not in (0, memory.number):
+            memory = replace(self._blank, seq=memory.seq, number=number)
+            state.get_mutable_abstract_state(0).set_value(memory)
         values = self._point.Eval(context)
         if refuse_point(values, context.get_time(), self._period, self._farthest):
             return
@@ -115,15 +127,16 @@ class EstimatorSystem(LeafSystem):
             return
         stamp = point.stamp if newer else memory.stamp
         if estimate is not memory.estimate and self._estimator.ready(estimate):
-            memory = self._predict(estimate, stamp, memory.seq + 1)
+            memory = self._predict(estimate, stamp, memory)
         else:
             memory = replace(memory, estimate=estimate, stamp=stamp)
         state.get_mutable_abstract_state(0).set_value(memory)
 
-    def _predict(self, estimate: EstimatorState, stamp: float, seq: int) -> EstimatorMemory:
-        """Returns the memory with packet number ``seq``, made from ``estimate`` after the point of ``stamp`` [s]."""
+    def _predict(self, estimate: EstimatorState, stamp: float, before: EstimatorMemory) -> EstimatorMemory:
+        """Returns the memory with the next packet, made from ``estimate`` after the point of ``stamp`` [s]."""
+        seq = before.seq + 1
         packet, filtered = make_packet(self._estimator, estimate, seq)
-        return EstimatorMemory(estimate, stamp, seq, packet, filtered)
+        return EstimatorMemory(estimate, stamp, seq, packet, filtered, before.number)
 
     def _calc_prediction(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_abstract_state(0).get_value().packet)

@@ -26,10 +26,10 @@ def check_choice(cameras: int, roi: Sequence[str], follow: Sequence[str], object
             raise DrakeTrackerError(f"--{name}: {len(values)} given; give one for each camera, here {cameras}")
     if not 1 <= objects <= MOST_OBJECTS:
         raise DrakeTrackerError(f"--objects {objects}: must be from 1 to {MOST_OBJECTS}")
-    if objects > 1 and calibrated:
+    if objects > 1 and calibrated and cameras == 1:
         raise DrakeTrackerError(
-            f"--objects {objects}: several objects are tracked in pixels only, with one camera and no --calibration; "
-            "with a calibration, --follow selects one object"
+            f"--objects {objects}: one camera tracks several objects in pixels only, without --calibration; points of "
+            "several objects need two cameras"
         )
 
 

@@ -46,3 +46,14 @@ def describe_filtered(counts: Mapping[str, Any]) -> str:
     ]
     missing = f"; not filtered: {', '.join(reasons)}" if reasons else ""
     return f"{counts['filtered']} of {counts['points']}{missing}"
+
+
+def describe_object(numbers: Mapping[str, Any]) -> str:
+    """Returns the numbers of one of several objects, see `summarise_track`, in one line."""
+    words = [f"{numbers['points']} points from {numbers['from_s']:.2f} to {numbers['to_s']:.2f} s"]
+    for key, label in (("gap_rms_m", "gap"), ("prediction_rms_m", "prediction rms")):
+        if numbers[key] is not None:
+            words.append(f"{label} {1e3 * numbers[key]:.2f} mm")
+    if numbers["hidden"]:
+        words.append(f"hidden in {numbers['hidden']} images")
+    return ", ".join(words)

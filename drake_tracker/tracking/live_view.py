@@ -138,7 +138,10 @@ class TrackView(LiveView):
 
 
 def _list_objects(objects: Sequence[ImageObjects | None]) -> list[dict[str, Any]]:
-    """Returns the objects in the first camera's image for JSON, see `Frames.tracks`; speeds [px/s] and sizes [px]."""
+    """Returns the objects in the first camera's image for JSON, see `Frames.tracks`; speeds [px/s] and sizes [px].
+
+    Those without a partner in the second camera's image, where several are tracked, are left out.
+    """
     known = objects[0] if objects else None
     if known is None:
         return []
@@ -154,5 +157,5 @@ def _list_objects(objects: Sequence[ImageObjects | None]) -> list[dict[str, Any]
             "at": [],
         }
         for track in known.tracks
-        if track.hits >= CONFIRM_AFTER
+        if track.hits >= CONFIRM_AFTER and track.number > 0
     ]

@@ -8,6 +8,8 @@ import numpy as np
 from drake_tracker.core.mcap_file import McapFile
 from drake_tracker.core.messages import Centroid, Filtered, Prediction, TrackPoint
 from drake_tracker.run.mcap_signals import write_sample
+from drake_tracker.tracking.object_values import ObjectValues
+from drake_tracker.tracking.own_cameras_diagram import place_suffix
 from drake_tracker.tracking.preparation import PreparedTrack
 
 MCAP_FILE = "track.mcap"
@@ -39,33 +41,27 @@ class TrackMcap:
             self._file.calibration(f"/{name}/calibration", 0.0, name, size, camera.K, camera.distortion)
             self._file.transforms("/tf", 0.0, {name: camera.X_WC})
 
-    def add(
-        self,
-        images: Sequence[tuple[np.ndarray, np.ndarray]],
-        centroids: Sequence[np.ndarray],
-        point: np.ndarray | None,
-        filtered: np.ndarray | None,
-        packet: np.ndarray | None,
-    ) -> None:
-        """Writes what is new in one cycle.
+    def add(self, images: Sequence[tuple[np.ndarray, np.ndarray]], values: Sequence[ObjectValues]) -> None:
+        """Writes what is new in one cycle; the channels of the second object end in ``_2``.
 
         Args:
             images: (RGB image, `FrameInfo` vector) of each camera.
-            centroids: `Centroid` vector of each camera.
-            point: `TrackPoint` vector, None without calibration.
-            filtered: `Filtered` vector, None without calibration.
-            packet: `Prediction` vector, None without calibration.
+            values: of each object.
         """
         for name, (image, (stamp, fresh)) in zip(self._names, images):
             if fresh:
                 self._file.image(f"/{name}/image", float(stamp), name, image)
-        for name, vector in zip(self._names, centroids):
+        for place, each in enumerate(values):
+            self._add_object(each, place_suffix(place))
+
+    def _add_object(self, values: ObjectValues, suffix: str) -> None:
+        for name, vector in zip(self._names, values.centroids):
             centroid = Centroid(np.array(vector))
-            if self._add(f"{name}/centroid", Centroid.get_fields(), vector) and centroid.valid:
-                self._file.pixel(f"/{name}/marks", centroid.stamp, centroid.u, centroid.v, _CIRCLE)
-        for (name, view), signal in zip(_VIEWS.items(), (point, filtered, packet)):
+            if self._add(f"{name}/centroid{suffix}", Centroid.get_fields(), vector) and centroid.valid:
+                self._file.pixel(f"/{name}/marks{suffix}", centroid.stamp, centroid.u, centroid.v, _CIRCLE)
+        for (name, view), signal in zip(_VIEWS.items(), (values.point, values.filtered, values.packet)):
             if signal is not None:
-                self._add(name, view.get_fields(), signal)
+                self._add(f"{name}{suffix}", view.get_fields(), signal)
 
     def close(self) -> None:
         """Completes the file. May be called again."""

@@ -13,16 +13,21 @@ from drake_tracker.core.background import Background
 from drake_tracker.core.messages import Centroid, Prediction, TrackPoint, predicted_points
 from drake_tracker.run.video_file import VideoFile
 from drake_tracker.tasks.style import bgr, draw_text
-from drake_tracker.tracking.overlay_objects import draw_objects, is_hidden
+from drake_tracker.tracking.object_values import ObjectValues
+from drake_tracker.tracking.overlay_objects import colour_of, draw_objects, is_hidden
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.image_tracker import ImageObjects
 
 _WIDEST, _TALLEST = 640, 480
 """Greatest size of a panel [px]."""
 _BAND, _BETWEEN = 36, 4
-_ENERGY, _PATH, _BRIGHT, _DIM, _GROUND = "#ffb000", "#4cc2ff", "#f2f4f6", "#a3abb5", "#15181c"
+_ENERGY, _BRIGHT, _DIM, _GROUND = "#ffb000", "#f2f4f6", "#a3abb5", "#15181c"
 _AHEAD = np.arange(0.0, 1.01, 0.1)
 """Times [s] after the stamp at which the predicted path is evaluated."""
+_STALE = 0.3
+"""Age from which on the path of one of several objects is not drawn [s]."""
+_LINE = 385
+"""Width of the text for one object below the images [px]."""
 _WAITING = 4
 """Largest number of images that wait for being drawn and encoded."""
 _SHIFT = 4
@@ -64,8 +69,6 @@ class TrackOverlay:
         self.size = (width + width % 2, height + height % 2)
         self._images: deque[list[tuple[np.ndarray, float, float]]] = deque()
         self._kept = ceil(age_cycles) + 1
-        self._masks: list[np.ndarray] | None = None
-        self._objects: list[ImageObjects | None] = [None] * len(sizes)
         self._ground = np.full((*self.size[::-1], 3), bgr(_GROUND), np.uint8)
         self._video = None if path is None else VideoFile(path, max(1, round(1.0 / period)), self.size)
         self._background = Background(self._draw, _WAITING)
@@ -73,47 +76,43 @@ class TrackOverlay:
     def add(
         self,
         images: Sequence[tuple[np.ndarray, np.ndarray]],
-        energies: Sequence[Any],
-        centroids: Sequence[np.ndarray],
-        point: np.ndarray | None = None,
-        packet: np.ndarray | None = None,
+        masks: Sequence[np.ndarray | None],
+        objects: Sequence[ImageObjects | None],
+        values: Sequence[ObjectValues],
     ) -> None:
         """Takes the values of the ports in one cycle; draws the earlier image that they describe.
 
         Args:
             images: (RGB image, `FrameInfo` vector) of each camera.
-            energies: `MotionEnergy` of each camera.
-            centroids: `Centroid` vector of each camera.
-            point: `TrackPoint` vector, None without calibration.
-            packet: `Prediction` vector, None without calibration.
+            masks: moving pixels in the described image of each camera, None where there is none.
+            objects: the objects in it, None where there are none.
+            values: of each object.
         """
         self._images.append([(image, frame[0], frame[1]) for image, frame in images])
-        masks, self._masks = self._masks, [energy.mask for energy in energies]
-        objects, self._objects = self._objects, [energy.objects for energy in energies]
-        if len(self._images) <= self._kept:
-            return
-        vectors = [None if vector is None else np.array(vector) for vector in (point, packet)]
-        self._background.put((self._images.popleft(), masks, objects, [np.array(each) for each in centroids], *vectors))
+        if len(self._images) > self._kept:
+            self._background.put((self._images.popleft(), masks, objects, [each.copied() for each in values]))
 
     def _draw(self, values: tuple[Any, ...]) -> None:
         """Draws one image and appends it to the video."""
         watched = self._onlooker is not None and self._onlooker.wanted
         if self._video is None and not watched:
             return
-        seen, masks, objects, centroids, point, packet = values
+        seen, masks, objects, found = values
         page = self._ground.copy()
         x = 0
         for k, (panel, scale, (image, _, fresh)) in enumerate(zip(self._panels, self._scales, seen)):
             view = page[: panel[1], x : x + panel[0]]
             small = image if scale == 1.0 else cv2.resize(image, panel, interpolation=cv2.INTER_AREA)
             cv2.cvtColor(small, cv2.COLOR_RGB2BGR, dst=view)
-            if masks is not None:
+            if masks[k] is not None:
                 _tint(view, masks[k])
-            if packet is not None and k < len(self._cameras):
-                _draw_path(view, self._cameras[k], packet, scale)
-            centroid = Centroid(np.array(centroids[k]))
-            if centroid.valid:
-                _draw_cross(view, centroid, scale)
+            for each in found:
+                if each.packet is not None and k < len(self._cameras) and not _is_stale(each):
+                    _draw_path(view, self._cameras[k], each.packet, scale, colour_of(each.number))
+            for each in found:
+                centroid = Centroid(each.centroids[k])
+                if centroid.valid:
+                    _draw_cross(view, centroid, scale)
             known = objects[k]
             marks = [] if known is None else draw_objects(view, known, scale)
             for line, mark in enumerate(marks):
@@ -123,11 +122,27 @@ class TrackOverlay:
             x += panel[0] + _BETWEEN
         draw_text(page, f"{seen[0][1]:.2f} s", 12, self.size[1] - 12, 15, _BRIGHT, bold=True, numbers=True)
         hidden = objects[0] is not None and is_hidden(objects[0])
-        draw_text(page, _describe(centroids[0], point, hidden), 110, self.size[1] - 12, 15, _DIM, numbers=True)
+        self._write_line(page, found, hidden)
         if self._video is not None:
             self._video.write(page)
         if watched:
             self._onlooker.write(page, None)
+
+    def _write_line(self, page: np.ndarray, found: Sequence[ObjectValues], hidden: bool) -> None:
+        """Writes the line of text below the images, in place: the place of each object that fits.
+
+        ``hidden`` says whether the first object is.
+        """
+        left = 110
+        for each in found:
+            if each.number == 0 and len(found) > 1:
+                continue
+            colour = _DIM if each.number is None else colour_of(each.number)
+            name = "" if each.number is None else f"{each.number}:  "
+            draw_text(page, name + _describe(each, hidden), left, self.size[1] - 12, 15, colour, numbers=True)
+            left += _LINE
+            if left + _LINE > self.size[0]:
+                break
 
     def panels(self) -> list[tuple[int, int, int, int]]:
         """Returns the place (x, y, width, height) [px] of each camera's image in a frame."""
@@ -154,7 +169,7 @@ def _tint(view: np.ndarray, mask: np.ndarray) -> None:
     np.copyto(part, tinted, where=moving[y : y + height, x : x + width, None] > 0)
 
 
-def _draw_path(view: np.ndarray, camera: CameraModel, packet: np.ndarray, scale: float) -> None:
+def _draw_path(view: np.ndarray, camera: CameraModel, packet: np.ndarray, scale: float, colour: str) -> None:
     header = Prediction(np.array(packet))
     if not header.valid:
         return
@@ -162,7 +177,14 @@ def _draw_path(view: np.ndarray, camera: CameraModel, packet: np.ndarray, scale:
     path = path[~np.isnan(path).any(axis=1)]
     if len(path) > 1:
         points = np.rint(np.clip((scale * path), -1e4, 1e4) * (1 << _SHIFT)).astype(np.int32)
-        cv2.polylines(view, [points], False, bgr(_PATH), 2, cv2.LINE_AA, _SHIFT)
+        cv2.polylines(view, [points], False, bgr(colour), 2, cv2.LINE_AA, _SHIFT)
+
+
+def _is_stale(values: ObjectValues) -> bool:
+    """Returns whether one of several objects is lost, or its path was predicted long ago."""
+    if values.number is None or values.point is None or values.packet is None:
+        return False
+    return values.number == 0 or bool(values.point[0] - values.packet[0] > _STALE)
 
 
 def _draw_cross(view: np.ndarray, centroid: Any, scale: float) -> None:
@@ -172,12 +194,12 @@ def _draw_cross(view: np.ndarray, centroid: Any, scale: float) -> None:
         cv2.line(view, (u, v - 9), (u, v + 9), bgr(colour), width, cv2.LINE_AA)
 
 
-def _describe(centroid: np.ndarray, point: np.ndarray | None, hidden: bool) -> str:
-    """Returns the line of text below the images."""
-    if point is None:
-        pixel = Centroid(np.array(centroid))
+def _describe(values: ObjectValues, hidden: bool) -> str:
+    """Returns where an object is."""
+    if values.point is None:
+        pixel = Centroid(values.centroids[0])
         return f"u {pixel.u:.1f}  v {pixel.v:.1f} px" if pixel.valid else "hidden" if hidden else "no motion"
-    measured = TrackPoint(np.array(point))
+    measured = TrackPoint(values.point)
     if not measured.valid:
         return "no point"
     gap = f"   gap {1e3 * measured.gap:.1f} mm" if measured.gap else ""

@@ -12,14 +12,21 @@ COLOURS = ("#4cc2ff", "#7ee081", "#ff8fa3", "#c9a2ff", "#ffd166")
 """Colours of objects that are reported, by their number."""
 OTHER = "#a3abb5"
 """Colour of all others."""
-
-
+PATH = "#4cc2ff"
+"""Colour of the path of a single object."""
 SHOWN = 0.5
 """Time for which a leap is written into the video [s]."""
 
 
+def colour_of(number: int | None) -> str:
+    """Returns the colour of an object that is reported: by its number, or `PATH` if there is only one."""
+    return PATH if number is None else COLOURS[number % len(COLOURS)]
+
+
 def draw_objects(view: np.ndarray, objects: ImageObjects, scale: float) -> list[str]:
     """Draws a rectangle with number and state round each confirmed object, in place; returns what to note.
+
+    An object whose number is negative has no partner in the other image, and gets a question mark.
 
     Args:
         view: BGR image.
@@ -30,12 +37,13 @@ def draw_objects(view: np.ndarray, objects: ImageObjects, scale: float) -> list[
         if track.hits < CONFIRM_AFTER:
             continue
         chosen = track.number in objects.targets
-        colour = COLOURS[track.number % len(COLOURS)] if chosen else OTHER
+        colour = colour_of(track.number) if chosen else OTHER
         half = 0.5 * np.array([track.width, track.height])
         corners = [tuple(int(x) for x in np.rint(scale * (track.mean[:2] + sign * half))) for sign in (-1, 1)]
         cv2.rectangle(view, corners[0], corners[1], bgr(colour), 2 if chosen else 1, cv2.LINE_AA)
         state = "" if track.state == TrackState.MOVING else f" {track.state.name.lower()}"
-        draw_text(view, f"{track.number}{state}", corners[0][0], corners[0][1] - 4, 13, colour, bold=chosen)
+        name = str(track.number) if track.number > 0 else "?"
+        draw_text(view, f"{name}{state}", corners[0][0], corners[0][1] - 4, 13, colour, bold=chosen)
     notes = []
     if objects.displacement > 0.0:
         notes.append(f"camera moves {objects.displacement:.1f} px")

@@ -17,6 +17,8 @@ from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.image_tracker import ImageTracker
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
+from drake_tracker.vision.object_pairs import ObjectPairing
+from drake_tracker.vision.object_pairs_system import ObjectPairsSystem
 from drake_tracker.vision.plane_projection import EveryPoint
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
@@ -37,6 +39,11 @@ class Plane:
 
     X_WP: np.ndarray
     height: float = 0.0
+
+
+def place_suffix(place: int) -> str:
+    """Returns what follows the name of a port of an object: nothing for the first one, "_2" for the second."""
+    return f"_{place + 1}" if place else ""
 
 
 class OwnCamerasDiagram(Diagram):
@@ -65,9 +72,14 @@ class OwnCamerasDiagram(Diagram):
     estimator (`core.timing`). These three exist when the cameras are calibrated: two cameras, or one and a plane. A
     vector of zeros means that there is no result yet.
 
+    If two cameras track several objects, there is ``objects``, a `PairedObjects`, and ``point``, ``filtered``,
+    ``prediction``, ``centroid_*`` and ``number``, the identity, are those of the first object; ``point_2`` and so on
+    are those of the second one. Each object has an estimator.
+
     Attributes:
         sides: ("left", "right"), or ("left",) for a single camera.
         has_points: whether there are points and predictions.
+        places: number of objects with ports of their own.
     """
 
     def __init__(
@@ -98,8 +110,11 @@ class OwnCamerasDiagram(Diagram):
         period = timeline.period
         builder = DiagramBuilder()
         tracker = trackers[0] if trackers else None
+        self.places = trackers[0].objects if len(self.sides) == 2 and trackers else 1
         if len(self.sides) == 2:
             vision = self._add_stereo(builder, cameras, detectors, period, max_gap, trackers)
+            if self.places > 1:
+                vision |= self._add_pairs(builder, cameras, vision, period, max_gap, trackers[0])
         elif cameras and plane is not None:
             vision = self._add_on_plane(builder, cameras[0], detectors[0], period, plane, tracker)
         else:
@@ -114,15 +129,28 @@ class OwnCamerasDiagram(Diagram):
                 builder.ExportOutput(vision[f"{name}_{side}"], f"{name}_{side}")
         self.has_points = "point" in vision
         if self.has_points:
-            offset = vision_slot(ESTIMATOR_SLOT, period)
-            host = builder.AddNamedSystem(
-                "host", EstimatorSystem(estimator, period=period, offset=offset, farthest=math.inf)
-            )
-            builder.Connect(vision["point"], host.GetInputPort("point"))
-            builder.ExportOutput(vision["point"], "point")
-            for name in ("filtered", "prediction"):
-                builder.ExportOutput(host.GetOutputPort(name), name)
+            for place in range(self.places):
+                self._add_host(builder, vision, estimator, period, place_suffix(place))
+        if self.places > 1:
+            builder.ExportOutput(vision["objects"], "objects")
+            for name in (f"centroid_{side}{place_suffix(k)}" for k in range(1, self.places) for side in self.sides):
+                builder.ExportOutput(vision[name], name)
         builder.BuildInto(self)
+
+    def _add_host(
+        self, builder: DiagramBuilder, vision: dict[str, Any], estimator: Any, period: float, suffix: str
+    ) -> None:
+        """Adds the estimator of an object; exports its point and its path."""
+        numbered, offset = self.places > 1, vision_slot(ESTIMATOR_SLOT, period)
+        host = builder.AddNamedSystem(
+            f"host{suffix}",
+            EstimatorSystem(estimator, period=period, offset=offset, farthest=math.inf, numbered=numbered),
+        )
+        for name in ("point", "number") if numbered else ("point",):
+            builder.Connect(vision[f"{name}{suffix}"], host.GetInputPort(name))
+            builder.ExportOutput(vision[f"{name}{suffix}"], f"{name}{suffix}")
+        for name in ("filtered", "prediction"):
+            builder.ExportOutput(host.GetOutputPort(name), f"{name}{suffix}")
 
     @staticmethod
     def _add_stereo(
@@ -153,6 +181,32 @@ class OwnCamerasDiagram(Diagram):
         return ports | {
             f"{name}_{side}": vision.GetInputPort(f"{name}_{side}") for name in ("camera", "frame") for side in cameras
         }
+
+    @staticmethod
+    def _add_pairs(
+        builder: DiagramBuilder,
+        cameras: Sequence[CameraModel],
+        vision: dict[str, Any],
+        period: float,
+        max_gap: float,
+        tracker: ImageTracker,
+    ) -> dict[str, Any]:
+        """Adds what pairs the objects of two cameras; returns its ports by name."""
+        pairing = ObjectPairing(
+            cameras,
+            tracker.objects,
+            max_gap=max_gap,
+            stamp_tolerance=MOST_STAMP_DIFFERENCE * period,
+            follow=tracker.follow is not None,
+        )
+        pairs = builder.AddNamedSystem("pairs", ObjectPairsSystem(pairing, period=period))
+        for side in SIDES:
+            builder.Connect(vision[f"motion_{side}"], pairs.GetInputPort(f"motion_{side}"))
+        ports = {"objects": pairs.GetOutputPort("objects")}
+        for place in range(tracker.objects):
+            for name in ("point", "number", *(f"centroid_{side}" for side in SIDES)):
+                ports[f"{name}{place_suffix(place)}"] = pairs.GetOutputPort(f"{name}_{place + 1}")
+        return ports
 
     @staticmethod
     def _add_on_plane(

@@ -12,13 +12,15 @@ from matplotlib.figure import Figure
 
 from drake_tracker.core.atomic_file import replacing
 from drake_tracker.tasks.style import FILTERED, PLOT_STYLE, PREDICTED, SEEN, SOFT_INK
-from drake_tracker.tracking.table import HORIZON
+from drake_tracker.tracking.table import HORIZON, split_objects
 from drake_tracker.vision.image_track import TrackState
 
 TROUBLE = "#c2410c"
 """Colour of the marks."""
 OBJECTS = ("#5b6470", "#0b6e99", "#2e7d32", "#ad1457", "#6a3fb5")
 """Colours of several objects, by their number."""
+MOST_NAMED = 6
+"""Largest number of objects whose colours are explained."""
 LONGEST_TITLE = 110
 """Characters of a title that fit."""
 FROM_ABOVE = {"camera_left": ("x", "z"), "board": ("x", "y")}
@@ -69,8 +71,12 @@ def draw_track_picture(
         rows[-1].set_xlabel("time  [s]")
         figure.text(0.06, 0.945, _shortened(title), fontsize=17, weight="bold", va="center", parse_math=False)
         _draw_marks(rows[-1], data, marks or {})
+        numbers = [number for number in split_objects(data) if number] if spatial else []
         names = [("measured", SEEN)]
-        if spatial:
+        if numbers:
+            names = [(f"object {number}", _colour(number)) for number in numbers[:MOST_NAMED]]
+            names += [("filtered as a line", SOFT_INK), (f"predicted {HORIZON:g} s earlier", SEEN)]
+        elif spatial:
             names += [("filtered", FILTERED), (f"predicted {HORIZON:g} s earlier", PREDICTED)]
         x = 0.06
         for name, colour in names:
@@ -101,22 +107,29 @@ def _draw_marks(ax: Axes, data: Mapping[str, np.ndarray], marks: Mapping[str, Se
         ax.text(0.995, height + 0.02, words, color=TROUBLE, fontsize=9, ha="right", va="bottom", transform=ax.transAxes)
 
 
+def _colour(number: float) -> str:
+    """Returns the colour of an object."""
+    return OBJECTS[int(number) % len(OBJECTS)]
+
+
 def _draw_lines(ax: Axes, data: Mapping[str, np.ndarray], across: str, up: str, period: float) -> None:
     """Draws measured points, and filtered and predicted lines, of two columns."""
 
-    def column(prefix: str, name: str) -> np.ndarray:
+    def column(part: Mapping[str, np.ndarray], prefix: str, name: str) -> np.ndarray:
         if name == "stamp":
-            return data["stamp"] + (HORIZON if prefix == "predicted_" else 0.0)
-        return data[prefix + name]
+            return part["stamp"] + (HORIZON if prefix == "predicted_" else 0.0)
+        return part[prefix + name]
 
     ids = np.nan_to_num(data.get("id", np.zeros(len(data["stamp"]))))
-    several = len(np.unique(ids[ids > 0.0])) > 1
-    for number in np.unique(ids) if several else [0.0]:
-        own = ids == number if several else np.full(len(ids), True)
-        colour = OBJECTS[int(number) % len(OBJECTS)] if number else SEEN
-        ax.plot(column("", across)[own], column("", up)[own], ".", color=colour, ms=3.5, zorder=2)
-    for prefix, colour in (("predicted_", PREDICTED), ("filtered_", FILTERED)):
-        if f"{prefix}x" in data and up in ("x", "y", "z"):
-            gaps = np.flatnonzero(np.diff(data["stamp"]) > 2.5 * period) + 1
-            lines = (np.insert(column(prefix, name), gaps, np.nan) for name in (across, up))
+    divided = len(np.unique(ids[ids > 0.0])) > 1
+    for number in np.unique(ids) if divided else [0.0]:
+        own = ids == number if divided else np.full(len(ids), True)
+        colour = _colour(number) if number else SEEN
+        ax.plot(column(data, "", across)[own], column(data, "", up)[own], ".", color=colour, ms=3.5, zorder=2)
+    for prefix, usual in (("predicted_", PREDICTED), ("filtered_", FILTERED)):
+        for number, part in split_objects(data).items() if f"{prefix}x" in data and up in ("x", "y", "z") else ():
+            several = {"filtered_": _colour(number), "predicted_": SEEN}
+            colour = several[prefix] if number else usual
+            gaps = np.flatnonzero(np.diff(part["stamp"]) > 2.5 * period) + 1
+            lines = (np.insert(column(part, prefix, name), gaps, np.nan) for name in (across, up))
             ax.plot(*lines, color=colour, lw=1.6, zorder=3)

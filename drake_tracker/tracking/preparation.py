@@ -103,7 +103,8 @@ def prepare_track(
         max_gap: largest gap between the two rays of one point [m]; None: see `usual_gap`.
         roi: for each camera, the part of the image in which motion counts, see `read_window`; or empty.
         follow: for each camera, "U,V", the pixel of the object to follow in the first image; or empty.
-        objects: largest number of objects to track; more than one only with a single camera without calibration.
+        objects: largest number of objects to track; more than one only with two cameras, or with a single one without
+            calibration.
         record: whether the images of live cameras are recorded.
 
     Raises:

@@ -1,5 +1,6 @@
 """The summary of a track of your own cameras."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 from drake_tracker.footage.timeline import Timeline
 from drake_tracker.tasks.results import made_by, tidy
 from drake_tracker.tracking.filtered import count_filtered
-from drake_tracker.tracking.table import HORIZON
+from drake_tracker.tracking.table import HORIZON, split_objects
 from drake_tracker.vision.image_track import TrackState
 
 _MOST_NAMED = 1000
@@ -29,6 +30,8 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
     - ``seen``: number of images in which every camera saw motion.
     - ``median_speed_m_s``: median speed of the filtered point.
     - ``filtered``: how many points were filtered, and why the others were not, see `count_filtered`.
+    - ``by_object``: the same of each of several objects, with ``id``, number of ``points``, number of rows in which it
+      was ``hidden``, and stamps of its first and last row, ``from_s`` and ``to_s``.
 
     Args:
         data: columns of the track, see `TrackTable.data`.
@@ -51,36 +54,65 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
     extent = np.ptp(path, axis=0).tolist() if len(path) else None
     if "x" not in data:
         return summary | {"extent_px": extent}
-    gap = data["gap"][valid]
-    gap = gap[~np.isnan(gap)]
-    filtered = np.column_stack([data[f"filtered_{name}"] for name in names])
-    steps = np.diff(data["stamp"])
     sides = [column for name, column in data.items() if name.endswith("_u")]
-    seen = int(np.isfinite(sides).all(axis=0).sum())
-    speeds = np.linalg.norm(np.diff(filtered, axis=0), axis=1) / np.where(steps > 0.0, steps, np.nan)
-    return summary | {
+    parts = split_objects(data)
+    summary |= {
         "extent_m": extent,
-        "seen": seen,
-        "gap_rms_m": float(np.sqrt(np.mean(gap**2))) if len(gap) else None,
-        "median_speed_m_s": float(np.nanmedian(speeds)) if np.isfinite(speeds).any() else None,
-        "filtered": count_filtered(data),
-        "prediction_rms_m": _prediction_rms(data, path, valid, period),
+        "seen": len(np.unique(data["stamp"][np.isfinite(sides).all(axis=0)])),
+        **_accuracy(list(parts.values()), period),
         "prediction_horizon_s": HORIZON,
+    }
+    if list(parts) != [0]:
+        summary["by_object"] = [_describe(number, part, period) for number, part in parts.items() if number]
+    return summary
+
+
+def _describe(number: int, part: Mapping[str, np.ndarray], period: float) -> dict[str, Any]:
+    """Returns the numbers of one of several objects."""
+    return {
+        "id": number,
+        "points": int((part["valid"] > 0).sum()),
+        "hidden": int((part["state"] == TrackState.HIDDEN).sum()),
+        "from_s": float(part["stamp"][0]),
+        "to_s": float(part["stamp"][-1]),
+        **_accuracy([part], period),
     }
 
 
-def _prediction_rms(data: Mapping[str, np.ndarray], path: np.ndarray, valid: np.ndarray, period: float) -> float | None:
-    """Returns the root mean square error [m] of the predictions, None when no prediction can be judged."""
+def _accuracy(parts: Sequence[Mapping[str, np.ndarray]], period: float) -> dict[str, Any]:
+    """Returns gap, speed, predictions and filtered points of the rows of one object or several."""
+    gaps, speeds, errors = [], [], []
+    filtered: Counter[str] = Counter()
+    for part in parts:
+        valid = part["valid"] > 0
+        gap = part["gap"][valid]
+        gaps.append(gap[~np.isnan(gap)])
+        places = np.column_stack([part[f"filtered_{name}"] for name in ("x", "y", "z")])
+        steps = np.diff(part["stamp"])
+        speeds.append(np.linalg.norm(np.diff(places, axis=0), axis=1) / np.where(steps > 0.0, steps, np.nan))
+        errors.append(_prediction_errors(part, valid, period))
+        filtered.update(count_filtered(part))
+    gap, speed, error = (np.concatenate(each) for each in (gaps, speeds, errors))
+    return {
+        "gap_rms_m": float(np.sqrt(np.mean(gap**2))) if len(gap) else None,
+        "median_speed_m_s": float(np.nanmedian(speed)) if np.isfinite(speed).any() else None,
+        "filtered": dict(filtered),
+        "prediction_rms_m": float(np.sqrt(np.mean(error**2))) if len(error) else None,
+    }
+
+
+def _prediction_errors(data: Mapping[str, np.ndarray], valid: np.ndarray, period: float) -> np.ndarray:
+    """Returns the errors [m] of the predictions that can be judged."""
     predicted = np.column_stack([data[f"predicted_{name}"] for name in ("x", "y", "z")])
+    path = np.column_stack([data[name][valid] for name in ("x", "y", "z")])
     times, stamps = data["stamp"] + HORIZON, data["stamp"][valid]
     if len(stamps) < 2:
-        return None
+        return np.zeros(0)
     after = np.clip(np.searchsorted(stamps, times), 1, len(stamps) - 1)
     near = (stamps[after] - stamps[after - 1] < 2.5 * period) & (times <= stamps[-1]) & (times >= stamps[0])
     measured = np.column_stack([np.interp(times, stamps, column) for column in path.T])
     error = np.linalg.norm(predicted - measured, axis=1)[near]
-    error = error[~np.isnan(error)]
-    return float(np.sqrt(np.mean(error**2))) if len(error) else None
+    return error[~np.isnan(error)]
 
 
 def describe_footage(timeline: Timeline, dropped: Sequence[Sequence[float]]) -> dict[str, Any]:

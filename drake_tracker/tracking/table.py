@@ -1,12 +1,13 @@
 """The track of your own cameras as a CSV table that is written row by row."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from drake_tracker.core.messages import KNOT_SPACING, Centroid, Filtered, Prediction, TrackPoint, evaluate_prediction
+from drake_tracker.tracking.object_values import ObjectValues
 from drake_tracker.vision.image_track import TrackState
 from drake_tracker.vision.image_tracker import ImageObjects
 
@@ -26,8 +27,9 @@ class TrackTable:
     [m] and yaw [rad] at the stamp; predicted x, y, z [m] for the time stamp + `HORIZON`, computed at the stamp; u, v
     [px] of each camera's centroid. Without: stamp, u, v, pixel_count, valid. Then follow id, the number of the object,
     empty until one is confirmed, and state, the name of a `TrackState` in lower case, in memory its number. With two
-    cameras, the id is that of the left one, and the state the less favourable of both. With several objects, there is
-    one row for each object in each image. A missing value is empty in the file and NaN in memory.
+    cameras, the id is that of the left one, or with several objects that of the pair, and the state the less favourable
+    of both. With several objects, there is one row for each object in each image. A missing value is empty in the file
+    and NaN in memory.
 
     Attributes:
         columns: names of the columns.
@@ -54,36 +56,29 @@ class TrackTable:
         self._writer = csv.writer(self._file)
         self._writer.writerow(self.columns)
 
-    def add(
-        self,
-        centroids: Sequence[np.ndarray],
-        point: np.ndarray | None = None,
-        filtered: np.ndarray | None = None,
-        packet: np.ndarray | None = None,
-        objects: Sequence[ImageObjects | None] = (),
-    ) -> bool:
+    def add(self, values: Sequence[ObjectValues], objects: Sequence[ImageObjects | None] = ()) -> bool:
         """Appends the values of the ports, unless they describe no image or that of the previous row.
 
         Args:
-            centroids: `Centroid` vector of each camera.
-            point: `TrackPoint` vector, None without calibration, like the next two.
-            filtered: `Filtered` vector.
-            packet: `Prediction` vector.
+            values: of each object that has ports; the first one has a row for every image, the others where they
+                have a number.
             objects: of each camera in the described image, None where an image is missing.
 
         Returns whether there is a new row.
         """
-        stamp = float((centroids[0] if point is None else point)[0])
+        first = values[0]
+        stamp = float((first.centroids[0] if first.point is None else first.point)[0])
         if stamp == 0.0 or (self.rows and stamp <= self.rows[-1][0]):
             return False
-        if point is None or filtered is None or packet is None:
-            row = self._centroid_row(centroids[0])
-        else:
-            row = self._row(centroids, point, filtered, packet)
-        for each in [row + _identity(row[self.columns.index("valid")] > 0.0, objects), *_others(stamp, objects)]:
-            self.rows.append(each)
-            number, state = each[-2:]
-            texts = ["" if np.isnan(value) else _text(value) for value in (*each[:-2], number)]
+        rows = [
+            self._object_row(each, objects, place) for place, each in enumerate(values) if place == 0 or each.number
+        ]
+        if len(objects) == 1:
+            rows += _others(stamp, objects)
+        for row in rows:
+            self.rows.append(row)
+            number, state = row[-2:]
+            texts = ["" if np.isnan(value) else _text(value) for value in (*row[:-2], number)]
             self._writer.writerow([*texts, TrackState(round(state)).name.lower()])
             if len(self.rows) % _FLUSH_EVERY == 0:
                 self._file.flush()
@@ -96,6 +91,17 @@ class TrackTable:
     def data(self) -> dict[str, np.ndarray]:
         """Returns all rows as {column: array of shape (n,)}."""
         return dict(zip(self.columns, np.array(self.rows, dtype=float).reshape(-1, len(self.columns)).T))
+
+    def _object_row(self, values: ObjectValues, objects: Sequence[ImageObjects | None], place: int) -> list[float]:
+        """Returns the row of an object."""
+        if values.point is None or values.filtered is None or values.packet is None:
+            row = self._centroid_row(values.centroids[0])
+        else:
+            row = self._row(values.centroids, values.point, values.filtered, values.packet)
+        number, state = _identity(row[self.columns.index("valid")] > 0.0, objects, place)
+        if values.number is not None:
+            number = float(values.number or np.nan)
+        return [*row, number, state]
 
     @staticmethod
     def _centroid_row(vector: np.ndarray) -> list[float]:
@@ -124,9 +130,23 @@ class TrackTable:
         return [float(value) for value in row]
 
 
-def _identity(valid: bool, objects: Sequence[ImageObjects | None]) -> list[float]:
-    """Returns number and state of the first object; it is less favourable to be lost than hidden, standing, moving."""
-    tracks = [None if each is None else each.target() for each in objects]
+def split_objects(data: Mapping[str, np.ndarray]) -> dict[int, dict[str, np.ndarray]]:
+    """Returns the rows of each object, {number: columns}; number 0 has the rows without one.
+
+    A track with one row for each image is of one object at a time, and is not divided: all of its rows have number 0.
+
+    Args:
+        data: columns of the track, see `TrackTable.data`.
+    """
+    ids = np.nan_to_num(data["id"]) if "id" in data else np.zeros(len(data["stamp"]))
+    if len(np.unique(data["stamp"])) == len(data["stamp"]):
+        ids = np.zeros(len(ids))
+    return {int(number): {name: column[ids == number] for name, column in data.items()} for number in np.unique(ids)}
+
+
+def _identity(valid: bool, objects: Sequence[ImageObjects | None], place: int) -> list[float]:
+    """Returns number and state of an object; it is less favourable to be lost than hidden, standing, moving."""
+    tracks = [None if each is None else each.target(place) for each in objects]
     number = float(tracks[0].number) if tracks and tracks[0] is not None else np.nan
     if all(track is None for track in tracks):
         return [number, float(TrackState.MOVING if valid else TrackState.LOST)]

@@ -14,6 +14,7 @@ from drake_tracker.footage.recording import FOLDER
 from drake_tracker.footage.video import reason
 from drake_tracker.tasks.results import save_summary
 from drake_tracker.tracking.mcap_track import MCAP_FILE, TrackMcap
+from drake_tracker.tracking.object_values import read_values
 from drake_tracker.tracking.picture_process import PictureProcess
 from drake_tracker.tracking.preparation import PreparedTrack
 from drake_tracker.tracking.quality import TrackQuality
@@ -204,24 +205,23 @@ def _run(
             for k, frame in enumerate(frames):
                 if not frame[1]:
                     dropped[k].append(round(float(frame[0]), 3))
-        centroids = [read(f"centroid_{side}") for side in diagram.sides]
-        point, filtered, packet = (
-            read(name) if diagram.has_points else None for name in ("point", "filtered", "prediction")
-        )
+        values = read_values(diagram, context)
         energies = [read(f"motion_{side}") for side in diagram.sides]
         objects = [None if energy is None else energy.objects for energy in before]
-        before = energies
+        if diagram.places > 1:
+            objects = list(read("objects").views)
         known = len(table.rows)
-        if table.add(centroids, point, filtered, packet, objects):
+        if table.add(values, objects):
             quality.add(table.rows[-1][0], objects)
         images = [(sequence.at(number).image, frame) for sequence, frame in zip(timeline.sequences, frames)]
         if video is not None:
-            video.add(images, energies, centroids, point, packet)
+            video.add(images, [None if each is None else each.mask for each in before], objects, values)
         if export is not None:
-            export.add(images, centroids, point, filtered, packet)
+            export.add(images, values)
         if live is not None:
             row = table.rows[known] if len(table.rows) > known else None
             live.show(now, row, objects, lambda: bool(signals))
+        before = energies
         if progress is not None:
             valid = sum(row[valid_column] for row in table.rows[-_RECENT:])
             progress(now, f"{valid:.0f} of the last {_RECENT}")

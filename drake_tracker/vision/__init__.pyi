@@ -43,6 +43,8 @@ from .motion_centroid_system import MotionEnergy as MotionEnergy
 from .motion_centroid_system import add_motion_centroid as add_motion_centroid
 from .motion_detector import MotionDetector as MotionDetector
 from .normal_flow import NormalFlowDetector as NormalFlowDetector
+from .object_pairs import ObjectPairing as ObjectPairing
+from .object_pairs_system import ObjectPairsSystem as ObjectPairsSystem
 from .object_shape import ObjectShape as ObjectShape
 from .object_track import Measurement as Measurement
 from .object_track import ObjectTrack as ObjectTrack

@@ -72,6 +72,7 @@ class ImageTrack(FrozenState):
         since: stamp of the image in which it was seen first [s].
         place: u, v where it was seen last [px], shape (2,).
         moving: number of moving pixels when it was seen last, 0 if it was found by its patch.
+        region: its region then, None if it was found by its patch.
         scenes: earlier images of a camera that does not move, see `image_patch.with_scene`.
     """
 
@@ -90,6 +91,7 @@ class ImageTrack(FrozenState):
     place: np.ndarray
     area: float
     moving: int = 0
+    region: ImageRegion | None = None
     unlike: int = 0
     unsteady: int = 0
     since: float = 0.0
@@ -166,6 +168,7 @@ def start_track(number: int, stamp: float, region: ImageRegion, image: np.ndarra
         place=read_only(np.array([region.u, region.v])),
         area=float(region.width * region.height),
         moving=region.pixel_count,
+        region=region,
         since=stamp,
     )
 
@@ -227,6 +230,7 @@ def measure(track: ImageTrack, u: float, v: float, extra: float = 0.0) -> ImageT
         seen=track.stamp,
         place=read_only(np.array([u, v])),
         moving=0,
+        region=None,
     )
 
 
@@ -269,6 +273,7 @@ def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra
     return replace(
         measure(track, u, v, extra),
         moving=region.pixel_count,
+        region=region,
         width=width,
         height=height,
         area=area,

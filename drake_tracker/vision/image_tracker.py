@@ -197,7 +197,7 @@ class ImageTracker:
                     cost[i, j] = distance / gates[i] + 0.3 * ratio - (KNOWN if track.hits >= CONFIRM_AFTER else 0.0)
         pairs = {}
         if cost.size:
-            pairs = {int(i): int(j) for i, j in zip(*_assign(cost)) if cost[i, j] < _FORBIDDEN}
+            pairs = {int(i): int(j) for i, j in zip(*assign(cost)) if cost[i, j] < _FORBIDDEN}
         members: dict[int, list[int]] = {}
         for i, track in enumerate(tracks):
             if track.hits >= CONFIRM_AFTER:
@@ -254,21 +254,13 @@ class ImageTracker:
             elif number:
                 switches += 1
             targets[place], lost[place] = chosen.number, chosen
-        first = tracks.get(targets[0])
-        rivals = 0
-        if first is not None:
-            rivals = sum(
-                track.hits >= CONFIRM_AFTER and track.pixel_count > RIVAL_SHARE * first.pixel_count
-                for track in tracks.values()
-                if track.number not in targets
-            )
         return replace(
             objects,
             tracks=tuple(tracks.values()),
             targets=tuple(targets),
             lost=tuple(lost),
             switches=switches,
-            rivals=rivals,
+            rivals=count_rivals(tuple(tracks.values()), targets),
             leaps=leaps,
             leapt=leapt,
         )
@@ -297,8 +289,25 @@ class ImageTracker:
         return RegionCentroid(float(track.place[0]), float(track.place[1]), track.moving)
 
 
-def _assign(cost: np.ndarray) -> tuple[Sequence[int], Sequence[int]]:
-    """Returns (rows, columns) of the cheapest assignment."""
+def count_rivals(tracks: Sequence[ImageTrack], targets: Sequence[int]) -> int:
+    """Returns the number of confirmed objects that are no targets and about as large as the first target.
+
+    Args:
+        tracks: all tracks.
+        targets: numbers of those to report.
+    """
+    first = next((track for track in tracks if track.number == targets[0]), None)
+    if first is None:
+        return 0
+    return sum(
+        track.hits >= CONFIRM_AFTER and track.pixel_count > RIVAL_SHARE * first.pixel_count
+        for track in tracks
+        if track.number not in targets
+    )
+
+
+def assign(cost: np.ndarray) -> tuple[Sequence[int], Sequence[int]]:
+    """Returns (rows, columns) of the cheapest assignment, for costs of shape (n, m) with n and m above 0."""
     if min(cost.shape) == 1:
         best = int(cost.argmin())
         return [best // cost.shape[1]], [best % cost.shape[1]]

@@ -132,3 +132,31 @@ def test_a_second_kind_runs_in_the_same_system():
     simulator = Simulator(diagram)
     packet = prediction_at(diagram, simulator, 3.0)
     np.testing.assert_allclose(evaluate_prediction(packet[:], 3.0)[:3], truth(3.0), atol=0.02)
+
+
+def test_the_estimator_starts_again_when_the_point_is_that_of_another_object():
+    builder = DiagramBuilder()
+    points = builder.AddSystem(LatePoints())
+    system = builder.AddSystem(EstimatorSystem(make_estimator("arc_length"), numbered=True))
+    number = builder.AddSystem(ConstantVectorSource([1.0]))
+    builder.Connect(points.GetOutputPort("point"), system.GetInputPort("point"))
+    builder.Connect(number.get_output_port(), system.GetInputPort("number"))
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    root = simulator.get_mutable_context()
+    context, source = system.GetMyContextFromRoot(root), number.GetMyMutableContextFromRoot(root)
+
+    def packet():
+        return Prediction(system.GetOutputPort("prediction").Eval(context))
+
+    simulator.AdvanceTo(2.0)
+    seq = packet().seq
+    number.get_mutable_source_value(source).SetFromVector([0.0])  # no object for a while: nothing changes
+    simulator.AdvanceTo(2.1)
+    assert packet().valid and packet().seq > seq
+    seq = packet().seq
+    number.get_mutable_source_value(source).SetFromVector([2.0])
+    simulator.AdvanceTo(2.1 + 2 * VISION_PERIOD)
+    assert not packet().valid and not system.GetOutputPort("filtered").Eval(context).any()
+    simulator.AdvanceTo(4.0)
+    assert packet().valid and packet().seq > seq

@@ -9,18 +9,21 @@ from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.timeline import align
 from drake_tracker.tracking.own_cameras_diagram import OwnCamerasDiagram, Plane
 from drake_tracker.vision.frame_difference import FrameDifferenceDetector
+from drake_tracker.vision.image_tracker import ImageTracker
 
 LEFT = ["camera_left", "frame_left", "centroid_left", "motion_left"]
 RIGHT = ["camera_right", "frame_right", "centroid_right", "motion_right"]
 POINTS = ["point", "filtered", "prediction"]
 
 
-def make(count, cameras, plane=None):
+def make(count, cameras, plane=None, objects=1):
     times = np.arange(10) / 50.0
     black = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
     films = [Footage("a", (WIDTH, HEIGHT), lambda: ((t, black) for t in times), times) for _ in range(count)]
     estimator = make_estimator("coordinated_turn") if cameras else None
-    return OwnCamerasDiagram(align(films), [FrameDifferenceDetector() for _ in films], cameras, estimator, plane=plane)
+    detectors = [FrameDifferenceDetector() for _ in films]
+    trackers = [ImageTracker(objects) for _ in films] if objects > 1 else ()
+    return OwnCamerasDiagram(align(films), detectors, cameras, estimator, plane=plane, trackers=trackers)
 
 
 @pytest.mark.parametrize(
@@ -40,6 +43,19 @@ def test_ports_of_two_cameras_of_one_with_a_plane_and_of_one_alone(count, camera
     for (to, _), (source, _) in diagram.connection_map().items():
         if to.get_name() in ("vision", "motion"):
             assert source.get_name().startswith("source_")
+
+
+def test_several_objects_have_ports_and_an_estimator_each():
+    diagram = make(2, list(CAMERAS.values()), objects=3)
+    names = {diagram.get_output_port(k).get_name() for k in range(diagram.num_output_ports())}
+    own = [*POINTS, "number", "centroid_left", "centroid_right"]
+    expected = {f"{name}{suffix}" for name in own for suffix in ("", "_2", "_3")}
+    assert names == expected | {"objects"} | set(LEFT + RIGHT) and diagram.places == 3
+    hosts = {"host", "host_2", "host_3"}
+    assert {system.get_name() for system in diagram.GetSystems()} == hosts | {
+        "vision", "pairs", "source_left", "source_right",
+    }  # fmt: skip
+    assert make(1, [], objects=3).places == 1  # in pixels, the tracker's own list is enough
 
 
 def test_the_vision_runs_at_the_frame_rate_of_the_footage():

@@ -12,7 +12,7 @@ from drake_tracker.vision.image_identity import without_doubles
 from drake_tracker.vision.image_patch import Scene
 from drake_tracker.vision.image_regions import ImageRegion, find_regions
 from drake_tracker.vision.image_track import TrackState, predict_track, start_track, with_region
-from drake_tracker.vision.image_tracker import ImageTracker, _assign
+from drake_tracker.vision.image_tracker import ImageTracker, assign
 from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.region_centroid import hull_centroid
 from drake_tracker.vision.scene_shift import (
@@ -265,7 +265,7 @@ def test_regions_do_not_depend_on_stray_pixels_elsewhere():
 def test_one_track_or_one_region_gets_the_cheapest_partner():
     cost = np.random.default_rng(7).random((3, 4))
     for part in (cost, cost[:1], cost[:, 2:3], cost[1:2, 3:]):
-        found, expected = _assign(part), linear_sum_assignment(part)
+        found, expected = assign(part), linear_sum_assignment(part)
         assert [list(each) for each in found] == [each.tolist() for each in expected]
 
 

@@ -1,0 +1,89 @@
+"""Whether an image shows only a part of an object that moves: the centroid of a part is not that of the object.
+
+Where something hides an object, or the border of the image cuts it, an edge of its region stands still while the
+opposite one moves on.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from drake_tracker.core.frozen_state import FrozenState
+from drake_tracker.vision.image_track import ImageTrack
+
+LEAST_STEP = 6.0
+"""Motion of an edge from which on it is compared with the opposite one [px]."""
+STILL_SHARE = 0.25
+"""An edge stands still when it moves by less than this share of the motion of the opposite one."""
+LONGEST = 1.5
+"""Time over which the motion of edges is compared [s]."""
+BESIDE = 0.15
+"""Share of its size by which an object may be beside the middle of its region."""
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeMotion(FrozenState):
+    """The newest edges of an object's region.
+
+    Attributes:
+        stamps: of the images [s], oldest first.
+        edges: columns of the left and the right, rows of the top and the bottom edge in them [px].
+        part: whether only a part of the object is seen; so until it has moved freely.
+    """
+
+    stamps: tuple[float, ...] = ()
+    edges: tuple[tuple[float, float, float, float], ...] = ()
+    part: bool = False
+
+    def after(self, track: ImageTrack) -> "EdgeMotion":
+        """Returns the edges after an image.
+
+        Args:
+            track: of the object, in that image.
+        """
+        region = track.region
+        if region is None or track.seen < track.stamp:
+            return self
+        now = (
+            float(region.left),
+            float(region.left + region.width),
+            float(region.top),
+            float(region.top + region.height),
+        )
+        first = next((k for k, stamp in enumerate(self.stamps) if track.stamp - stamp <= LONGEST), len(self.stamps))
+        stamps, edges = (*self.stamps[first:], track.stamp), (*self.edges[first:], now)
+        return EdgeMotion(stamps, edges, _stands(edges, self.part))
+
+    def shows_part(self, track: ImageTrack) -> bool:
+        """Returns whether an image shows only a part of the object, or finds it beside its region.
+
+        Args:
+            track: of the object, in the newest image.
+        """
+        region = track.region
+        beside = 0.0 if region is None else math.hypot(*(track.place - (region.u, region.v)))
+        return self.part or beside > BESIDE * track.size
+
+
+def follow_edges(known: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrack] | None) -> Mapping[int, EdgeMotion]:
+    """Returns the edges of the regions of all tracks after an image, those before where the image is missing.
+
+    Args:
+        known: {number: edges} before.
+        tracks: {number: track} in the image, None without one.
+    """
+    if tracks is None:
+        return known
+    return {number: known.get(number, EdgeMotion()).after(track) for number, track in tracks.items()}
+
+
+def _stands(edges: tuple[tuple[float, float, float, float], ...], before: bool) -> bool:
+    """Returns whether one of two opposite edges stands still, as before where neither has moved far enough."""
+    known = None
+    for low, high in ((0, 1), (2, 3)):
+        for earlier in reversed(edges[:-1]):
+            steps = sorted((abs(edges[-1][low] - earlier[low]), abs(edges[-1][high] - earlier[high])))
+            if steps[1] >= LEAST_STEP:
+                known = bool(known) or steps[0] < STILL_SHARE * steps[1]
+                break
+    return before if known is None else known

@@ -1,0 +1,193 @@
+"""Pairing of the objects of two cameras: tracks made by hand, of objects whose places in space are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from films import CAMERAS
+from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantValueSource
+
+from drake_tracker.core.messages import Centroid, TrackPoint
+from drake_tracker.vision.image_regions import ImageRegion
+from drake_tracker.vision.image_track import TrackState, start_track
+from drake_tracker.vision.image_tracker import ImageObjects
+from drake_tracker.vision.motion_centroid_system import MotionEnergy
+from drake_tracker.vision.object_pairs import ObjectPairing
+from drake_tracker.vision.object_pairs_system import ObjectPairsSystem, pack_centroid, pack_number, pack_point
+from drake_tracker.vision.partly_hidden import EdgeMotion
+
+PAIR = [CAMERAS["camera_left"], CAMERAS["camera_right"]]
+PERIOD = 1.0 / 30.0
+GREY = np.full((240, 320), 100, np.uint8)
+A, B = np.array([-0.06, -0.02, 0.05]), np.array([0.05, 0.06, 0.08])
+
+
+def a_track(number, uv, stamp, *, seen=True, state=TrackState.MOVING, size=24, hits=9, pixel_count=200):
+    """A confirmed track at a pixel; one that is not seen is hidden."""
+    u, v = uv
+    region = ImageRegion(u, v, pixel_count, round(u - size / 2), round(v - size / 2), size, size)
+    track = start_track(number, stamp if seen else stamp - PERIOD, region, GREY)
+    state = state if seen else TrackState.HIDDEN
+    return replace(track, hits=hits, stamp=stamp, state=state)
+
+
+def view(side, stamp, places, **options):
+    """The objects in an image; ``places``: {number of the track: point in space, or None while it is hidden}."""
+    tracks = []
+    for number, point in places.items():
+        seen = point is not None
+        uv = PAIR[side].project(point if seen else np.zeros(3))[0]
+        tracks.append(a_track(number, uv, stamp, seen=seen, **options))
+    return ImageObjects(tracks=tuple(tracks), targets=(next(iter(places), 0), 0))
+
+
+def run(frames, objects=2, known=None, first=1, **options):
+    """The state after images, each (places in the left one, places in the right one); None for a missing one."""
+    pairing = ObjectPairing(PAIR, objects, max_gap=0.03, stamp_tolerance=0.75 * PERIOD, **options)
+    known = known or pairing.start()
+    for k, places in enumerate(frames, start=first):
+        views = [None if each is None else view(side, k * PERIOD, each) for side, each in enumerate(places)]
+        known = pairing.update(known, [k * PERIOD] * 2, views)
+    return known
+
+
+def test_tracks_of_one_object_are_paired_and_measured_whatever_their_numbers_are():
+    known = run([({1: A, 2: B}, {1: B, 2: A})] * 6)
+    assert {pair.tracks for pair in known.pairs} == {(1, 2), (2, 1)}
+    for pair in known.pairs:
+        assert pair.met == known.stamp
+        assert np.linalg.norm(pair.p_WQ - (A if pair.tracks == (1, 2) else B)) < 1e-6
+    numbers = [{track.number for track in each.tracks} for each in known.views]
+    assert numbers == [{1, 2}, {1, 2}] and known.views[0].targets == known.views[1].targets == known.places
+
+
+def test_an_object_counts_only_after_it_was_seen_by_both_four_times():
+    assert not run([({1: A}, {1: A})] * 3).pairs
+    assert len(run([({1: A}, {1: A})] * 4).pairs) == 1
+    assert not run([({1: A}, {1: None})] * 9).pairs
+
+
+def test_objects_of_one_camera_alone_do_not_tear_others_apart():
+    odd_left, odd_right = np.array([0.1, -0.1, 0.0]), np.array([-0.1, 0.08, 0.12])
+    known = run([({1: A, 2: odd_left}, {1: A, 2: odd_right})] * 8)
+    assert [pair.tracks for pair in known.pairs] == [(1, 1)]
+    assert sorted(track.number for track in known.views[0].tracks) == [-2, 1]
+
+
+def test_an_object_that_is_hidden_in_one_image_has_no_point_and_keeps_its_number():
+    before = run([({1: A, 2: B}, {1: A, 2: B})] * 6)
+    number = next(pair.number for pair in before.pairs if pair.tracks == (2, 2))
+    hidden = run([({1: A, 2: None}, {1: A, 2: B})] * 4, known=before, first=7)
+    pair = next(pair for pair in hidden.pairs if pair.number == number)
+    assert pair.met < hidden.stamp and number in hidden.places
+    gone = run([({1: A}, {1: A, 2: B})] * 4, known=hidden, first=11)  # lost in the left image
+    again = run([({1: A, 7: B}, {1: A, 2: B})] * 5, known=gone, first=15)  # with another number there
+    pair = next(pair for pair in again.pairs if pair.number == number)
+    assert pair.tracks == (7, 2) and pair.met == again.stamp and again.next_number == before.next_number
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_numbers_follow_the_objects_when_their_tracks_are_exchanged_in_one_image(side):
+    before = run([({1: A, 2: B}, {1: A, 2: B})] * 8)
+    owner = {pair.number: A if pair.tracks == (1, 1) else B for pair in before.pairs}
+    places = [{1: A, 2: B}, {1: A, 2: B}]
+    places[side] = {1: B, 2: A}
+    hidden = [{1: None, 2: None} if k == side else each for k, each in enumerate(places)]
+    known = run([tuple(hidden)] * 9 + [tuple(places)] * 6, known=before, first=9)
+    assert {pair.number for pair in known.pairs} == set(owner)
+    for pair in known.pairs:
+        assert pair.met == known.stamp and np.linalg.norm(pair.p_WQ - owner[pair.number]) < 1e-6
+
+
+def test_a_gap_that_is_unusual_gives_no_point():
+    before = run([({1: A}, {1: A})] * 8)
+    up = A + [0.0, 0.0, 0.015]
+    known = run([({1: A}, {1: up})], known=before, first=9)
+    assert known.pairs[0].met < known.stamp and 0.005 < known.pairs[0].gap < 0.03
+
+
+def test_a_missing_image_leaves_the_pairs_as_they_are():
+    before = run([({1: A, 2: B}, {1: A, 2: B})] * 6)
+    known = run([({1: A, 2: B}, None)] * 2, known=before, first=7)
+    assert [pair.tracks for pair in known.pairs] == [pair.tracks for pair in before.pairs]
+    assert known.views[1] is None and all(pair.met < known.stamp for pair in known.pairs)
+
+
+def test_images_of_different_instants_give_no_point():
+    pairing = ObjectPairing(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
+    known = run([({1: A}, {1: A})] * 6)
+    stamps = [7 * PERIOD, 7.8 * PERIOD]
+    known = pairing.update(known, stamps, [view(side, stamp, {1: A}) for side, stamp in enumerate(stamps)])
+    assert known.stamp == stamps[1] and known.pairs[0].met < known.stamp
+
+
+def test_a_place_is_given_up_only_for_an_object_that_both_cameras_see():
+    before = run([({1: A}, {1: A})] * 6, objects=1)
+    one_sided = run([({1: A}, {})] * 40, objects=1, known=before, first=7)
+    assert one_sided.places == before.places and one_sided.pair(0) is not None
+    known = run([({1: A, 2: B}, {2: B})] * 6, objects=1, known=one_sided, first=47)
+    assert known.pair(0).tracks == (2, 2) and known.switches == 1
+
+
+def test_the_object_to_follow_has_the_first_place():
+    frames = [({2: B, 1: A}, {2: B, 1: A})] * 6
+    assert run(frames, follow=True).pair(0).tracks == (2, 2)
+    lost = [({9: np.zeros(3), 1: A}, {8: np.zeros(3), 1: A})] * 3
+    assert run(lost, follow=True).pair(0) is None
+
+
+def test_an_edge_that_stands_still_shows_that_a_part_is_hidden_until_the_object_moves_freely():
+    def after(motion, left, right, number):
+        region = ImageRegion(0.5 * (left + right), 50.0, 100, left, 40, right - left, 20)
+        return motion.after(start_track(1, number * PERIOD, region, GREY))
+
+    motion = EdgeMotion()
+    for k in range(6):
+        motion = after(motion, 50 + 3 * k, 90 + 3 * k, k)
+    assert not motion.part
+    for k in range(6, 10):
+        motion = after(motion, 50 + 3 * k, 105, k)
+    assert motion.part
+    hidden = a_track(1, (100, 50), 1.0, seen=False)
+    assert motion.after(hidden) is motion
+    for k in range(20, 24):
+        motion = after(motion, 50 + 3 * k, 90 + 3 * k, k)
+    assert not motion.part
+
+
+def test_an_object_that_stands_in_one_image_and_moves_in_the_other_is_hidden_there():
+    before = run([({1: A}, {1: A})] * 6)
+    pairing = ObjectPairing(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
+    stamp = 7 * PERIOD
+    views = [view(0, stamp, {1: A}, state=TrackState.STANDING), view(1, stamp, {1: A})]
+    known = pairing.update(before, [stamp] * 2, views)
+    assert known.pairs[0].hidden == (True, False) and known.pairs[0].met < stamp
+    assert known.views[0].tracks[0].state == TrackState.HIDDEN
+
+
+def test_the_system_has_ports_for_each_object_which_are_zeros_before_the_first_images():
+    pairing = ObjectPairing(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
+    builder = DiagramBuilder()
+    system = builder.AddSystem(ObjectPairsSystem(pairing, period=PERIOD))
+    for side, name in enumerate(("left", "right")):
+        energy = MotionEnergy(0.1, np.zeros((2, 2), np.uint8), (0, 0), view(side, 0.1, {1: A}))
+        source = builder.AddSystem(ConstantValueSource(AbstractValue.Make(energy)))
+        builder.Connect(source.get_output_port(), system.GetInputPort(f"motion_{name}"))
+    simulator = Simulator(builder.Build())
+    context = system.GetMyContextFromRoot(simulator.get_context())
+    for k in (1, 2):
+        for name in ("point", "number", "centroid_left", "centroid_right"):
+            assert not system.GetOutputPort(f"{name}_{k}").Eval(context).any()
+    simulator.AdvanceTo(0.5 * PERIOD)
+    assert system.GetOutputPort("objects").Eval(context).stamp == pytest.approx(0.1)
+    assert system.GetOutputPort("point_1").Eval(context) == pytest.approx([0.1, 0, 0, 0, 0, 0])
+    known = run([({1: A}, {1: A})] * 6)
+    point = TrackPoint(pack_point(known, 0))
+    assert (point.stamp, point.valid) == (known.stamp, 1.0) and np.allclose([point.x, point.y, point.z], A)
+    assert (pack_number(known, 0), pack_number(known, 1)) == (1.0, 0.0)
+    centroid = Centroid(pack_centroid(known, 0, 1))
+    assert centroid.valid and np.allclose([centroid.u, centroid.v], PAIR[1].project(A)[0])
+    assert not TrackPoint(pack_point(known, 1)).valid and not Centroid(pack_centroid(known, 1, 0)).valid
