@@ -32,8 +32,9 @@ of it would be what hides the object."""
 STEADY = 0.25
 """Share of its displacement by which an object may be beside the place where it is expected, for its patch to be taken,
 see `with_region`."""
-UNSTEADY_IMAGES = 15
-"""Images after which its whole region counts all the same: the patch was cut while the object was partly hidden."""
+UNSTEADY_IMAGES = 30
+"""Images in a row after which its whole region counts all the same, if its patch is in it but beside the place that the
+region shows: the patch was cut while the object was partly hidden."""
 LARGEST_MARGIN = 0.4
 """Largest share of a region on each side that shows where its object was and will be."""
 SLOW = 0.25
@@ -67,7 +68,7 @@ class ImageTrack(FrozenState):
         patch: grey uint8, the object when it was last seen alone.
         centre: place of the object's centroid in the patch (u, v) [px], shape (2,).
         area: of its rectangle, the largest of late [px^2].
-        unsteady: number of newest images in which it was beside the place where it was expected.
+        unsteady: number of newest images in which its patch was found beside the place where it was expected.
         unlike: number of newest images in which its region was too large or too small.
         since: stamp of the image in which it was seen first [s].
         place: u, v where it was seen last [px], shape (2,).
@@ -262,8 +263,8 @@ def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra
         if whole:
             patch, centre = cut_patch(image, region)
     else:
-        unsteady = track.unsteady + 1
         found = find_patch(patch, centre, track.mean[:2], image, surprise + 0.5 * track.size)
+        unsteady = track.unsteady + 1 if found[2] >= SURE else 0
         if found[2] >= SURE and not is_scene(patch, centre, found, track.scenes):
             u, v, _ = found
     w = max(SIZE_WEIGHT, 1.0 / (track.hits + 1))
