@@ -17,6 +17,8 @@ MERGED_REACH = 0.3
 """Among other objects, an object's patch is looked for within this share of its size."""
 TOGETHER, TOGETHER_TIME = 0.25, 0.2
 """Two tracks closer than this share of their size, which stay so for this time [s], show the same object."""
+COMPANY = 1.5
+"""Objects are near each other up to this distance, as a share of the sum of their sizes."""
 FAST = 0.2
 """Share of its size above which an object's motion between images counts as fast."""
 STOOD = 0.25
@@ -95,6 +97,20 @@ def without_doubles(
         if not began_meanwhile and not twin:
             kept.append(track)
     return sorted(kept, key=lambda track: track.number)
+
+
+def in_company(track: ImageTrack, others: Sequence[ImageTrack]) -> bool:
+    """Returns whether another confirmed object is near an object.
+
+    Args:
+        track: of the object.
+        others: all tracks, which may include it.
+    """
+    return any(
+        float(np.hypot(*(other.mean - track.mean)[:2])) < COMPANY * (other.size + track.size)
+        for other in others
+        if other.number != track.number and other.hits >= CONFIRM_AFTER
+    )
 
 
 def _move_together(track: ImageTrack, other: ImageTrack) -> bool:

@@ -32,7 +32,7 @@ of it would be what hides the object."""
 STEADY = 0.25
 """Share of its displacement by which an object may be beside the place where it is expected, for its patch to be taken,
 see `with_region`."""
-UNSTEADY_IMAGES = 30
+UNSTEADY_IMAGES = 15
 """Images in a row after which its whole region counts all the same, if its patch is in it but beside the place that the
 region shows: the patch was cut while the object was partly hidden."""
 LARGEST_MARGIN = 0.4
@@ -241,7 +241,9 @@ def _inverse(P: np.ndarray, r: float) -> np.ndarray:
     return np.array([[c, -b], [-b, a]]) / (a * c - b * b)
 
 
-def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra: float = 0.0) -> ImageTrack:
+def with_region(
+    track: ImageTrack, region: ImageRegion, image: np.ndarray, extra: float = 0.0, company: bool = False
+) -> ImageTrack:
     """Returns a predicted track after the region that shows its object alone.
 
     While an object stops or turns back, its moving edges do not enclose it evenly: where its patch is found, that place
@@ -252,6 +254,7 @@ def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra
         region: of the object, see `ImageTrack.alone`.
         image: grey uint8 (h, w).
         extra: see `measure`.
+        company: whether the region may show another object near it.
     """
     surprise = math.hypot(region.u - track.mean[0], region.v - track.mean[1])
     steady = surprise <= max(1.0, STEADY * track.speed * (track.stamp - track.seen))
@@ -264,7 +267,7 @@ def with_region(track: ImageTrack, region: ImageRegion, image: np.ndarray, extra
             patch, centre = cut_patch(image, region)
     else:
         found = find_patch(patch, centre, track.mean[:2], image, surprise + 0.5 * track.size)
-        unsteady = track.unsteady + 1 if found[2] >= SURE else 0
+        unsteady = track.unsteady + 1 if found[2] >= SURE and not company else 0
         if found[2] >= SURE and not is_scene(patch, centre, found, track.scenes):
             u, v, _ = found
     w = max(SIZE_WEIGHT, 1.0 / (track.hits + 1))

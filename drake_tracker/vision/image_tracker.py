@@ -17,6 +17,7 @@ from drake_tracker.vision.image_identity import (
     CONFIRM_AFTER,
     distance_from,
     found_again,
+    in_company,
     is_leap,
     is_same_object,
     left_its_place,
@@ -209,7 +210,8 @@ class ImageTracker:
         for i, track in enumerate(tracks):
             own = pairs.get(i, -1)
             if own >= 0 and own not in merged and not left_its_place(track, regions[own], image):
-                after.append(with_region(track, track.alone(regions[own], reach), image, 0.5 * displacement))
+                alone, company = track.alone(regions[own], reach), in_company(track, tracks)
+                after.append(with_region(track, alone, image, 0.5 * displacement, company))
                 continue
             inside = any(i in some for some in members.values())
             after.append(without_region(track, image, gates[i], inside))
