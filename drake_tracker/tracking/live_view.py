@@ -12,8 +12,9 @@ from drake_tracker.tracking.live_strips import SPAN, TrackStrips
 from drake_tracker.tracking.overlay import TrackOverlay
 from drake_tracker.tracking.overlay_objects import COLOURS, OTHER
 from drake_tracker.tracking.preparation import PreparedTrack
+from drake_tracker.vision.image_objects import ImageObjects
 from drake_tracker.vision.image_track import TrackState
-from drake_tracker.vision.image_tracker import CONFIRM_AFTER, ImageObjects
+from drake_tracker.vision.image_tracker import CONFIRM_AFTER
 
 LEGEND = (("path", "predicted path"), ("energy", "moving pixels"), ("centroid", "their centroid"))
 """Marks in the images, see `Frames.open`."""

@@ -16,7 +16,7 @@ from drake_tracker.tasks.style import bgr, draw_text
 from drake_tracker.tracking.object_values import ObjectValues
 from drake_tracker.tracking.overlay_objects import colour_of, draw_objects, is_hidden
 from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.image_tracker import ImageObjects
+from drake_tracker.vision.image_objects import ImageObjects
 
 _WIDEST, _TALLEST = 640, 480
 """Greatest size of a panel [px]."""

@@ -5,8 +5,8 @@ import numpy as np
 
 from drake_tracker.tasks.style import bgr, draw_text
 from drake_tracker.vision.image_identity import CONFIRM_AFTER
+from drake_tracker.vision.image_objects import ImageObjects
 from drake_tracker.vision.image_track import TrackState
-from drake_tracker.vision.image_tracker import ImageObjects
 
 COLOURS = ("#4cc2ff", "#7ee081", "#ff8fa3", "#c9a2ff", "#ffd166")
 """Colours of objects that are reported, by their number."""

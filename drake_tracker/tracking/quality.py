@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from drake_tracker.vision.image_tracker import ImageObjects
+from drake_tracker.vision.image_objects import ImageObjects
 
 MARKS = ("camera moves", "large rival", "other object", "leap")
 """Kinds of trouble, in the order of the counts of `TrackQuality`."""

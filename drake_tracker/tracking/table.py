@@ -8,8 +8,8 @@ import numpy as np
 
 from drake_tracker.core.messages import KNOT_SPACING, Centroid, Filtered, Prediction, TrackPoint, evaluate_prediction
 from drake_tracker.tracking.object_values import ObjectValues
+from drake_tracker.vision.image_objects import ImageObjects
 from drake_tracker.vision.image_track import TrackState
-from drake_tracker.vision.image_tracker import ImageObjects
 
 HORIZON = 0.25
 """Look-ahead [s] of the predictions in the table."""

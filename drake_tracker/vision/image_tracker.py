@@ -5,13 +5,12 @@ Needs no calibration: `vision/tracker.py` tracks objects in space with two calib
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import cv2
 import numpy as np
 
-from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.image_identity import (
     CONFIRM_AFTER,
@@ -25,6 +24,7 @@ from drake_tracker.vision.image_identity import (
     without_doubles,
     without_region,
 )
+from drake_tracker.vision.image_objects import ImageObjects, count_rivals
 from drake_tracker.vision.image_regions import ImageRegion, changed_twice, find_regions, join_fast
 from drake_tracker.vision.image_track import (
     ImageTrack,
@@ -45,45 +45,9 @@ UNLIKE_IMAGES = 15
 """Images after which a region of another size is taken for the object itself."""
 CLOSE_SHARE = 0.05
 """Farthest distance of the object from the pixel that was given, as a share of the image's diagonal."""
-RIVAL_SHARE = 0.5
-"""A moving object of this share of the size of the one followed is a rival."""
 KNOWN = 2.0
 """A region belongs to a confirmed object rather than to one that may be none; other costs are of the order of 1."""
 _FORBIDDEN = 1e6
-
-
-@dataclass(frozen=True, eq=False)
-class ImageObjects(FrozenState):
-    """What is known of the objects in the images of a camera.
-
-    Attributes:
-        tracks: all tracks.
-        targets: numbers of the objects to report; 0 where there is none.
-        next_number: of the next new track.
-        displacement: of the whole image between the images compared [px], 0 when it is still.
-        alert: images for which the motion of the camera is still looked for.
-        rivals: number of other objects that are as large as the first target, or close to it.
-        switches: number of times that a place in ``targets`` was given to another object.
-        lost: last known track of each target that is lost, None where none is.
-        leaps: number of times that a target was found again farther away than it can have moved.
-        leapt: stamp of the last image in which that happened [s].
-    """
-
-    tracks: tuple[ImageTrack, ...] = ()
-    targets: tuple[int, ...] = ()
-    next_number: int = 1
-    displacement: float = 0.0
-    alert: int = 0
-    rivals: int = 0
-    switches: int = 0
-    lost: tuple[ImageTrack | None, ...] = ()
-    leaps: int = 0
-    leapt: float = -np.inf
-
-    def target(self, place: int = 0) -> ImageTrack | None:
-        """Returns the track of one of the targets, or None."""
-        number = self.targets[place] if place < len(self.targets) else 0
-        return next((track for track in self.tracks if track.number == number), None)
 
 
 class ImageTracker:
@@ -289,23 +253,6 @@ class ImageTracker:
         if track is None or track.seen < track.stamp:
             return None
         return RegionCentroid(float(track.place[0]), float(track.place[1]), track.moving)
-
-
-def count_rivals(tracks: Sequence[ImageTrack], targets: Sequence[int]) -> int:
-    """Returns the number of confirmed objects that are no targets and about as large as the first target.
-
-    Args:
-        tracks: all tracks.
-        targets: numbers of those to report.
-    """
-    first = next((track for track in tracks if track.number == targets[0]), None)
-    if first is None:
-        return 0
-    return sum(
-        track.hits >= CONFIRM_AFTER and track.pixel_count > RIVAL_SHARE * first.pixel_count
-        for track in tracks
-        if track.number not in targets
-    )
 
 
 def assign(cost: np.ndarray) -> tuple[Sequence[int], Sequence[int]]:

@@ -16,7 +16,8 @@ from drake_tracker.core.timing import VISION_PERIOD, capture_time, delay_cycles
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.delay_line_system import DelayLineSystem
 from drake_tracker.vision.detectors import DETECTORS, make_detector
-from drake_tracker.vision.image_tracker import ImageObjects, ImageTracker
+from drake_tracker.vision.image_objects import ImageObjects
+from drake_tracker.vision.image_tracker import ImageTracker
 from drake_tracker.vision.motion_detector import MotionDetector
 from drake_tracker.vision.predicted_window import PredictedWindow, Track
 

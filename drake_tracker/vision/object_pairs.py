@@ -14,8 +14,9 @@ import numpy as np
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.image_identity import CONFIRM_AFTER
+from drake_tracker.vision.image_objects import ImageObjects, count_rivals
 from drake_tracker.vision.image_track import ImageTrack, TrackState
-from drake_tracker.vision.image_tracker import COAST_TIME, ImageObjects, assign, count_rivals
+from drake_tracker.vision.image_tracker import COAST_TIME, assign
 from drake_tracker.vision.object_links import Link, find_links, link_cost
 from drake_tracker.vision.object_pair import ObjectPair, measure_pair
 from drake_tracker.vision.partly_hidden import EdgeMotion, follow_edges

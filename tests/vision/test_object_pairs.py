@@ -11,9 +11,9 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource
 
 from drake_tracker.core.messages import Centroid, TrackPoint
+from drake_tracker.vision.image_objects import ImageObjects
 from drake_tracker.vision.image_regions import ImageRegion
 from drake_tracker.vision.image_track import TrackState, start_track
-from drake_tracker.vision.image_tracker import ImageObjects
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
 from drake_tracker.vision.object_pairs import ObjectPairing
 from drake_tracker.vision.object_pairs_system import ObjectPairsSystem, pack_centroid, pack_number, pack_point
