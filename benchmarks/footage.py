@@ -242,16 +242,14 @@ PARTS = {
         dict.fromkeys(PHOTOGRAPHED, CLIPS),
         FIRST_SEED,
         summary,
-        TABLES["accuracy"],
+        TABLES["photographs"],
         installed_with_photographs,
     ),
     "files": Part(
         footage_files.job, dict.fromkeys(footage_files.FILES, 5), FIRST_SEED, footage_files.summary, TABLES["files"]
     ),
-    "fast": Part(footage_fast.job, dict.fromkeys(footage_fast.CELLS, 40), FIRST_SEED, summary, TABLES["accuracy"]),
-    "hidden": Part(
-        footage_hidden.job, dict.fromkeys(footage_hidden.CELLS, 40), FIRST_SEED, summary, TABLES["accuracy"]
-    ),
+    "fast": Part(footage_fast.job, dict.fromkeys(footage_fast.CELLS, 40), FIRST_SEED, summary, TABLES["fast"]),
+    "hidden": Part(footage_hidden.job, dict.fromkeys(footage_hidden.CELLS, 40), FIRST_SEED, summary, TABLES["hidden"]),
     "person": Part(
         footage_person.job,
         dict.fromkeys(footage_person.CELLS, 12),

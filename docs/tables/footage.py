@@ -17,5 +17,21 @@ def footage_person() -> str:
     return part("footage", benchmark.TABLES, "person")
 
 
+def footage_photographs() -> str:
+    return part("footage", benchmark.TABLES, "photographs")
+
+
+def footage_fast() -> str:
+    return part("footage", benchmark.TABLES, "fast")
+
+
+def footage_hidden() -> str:
+    return part("footage", benchmark.TABLES, "hidden")
+
+
+def footage_several() -> str:
+    return part("footage", benchmark.TABLES, "several")
+
+
 def footage_speed() -> str:
     return part("footage", benchmark.TABLES, "speed")
