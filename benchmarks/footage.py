@@ -65,7 +65,7 @@ WRONG = 10.0
 STEREO = "two cameras of 1088 x 1920 px"
 METHODS = ("track", "MOG2", "CSRT", "KCF", "MIL", "median flow")
 CELLS = {f"{kind}, {method}": (kind, method) for kind in KINDS for method in METHODS}
-PHOTOGRAPHED = {f"{kind}, {method}": (kind, method) for kind in footage_photographs.KINDS for method in METHODS}
+PHOTOGRAPHED = {f"{kind}: {method}": (kind, method) for kind in footage_photographs.KINDS for method in METHODS}
 
 
 def follow(clip, kind):
