@@ -58,7 +58,7 @@ def origin_of(path: Path) -> Origin:
         commits[commit] += 1
         seeds |= set(own_seeds)
         for name, version in own_versions.items():
-            versions.setdefault(name, set()).add(version)
+            versions.setdefault(name, set()).add(version or "not installed")
     if not made_by.get("command") and not any("command" in part for part in parts):
         raise OriginError(f"{path.name}: no command, and {path.stem}.meta.json has none either")
     command = made_by.get("command") or parts[0]["command"]
