@@ -181,7 +181,7 @@ class ConveyorWorldDiagram(Diagram):
     def between_steps(self, root_context: Context) -> None:
         """Holds the parts that nothing can move; to be called between two steps, once per vision cycle.
 
-        Without these calls all parts are free all the time, and a run is slower. It is the same but for rounding errors.
+        Without these calls all parts are free all the time: a run is slower, and places differ by some micrometres.
 
         Args:
             root_context: of the whole diagram. Parameters and state of the plant are changed.
