@@ -8,6 +8,7 @@ from typing import Any
 import av
 import cv2
 import numpy as np
+from av.video.reformatter import VideoReformatter
 
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.footage.footage import Footage
@@ -96,6 +97,7 @@ class _Video:
             with av.open(str(self._path)) as container:
                 stream = _video_stream(container, self._path)
                 stream.thread_type = "AUTO"
+                converter = VideoReformatter()
                 for index, frame in enumerate(self._decode(container, stream)):
                     if isinstance(clock, FrameTimes):
                         time = float((clock.next(frame.pts) - clock.ticks[0]) * base)
@@ -107,7 +109,7 @@ class _Video:
                     if (frame.width, frame.height) != self._stored:
                         raise DrakeTrackerError(f"{self._path}: the size of the images changes after {time:.2f} s")
                     self._good += 1
-                    yield time, self._orientation.apply(_rgb(frame))
+                    yield time, self._orientation.apply(_rgb(frame, converter))
                 self._ended = True
         except (av.error.FFmpegError, OSError) as error:
             raise DrakeTrackerError(f"{self._path}: this video cannot be read any more: {reason(error)}") from None
@@ -169,11 +171,14 @@ def _orientation(path: str | Path) -> Orientation:
     return Orientation()
 
 
-def _rgb(frame: Any) -> np.ndarray:
-    """Returns the RGB image of a frame. Grey values are kept to the last bit, which FFmpeg does not guarantee."""
+def _rgb(frame: Any, converter: VideoReformatter) -> np.ndarray:
+    """Returns the RGB image of a frame. Grey values are kept to the last bit, which FFmpeg does not guarantee.
+
+    Without a converter of its own, PyAV would start threads for each frame.
+    """
     if frame.format.name == "gray":
         return cv2.cvtColor(frame.to_ndarray(), cv2.COLOR_GRAY2RGB)
-    return frame.to_ndarray(format="rgb24")
+    return converter.reformat(frame, format="rgb24", threads=1).to_ndarray()
 
 
 def _video_stream(container: Any, path: str | Path) -> Any:

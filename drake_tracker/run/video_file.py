@@ -24,6 +24,7 @@ class VideoFile:
         path: file to write, ``*.mp4``.
         rate: number of frames per second.
         size: (width, height) of the frames [px], both even.
+        threads: number of threads that encode. One takes a fifth less time in all where both cores are busy.
 
     Raises DrakeTrackerError when writing fails, for example on a full disk; after that, nothing more is written.
     """
@@ -31,7 +32,7 @@ class VideoFile:
     wanted = True
     """Whether the next frame is wanted, which it always is."""
 
-    def __init__(self, path: Path, rate: int, size: tuple[int, int]) -> None:
+    def __init__(self, path: Path, rate: int, size: tuple[int, int], threads: int = 2) -> None:
         self._path = Path(path)
         fragments = {"movflags": "frag_keyframe+empty_moov+default_base_moof", "flush_packets": "1"}
         codec_options = {"preset": "ultrafast", "crf": _QUALITY, "g": str(rate)}
@@ -39,7 +40,7 @@ class VideoFile:
         stream = self._video.stream
         stream.pix_fmt = "yuv420p"
         stream.codec_context.time_base = Fraction(1, rate)
-        stream.thread_count = 2
+        stream.thread_count = threads
 
     def write(self, image: np.ndarray) -> None:
         """Appends a frame. Raises DrakeTrackerError when it cannot be written.
@@ -47,8 +48,8 @@ class VideoFile:
         Args:
             image: BGR image, uint8 of shape (height, width, 3).
         """
-        frame = av.VideoFrame.from_ndarray(cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420), format="yuv420p")
-        self._video.append(frame)
+        planes = cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420)
+        self._video.append(av.VideoFrame.from_numpy_buffer(planes, "yuv420p"))
 
     def close(self) -> None:
         """Completes the file and joins its fragments. A second call does nothing."""

@@ -70,7 +70,7 @@ class TrackOverlay:
         self._images: deque[list[tuple[np.ndarray, float, float]]] = deque()
         self._kept = ceil(age_cycles) + 1
         self._ground = np.full((*self.size[::-1], 3), bgr(_GROUND), np.uint8)
-        self._video = None if path is None else VideoFile(path, max(1, round(1.0 / period)), self.size)
+        self._video = None if path is None else VideoFile(path, max(1, round(1.0 / period)), self.size, 1)
         self._background = Background(self._draw, _WAITING)
 
     def add(
@@ -160,13 +160,15 @@ class TrackOverlay:
 
 def _tint(view: np.ndarray, mask: np.ndarray) -> None:
     """Colours the moving pixels of a panel, in place."""
-    if mask.size <= 1 or not mask.any():
+    if mask.size <= 1 or not cv2.hasNonZero(mask):
         return
-    moving = cv2.resize(mask, view.shape[1::-1], interpolation=cv2.INTER_NEAREST)
+    moving = mask
+    if mask.shape != view.shape[:2]:
+        moving = cv2.resize(mask, view.shape[1::-1], interpolation=cv2.INTER_NEAREST)
     x, y, width, height = cv2.boundingRect(moving)
     part = view[y : y + height, x : x + width]
     tinted = cv2.addWeighted(part, 0.35, np.full_like(part, bgr(_ENERGY)), 0.65, 0.0)
-    np.copyto(part, tinted, where=moving[y : y + height, x : x + width, None] > 0)
+    cv2.copyTo(tinted, moving[y : y + height, x : x + width], part)
 
 
 def _draw_path(view: np.ndarray, camera: CameraModel, packet: np.ndarray, scale: float, colour: str) -> None:

@@ -86,8 +86,9 @@ def shift_estimate(before: np.ndarray, after: np.ndarray) -> float:
     slope_v = sampled(before, 0, 1) - sampled(before, 0, -1)
     size = np.abs(change)
     usual = size <= 4.0 * np.median(size[:: max(1, size.size // SAMPLES) | 1]) + 1e-3
-    slope_u *= 0.5 * usual
-    slope_v *= 0.5 * usual
+    half = np.float32(0.5) * usual
+    slope_u *= half
+    slope_v *= half
     uu, uv, vv = (float(a @ b) for a, b in ((slope_u, slope_u), (slope_u, slope_v), (slope_v, slope_v)))
     ut, vt = float(slope_u @ change), float(slope_v @ change)
     least = 0.5 * (uu + vv - math.hypot(uu - vv, 2.0 * uv))  # the smaller eigenvalue of the normal equations
