@@ -51,11 +51,13 @@ def suited(
         usual = replace(settings, stride=settings.stride or int(np.clip(round(_NORMAL_FLOW_SPAN / period), 1, 4)))
     if settings.centroid != "hull":
         return usual, []
+    is_fixed = isinstance(settings, NormalFlow) and settings.stride is not None
 
     def look_at(each: Footage, window: np.ndarray | None, pixel: tuple[float, float] | None) -> FirstLook | None:
         if each.times is None:
             return None
-        return take_a_look(each.frames, len(each.times), usual, period, window, pixel)
+        count = len(each.times)
+        return take_a_look(each.frames, count, usual, period, window, pixel, fixed_stride=is_fixed)
 
     with ThreadPoolExecutor() as pool:  # both cameras at the same time
         looks = list(pool.map(look_at, footage, windows, follow))

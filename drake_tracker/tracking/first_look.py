@@ -37,10 +37,11 @@ LEAST_AREA = 30
 """Least number of pixels of a silhouette."""
 JOIN_DISTANCE, DOUBLED = 24, 4
 """Usual join distance [px], and how often it is doubled while objects fall apart."""
-COVERED = 0.75
-"""A region shows a whole object if it covers this share of its width and height."""
-MOSTLY = 0.7
-"""Share of the sequences in which it must."""
+COVERED, ALONE = 0.5, 0.9
+"""A region shows a whole object if it covers this share of its width and height, and contains this share of the moving
+pixels there: its front and its rear edge. Edges along the motion do not move."""
+ALWAYS, MOSTLY = 0.9, 0.6
+"""Share of the sequences in which it must, and the share that is enough if no setting reaches that."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +68,13 @@ def take_a_look(
     period: float,
     window: np.ndarray | None = None,
     follow: tuple[float, float] | None = None,
+    *,
+    fixed_stride: bool = False,
 ) -> FirstLook | None:
     """Returns what the first images show, None where nothing moves alone.
+
+    With a long stride, a slow object stands out from the noise, but less of its outline may show: the longest stride is
+    taken with which the regions show the whole object, and the least join distance.
 
     Args:
         images: function that returns an iterator over (time [s], RGB image), as of a `Footage`.
@@ -78,6 +84,7 @@ def take_a_look(
         window: uint8 (h, w), 0 where motion does not count; None uses the whole image.
         follow: pixel (u, v) of an object in the first image: of several silhouettes, those nearest to its area count;
             None, or a pixel where nothing moves: the largest.
+        fixed_stride: whether the stride of the settings is kept.
     """
     sequences = _read(images, count)
     if len(sequences) < 3:
@@ -97,17 +104,26 @@ def take_a_look(
     if speed > SURE_STEP:  # it may have bounced meanwhile
         speed = float(np.median(np.hypot(*(boxes[:, 2, 4:] - boxes[:, 1, 4:]).T)))
     usual, usual_join = int(settings.stride), int(settings.join_distance or JOIN_DISTANCE)
-    stride = usual if speed == 0.0 else int(np.clip(max(usual, np.ceil(LEAST_STEP / speed)), 1, REACH))
-    if stride * speed > LARGEST_STEP * size:
-        stride = max(1, int(LARGEST_STEP * size / speed))
-    if stride * speed > LARGEST_STEP * size:  # its edges never enclose it
-        return FirstLook(size, speed, stride, usual_join)
-    detector = make_detector(replace(settings, stride=stride), period=period)
-    masks = [_mask(detector, sequence) for sequence, _ in found]
-    for distance in (usual_join << k for k in range(DOUBLED + 1)):
-        if np.mean([_is_whole(mask, box, distance) for mask, box in zip(masks, boxes[:, 1])]) >= MOSTLY:
-            return FirstLook(size, speed, stride, distance)
-    return FirstLook(size, speed, stride, usual_join)
+    if fixed_stride:
+        strides = [usual]
+    else:
+        longest = usual if speed == 0.0 else int(np.clip(max(usual, np.ceil(LEAST_STEP / speed)), 1, REACH))
+        if longest * speed > LARGEST_STEP * size:
+            longest = max(1, int(LARGEST_STEP * size / speed))
+        strides = list(range(longest, 0, -1))
+    best, most = FirstLook(size, speed, strides[0], usual_join), MOSTLY
+    if strides[0] * speed > LARGEST_STEP * size:  # its edges never enclose it
+        return best
+    for stride in strides:
+        detector = make_detector(replace(settings, stride=stride), period=period)
+        masks = [_mask(detector, sequence) for sequence, _ in found]
+        for distance in (usual_join << k for k in range(DOUBLED + 1)):
+            share = float(np.mean([_is_whole(mask, box, distance) for mask, box in zip(masks, boxes[:, 1])]))
+            if share > most:
+                best, most = FirstLook(size, speed, stride, distance), share
+            if share >= ALWAYS:
+                return best
+    return best
 
 
 def _read(images: Callable[[], Iterator[tuple[float, np.ndarray]]], count: int) -> list[list[np.ndarray]]:
@@ -212,4 +228,8 @@ def _is_whole(mask: np.ndarray, box: np.ndarray, join_distance: int) -> bool:
     """
     width, height, u, v = box[2:].tolist()
     near = [each for each in find_regions(mask, join_distance, 1) if each.distance(u, v) <= 0.5 * max(width, height)]
-    return any(each.width >= COVERED * width and each.height >= COVERED * height for each in near)
+    if not near:
+        return False
+    whole = max(near, key=lambda each: each.pixel_count)
+    share = whole.pixel_count / sum(each.pixel_count for each in near)
+    return share >= ALONE and whole.width >= COVERED * width and whole.height >= COVERED * height

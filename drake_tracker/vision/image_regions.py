@@ -31,6 +31,7 @@ class ImageRegion(NamedTuple):
         width: number of columns [px].
         height: number of rows [px].
         exact: whether it shows the object where it is, without where it was in the image before and will be.
+        inner: the only exact region inside of it, if there is one.
     """
 
     u: float
@@ -41,6 +42,7 @@ class ImageRegion(NamedTuple):
     width: int
     height: int
     exact: bool = False
+    inner: "ImageRegion | None" = None
 
     @property
     def extent(self) -> float:
@@ -67,7 +69,8 @@ def changed_twice(images: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def join_fast(regions: Sequence[ImageRegion], now: Sequence[ImageRegion]) -> list[ImageRegion]:
-    """Returns the regions, largest first, with those where fast objects are, in place of where they were and will be.
+    """Returns the regions, largest first, with those where fast objects are, in place of where they were and will be,
+    or inside of them.
 
     An object that moves by more than its size between images appears twice in their difference, where it was and where
     it will be, and not where it is. Where it turns back, these two places are on the same side of it, and may be one
@@ -77,7 +80,7 @@ def join_fast(regions: Sequence[ImageRegion], now: Sequence[ImageRegion]) -> lis
         regions: of the difference of the images before and after.
         now: of `changed_twice`.
     """
-    rest = list(regions)
+    rest = [_with_inner(each, now) for each in regions]
     found = []
     for region in now:
         if any(each.distance(region.u, region.v) == 0.0 for each in rest):
@@ -93,6 +96,12 @@ def join_fast(regions: Sequence[ImageRegion], now: Sequence[ImageRegion]) -> lis
         if off[i, j] < MIDWAY * region.extent:
             rest = [each for each in rest if each not in (beside[i], beside[j])]
     return sorted(rest + found, key=lambda each: -each.pixel_count)
+
+
+def _with_inner(region: ImageRegion, now: Sequence[ImageRegion]) -> ImageRegion:
+    """Returns a region with the exact region in it, unless there are several or none."""
+    inside = [each for each in now if region.distance(each.u, each.v) == 0.0]
+    return region if len(inside) != 1 else region._replace(inner=inside[0]._replace(exact=True))
 
 
 def find_regions(mask: np.ndarray, join_distance: float, min_pixels: int) -> list[ImageRegion]:

@@ -37,6 +37,9 @@ UNSTEADY_IMAGES = 15
 region shows: the patch was cut while the object was partly hidden."""
 LARGEST_MARGIN = 0.4
 """Largest share of a region on each side that shows where its object was and will be."""
+FAST, SWEPT = 0.75, 0.25
+"""Motion from image to image, in sizes, from which on an exact region shows a fast object better, and the largest error
+of the width and height that it must then sweep, as a share of them."""
 SLOW = 0.25
 """Speed below which an object may stand, in sizes per second."""
 
@@ -125,15 +128,35 @@ class ImageTrack(FrozenState):
             region: of the object.
             reach: time from the image to the others with which it was compared [s].
         """
+        inner = region.inner
+        if inner is not None and self.sweeps(inner, region, reach):
+            return inner
         if region.exact or self.hits < 3:
             return region
         across = int(min(abs(self.mean[2]) * reach, LARGEST_MARGIN * region.width))
         down = int(min(abs(self.mean[3]) * reach, LARGEST_MARGIN * region.height))
-        return region._replace(
+        part = region._replace(
             left=region.left + across,
             top=region.top + down,
             width=region.width - 2 * across,
             height=region.height - 2 * down,
+        )
+        return part if inner is None or self.is_like(part) or not self.is_like(inner) else inner
+
+    def sweeps(self, inner: ImageRegion, region: ImageRegion, reach: float) -> bool:
+        """Returns whether the object, if it has the size of an exact region, has swept the region round it.
+
+        Args:
+            inner: exact region, see `ImageRegion.inner`.
+            region: round it.
+            reach: see `alone`.
+        """
+        if self.hits < 2 or self.speed * reach < FAST * inner.extent:
+            return False
+        across, down = abs(self.mean[2]) * reach, abs(self.mean[3]) * reach
+        return bool(
+            abs(inner.width + 2.0 * across - region.width) < SWEPT * region.width
+            and abs(inner.height + 2.0 * down - region.height) < SWEPT * region.height
         )
 
     def is_like(self, region: ImageRegion) -> bool:
@@ -261,7 +284,7 @@ def with_region(
     u, v = region.u, region.v
     patch, centre = track.patch, track.centre
     whole = track.hits < AREA_KNOWN or region.width * region.height >= WHOLE * track.area
-    if steady or track.hits < 3 or (whole and track.unsteady >= UNSTEADY_IMAGES):
+    if steady or track.hits < 3 or (whole and (region.exact or track.unsteady >= UNSTEADY_IMAGES)):
         unsteady = 0
         if whole:
             patch, centre = cut_patch(image, region)
@@ -270,7 +293,7 @@ def with_region(
         unsteady = track.unsteady + 1 if found[2] >= SURE and not company else 0
         if found[2] >= SURE and not is_scene(patch, centre, found, track.scenes):
             u, v, _ = found
-    w = max(SIZE_WEIGHT, 1.0 / (track.hits + 1))
+    w = 1.0 if region.exact and not track.is_like(region) else max(SIZE_WEIGHT, 1.0 / (track.hits + 1))
     width = track.width + w * (region.width - track.width)
     height = track.height + w * (region.height - track.height)
     area = width * height if track.hits < AREA_KNOWN else max(width * height, FORGET_AREA * track.area)

@@ -154,11 +154,13 @@ class ImageTracker:
         cost = np.full((len(tracks), len(regions)), _FORBIDDEN)
         for i, track in enumerate(tracks):
             for j, region in enumerate(regions):
-                distance = math.hypot(region.u - track.mean[0], region.v - track.mean[1])
-                region = track.alone(region, reach)
-                alike = track.is_like(region) or track.hits < CONFIRM_AFTER
+                alone = track.alone(region, reach)
+                distance = math.hypot(alone.u - track.mean[0], alone.v - track.mean[1])
+                alike = track.is_like(alone) or track.hits < CONFIRM_AFTER
+                if alone is region.inner:
+                    alike = alike or track.sweeps(alone, region, reach)
                 if distance < gates[i] and (alike or track.unlike >= UNLIKE_IMAGES):
-                    ratio = abs(math.log(region.width * region.height / (track.width * track.height)))
+                    ratio = abs(math.log(alone.width * alone.height / (track.width * track.height)))
                     cost[i, j] = distance / gates[i] + 0.3 * ratio - (KNOWN if track.hits >= CONFIRM_AFTER else 0.0)
         pairs = {}
         if cost.size:
