@@ -45,7 +45,7 @@ def own_estimator(settings: Any, period: float) -> Estimator[Any]:
     """Returns the estimator of a track.
 
     With default settings it suits any unit of length (`ScaledEstimator`). As soon as one setting is given, all of them
-    hold as they are, in metres.
+    hold as they are, in metres, or in pixels for a track in pixels.
 
     Args:
         settings: of an estimator, see `estimator_of`.
