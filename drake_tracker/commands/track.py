@@ -63,8 +63,8 @@ def register(commands: Commands) -> None:
         default="CoordinatedTurn {}",
         metavar="TAG",
         help="CoordinatedTurn, ClosedPath, ArcLength, AlphaBetaGamma or Custom; without settings it adapts to the "
-        "speed and the unit of length, with settings such as '!CoordinatedTurn {speed_noise: 0.01}' it is in metres, "
-        "or in pixels for a track in pixels",
+        "speed and the unit of length, with settings such as '!CoordinatedTurn {speed_noise: 0.01}' it is in metres; "
+        "without --calibration it always adapts",
     )
     command.add_argument(
         "--max-gap",

@@ -75,8 +75,8 @@ class OwnCamerasDiagram(Diagram):
     estimator (`core.timing`). For a single camera without a plane, lengths are in pixels in place of metres, and the
     point is (u, v, 0). A vector of zeros means that there is no result yet.
 
-    With several objects, ``point``, ``filtered``, ``prediction``, ``centroid_*`` and ``number``, the identity, are those
-    of the first object; ``point_2`` and so on are those of the second one. Each object has an estimator. With two
+    With several objects, ``point``, ``filtered``, ``prediction``, ``centroid_*`` and ``number``, the identity, are
+    those of the first object; ``point_2`` and so on are those of the second one. Each object has an estimator. With two
     cameras, there is also ``objects``, a `PairedObjects`.
 
     Attributes:

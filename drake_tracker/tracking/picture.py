@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from drake_tracker.core.atomic_file import replacing
 from drake_tracker.tasks.style import FILTERED, PLOT_STYLE, PREDICTED, SEEN, SOFT_INK
-from drake_tracker.tracking.table import HORIZON, split_objects
+from drake_tracker.tracking.table import HORIZON, axes_of, split_objects
 from drake_tracker.vision.image_track import TrackState
 
 TROUBLE = "#c2410c"
@@ -46,9 +46,8 @@ def draw_track_picture(
         period: period of the images [s]; lines are interrupted where images are missing.
         marks: for each kind of trouble the stamps of its images [s], drawn as a strip below the lines.
     """
-    spatial = "x" in data
-    axes = ("x", "y", "z") if spatial else ("u", "v")
-    unit = "m" if spatial else "px"
+    axes, unit = axes_of(data)
+    spatial = unit == "m"
     across, up = FROM_ABOVE[world] if spatial else ("u", "v")
     with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(16, 9), facecolor="white")
@@ -71,12 +70,12 @@ def draw_track_picture(
         rows[-1].set_xlabel("time  [s]")
         figure.text(0.06, 0.945, _shortened(title), fontsize=17, weight="bold", va="center", parse_math=False)
         _draw_marks(rows[-1], data, marks or {})
-        numbers = [number for number in split_objects(data) if number] if spatial else []
+        numbers = [number for number in split_objects(data) if number]
         names = [("measured", SEEN)]
         if numbers:
             names = [(f"object {number}", _colour(number)) for number in numbers[:MOST_NAMED]]
             names += [("filtered as a line", SOFT_INK), (f"predicted {HORIZON:g} s earlier", SEEN)]
-        elif spatial:
+        else:
             names += [("filtered", FILTERED), (f"predicted {HORIZON:g} s earlier", PREDICTED)]
         x = 0.06
         for name, colour in names:
@@ -127,7 +126,7 @@ def _draw_lines(ax: Axes, data: Mapping[str, np.ndarray], across: str, up: str, 
         colour = _colour(number) if number else SEEN
         ax.plot(column(data, "", across)[own], column(data, "", up)[own], ".", color=colour, ms=3.5, zorder=2)
     for prefix, usual in (("predicted_", PREDICTED), ("filtered_", FILTERED)):
-        for number, part in split_objects(data).items() if f"{prefix}x" in data and up in ("x", "y", "z") else ():
+        for number, part in split_objects(data).items():
             several = {"filtered_": _colour(number), "predicted_": SEEN}
             colour = several[prefix] if number else usual
             gaps = np.flatnonzero(np.diff(part["stamp"]) > 2.5 * period) + 1

@@ -154,7 +154,7 @@ def prepare_track(
             timeline,
             detectors,
             cameras,
-            own_estimator(estimator_settings, timeline.period),
+            own_estimator(estimator_settings, timeline.period, not cameras),
             plane=surface,
             max_gap=max_gap,
             trackers=trackers if detector_settings.centroid == "hull" else (),
@@ -176,7 +176,10 @@ def prepare_track(
         "max_gap": max_gap,
         "first_look": [None if look is None else asdict(look) for look in looks],
         "detector": {"kind": type(detector_settings).__name__} | asdict(detector_settings),
-        "estimator": {"kind": type(estimator_settings).__name__, "scaled_to_data": is_scaled(estimator_settings)}
+        "estimator": {
+            "kind": type(estimator_settings).__name__,
+            "scaled_to_data": is_scaled(estimator_settings, not cameras),
+        }
         | asdict(estimator_settings),
     }
     world = None

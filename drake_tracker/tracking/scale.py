@@ -41,30 +41,34 @@ def usual_gap(cameras: Sequence[CameraModel]) -> float:
     return GAP_PIXELS * distance / float(left.K[0, 0])
 
 
-def own_estimator(settings: Any, period: float) -> Estimator[Any]:
+def own_estimator(settings: Any, period: float, in_pixels: bool = False) -> Estimator[Any]:
     """Returns the estimator of a track.
 
     With default settings it suits any unit of length (`ScaledEstimator`). As soon as one setting is given, all of them
-    hold as they are, in metres, or in pixels for a track in pixels.
+    hold as they are, in metres. In pixels, an estimator is always scaled, unless it is a custom one: the settings then
+    hold for an object that moves with `scaled.SPEED`.
 
     Args:
         settings: of an estimator, see `estimator_of`.
         period: of the images [s].
+        in_pixels: whether points are in pixels.
     """
-    if not is_scaled(settings):
+    if not is_scaled(settings, in_pixels):
         return estimator_of(settings, "--estimator", period=period)
-    if isinstance(settings, CoordinatedTurn):
+    if settings == CoordinatedTurn():
         settings = replace(settings, ready_after=READY_AFTER)
     return ScaledEstimator(estimator_of(settings, "--estimator", period=period))
 
 
-def is_scaled(settings: Any) -> bool:
-    """Returns whether the unit of length is found from the points: for each kind with default settings only.
+def is_scaled(settings: Any, in_pixels: bool = False) -> bool:
+    """Returns whether the unit of length is found from the points: for each kind with default settings or in pixels.
 
     Args:
         settings: of an estimator.
+        in_pixels: whether points are in pixels.
     """
     try:
-        return bool(settings == type(settings)())
+        default = type(settings)()
     except TypeError:  # a custom estimator
         return False
+    return in_pixels or bool(settings == default)

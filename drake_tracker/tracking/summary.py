@@ -31,6 +31,7 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
       that time (interpolated between neighbours).
     - ``extent_m``: size of the bounding box of the track.
     - ``seen``: number of images in which every camera saw motion; only with calibration.
+    - ``off_plane``: number of rows in which a single camera saw an object, but not the plane there; only with a plane.
     - ``median_speed_m_s``: median speed of the filtered point.
     - ``filtered``: how many points were filtered, and why the others were not, see `count_filtered`.
     - ``by_object``: the same of each of several objects, with ``id``, number of ``points``, number of rows in which it
@@ -58,7 +59,10 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
     summary[f"extent_{unit}"] = extent
     if unit == "m":
         sides = [data[name] for name in ("left_u", "right_u") if name in data]
-        summary["seen"] = len(np.unique(data["stamp"][np.isfinite(sides).all(axis=0)]))
+        seen = np.isfinite(sides).all(axis=0)
+        summary["seen"] = len(np.unique(data["stamp"][seen]))
+        if len(sides) == 1:
+            summary["off_plane"] = int((seen & ~valid).sum())
     parts = split_objects(data)
     summary |= {**_accuracy(list(parts.values()), period), "prediction_horizon_s": HORIZON}
     if list(parts) != [0]:

@@ -17,8 +17,8 @@ class PixelPointSystem(LeafSystem):
         - point
 
     A `Localiser` for one camera that is not calibrated. ``centroid`` is a `Centroid` vector [px], and ``point`` a
-    `TrackPoint` vector with x = u, y = v and z = 0 [px], the same stamp and no gap. It is invalid, with zeros beside its
-    stamp, when the centroid is. There is no state: ``point`` is that of the present ``centroid``.
+    `TrackPoint` vector with x = u, y = v and z = 0 [px], the same stamp and no gap. When the centroid is invalid, so is
+    the point, with zeros beside its stamp. There is no state: ``point`` is that of the present ``centroid``.
     """
 
     def __init__(self) -> None:
