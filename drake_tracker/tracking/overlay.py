@@ -8,7 +8,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import ArrayLike
 
 from drake_tracker.core.background import Background
 from drake_tracker.core.messages import Centroid, Prediction, TrackPoint, predicted_points
@@ -31,6 +30,7 @@ _GAP_LINE, _POINT_LINE, _PIXEL_LINE = 385, 264, 200
 """Widths of the text for one object below the images [px]: for a point with a gap, for a point, for a pixel."""
 _WAITING = 4
 """Largest number of images that wait for being drawn and encoded."""
+_Project = Callable[[np.ndarray], np.ndarray]
 _SHIFT = 4
 """Fractional bits of the coordinates passed to OpenCV."""
 
@@ -63,7 +63,7 @@ class TrackOverlay:
         """
         self._onlooker = onlooker
         self._in_space = bool(cameras)
-        self._projections = [camera.project for camera in cameras] or [_same_pixels]
+        self._projections: list[_Project] = [camera.project for camera in cameras] or [_same_pixels]
         self._scales = [min(1.0, _WIDEST / width, _TALLEST / height) for width, height in sizes]
         self._panels = [(round(s * width), round(s * height)) for s, (width, height) in zip(self._scales, sizes)]
         width = sum(panel[0] for panel in self._panels) + _BETWEEN * (len(sizes) - 1)
@@ -174,14 +174,12 @@ def _tint(view: np.ndarray, mask: np.ndarray) -> None:
     np.copyto(part, tinted, where=moving[y : y + height, x : x + width, None] > 0)
 
 
-def _same_pixels(points: ArrayLike) -> np.ndarray:
+def _same_pixels(points: np.ndarray) -> np.ndarray:
     """Returns the pixels (n, 2) of points (n, 3) that are in pixels themselves, (u, v, 0)."""
-    return np.asarray(points)[:, :2]
+    return points[:, :2]
 
 
-def _draw_path(
-    view: np.ndarray, project: Callable[[np.ndarray], np.ndarray], packet: np.ndarray, scale: float, colour: str
-) -> None:
+def _draw_path(view: np.ndarray, project: _Project, packet: np.ndarray, scale: float, colour: str) -> None:
     header = Prediction(np.array(packet))
     if not header.valid:
         return

@@ -144,7 +144,7 @@ def axes_of(data: Mapping[str, np.ndarray]) -> tuple[tuple[str, ...], str]:
 def split_objects(data: Mapping[str, np.ndarray]) -> dict[int, dict[str, np.ndarray]]:
     """Returns the rows of each object, {number: columns}; number 0 has the rows without one.
 
-    A track with one row for each image is of one object at a time, and is not divided: all of its rows have number 0.
+    A track with one row for each image, or without rows, is not divided: all of its rows have number 0.
 
     Args:
         data: columns of the track, see `TrackTable.data`.
@@ -152,7 +152,8 @@ def split_objects(data: Mapping[str, np.ndarray]) -> dict[int, dict[str, np.ndar
     ids = np.nan_to_num(data["id"]) if "id" in data else np.zeros(len(data["stamp"]))
     if len(np.unique(data["stamp"])) == len(data["stamp"]):
         ids = np.zeros(len(ids))
-    return {int(number): {name: column[ids == number] for name, column in data.items()} for number in np.unique(ids)}
+    numbers = np.unique(ids) if len(ids) else [0.0]
+    return {int(number): {name: column[ids == number] for name, column in data.items()} for number in numbers}
 
 
 def _identity(valid: bool, objects: Sequence[ImageObjects | None], place: int) -> list[float]:

@@ -103,8 +103,10 @@ def test_an_uncalibrated_camera_has_its_path_in_the_image(tracked):
     assert numbers["u"] == pytest.approx(data["filtered_u"][known][-1], abs=1e-5) and numbers["speed"] > 10.0
 
 
-def test_the_missing_extra_is_named(tracked, monkeypatch, capfd):
+@pytest.mark.parametrize("calibrated", [False, True])
+def test_the_missing_extra_is_named(tracked, tmp_path, monkeypatch, capfd, calibrated):
     monkeypatch.setitem(sys.modules, "foxglove", None)
+    options = ["--calibration", str(tracked / "stereo.yaml"), "--plane", "board"] if calibrated else []
     source = str(tracked / "left.mkv")
-    assert cli.main(["track", source, "--no-overlay", "--mcap", "--out", str(tracked / "none")]) == 2
+    assert cli.main(["track", source, *options, "--no-overlay", "--mcap", "--out", str(tmp_path / "none")]) == 2
     assert "pip install 'drake-tracker[mcap]'" in capfd.readouterr().err
