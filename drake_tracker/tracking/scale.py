@@ -10,6 +10,7 @@ from drake_tracker.diagrams.parts import estimator_of
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.estimator import Estimator
 from drake_tracker.estimation.scaled import ScaledEstimator
+from drake_tracker.scenarios.base import Custom
 from drake_tracker.vision.camera_model import CameraModel
 
 GAP_PIXELS = 16.0
@@ -67,8 +68,4 @@ def is_scaled(settings: Any, in_pixels: bool = False) -> bool:
         settings: of an estimator.
         in_pixels: whether points are in pixels.
     """
-    try:
-        default = type(settings)()
-    except TypeError:  # a custom estimator
-        return False
-    return in_pixels or bool(settings == default)
+    return not isinstance(settings, Custom) and (in_pixels or bool(settings == type(settings)()))
