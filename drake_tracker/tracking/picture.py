@@ -21,6 +21,8 @@ OBJECTS = ("#5b6470", "#0b6e99", "#2e7d32", "#ad1457", "#6a3fb5")
 """Colours of several objects, by their number."""
 MOST_NAMED = 6
 """Largest number of objects whose colours are explained."""
+LEVEL = 1e-3
+"""Share of the largest extent of a path below which a coordinate counts as constant."""
 LONGEST_TITLE = 110
 """Characters of a title that fit."""
 FROM_ABOVE = {"camera_left": ("x", "z"), "board": ("x", "y")}
@@ -66,6 +68,7 @@ def draw_track_picture(
         for row, name in zip(rows, axes):
             _draw_lines(row, data, "stamp", name, period)
             row.set_ylabel(f"{name}  [{unit}]")
+            _show_level(row, data, name, axes)
         rows[0].set_title("Over time")
         rows[-1].set_xlabel("time  [s]")
         figure.text(0.06, 0.945, _shortened(title), fontsize=17, weight="bold", va="center", parse_math=False)
@@ -86,6 +89,18 @@ def draw_track_picture(
         with replacing(path) as beside, warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Glyph .* missing")  # in the name of a source
             figure.savefig(beside, dpi=150)
+
+
+def _show_level(ax: Axes, data: Mapping[str, np.ndarray], name: str, axes: Sequence[str]) -> None:
+    """Widens the range of a coordinate that does not change, such as the height of what moves on a plane."""
+    path = np.column_stack([data[axis][data["valid"] > 0] for axis in axes])
+    if not len(path):
+        return
+    extents = np.ptp(path, axis=0)
+    own = extents[axes.index(name)]
+    if own < LEVEL * extents.max():
+        middle, half = float(np.median(path[:, axes.index(name)])), 0.05 * float(extents.max())
+        ax.set_ylim(middle - half, middle + half)
 
 
 def _shortened(title: str) -> str:
