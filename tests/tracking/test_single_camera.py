@@ -10,9 +10,16 @@ import yaml
 from films import CAMERAS, CENTRE, draw, film, on_circle, read_track, write_calibration, write_images
 
 from drake_tracker import cli
+from drake_tracker.core.messages import pack_prediction
+from drake_tracker.core.timing import KNOT_COUNT, KNOT_SPACING
 from drake_tracker.estimation.config import AlphaBetaGamma, CoordinatedTurn
 from drake_tracker.estimation.scaled import ScaledEstimator
 from drake_tracker.scenarios.base import Custom
+from drake_tracker.tasks.style import FILTERED, PREDICTED, bgr
+from drake_tracker.tracking.object_values import ObjectValues
+from drake_tracker.tracking.overlay import TrackOverlay
+from drake_tracker.tracking.overlay_objects import PATH
+from drake_tracker.tracking.picture import draw_track_picture
 from drake_tracker.tracking.scale import is_scaled, own_estimator
 from drake_tracker.vision.camera_model import CameraModel
 
@@ -218,6 +225,53 @@ def test_only_the_objects_in_the_region_of_interest_have_rows(folder):
     code, data, summary = track(shots, "--objects", 2, "--roi", "0,0,320,120", "--no-overlay")
     assert code == 0 and summary["objects_seen"] == 1
     assert np.nanmax(np.abs(data["v"] - 60.0)) < 2.0 and len(np.unique(data["stamp"])) == len(data["stamp"])
+
+
+class Sink:
+    """Keeps the frames of a video."""
+
+    wanted = True
+
+    def __init__(self):
+        self.frames = []
+
+    def write(self, page, _):
+        self.frames.append(page.copy())
+
+
+@pytest.mark.parametrize("scale", [1, 2])
+def test_the_predicted_path_is_drawn_into_the_image(scale):
+    """Of an image that is wider than a panel, path and image are reduced alike."""
+    size, sink = (640 * scale, 480 * scale), Sink()
+    video = TrackOverlay(None, 1 / 30, [size], 0.0, onlooker=sink)
+    knots = np.zeros((KNOT_COUNT, 5))
+    knots[:, 0] = scale * (100.0 + 200.0 * KNOT_SPACING * np.arange(KNOT_COUNT))
+    knots[:, 1] = scale * 300.0
+    point = np.array([1.0, knots[0, 0], knots[0, 1], 0.0, 0.0, 1.0])
+    values = ObjectValues(
+        [np.array([1.0, *knots[0, :2], 9.0, 1.0])], point, np.zeros(7), pack_prediction(1.0, 1, knots)
+    )
+    image = np.zeros((*size[::-1], 3), np.uint8)
+    for stamp in (1.0, 1.1):
+        video.add([(image, np.array([stamp, 1.0]))], [None], [None], [values])
+    video.close()
+    assert video.size == (640, 516)
+    blue = (sink.frames[0][:480] == bgr(PATH)).all(axis=2)
+    rows, columns = np.nonzero(blue)
+    assert columns.max() == pytest.approx(300, abs=2) and np.abs(rows - 300).max() <= 1
+    assert blue[300, 120:298].all()  # one second of the path
+
+
+def test_the_picture_shows_what_was_filtered_and_predicted_in_pixels(tmp_path):
+    stamps = np.arange(60) / 30.0
+    data = {"stamp": stamps, "u": 100.0 + 50.0 * stamps, "v": 80.0 + 20.0 * stamps, "valid": np.ones(60)}
+    data |= {"filtered_u": data["u"] + 8.0, "filtered_v": data["v"]}
+    data |= {"predicted_u": data["u"] + 30.0, "predicted_v": data["v"] + 5.0}
+    draw_track_picture(data, tmp_path / "track.png", period=1 / 30)
+    picture = cv2.imread(str(tmp_path / "track.png"))
+    for colour in (FILTERED, PREDICTED):
+        shown = (picture[260:] == bgr(colour)).all(axis=2)  # below the names
+        assert shown[:, :1150].sum() > 1000 and shown[:, 1250:].sum() > 1000
 
 
 def test_settings_of_an_estimator_suit_pixels(folder, source):
