@@ -155,6 +155,7 @@ def test_two_objects_in_pixels_have_an_estimator_each(folder, source, capsys):
     stamps, firsts = np.unique(data["stamp"], return_index=True)
     (first,) = set(data["id"][firsts][np.isfinite(data["id"][firsts])])
     assert owner(of(data, first), "uv", truths)[0] == 1 and len(stamps) == 73
+    assert {owner(of(data, number), "uv", truths)[0] for number in (1, 2)} == {0, 1}
     for number in (1, 2):
         rows = of(data, number)
         which, off = owner(rows, "uv", truths)
@@ -182,14 +183,15 @@ def discs(count, *paths, size=(240, 320), radius=14):
 
 
 def test_the_estimator_of_a_place_starts_again_with_another_object(folder):
-    """Two objects go in turn: the third one takes the place of the first one, and nothing of its path."""
+    """The third object takes the place of the first one, and nothing of its path, however long a gap may be."""
     pictures = discs(
         110,
         lambda k: (30 + 4 * k, 60) if k < 40 else None,
         lambda k: (290 - 2 * k, 180),
         lambda k: (290 - 3 * (k - 75), 60) if k >= 75 else None,
     )
-    code, data, summary = track(write_images(folder / "shots", pictures), "--objects", 2, "--no-overlay")
+    shots, patient = write_images(folder / "shots", pictures), "!CoordinatedTurn {restart_after: 10.0}"
+    code, data, summary = track(shots, "--objects", 2, "--no-overlay", "--estimator", patient)
     assert code == 0 and summary["objects_seen"] == 3 and summary["object_changes"] == 1
     newest = of(data, max(data["id"][np.isfinite(data["id"])]))
     assert newest["stamp"][0] > 2.5 and np.abs(newest["v"][newest["valid"] == 1] - 60.0).max() < 2.0
