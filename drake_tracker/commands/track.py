@@ -63,7 +63,8 @@ def register(commands: Commands) -> None:
         default="CoordinatedTurn {}",
         metavar="TAG",
         help="CoordinatedTurn, ClosedPath, ArcLength, AlphaBetaGamma or Custom; without settings it adapts to the "
-        "speed and the unit of length, with settings such as '!CoordinatedTurn {speed_noise: 0.01}' it is in metres",
+        "speed and the unit of length, with settings such as '!CoordinatedTurn {speed_noise: 0.01}' it is in metres; "
+        "without --calibration it always adapts",
     )
     command.add_argument(
         "--max-gap",
@@ -91,7 +92,7 @@ def register(commands: Commands) -> None:
         type=int,
         default=1,
         metavar="N",
-        help="track up to N objects: points with two cameras, pixels with one without --calibration",
+        help="track up to N objects, each with its number, its row per image and an estimator of its own",
     )
     command.add_argument(
         "--pick", action="store_true", help="show the object, or the part of the image, in a page of the browser"
@@ -130,7 +131,7 @@ def execute(options: Namespace) -> int:
     if options.port and not options.live:
         raise DrakeTrackerError(f"--port {options.port} is the port of the live view: add --live")
     from drake_tracker.core.progress import Progress
-    from drake_tracker.tracking.filtered import describe_filtered, describe_object
+    from drake_tracker.tracking.filtered import describe_accuracy, describe_filtered, describe_object
     from drake_tracker.tracking.preparation import prepare_track
     from drake_tracker.tracking.quality import doubts
     from drake_tracker.tracking.track import make_track
@@ -156,11 +157,9 @@ def execute(options: Namespace) -> int:
     print(f"{'images dropped':<18}{' and '.join(map(_dropped, summary['dropped_at_s'], summary['dropped']))}")
     if any(summary["surplus"]):
         print(f"{'images too early':<18}{' and '.join(map(str, summary['surplus']))}")
-    for key, label in (("gap_rms_m", "gap"), ("prediction_rms_m", "prediction rms")):
-        if summary.get(key) is not None:
-            print(f"{label:<18}{1e3 * summary[key]:.2f} mm")
-    if summary.get("filtered"):
-        print(f"{'points filtered':<18}{describe_filtered(summary['filtered'])}")
+    for label, text in describe_accuracy(summary):
+        print(f"{label:<18}{text}")
+    print(f"{'points filtered':<18}{describe_filtered(summary['filtered'])}")
     for each in summary.get("by_object", ()):
         print(f"{'object {id}'.format(**each):<18}{describe_object(each)}")
     print(f"{'directory':<18}{out}")
@@ -214,11 +213,11 @@ def _live_view(options: Namespace, track: Any, progress: Any) -> Iterator[Any]:
 
 def _finish(live: Any, summary: dict[str, Any], out: Path) -> None:
     """Shows the outcome of the track on its page."""
+    from drake_tracker.tracking.filtered import describe_accuracy
+
     described, results = summary["described"], summary["results"]
     rows = [("Images described", str(described)), ("With a result", str(results))]
-    for key, label in (("gap_rms_m", "Gap"), ("prediction_rms_m", "Prediction rms")):
-        if summary.get(key) is not None:
-            rows.append((label, f"{1e3 * summary[key]:.2f} mm"))
+    rows += [(label.capitalize(), text) for label, text in describe_accuracy(summary)]
     title = "The track was ended" if summary["interrupted"] else "The track is complete"
     live.finish({"success": bool(results), "title": title, "reason": "", "rows": rows, "out": str(out)})
 

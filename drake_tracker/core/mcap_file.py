@@ -82,6 +82,18 @@ class McapFile:
         )
         self._log(topic, "ImageAnnotations", time, circles=[circle])
 
+    def line(self, topic: str, time: float, pixels: np.ndarray) -> None:
+        """Writes a line through pixels (n, 2) [px] as ``foxglove.ImageAnnotations``, for views of images."""
+        m = self._messages
+        line = m.PointsAnnotation(
+            timestamp=self._stamp(time),
+            type=m.PointsAnnotationType.LineStrip,
+            points=[m.Point2(x=u, y=v) for u, v in pixels.tolist()],
+            outline_color=m.Color(r=0.3, g=0.76, b=1.0, a=1.0),
+            thickness=2.0,
+        )
+        self._log(topic, "ImageAnnotations", time, points=[line])
+
     def calibration(
         self, topic: str, time: float, frame: str, size: tuple[int, int], K: np.ndarray, distortion: np.ndarray
     ) -> None:

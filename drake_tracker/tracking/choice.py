@@ -11,7 +11,7 @@ MOST_OBJECTS = 20
 """Largest number of objects."""
 
 
-def check_choice(cameras: int, roi: Sequence[str], follow: Sequence[str], objects: int, calibrated: bool) -> None:
+def check_choice(cameras: int, roi: Sequence[str], follow: Sequence[str], objects: int) -> None:
     """Raises DrakeTrackerError when the options do not suit the number of cameras.
 
     Args:
@@ -19,18 +19,12 @@ def check_choice(cameras: int, roi: Sequence[str], follow: Sequence[str], object
         roi: values of ``--roi``.
         follow: values of ``--follow``.
         objects: value of ``--objects``.
-        calibrated: whether points are measured, not pixels.
     """
     for name, values in (("roi", roi), ("follow", follow)):
         if values and len(values) != cameras:
             raise DrakeTrackerError(f"--{name}: {len(values)} given; give one for each camera, here {cameras}")
     if not 1 <= objects <= MOST_OBJECTS:
         raise DrakeTrackerError(f"--objects {objects}: must be from 1 to {MOST_OBJECTS}")
-    if objects > 1 and calibrated and cameras == 1:
-        raise DrakeTrackerError(
-            f"--objects {objects}: one camera tracks several objects in pixels only, without --calibration; points of "
-            "several objects need two cameras"
-        )
 
 
 def read_pixel(text: str, size: tuple[int, int], option: str = "follow") -> tuple[float, float]:

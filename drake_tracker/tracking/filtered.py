@@ -20,7 +20,8 @@ def count_filtered(data: Mapping[str, np.ndarray]) -> dict[str, int]:
         data: columns of the track, see `TrackTable.data`.
     """
     valid = data["valid"] > 0
-    stamps, filtered = data["stamp"][valid], np.isfinite(data["filtered_x"][valid])
+    column = data["filtered_x" if "filtered_x" in data else "filtered_u"]
+    stamps, filtered = data["stamp"][valid], np.isfinite(column[valid])
     counts = {"points": len(stamps), "filtered": int(filtered.sum()), "start": 0, "after_a_gap": 0, "after_a_jump": 0}
     reason = "start"
     for k, is_filtered in enumerate(filtered):
@@ -48,12 +49,28 @@ def describe_filtered(counts: Mapping[str, Any]) -> str:
     return f"{counts['filtered']} of {counts['points']}{missing}"
 
 
+def describe_accuracy(numbers: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Returns (label, value with its unit) of the gap and of the error of the predictions, where they are known.
+
+    Args:
+        numbers: of a track or of an object, see `summarise_track`.
+    """
+    return [
+        (label, f"{factor * numbers[key]:.2f} {unit}")
+        for key, label, factor, unit in (
+            ("gap_rms_m", "gap", 1e3, "mm"),
+            ("median_speed_px_s", "median speed", 1.0, "px/s"),
+            ("prediction_rms_m", "prediction rms", 1e3, "mm"),
+            ("prediction_rms_px", "prediction rms", 1.0, "px"),
+        )
+        if numbers.get(key) is not None
+    ]
+
+
 def describe_object(numbers: Mapping[str, Any]) -> str:
     """Returns the numbers of one of several objects, see `summarise_track`, in one line."""
     words = [f"{numbers['points']} points from {numbers['from_s']:.2f} to {numbers['to_s']:.2f} s"]
-    for key, label in (("gap_rms_m", "gap"), ("prediction_rms_m", "prediction rms")):
-        if numbers[key] is not None:
-            words.append(f"{label} {1e3 * numbers[key]:.2f} mm")
+    words += [f"{label} {text}" for label, text in describe_accuracy(numbers)]
     if numbers["hidden"]:
         words.append(f"hidden in {numbers['hidden']} images")
     return ", ".join(words)

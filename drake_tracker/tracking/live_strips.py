@@ -15,6 +15,10 @@ _POINT_STRIPS = (
     Strip("Gap", "between the rays of both cameras", "mm", None, 2),
     Strip("Prediction error", f"{HORIZON:g} s ahead, to the point measured then", "mm", None, 1),
 )
+_PIXEL_STRIPS = (
+    Strip("Speed", "of the filtered point in the image", "px/s", None, 0),
+    Strip("Prediction error", f"{HORIZON:g} s ahead, to the pixel measured then", "px", None, 1),
+)
 
 
 class TrackStrips:
@@ -35,10 +39,10 @@ class TrackStrips:
         self._columns, self._period = tuple(columns), period
         self._before: tuple[float, np.ndarray] | None = None
         self._predicted: deque[tuple[float, np.ndarray]] = deque()
-        self._has_points = "x" in columns
-        if not self._has_points:
+        self._axes = "xyz" if "x" in columns else "uv"
+        if self._axes == "uv":
             self.strips: tuple[Strip, ...] = (
-                Strip("Speed", "of the centroid in the image", "px/s", None, 0),
+                *_PIXEL_STRIPS,
                 Strip("u", "from the left edge of the image", "px", float(size[0]), 1),
                 Strip("v", "from the upper edge of the image", "px", float(size[1]), 1),
             )
@@ -53,15 +57,14 @@ class TrackStrips:
             row: newest row of the table.
         """
         value = dict(zip(self._columns, row))
-        stamp = value["stamp"]
-        if not self._has_points:
-            return rounded([self._speed(stamp, np.array([value["u"], value["v"]])), value["u"], value["v"]])
-        speed = self._speed(stamp, np.array([value[f"filtered_{axis}"] for axis in "xyz"]))
-        error = self._error(stamp, np.array([value[axis] for axis in "xyz"]))
-        ahead = np.array([value[f"predicted_{axis}"] for axis in "xyz"])
+        stamp, factor = value["stamp"], 1.0 if self._axes == "uv" else 1e3
+        speed = self._speed(stamp, np.array([value[f"filtered_{axis}"] for axis in self._axes]))
+        error = self._error(stamp, np.array([value[axis] for axis in self._axes]))
+        ahead = np.array([value[f"predicted_{axis}"] for axis in self._axes])
         if np.isfinite(ahead).all():
             self._predicted.append((stamp + HORIZON, ahead))
-        values = {"Speed": speed, "Gap": 1e3 * value["gap"], "Prediction error": 1e3 * error}
+        values = {"Speed": speed, "Prediction error": factor * error}
+        values |= {"Gap": 1e3 * value["gap"]} if "gap" in value else {axis: value[axis] for axis in self._axes}
         return rounded([values[strip.title] for strip in self.strips])
 
     def _speed(self, stamp: float, place: np.ndarray) -> float:
@@ -72,7 +75,7 @@ class TrackStrips:
         return float(np.linalg.norm(place - before[1]) / (stamp - before[0]))
 
     def _error(self, stamp: float, measured: np.ndarray) -> float:
-        """Returns the distance [m] from the point that was predicted for this stamp, NaN without a prediction."""
+        """Returns the distance from the point that was predicted for this stamp, NaN without a prediction."""
         while self._predicted and self._predicted[0][0] < stamp - 0.5 * self._period:
             self._predicted.popleft()
         if not self._predicted or self._predicted[0][0] > stamp + 0.5 * self._period:

@@ -24,7 +24,11 @@ STATE_COLOURS = {
     TrackState.STANDING: "#009e73",
     TrackState.HIDDEN: "#e69f00",
 }
-_NOTE = "Gap and prediction error are measured by the cameras themselves: there is no ground truth."
+_NOTES = (
+    "The prediction error is measured by the camera itself: there is no ground truth.",
+    "Gap and prediction error are measured by the cameras themselves: there is no ground truth.",
+)
+"""What the page says about the strips of one camera and of two."""
 
 
 @dataclass(frozen=True)
@@ -71,16 +75,15 @@ class TrackView(LiveView):
         """Shows on the page what is tracked."""
         live = track.footage[0].live
         self._live = live
-        kind = track.facts["detector"]["kind"]
-        more = f", {track.facts['estimator']['kind']}" if track.facts["estimator"] else ""
+        kinds = ", ".join(track.facts[part]["kind"] for part in ("detector", "estimator"))
         self.state.set_facts(
             title=" and ".join(each.name for each in track.footage),
-            subtitle=f"{1.0 / track.timeline.period:.3g} images/s, {kind}{more}",
+            subtitle=f"{1.0 / track.timeline.period:.3g} images/s, {kinds}",
             duration=None if track.timeline.count is None else track.timeline.duration,
             rates=None if live else RATES,
             scene=None,
             clock="s tracked",
-            note=_NOTE if track.cameras else " ",
+            note=_NOTES[len(track.footage) - 1],
             controls=not live,
             unit="px",
             ribbon="State",
@@ -99,8 +102,7 @@ class TrackView(LiveView):
         age = track.age_cycles * track.timeline.period
         sides = [(side if len(track.footage) > 1 else "", True) for side in track.diagram.sides]
         panels = [(*side, place) for side, place in zip(sides, overlay.panels())]
-        legend = LEGEND if track.cameras else LEGEND[1:]
-        self.frames.open(TrackPage(panels, age, legend, f"what was detected, {age:.2f} s before the newest image"))
+        self.frames.open(TrackPage(panels, age, LEGEND, f"what was detected, {age:.2f} s before the newest image"))
         self.state.set_facts(
             phases=[{"name": state.name.capitalize(), "colour": STATE_COLOURS[state]} for state in TrackState],
             strips=[asdict(strip) for strip in self._strips.strips],

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from drake_tracker.core.mcap_file import McapFile
-from drake_tracker.core.messages import Centroid, Filtered, Prediction, TrackPoint
+from drake_tracker.core.messages import Centroid, Filtered, Prediction, TrackPoint, predicted_points
 from drake_tracker.run.mcap_signals import write_sample
 from drake_tracker.tracking.object_values import ObjectValues
 from drake_tracker.tracking.own_cameras_diagram import place_suffix
@@ -16,6 +16,10 @@ MCAP_FILE = "track.mcap"
 """Name of the file in the directory of a track."""
 _CIRCLE = 24.0
 """Diameter of the mark round a centroid [px]."""
+_AHEAD = np.arange(0.0, 1.01, 0.1)
+"""Times [s] after the stamp at which a predicted path in the image is drawn."""
+_PIXEL_FIELDS = ("stamp", "u", "v", "direction", "speed")
+"""Fields of what was filtered in the image: stamp [s]; pixel [px]; direction of travel [rad]; speed [px/s]."""
 _VIEWS = {"point": TrackPoint, "filtered": Filtered, "prediction": Prediction}
 
 
@@ -35,6 +39,7 @@ class TrackMcap:
     def __init__(self, path: Path, track: PreparedTrack) -> None:
         self._file = McapFile(path)
         self._names = [f"camera_{side}" for side in track.diagram.sides]
+        self._in_space = track.diagram.in_space
         self._stamps: dict[str, float] = {}
         for name, camera in zip(self._names, track.cameras):
             size = (camera.width, camera.height)
@@ -59,9 +64,20 @@ class TrackMcap:
             centroid = Centroid(np.array(vector))
             if self._add(f"{name}/centroid{suffix}", Centroid.get_fields(), vector) and centroid.valid:
                 self._file.pixel(f"/{name}/marks{suffix}", centroid.stamp, centroid.u, centroid.v, _CIRCLE)
+        if not self._in_space:
+            self._add_pixels(values, suffix)
+            return
         for (name, view), signal in zip(_VIEWS.items(), (values.point, values.filtered, values.packet)):
-            if signal is not None:
-                self._add(f"{name}{suffix}", view.get_fields(), signal)
+            self._add(f"{name}{suffix}", view.get_fields(), signal)
+
+    def _add_pixels(self, values: ObjectValues, suffix: str) -> None:
+        """Writes what was filtered and predicted in the image: numbers, and the predicted path as a line."""
+        (camera,) = self._names
+        filtered, header = Filtered(np.array(values.filtered)), Prediction(np.array(values.packet))
+        row = np.array([filtered.stamp, filtered.x, filtered.y, filtered.yaw, filtered.speed])
+        if self._add(f"filtered{suffix}", _PIXEL_FIELDS, row) and header.valid:
+            path = predicted_points(values.packet, header.stamp + _AHEAD)[:, :2]
+            self._file.line(f"/{camera}/path{suffix}", float(header.stamp), path)
 
     def close(self) -> None:
         """Completes the file. May be called again."""

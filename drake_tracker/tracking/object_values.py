@@ -13,23 +13,21 @@ class ObjectValues(NamedTuple):
 
     Attributes:
         centroids: `Centroid` vector of each camera.
-        point: `TrackPoint` vector, None without calibration, like the next two.
+        point: `TrackPoint` vector; without calibration in pixels, like the next two.
         filtered: `Filtered` vector.
         packet: `Prediction` vector.
-        number: its identity, 0 without one; None unless two cameras track several objects.
+        number: its identity, 0 without one; None unless several objects are tracked.
     """
 
     centroids: list[np.ndarray]
-    point: np.ndarray | None = None
-    filtered: np.ndarray | None = None
-    packet: np.ndarray | None = None
+    point: np.ndarray
+    filtered: np.ndarray
+    packet: np.ndarray
     number: int | None = None
 
     def copied(self) -> "ObjectValues":
         """Returns the values as arrays of their own, which outlive the cycle."""
-        point, filtered, packet = (
-            None if vector is None else np.array(vector) for vector in (self.point, self.filtered, self.packet)
-        )
+        point, filtered, packet = (np.array(vector) for vector in (self.point, self.filtered, self.packet))
         return ObjectValues([np.array(each) for each in self.centroids], point, filtered, packet, self.number)
 
 
@@ -48,9 +46,7 @@ def read_values(diagram: OwnCamerasDiagram, context: Context) -> list[ObjectValu
     values = []
     for place in range(diagram.places):
         centroids = [read(f"centroid_{side}", place) for side in diagram.sides]
-        point, filtered, packet = (
-            read(name, place) if diagram.has_points else None for name in ("point", "filtered", "prediction")
-        )
+        point, filtered, packet = (read(name, place) for name in ("point", "filtered", "prediction"))
         number = int(read("number", place)[0]) if diagram.places > 1 else None
         values.append(ObjectValues(centroids, point, filtered, packet, number))
     return values

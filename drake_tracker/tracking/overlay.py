@@ -1,7 +1,7 @@
 """A video of your own cameras' images, with the measured and predicted motion drawn into them."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -26,10 +26,11 @@ _AHEAD = np.arange(0.0, 1.01, 0.1)
 """Times [s] after the stamp at which the predicted path is evaluated."""
 _STALE = 0.3
 """Age from which on the path of one of several objects is not drawn [s]."""
-_LINE = 385
-"""Width of the text for one object below the images [px]."""
+_GAP_LINE, _POINT_LINE, _PIXEL_LINE = 385, 264, 200
+"""Widths of the text for one object below the images [px]: for a point with a gap, for a point, for a pixel."""
 _WAITING = 4
 """Largest number of images that wait for being drawn and encoded."""
+_Project = Callable[[np.ndarray], np.ndarray]
 _SHIFT = 4
 """Fractional bits of the coordinates passed to OpenCV."""
 
@@ -57,11 +58,12 @@ class TrackOverlay:
             period: period of the images [s].
             sizes: (width, height) of each camera's images [px].
             age_cycles: cycles from the described image to the newest one.
-            cameras: calibration of each camera, to project predictions; or empty.
+            cameras: calibration of each camera, to project predictions; empty for predictions in pixels.
             onlooker: a sink of frames, such as that of the live view, which also gets each frame that it wants.
         """
         self._onlooker = onlooker
-        self._cameras = cameras
+        self._in_space = bool(cameras)
+        self._projections: list[_Project] = [camera.project for camera in cameras] or [_same_pixels]
         self._scales = [min(1.0, _WIDEST / width, _TALLEST / height) for width, height in sizes]
         self._panels = [(round(s * width), round(s * height)) for s, (width, height) in zip(self._scales, sizes)]
         width = sum(panel[0] for panel in self._panels) + _BETWEEN * (len(sizes) - 1)
@@ -107,8 +109,8 @@ class TrackOverlay:
             if masks[k] is not None:
                 _tint(view, masks[k])
             for each in found:
-                if each.packet is not None and k < len(self._cameras) and not _is_stale(each):
-                    _draw_path(view, self._cameras[k], each.packet, scale, colour_of(each.number))
+                if not _is_stale(each):
+                    _draw_path(view, self._projections[k], each.packet, scale, colour_of(each.number))
             for each in found:
                 centroid = Centroid(each.centroids[k])
                 if centroid.valid:
@@ -121,27 +123,30 @@ class TrackOverlay:
                 draw_text(view, "no image", 10, 24, 15, _ENERGY, bold=True)
             x += panel[0] + _BETWEEN
         draw_text(page, f"{seen[0][1]:.2f} s", 12, self.size[1] - 12, 15, _BRIGHT, bold=True, numbers=True)
-        hidden = objects[0] is not None and is_hidden(objects[0])
-        self._write_line(page, found, hidden)
+        self._write_line(page, found, objects[0])
         if self._video is not None:
             self._video.write(page)
         if watched:
             self._onlooker.write(page, None)
 
-    def _write_line(self, page: np.ndarray, found: Sequence[ObjectValues], hidden: bool) -> None:
+    def _write_line(self, page: np.ndarray, found: Sequence[ObjectValues], known: ImageObjects | None) -> None:
         """Writes the line of text below the images, in place: the place of each object that fits.
 
-        ``hidden`` says whether the first object is.
+        ``known`` are the objects in the first camera's image.
         """
-        left = 110
-        for each in found:
+        left, width = 110, _PIXEL_LINE
+        if self._in_space:
+            width = _POINT_LINE if len(self._panels) == 1 else _GAP_LINE
+        for place, each in enumerate(found):
             if each.number == 0 and len(found) > 1:
                 continue
             colour = _DIM if each.number is None else colour_of(each.number)
             name = "" if each.number is None else f"{each.number}:  "
-            draw_text(page, name + _describe(each, hidden), left, self.size[1] - 12, 15, colour, numbers=True)
-            left += _LINE
-            if left + _LINE > self.size[0]:
+            hidden = known is not None and is_hidden(known, place)
+            words = _describe_point(each) if self._in_space else _describe_pixel(each, hidden)
+            draw_text(page, name + words, left, self.size[1] - 12, 15, colour, numbers=True)
+            left += width
+            if left + width > self.size[0]:
                 break
 
     def panels(self) -> list[tuple[int, int, int, int]]:
@@ -171,11 +176,16 @@ def _tint(view: np.ndarray, mask: np.ndarray) -> None:
     cv2.copyTo(tinted, moving[y : y + height, x : x + width], part)
 
 
-def _draw_path(view: np.ndarray, camera: CameraModel, packet: np.ndarray, scale: float, colour: str) -> None:
+def _same_pixels(points: np.ndarray) -> np.ndarray:
+    """Returns the pixels (n, 2) of points (n, 3) that are in pixels themselves, (u, v, 0)."""
+    return points[:, :2]
+
+
+def _draw_path(view: np.ndarray, project: _Project, packet: np.ndarray, scale: float, colour: str) -> None:
     header = Prediction(np.array(packet))
     if not header.valid:
         return
-    path = camera.project(predicted_points(packet, header.stamp + _AHEAD))
+    path = project(predicted_points(packet, header.stamp + _AHEAD))
     path = path[~np.isnan(path).any(axis=1)]
     if len(path) > 1:
         points = np.rint(np.clip((scale * path), -1e4, 1e4) * (1 << _SHIFT)).astype(np.int32)
@@ -184,9 +194,7 @@ def _draw_path(view: np.ndarray, camera: CameraModel, packet: np.ndarray, scale:
 
 def _is_stale(values: ObjectValues) -> bool:
     """Returns whether one of several objects is lost, or its path was predicted long ago."""
-    if values.number is None or values.point is None or values.packet is None:
-        return False
-    return values.number == 0 or bool(values.point[0] - values.packet[0] > _STALE)
+    return values.number is not None and (values.number == 0 or bool(values.point[0] - values.packet[0] > _STALE))
 
 
 def _draw_cross(view: np.ndarray, centroid: Any, scale: float) -> None:
@@ -196,11 +204,14 @@ def _draw_cross(view: np.ndarray, centroid: Any, scale: float) -> None:
         cv2.line(view, (u, v - 9), (u, v + 9), bgr(colour), width, cv2.LINE_AA)
 
 
-def _describe(values: ObjectValues, hidden: bool) -> str:
-    """Returns where an object is."""
-    if values.point is None:
-        pixel = Centroid(values.centroids[0])
-        return f"u {pixel.u:.1f}  v {pixel.v:.1f} px" if pixel.valid else "hidden" if hidden else "no motion"
+def _describe_pixel(values: ObjectValues, hidden: bool) -> str:
+    """Returns where an object is in the image."""
+    pixel = Centroid(values.centroids[0])
+    return f"u {pixel.u:.1f}  v {pixel.v:.1f} px" if pixel.valid else "hidden" if hidden else "no motion"
+
+
+def _describe_point(values: ObjectValues) -> str:
+    """Returns where an object is in space."""
     measured = TrackPoint(values.point)
     if not measured.valid:
         return "no point"

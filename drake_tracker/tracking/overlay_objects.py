@@ -54,7 +54,7 @@ def draw_objects(view: np.ndarray, objects: ImageObjects, scale: float) -> list[
     return notes
 
 
-def is_hidden(objects: ImageObjects) -> bool:
-    """Returns whether the first object that is reported is hidden."""
-    track = objects.target()
+def is_hidden(objects: ImageObjects, place: int = 0) -> bool:
+    """Returns whether the object of a place among those that are reported is hidden."""
+    track = objects.target(place)
     return track is not None and track.state == TrackState.HIDDEN

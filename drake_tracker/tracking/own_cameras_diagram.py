@@ -9,17 +9,20 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.core.constants import SIDES
-from drake_tracker.core.timing import ESTIMATOR_SLOT, vision_slot
+from drake_tracker.core.timing import ESTIMATOR_SLOT, PROJECTOR_SLOT, vision_slot
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.footage.timeline import MOST_STAMP_DIFFERENCE, Timeline
 from drake_tracker.footage.video_source_system import VideoSource
-from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
 from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.image_targets_system import ImageTargetsSystem
 from drake_tracker.vision.image_tracker import ImageTracker
+from drake_tracker.vision.localiser_system import connect_centroids
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
 from drake_tracker.vision.object_pairs import ObjectPairing
 from drake_tracker.vision.object_pairs_system import ObjectPairsSystem
+from drake_tracker.vision.pixel_point_system import PixelPointSystem
 from drake_tracker.vision.plane_projection import EveryPoint
+from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
 from drake_tracker.vision.vision_diagram import VisionDiagram
 
 MAX_GAP = 0.03
@@ -69,16 +72,16 @@ class OwnCamerasDiagram(Diagram):
     `FrameInfo` (stamp [s]), both of a `VideoSource` and functions of time. ``centroid_*`` is a `Centroid` (stamp [s],
     pixels) and ``motion_*`` a `MotionEnergy`, both updated every period of the footage. ``point`` is a `TrackPoint` in
     W [m], ``filtered`` a `Filtered` and ``prediction`` a `Prediction`, updated every period in the slots of vision and
-    estimator (`core.timing`). These three exist when the cameras are calibrated: two cameras, or one and a plane. A
-    vector of zeros means that there is no result yet.
+    estimator (`core.timing`). For a single camera without a plane, lengths are in pixels in place of metres, and the
+    point is (u, v, 0). A vector of zeros means that there is no result yet.
 
-    If two cameras track several objects, there is ``objects``, a `PairedObjects`, and ``point``, ``filtered``,
-    ``prediction``, ``centroid_*`` and ``number``, the identity, are those of the first object; ``point_2`` and so on
-    are those of the second one. Each object has an estimator.
+    With several objects, ``point``, ``filtered``, ``prediction``, ``centroid_*`` and ``number``, the identity, are
+    those of the first object; ``point_2`` and so on are those of the second one. Each object has an estimator. With two
+    cameras, there is also ``objects``, a `PairedObjects`.
 
     Attributes:
         sides: ("left", "right"), or ("left",) for a single camera.
-        has_points: whether there are points and predictions.
+        in_space: whether points are in W [m], and not in the image of a single camera [px].
         places: number of objects with ports of their own.
     """
 
@@ -86,8 +89,8 @@ class OwnCamerasDiagram(Diagram):
         self,
         timeline: Timeline,
         detectors: Sequence[Any],
-        cameras: Sequence[CameraModel] = (),
-        estimator: Any = None,
+        cameras: Sequence[CameraModel],
+        estimator: Any,
         *,
         plane: Plane | None = None,
         max_gap: float = MAX_GAP,
@@ -99,7 +102,7 @@ class OwnCamerasDiagram(Diagram):
             timeline: common clock of one or two cameras.
             detectors: motion detector of each camera.
             cameras: calibration of each camera, or empty.
-            estimator: an `Estimator`; needed with calibrated cameras only.
+            estimator: an `Estimator`, for lengths in metres or in pixels.
             plane: plane of the motion; needed with a single calibrated camera only.
             max_gap: largest gap between the two rays of one point [m].
             trackers: `ImageTracker` of each camera; empty for everything that moves.
@@ -110,15 +113,14 @@ class OwnCamerasDiagram(Diagram):
         period = timeline.period
         builder = DiagramBuilder()
         tracker = trackers[0] if trackers else None
-        self.places = trackers[0].objects if len(self.sides) == 2 and trackers else 1
+        self.places = tracker.objects if tracker is not None else 1
+        self.in_space = len(self.sides) == 2 or plane is not None
         if len(self.sides) == 2:
             vision = self._add_stereo(builder, cameras, detectors, period, max_gap, trackers)
             if self.places > 1:
                 vision |= self._add_pairs(builder, cameras, vision, period, max_gap, trackers[0])
-        elif cameras and plane is not None:
-            vision = self._add_on_plane(builder, cameras[0], detectors[0], period, plane, tracker)
         else:
-            vision = self._add_centroid(builder, detectors[0], period, tracker)
+            vision = self._add_single(builder, cameras, detectors[0], period, plane, tracker)
         for side, sequence in zip(self.sides, timeline.sequences):
             source = builder.AddNamedSystem(f"source_{side}", VideoSource(sequence, period))
             for name, port in (("camera", "grey"), ("frame", "frame")):
@@ -127,12 +129,11 @@ class OwnCamerasDiagram(Diagram):
                 builder.ExportOutput(source.GetOutputPort(port), f"{name}_{side}")
             for name in ("centroid", "motion"):
                 builder.ExportOutput(vision[f"{name}_{side}"], f"{name}_{side}")
-        self.has_points = "point" in vision
-        if self.has_points:
-            for place in range(self.places):
-                self._add_host(builder, vision, estimator, period, place_suffix(place))
-        if self.places > 1:
+        for place in range(self.places):
+            self._add_host(builder, vision, estimator, period, place_suffix(place))
+        if "objects" in vision:
             builder.ExportOutput(vision["objects"], "objects")
+        if self.places > 1:
             for name in (f"centroid_{side}{place_suffix(k)}" for k in range(1, self.places) for side in self.sides):
                 builder.ExportOutput(vision[name], name)
         builder.BuildInto(self)
@@ -208,59 +209,47 @@ class OwnCamerasDiagram(Diagram):
                 ports[f"{name}{place_suffix(place)}"] = pairs.GetOutputPort(f"{name}_{place + 1}")
         return ports
 
-    @staticmethod
-    def _add_on_plane(
+    def _add_single(
+        self,
         builder: DiagramBuilder,
-        camera: CameraModel,
+        cameras: Sequence[CameraModel],
         detector: Any,
         period: float,
-        plane: Plane,
+        plane: Plane | None,
         tracker: ImageTracker | None,
     ) -> dict[str, Any]:
-        """Adds the vision of a single camera that sees a plane; returns its ports by name."""
-        vision = builder.AddSystem(
-            BoardVisionDiagram(
-                detector,
-                camera.in_frame(plane.X_WP),
-                plane.X_WP,
-                plane.height,
-                EveryPoint(),
-                update_cycles=1,
-                throughput_cycles=detector.buffer_length - 1 + EXTRA_CYCLES,
-                tracker=tracker,
-                own_stamps=True,
-                grey=True,
-                period=period,
-                time_step=period,
-            )
-        )
-        return {
-            "camera_left": vision.GetInputPort("camera"),
-            "frame_left": vision.GetInputPort("frame"),
-            "point": vision.GetOutputPort("point"),
-            "centroid_left": vision.GetOutputPort("centroid"),
-            "motion_left": vision.GetOutputPort("motion"),
-        }
-
-    @staticmethod
-    def _add_centroid(
-        builder: DiagramBuilder, detector: Any, period: float, tracker: ImageTracker | None
-    ) -> dict[str, Any]:
-        """Adds the centroid of a single uncalibrated camera; returns its ports by name."""
-        lag = detector.stamp_age_cycles + EXTRA_CYCLES
+        """Adds the vision of a single camera; returns its ports by name."""
         motion = add_motion_centroid(
             builder,
             detector=detector,
-            lag_cycles=lag,
+            lag_cycles=detector.stamp_age_cycles + EXTRA_CYCLES,
             period=period,
             tracker=tracker,
             own_stamps=True,
             grey=True,
             name="motion",
         )
-        return {
+        ports = {
             "camera_left": motion.image_input_port,
             "frame_left": motion.frame_input_port,
             "centroid_left": motion.output_port,
             "motion_left": motion.system.GetOutputPort("motion_energy"),
         }
+        if self.places > 1:
+            targets = builder.AddNamedSystem("targets", ImageTargetsSystem(self.places, period=period))
+            builder.Connect(ports["motion_left"], targets.GetInputPort("motion"))
+            for place in range(self.places):
+                ports[f"number{place_suffix(place)}"] = targets.GetOutputPort(f"number_{place + 1}")
+                if place:
+                    ports[f"centroid_left{place_suffix(place)}"] = targets.GetOutputPort(f"centroid_{place + 1}")
+        for suffix in map(place_suffix, range(self.places)):
+            localiser: Any = PixelPointSystem()
+            if plane is not None:
+                offset, camera = vision_slot(PROJECTOR_SLOT, period), cameras[0].in_frame(plane.X_WP)
+                localiser = PlaneProjectorSystem(
+                    camera, plane.X_WP, plane.height, EveryPoint(), period=period, offset=offset
+                )
+            builder.AddNamedSystem(f"localiser{suffix}", localiser)
+            connect_centroids(builder, [ports[f"centroid_left{suffix}"]], localiser)
+            ports[f"point{suffix}"] = localiser.point_port
+        return ports

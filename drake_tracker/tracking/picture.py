@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from drake_tracker.core.atomic_file import replacing
 from drake_tracker.tasks.style import FILTERED, PLOT_STYLE, PREDICTED, SEEN, SOFT_INK
-from drake_tracker.tracking.table import HORIZON, split_objects
+from drake_tracker.tracking.table import HORIZON, axes_of, split_objects
 from drake_tracker.vision.image_track import TrackState
 
 TROUBLE = "#c2410c"
@@ -21,6 +21,8 @@ OBJECTS = ("#5b6470", "#0b6e99", "#2e7d32", "#ad1457", "#6a3fb5")
 """Colours of several objects, by their number."""
 MOST_NAMED = 6
 """Largest number of objects whose colours are explained."""
+LEVEL = 1e-3
+"""Share of the largest extent of a path below which a coordinate counts as constant."""
 LONGEST_TITLE = 110
 """Characters of a title that fit."""
 FROM_ABOVE = {"camera_left": ("x", "z"), "board": ("x", "y")}
@@ -46,9 +48,8 @@ def draw_track_picture(
         period: period of the images [s]; lines are interrupted where images are missing.
         marks: for each kind of trouble the stamps of its images [s], drawn as a strip below the lines.
     """
-    spatial = "x" in data
-    axes = ("x", "y", "z") if spatial else ("u", "v")
-    unit = "m" if spatial else "px"
+    axes, unit = axes_of(data)
+    spatial = unit == "m"
     across, up = FROM_ABOVE[world] if spatial else ("u", "v")
     with matplotlib.rc_context(PLOT_STYLE):
         figure = Figure(figsize=(16, 9), facecolor="white")
@@ -67,16 +68,17 @@ def draw_track_picture(
         for row, name in zip(rows, axes):
             _draw_lines(row, data, "stamp", name, period)
             row.set_ylabel(f"{name}  [{unit}]")
+            _show_level(row, data, name, axes)
         rows[0].set_title("Over time")
         rows[-1].set_xlabel("time  [s]")
         figure.text(0.06, 0.945, _shortened(title), fontsize=17, weight="bold", va="center", parse_math=False)
         _draw_marks(rows[-1], data, marks or {})
-        numbers = [number for number in split_objects(data) if number] if spatial else []
+        numbers = [number for number in split_objects(data) if number]
         names = [("measured", SEEN)]
         if numbers:
             names = [(f"object {number}", _colour(number)) for number in numbers[:MOST_NAMED]]
             names += [("filtered as a line", SOFT_INK), (f"predicted {HORIZON:g} s earlier", SEEN)]
-        elif spatial:
+        else:
             names += [("filtered", FILTERED), (f"predicted {HORIZON:g} s earlier", PREDICTED)]
         x = 0.06
         for name, colour in names:
@@ -87,6 +89,18 @@ def draw_track_picture(
         with replacing(path) as beside, warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Glyph .* missing")  # in the name of a source
             figure.savefig(beside, dpi=150)
+
+
+def _show_level(ax: Axes, data: Mapping[str, np.ndarray], name: str, axes: Sequence[str]) -> None:
+    """Widens the range of a coordinate that does not change, such as the height of what moves on a plane."""
+    path = np.column_stack([data[axis][data["valid"] > 0] for axis in axes])
+    if not len(path):
+        return
+    extents = np.ptp(path, axis=0)
+    own = extents[axes.index(name)]
+    if own < LEVEL * extents.max():
+        middle, half = float(np.median(path[:, axes.index(name)])), 0.05 * float(extents.max())
+        ax.set_ylim(middle - half, middle + half)
 
 
 def _shortened(title: str) -> str:
@@ -127,7 +141,7 @@ def _draw_lines(ax: Axes, data: Mapping[str, np.ndarray], across: str, up: str, 
         colour = _colour(number) if number else SEEN
         ax.plot(column(data, "", across)[own], column(data, "", up)[own], ".", color=colour, ms=3.5, zorder=2)
     for prefix, usual in (("predicted_", PREDICTED), ("filtered_", FILTERED)):
-        for number, part in split_objects(data).items() if f"{prefix}x" in data and up in ("x", "y", "z") else ():
+        for number, part in split_objects(data).items():
             several = {"filtered_": _colour(number), "predicted_": SEEN}
             colour = several[prefix] if number else usual
             gaps = np.flatnonzero(np.diff(part["stamp"]) > 2.5 * period) + 1

@@ -91,7 +91,7 @@ def prepare_track(
     Args:
         sources: one source or two, as `open_footage` takes them; or the folder of a recorded live session.
         calibration: file made by `drake-tracker calibrate` or another tool, or two files, see `load_cameras`; None
-            gives the 2-D centroid of a single camera.
+            gives the track of a single camera in pixels.
         plane: for a single camera, "board" (the board in the calibration's first photograph) or a YAML file with X_WP.
         height: height of the moving object above that plane [m].
         camera: name of a single camera in the calibration.
@@ -103,8 +103,7 @@ def prepare_track(
         max_gap: largest gap between the two rays of one point [m]; None: see `usual_gap`.
         roi: for each camera, the part of the image in which motion counts, see `read_window`; or empty.
         follow: for each camera, "U,V", the pixel of the object to follow in the first image; or empty.
-        objects: largest number of objects to track; more than one only with two cameras, or with a single one without
-            calibration.
+        objects: largest number of objects to track.
         record: whether the images of live cameras are recorded.
 
     Raises:
@@ -115,7 +114,7 @@ def prepare_track(
         sources = find_recordings(sources[0]) or sources
     detector_settings = read_option(detector, DETECTOR_SETTINGS, "detector")
     estimator_settings = read_option(estimator, ESTIMATOR_SETTINGS, "estimator")
-    check_choice(len(sources), roi, follow, objects, bool(calibration))
+    check_choice(len(sources), roi, follow, objects)
     files = [calibration] if isinstance(calibration, str | Path) else list(calibration or ())
     _check_cameras(sources, files, plane)
     if detector_settings.centroid != "hull" and (roi or follow or objects > 1):
@@ -155,7 +154,7 @@ def prepare_track(
             timeline,
             detectors,
             cameras,
-            own_estimator(estimator_settings, timeline.period) if cameras else None,
+            own_estimator(estimator_settings, timeline.period, not cameras),
             plane=surface,
             max_gap=max_gap,
             trackers=trackers if detector_settings.centroid == "hull" else (),
@@ -177,10 +176,11 @@ def prepare_track(
         "max_gap": max_gap,
         "first_look": [None if look is None else asdict(look) for look in looks],
         "detector": {"kind": type(detector_settings).__name__} | asdict(detector_settings),
-        "estimator": {"kind": type(estimator_settings).__name__, "scaled_to_data": is_scaled(estimator_settings)}
-        | asdict(estimator_settings)
-        if cameras
-        else None,
+        "estimator": {
+            "kind": type(estimator_settings).__name__,
+            "scaled_to_data": is_scaled(estimator_settings, not cameras),
+        }
+        | asdict(estimator_settings),
     }
     world = None
     if cameras:

@@ -78,6 +78,11 @@ def doubts(summary: dict[str, Any]) -> str | None:
             ),
             (summary.get("leaps"), "time", "the object leapt {count} {noun}"),
             (hidden, "row", "an object was hidden in {count} {noun}"),
+            (
+                summary.get("off_plane") if summary.get("results") else 0,  # else the command says so by itself
+                "row",
+                "an object was seen in {count} {noun} where the camera does not see the plane",
+            ),
         )
         if count
     ]

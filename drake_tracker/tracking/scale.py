@@ -10,6 +10,7 @@ from drake_tracker.diagrams.parts import estimator_of
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.estimator import Estimator
 from drake_tracker.estimation.scaled import ScaledEstimator
+from drake_tracker.scenarios.base import Custom
 from drake_tracker.vision.camera_model import CameraModel
 
 GAP_PIXELS = 16.0
@@ -41,30 +42,30 @@ def usual_gap(cameras: Sequence[CameraModel]) -> float:
     return GAP_PIXELS * distance / float(left.K[0, 0])
 
 
-def own_estimator(settings: Any, period: float) -> Estimator[Any]:
+def own_estimator(settings: Any, period: float, in_pixels: bool = False) -> Estimator[Any]:
     """Returns the estimator of a track.
 
     With default settings it suits any unit of length (`ScaledEstimator`). As soon as one setting is given, all of them
-    hold as they are, in metres.
+    hold as they are, in metres. In pixels, an estimator is always scaled, unless it is a custom one: the settings then
+    hold for an object that moves with `scaled.SPEED`.
 
     Args:
         settings: of an estimator, see `estimator_of`.
         period: of the images [s].
+        in_pixels: whether points are in pixels.
     """
-    if not is_scaled(settings):
+    if not is_scaled(settings, in_pixels):
         return estimator_of(settings, "--estimator", period=period)
-    if isinstance(settings, CoordinatedTurn):
+    if settings == CoordinatedTurn():
         settings = replace(settings, ready_after=READY_AFTER)
     return ScaledEstimator(estimator_of(settings, "--estimator", period=period))
 
 
-def is_scaled(settings: Any) -> bool:
-    """Returns whether the unit of length is found from the points: for each kind with default settings only.
+def is_scaled(settings: Any, in_pixels: bool = False) -> bool:
+    """Returns whether the unit of length is found from the points: for each kind with default settings or in pixels.
 
     Args:
         settings: of an estimator.
+        in_pixels: whether points are in pixels.
     """
-    try:
-        return bool(settings == type(settings)())
-    except TypeError:  # a custom estimator
-        return False
+    return not isinstance(settings, Custom) and (in_pixels or bool(settings == type(settings)()))

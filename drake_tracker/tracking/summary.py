@@ -9,7 +9,7 @@ import numpy as np
 from drake_tracker.footage.timeline import Timeline
 from drake_tracker.tasks.results import made_by, tidy
 from drake_tracker.tracking.filtered import count_filtered
-from drake_tracker.tracking.table import HORIZON, split_objects
+from drake_tracker.tracking.table import HORIZON, axes_of, split_objects
 from drake_tracker.vision.image_track import TrackState
 
 _MOST_NAMED = 1000
@@ -19,15 +19,19 @@ _MOST_NAMED = 1000
 def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, Any]:
     """Returns the numbers of a track; lengths in m, times in s, pixels in px.
 
+    Without calibration, the lengths are in px, and the names that end in ``_m`` and ``_m_s`` end in ``_px`` and
+    ``_px_s``.
+
     - ``described``: number of images that the track describes.
     - ``results``: number of those with a valid point (or centroid, for a single camera without calibration).
     - ``states``: number of rows with each state of an object.
     - ``objects_seen``: number of different objects among the rows.
-    - ``gap_rms_m``: root mean square of the gap between the two rays.
+    - ``gap_rms_m``: root mean square of the gap between the two rays; only with calibration.
     - ``prediction_rms_m``: root mean square error of the predictions `HORIZON` ahead, against the points measured at
       that time (interpolated between neighbours).
-    - ``extent_m`` or ``extent_px``: size of the bounding box of the track.
-    - ``seen``: number of images in which every camera saw motion.
+    - ``extent_m``: size of the bounding box of the track.
+    - ``seen``: number of images in which every camera saw motion; only with calibration.
+    - ``off_plane``: number of rows in which a single camera saw an object, but not the plane there; only with a plane.
     - ``median_speed_m_s``: median speed of the filtered point.
     - ``filtered``: how many points were filtered, and why the others were not, see `count_filtered`.
     - ``by_object``: the same of each of several objects, with ``id``, number of ``points``, number of rows in which it
@@ -38,7 +42,7 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
         period: period of the images [s].
     """
     valid = data["valid"] > 0
-    names = ("x", "y", "z") if "x" in data else ("u", "v")
+    names, unit = axes_of(data)
     images = np.unique(data["stamp"])
     with_result = np.unique(data["stamp"][valid])
     summary: dict[str, Any] = {"described": len(images), "results": len(with_result)}
@@ -52,16 +56,15 @@ def summarise_track(data: Mapping[str, np.ndarray], period: float) -> dict[str, 
         summary["objects_seen"] = len(np.unique(numbers))
     path = np.column_stack([data[name][valid] for name in names])
     extent = np.ptp(path, axis=0).tolist() if len(path) else None
-    if "x" not in data:
-        return summary | {"extent_px": extent}
-    sides = [column for name, column in data.items() if name.endswith("_u")]
+    summary[f"extent_{unit}"] = extent
+    if unit == "m":
+        sides = [data[name] for name in ("left_u", "right_u") if name in data]
+        seen = np.isfinite(sides).all(axis=0)
+        summary["seen"] = len(np.unique(data["stamp"][seen]))
+        if len(sides) == 1:
+            summary["off_plane"] = int((seen & ~valid).sum())
     parts = split_objects(data)
-    summary |= {
-        "extent_m": extent,
-        "seen": len(np.unique(data["stamp"][np.isfinite(sides).all(axis=0)])),
-        **_accuracy(list(parts.values()), period),
-        "prediction_horizon_s": HORIZON,
-    }
+    summary |= {**_accuracy(list(parts.values()), period), "prediction_horizon_s": HORIZON}
     if list(parts) != [0]:
         summary["by_object"] = [_describe(number, part, period) for number, part in parts.items() if number]
     return summary
@@ -83,28 +86,31 @@ def _accuracy(parts: Sequence[Mapping[str, np.ndarray]], period: float) -> dict[
     """Returns gap, speed, predictions and filtered points of the rows of one object or several."""
     gaps, speeds, errors = [], [], []
     filtered: Counter[str] = Counter()
+    names, unit = axes_of(parts[0])
     for part in parts:
         valid = part["valid"] > 0
-        gap = part["gap"][valid]
+        gap = part.get("gap", np.full(len(valid), np.nan))[valid]
         gaps.append(gap[~np.isnan(gap)])
-        places = np.column_stack([part[f"filtered_{name}"] for name in ("x", "y", "z")])
+        places = np.column_stack([part[f"filtered_{name}"] for name in names])
         steps = np.diff(part["stamp"])
         speeds.append(np.linalg.norm(np.diff(places, axis=0), axis=1) / np.where(steps > 0.0, steps, np.nan))
         errors.append(_prediction_errors(part, valid, period))
         filtered.update(count_filtered(part))
     gap, speed, error = (np.concatenate(each) for each in (gaps, speeds, errors))
+    gap_rms = {"gap_rms_m": float(np.sqrt(np.mean(gap**2))) if len(gap) else None} if unit == "m" else {}
     return {
-        "gap_rms_m": float(np.sqrt(np.mean(gap**2))) if len(gap) else None,
-        "median_speed_m_s": float(np.nanmedian(speed)) if np.isfinite(speed).any() else None,
+        **gap_rms,
+        f"median_speed_{unit}_s": float(np.nanmedian(speed)) if np.isfinite(speed).any() else None,
         "filtered": dict(filtered),
-        "prediction_rms_m": float(np.sqrt(np.mean(error**2))) if len(error) else None,
+        f"prediction_rms_{unit}": float(np.sqrt(np.mean(error**2))) if len(error) else None,
     }
 
 
 def _prediction_errors(data: Mapping[str, np.ndarray], valid: np.ndarray, period: float) -> np.ndarray:
-    """Returns the errors [m] of the predictions that can be judged."""
-    predicted = np.column_stack([data[f"predicted_{name}"] for name in ("x", "y", "z")])
-    path = np.column_stack([data[name][valid] for name in ("x", "y", "z")])
+    """Returns the errors of the predictions that can be judged, in the unit of the track."""
+    names, _ = axes_of(data)
+    predicted = np.column_stack([data[f"predicted_{name}"] for name in names])
+    path = np.column_stack([data[name][valid] for name in names])
     times, stamps = data["stamp"] + HORIZON, data["stamp"][valid]
     if len(stamps) < 2:
         return np.zeros(0)

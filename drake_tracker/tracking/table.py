@@ -15,6 +15,8 @@ HORIZON = 0.25
 """Look-ahead [s] of the predictions in the table."""
 POINT_COLUMNS = ("stamp", "x", "y", "z", "gap", "valid")
 FILTER_COLUMNS = ("filtered_x", "filtered_y", "filtered_z", "filtered_yaw", "predicted_x", "predicted_y", "predicted_z")
+PIXEL_COLUMNS = tuple(Centroid.get_fields())
+PIXEL_FILTER_COLUMNS = ("filtered_u", "filtered_v", "predicted_u", "predicted_v")
 OBJECT_COLUMNS = ("id", "state")
 _FLUSH_EVERY = 30
 """Number of rows after which the file is flushed to disk."""
@@ -25,31 +27,29 @@ class TrackTable:
 
     With calibration the columns are: stamp [s]; measured x, y, z [m] in W; gap [m]; valid (0 or 1); filtered x, y, z
     [m] and yaw [rad] at the stamp; predicted x, y, z [m] for the time stamp + `HORIZON`, computed at the stamp; u, v
-    [px] of each camera's centroid. Without: stamp, u, v, pixel_count, valid. Then follow id, the number of the object,
-    empty until one is confirmed, and state, the name of a `TrackState` in lower case, in memory its number. With two
-    cameras, the id is that of the left one, or with several objects that of the pair, and the state the less favourable
-    of both. With several objects, there is one row for each object in each image. A missing value is empty in the file
-    and NaN in memory.
+    [px] of each camera's centroid. Without: stamp, u, v, pixel_count, valid; filtered u, v and predicted u, v [px], as
+    above. Then follow id, the number of the object, empty until one is confirmed, and state, the name of a `TrackState`
+    in lower case, in memory its number. With two cameras, the id is that of the left one, or with several objects that
+    of the pair, and the state the less favourable of both. With several objects, there is one row for each object in
+    each image. A missing value is empty in the file and NaN in memory.
 
     Attributes:
         columns: names of the columns.
         rows: rows so far.
     """
 
-    def __init__(self, path: str | Path, sides: Sequence[str], has_points: bool) -> None:
+    def __init__(self, path: str | Path, sides: Sequence[str], in_space: bool) -> None:
         """Creates the file and writes its header.
 
         Args:
             path: file to write.
             sides: names of the cameras.
-            has_points: whether the cameras are calibrated, so that there are points.
+            in_space: whether the points are in W [m], and not in the image of a single camera [px].
         """
-        self._has_points = has_points
-        self.columns: tuple[str, ...]
-        if has_points:
+        self._in_space = in_space
+        self.columns: tuple[str, ...] = (*PIXEL_COLUMNS, *PIXEL_FILTER_COLUMNS)
+        if in_space:
             self.columns = (*POINT_COLUMNS, *FILTER_COLUMNS, *(f"{side}_{c}" for side in sides for c in "uv"))
-        else:
-            self.columns = tuple(Centroid.get_fields())
         self.columns += OBJECT_COLUMNS
         self.rows: list[list[float]] = []
         self._file = open(path, "w", newline="", encoding="utf-8")  # noqa: SIM115 - closed by `close`
@@ -66,15 +66,12 @@ class TrackTable:
 
         Returns whether there is a new row.
         """
-        first = values[0]
-        stamp = float((first.centroids[0] if first.point is None else first.point)[0])
+        stamp = float(values[0].point[0])
         if stamp == 0.0 or (self.rows and stamp <= self.rows[-1][0]):
             return False
         rows = [
             self._object_row(each, objects, place) for place, each in enumerate(values) if place == 0 or each.number
         ]
-        if len(objects) == 1:
-            rows += _others(stamp, objects)
         for row in rows:
             self.rows.append(row)
             number, state = row[-2:]
@@ -94,46 +91,60 @@ class TrackTable:
 
     def _object_row(self, values: ObjectValues, objects: Sequence[ImageObjects | None], place: int) -> list[float]:
         """Returns the row of an object."""
-        if values.point is None or values.filtered is None or values.packet is None:
-            row = self._centroid_row(values.centroids[0])
-        else:
-            row = self._row(values.centroids, values.point, values.filtered, values.packet)
+        row = self._space_row(values) if self._in_space else self._pixel_row(values)
         number, state = _identity(row[self.columns.index("valid")] > 0.0, objects, place)
         if values.number is not None:
             number = float(values.number or np.nan)
         return [*row, number, state]
 
     @staticmethod
-    def _centroid_row(vector: np.ndarray) -> list[float]:
-        centroid = Centroid(np.array(vector))
+    def _pixel_row(values: ObjectValues) -> list[float]:
+        centroid = Centroid(np.array(values.centroids[0]))
         seen = (centroid.u, centroid.v) if centroid.valid else (np.nan, np.nan)
-        return [float(value) for value in (centroid.stamp, *seen, centroid.pixel_count, centroid.valid)]
+        filtered, predicted = _filter_results(values)
+        row = (centroid.stamp, *seen, centroid.pixel_count, centroid.valid, *filtered[:2], *predicted[:2])
+        return [float(value) for value in row]
 
     @staticmethod
-    def _row(
-        centroids: Sequence[np.ndarray], vector: np.ndarray, filtered: np.ndarray, packet: np.ndarray
-    ) -> list[float]:
-        point, state = TrackPoint(np.array(vector)), Filtered(np.array(filtered))
-        row = [np.nan] * (len(POINT_COLUMNS) + len(FILTER_COLUMNS))
-        row[0], row[5] = point.stamp, point.valid
+    def _space_row(values: ObjectValues) -> list[float]:
+        point = TrackPoint(np.array(values.point))
+        row = [point.stamp, *([np.nan] * 4), point.valid]
         if point.valid:
             row[1:4] = point.x, point.y, point.z
         if point.gap:
             row[4] = point.gap
-        if state.valid and state.stamp == point.stamp:
-            row[6:10] = state.x, state.y, state.z, state.yaw
-        header = Prediction(np.array(packet))
-        if header.valid and header.stamp == point.stamp and header.spacing == KNOT_SPACING:
-            row[10:13] = evaluate_prediction(packet, point.stamp + HORIZON)[:3]
-        for centroid in map(Centroid, map(np.array, centroids)):
+        filtered, predicted = _filter_results(values)
+        row += [*filtered, *predicted]
+        for centroid in map(Centroid, map(np.array, values.centroids)):
             row += (centroid.u, centroid.v) if centroid.valid else (np.nan, np.nan)
         return [float(value) for value in row]
+
+
+def _filter_results(values: ObjectValues) -> tuple[np.ndarray, np.ndarray]:
+    """Returns (filtered x, y, z and yaw at the stamp of the point, x, y, z predicted for `HORIZON` later) of an object,
+    NaN where there is none."""
+    filtered, predicted = np.full(4, np.nan), np.full(3, np.nan)
+    stamp, state, header = values.point[0], Filtered(np.array(values.filtered)), Prediction(np.array(values.packet))
+    if state.valid and state.stamp == stamp:
+        filtered[:] = state.x, state.y, state.z, state.yaw
+    if header.valid and header.stamp == stamp and header.spacing == KNOT_SPACING:
+        predicted[:] = evaluate_prediction(values.packet, stamp + HORIZON)[:3]
+    return filtered, predicted
+
+
+def axes_of(data: Mapping[str, np.ndarray]) -> tuple[tuple[str, ...], str]:
+    """Returns (the columns of the measured point, their unit): x, y, z in "m", or u, v in "px" without calibration.
+
+    Args:
+        data: columns of the track, see `TrackTable.data`.
+    """
+    return (("x", "y", "z"), "m") if "x" in data else (("u", "v"), "px")
 
 
 def split_objects(data: Mapping[str, np.ndarray]) -> dict[int, dict[str, np.ndarray]]:
     """Returns the rows of each object, {number: columns}; number 0 has the rows without one.
 
-    A track with one row for each image is of one object at a time, and is not divided: all of its rows have number 0.
+    A track with one row for each image, or without rows, is not divided: all of its rows have number 0.
 
     Args:
         data: columns of the track, see `TrackTable.data`.
@@ -141,7 +152,8 @@ def split_objects(data: Mapping[str, np.ndarray]) -> dict[int, dict[str, np.ndar
     ids = np.nan_to_num(data["id"]) if "id" in data else np.zeros(len(data["stamp"]))
     if len(np.unique(data["stamp"])) == len(data["stamp"]):
         ids = np.zeros(len(ids))
-    return {int(number): {name: column[ids == number] for name, column in data.items()} for number in np.unique(ids)}
+    numbers = np.unique(ids) if len(ids) else [0.0]
+    return {int(number): {name: column[ids == number] for name, column in data.items()} for number in numbers}
 
 
 def _identity(valid: bool, objects: Sequence[ImageObjects | None], place: int) -> list[float]:
@@ -153,19 +165,6 @@ def _identity(valid: bool, objects: Sequence[ImageObjects | None], place: int) -
     order = (TrackState.LOST, TrackState.HIDDEN, TrackState.STANDING, TrackState.MOVING)
     states = [TrackState.LOST if track is None else track.state for track in tracks]
     return [number, float(min(states, key=order.index))]
-
-
-def _others(stamp: float, objects: Sequence[ImageObjects | None]) -> list[list[float]]:
-    """Returns the rows of the second and all further objects in the image of a single camera."""
-    rows = []
-    for place in range(1, len(objects[0].targets) if objects and objects[0] is not None else 0):
-        track = objects[0].target(place) if objects[0] is not None else None
-        if track is not None:
-            seen = track.seen >= track.stamp
-            u, v = track.place.tolist() if seen else (np.nan, np.nan)
-            count = float(track.moving) if seen else 0.0
-            rows.append([stamp, u, v, count, float(seen), float(track.number), float(track.state)])
-    return rows
 
 
 def _text(value: float) -> str:

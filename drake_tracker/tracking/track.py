@@ -88,7 +88,7 @@ def _make_track(
     dropped: list[list[float]] = [[] for _ in track.footage]
     try:
         with _Collected(errors, out):
-            table = TrackTable(out / "track.csv", diagram.sides, diagram.has_points)
+            table = TrackTable(out / "track.csv", diagram.sides, diagram.in_space)
             if overlay or live is not None:
                 video = _open_overlay(track, out / "overlay.mp4" if overlay else None, live)
             if live is not None and video is not None:
@@ -208,7 +208,7 @@ def _run(
         values = read_values(diagram, context)
         energies = [read(f"motion_{side}") for side in diagram.sides]
         objects = [None if energy is None else energy.objects for energy in before]
-        if diagram.places > 1:
+        if diagram.places > 1 and len(diagram.sides) == 2:
             objects = list(read("objects").views)
         known = len(table.rows)
         if table.add(values, objects):

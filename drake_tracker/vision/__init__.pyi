@@ -35,6 +35,7 @@ from .hand_markers import MarkerSearch as MarkerSearch
 from .hand_markers_system import HandMarkersSystem as HandMarkersSystem
 from .hand_view import HandView as HandView
 from .hand_vision_diagram import HandVisionDiagram as HandVisionDiagram
+from .image_targets_system import ImageTargetsSystem as ImageTargetsSystem
 from .localiser_system import Localiser as Localiser
 from .measured_vision_system import MeasuredVisionDiagram as MeasuredVisionDiagram
 from .motion_centroid_system import LaggedCentroid as LaggedCentroid
@@ -50,6 +51,7 @@ from .object_track import Measurement as Measurement
 from .object_track import ObjectTrack as ObjectTrack
 from .object_track import TrackState as TrackState
 from .object_window import ObjectWindow as ObjectWindow
+from .pixel_point_system import PixelPointSystem as PixelPointSystem
 from .plane_projection import EveryPoint as EveryPoint
 from .plane_projection import PlausiblePoints as PlausiblePoints
 from .plane_projection import PointFilter as PointFilter

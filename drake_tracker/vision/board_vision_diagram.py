@@ -14,7 +14,6 @@ from drake_tracker.core.timing import (
     vision_slot,
 )
 from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.image_tracker import ImageTracker
 from drake_tracker.vision.motion_centroid_system import add_motion_centroid
 from drake_tracker.vision.motion_detector import MotionDetector
 from drake_tracker.vision.plane_projection import PointFilter
@@ -36,12 +35,11 @@ class BoardVisionDiagram(Diagram):
         - motion
         - motion_images
 
-    ``camera`` is an `ImageRgba8U` of the full frame or a part of it, read every ``period`` at offset 0. ``centroid`` is
-    a `Centroid` vector [px] at the end of the pipeline, new every ``update_cycles``; ``point`` is a `TrackPoint` vector
-    in W [m], updated every ``period`` in the projector's slot. Both are zeros until the first centroid has passed the
-    delay line.
+    ``camera`` is an `ImageRgba8U` of the full frame or a part of it, read every `VISION_PERIOD` at offset 0.
+    ``centroid`` is a `Centroid` vector [px] at the end of the pipeline, new every ``update_cycles``; ``point`` is a
+    `TrackPoint` vector in W [m], updated every `VISION_PERIOD` in the projector's slot. Both are zeros until the first
+    centroid has passed the delay line.
     ``motion`` is the `MotionEnergy` and ``motion_images`` all intermediate images of the newest centroid, for pictures.
-    With ``own_stamps`` there is the input ``frame`` too, a `FrameInfo` vector.
 
     Args:
         detector: `MotionDetector`, with its window.
@@ -53,10 +51,6 @@ class BoardVisionDiagram(Diagram):
         update_cycles: cycles from one centroid to the next.
         throughput_cycles: cycles from the capture of a centroid's first image until the centroid is output.
         follow: `PredictedWindow`, or None for the detector's own window alone.
-        tracker: `ImageTracker`, or None for everything that moves.
-        own_stamps: whether the images have stamps of their own.
-        grey: whether they are `ImageGrey8U`, with grey values only.
-        period: of a cycle [s].
         time_step: of the plant [s], which the slots divide.
         image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`. It
             does not change ``centroid`` and ``point``; ``motion`` is as late as the images.
@@ -79,10 +73,6 @@ class BoardVisionDiagram(Diagram):
         update_cycles: int = BALL_UPDATE_CYCLES,
         throughput_cycles: int = BALL_THROUGHPUT_CYCLES,
         follow: PredictedWindow | None = None,
-        tracker: ImageTracker | None = None,
-        own_stamps: bool = False,
-        grey: bool = False,
-        period: float = VISION_PERIOD,
         time_step: float = TIME_STEP,
         image_latency: int = 0,
     ) -> None:
@@ -95,27 +85,21 @@ class BoardVisionDiagram(Diagram):
             detector=detector,
             image_offset=image_offset,
             lag_cycles=lag,
-            period=period,
             update_cycles=update_cycles,
             follow=follow,
-            tracker=tracker,
-            own_stamps=own_stamps,
-            grey=grey,
             image_latency=image_latency,
             name="motion",
         )
         offset = vision_slot(PROJECTOR_SLOT, time_step)
         projector = builder.AddNamedSystem(
             "projector",
-            PlaneProjectorSystem(camera, np.asarray(X_WB), height, plausible, period=period, offset=offset),
+            PlaneProjectorSystem(camera, np.asarray(X_WB), height, plausible, offset=offset),
         )
         builder.ExportInput(centroid.image_input_port, "camera")
-        if own_stamps:
-            builder.ExportInput(centroid.frame_input_port, "frame")
         builder.Connect(centroid.output_port, projector.GetInputPort("centroid"))
         builder.ExportOutput(projector.GetOutputPort("point"), "point")
         builder.ExportOutput(centroid.output_port, "centroid")
         builder.ExportOutput(centroid.system.GetOutputPort("motion_energy"), "motion")
         builder.ExportOutput(centroid.system.GetOutputPort("motion_images"), "motion_images")
         builder.BuildInto(self)
-        self.lag = lag * period
+        self.lag = lag * VISION_PERIOD

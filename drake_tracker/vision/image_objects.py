@@ -47,6 +47,26 @@ class ImageObjects(FrozenState):
         return next((track for track in self.tracks if track.number == number), None)
 
 
+def target_number(objects: ImageObjects | None, place: int) -> int:
+    """Returns the number of the object of a place, 0 while it has none or there is no image."""
+    track = None if objects is None else objects.target(place)
+    return 0 if track is None else track.number
+
+
+def target_centroid(objects: ImageObjects | None, place: int, stamp: float) -> np.ndarray:
+    """Returns the `Centroid` vector of the object of a place, invalid while the image does not show it.
+
+    Args:
+        objects: in the image, None without one.
+        place: of the object among those to report.
+        stamp: of the image [s].
+    """
+    track = None if objects is None else objects.target(place)
+    if track is None or track.seen < track.stamp:
+        return np.array([stamp, 0.0, 0.0, 0.0, 0.0])
+    return np.array([stamp, *track.place, float(track.moving), 1.0])
+
+
 def count_rivals(tracks: Sequence[ImageTrack], targets: Sequence[int]) -> int:
     """Returns the number of confirmed objects that are no targets and about as large as the first target.
 

@@ -9,6 +9,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.messages import Centroid, TrackPoint, message_size
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.vision.image_objects import target_centroid
 from drake_tracker.vision.object_pairs import ObjectPairing, PairedObjects
 
 
@@ -97,11 +98,7 @@ def pack_number(paired: PairedObjects, place: int) -> np.ndarray:
 
 def pack_centroid(paired: PairedObjects, place: int, side: int) -> np.ndarray:
     """Returns the `Centroid` vector of a place in the left (0) or the right image (1)."""
-    view = paired.views[side]
-    track = None if view is None else view.target(place)
-    if track is None or track.seen < track.stamp:
-        return np.array([paired.stamp, 0.0, 0.0, 0.0, 0.0])
-    return np.array([paired.stamp, *track.place, float(track.moving), 1.0])
+    return target_centroid(paired.views[side], place, paired.stamp)
 
 
 def _centroid_of(side: int) -> Any:

@@ -119,11 +119,24 @@ def test_the_strips_show_speed_gap_and_prediction_error(tmp_path, monkeypatch):
     assert error == pytest.approx(4.0, abs=0.3 * 1e3 / 60)  # the prediction is for an instant between two images
 
 
-def test_the_strips_of_an_uncalibrated_camera_are_in_pixels():
-    strips = TrackStrips(("stamp", "u", "v", "pixel_count", "valid", "id", "state"), 0.1, (640, 480))
-    strips.values([0.1, 100.0, 50.0, 9.0, 1.0, 1.0, 1.0])
-    assert strips.values([0.2, 103.0, 54.0, 9.0, 1.0, 1.0, 1.0]) == [50.0, 103.0, 54.0]
-    assert strips.values([0.3, np.nan, np.nan, 0.0, 0.0, 1.0, 0.0]) == [None, None, None]
+def test_the_strips_of_an_uncalibrated_camera_are_in_pixels(tmp_path):
+    table = TrackTable(tmp_path / "rows.csv", ("left",), False)
+    table.close()
+    strips = TrackStrips(table.columns, 0.125, (640, 480))
+    assert [(strip.title, strip.unit) for strip in strips.strips] == [
+        ("Speed", "px/s"), ("Prediction error", "px"), ("u", "px"), ("v", "px"),
+    ]  # fmt: skip
+
+    def values(stamp, u, v, filtered=(np.nan,) * 2, predicted=(np.nan,) * 2):
+        row = dict(stamp=stamp, u=u, v=v, pixel_count=9.0, valid=1.0, id=1.0, state=1.0)
+        row |= dict(zip(("filtered_u", "filtered_v"), filtered)) | dict(zip(("predicted_u", "predicted_v"), predicted))
+        return strips.values([row[name] for name in table.columns])
+
+    assert values(0.125, 100.0, 50.0) == [None, None, 100.0, 50.0]
+    values(0.25, 102.0, 50.0, (102.0, 50.0), (106.0, 50.0))
+    assert values(0.375, 103.0, 54.0, (105.0, 54.0)) == [40.0, None, 103.0, 54.0]
+    assert values(0.5, 106.0, 53.0, (105.0, 54.0)) == [0.0, 3.0, 106.0, 53.0]
+    assert values(0.625, np.nan, np.nan) == [None, None, None, None]
 
 
 def test_a_live_camera_cannot_be_paused():

@@ -85,13 +85,28 @@ def test_points_paths_and_numbers_are_those_of_the_table(tracked, topics):
     assert circle.position.x == pytest.approx(data["right_u"][np.isfinite(data["right_u"])][-1], abs=1e-5)
 
 
-def test_an_uncalibrated_camera_has_images_and_pixels_only(tracked):
+def test_an_uncalibrated_camera_has_its_path_in_the_image(tracked):
     topics = read_mcap(tracked / "single" / "track.mcap")
-    assert set(topics) == {"/camera_left/image", "/camera_left/marks", "/signals/camera_left/centroid"}
+    assert set(topics) == {
+        "/camera_left/image", "/camera_left/marks", "/camera_left/path",
+        "/signals/camera_left/centroid", "/signals/filtered",
+    }  # fmt: skip
+    data = read_track(tracked / "single")
+    known = np.isfinite(data["filtered_u"])
+    lines = topics["/camera_left/path"]
+    assert len(lines) == known.sum() > 20
+    assert lines[-1][0] == pytest.approx(data["stamp"][known][-1], abs=1e-5)
+    pixels = np.array([[p.x, p.y] for p in lines[-1][1].points[0].points])  # 0.1 s apart
+    for column, place in (("filtered", pixels[0]), ("predicted", pixels[2:4].mean(axis=0))):
+        np.testing.assert_allclose(place, [data[f"{column}_{axis}"][known][-1] for axis in "uv"], atol=0.3)
+    numbers = topics["/signals/filtered"][-1][1]
+    assert numbers["u"] == pytest.approx(data["filtered_u"][known][-1], abs=1e-5) and numbers["speed"] > 10.0
 
 
-def test_the_missing_extra_is_named(tracked, monkeypatch, capfd):
+@pytest.mark.parametrize("calibrated", [False, True])
+def test_the_missing_extra_is_named(tracked, tmp_path, monkeypatch, capfd, calibrated):
     monkeypatch.setitem(sys.modules, "foxglove", None)
+    options = ["--calibration", str(tracked / "stereo.yaml"), "--plane", "board"] if calibrated else []
     source = str(tracked / "left.mkv")
-    assert cli.main(["track", source, "--no-overlay", "--mcap", "--out", str(tracked / "none")]) == 2
+    assert cli.main(["track", source, *options, "--no-overlay", "--mcap", "--out", str(tmp_path / "none")]) == 2
     assert "pip install 'drake-tracker[mcap]'" in capfd.readouterr().err

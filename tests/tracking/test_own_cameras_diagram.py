@@ -14,13 +14,14 @@ from drake_tracker.vision.image_tracker import ImageTracker
 LEFT = ["camera_left", "frame_left", "centroid_left", "motion_left"]
 RIGHT = ["camera_right", "frame_right", "centroid_right", "motion_right"]
 POINTS = ["point", "filtered", "prediction"]
+SINGLE = {"motion", "motion_lag", "localiser", "source_left", "host"}
 
 
 def make(count, cameras, plane=None, objects=1):
     times = np.arange(10) / 50.0
     black = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
     films = [Footage("a", (WIDTH, HEIGHT), lambda: ((t, black) for t in times), times) for _ in range(count)]
-    estimator = make_estimator("coordinated_turn") if cameras else None
+    estimator = make_estimator("coordinated_turn")
     detectors = [FrameDifferenceDetector() for _ in films]
     trackers = [ImageTracker(objects) for _ in films] if objects > 1 else ()
     return OwnCamerasDiagram(align(films), detectors, cameras, estimator, plane=plane, trackers=trackers)
@@ -30,8 +31,8 @@ def make(count, cameras, plane=None, objects=1):
     ("count", "cameras", "plane", "ports", "systems"),
     [
         (2, list(CAMERAS.values()), None, LEFT + RIGHT + POINTS, {"vision", "source_left", "source_right", "host"}),
-        (1, [CAMERAS["camera_left"]], Plane(np.eye(4)), LEFT + POINTS, {"vision", "source_left", "host"}),
-        (1, [], None, LEFT, {"motion", "motion_lag", "source_left"}),
+        (1, [CAMERAS["camera_left"]], Plane(np.eye(4)), LEFT + POINTS, SINGLE),
+        (1, [], None, LEFT + POINTS, SINGLE),
     ],
 )
 def test_ports_of_two_cameras_of_one_with_a_plane_and_of_one_alone(count, cameras, plane, ports, systems):
@@ -55,7 +56,17 @@ def test_several_objects_have_ports_and_an_estimator_each():
     assert {system.get_name() for system in diagram.GetSystems()} == hosts | {
         "vision", "pairs", "source_left", "source_right",
     }  # fmt: skip
-    assert make(1, [], objects=3).places == 1  # in pixels, the tracker's own list is enough
+
+
+@pytest.mark.parametrize("plane", [None, Plane(np.eye(4))])
+def test_several_objects_of_one_camera_have_ports_and_an_estimator_each(plane):
+    diagram = make(1, [CAMERAS["camera_left"]] if plane else [], plane, objects=3)
+    names = {diagram.get_output_port(k).get_name() for k in range(diagram.num_output_ports())}
+    own = [*POINTS, "number", "centroid_left"]
+    assert names == {f"{name}{suffix}" for name in own for suffix in ("", "_2", "_3")} | set(LEFT)
+    systems = {system.get_name() for system in diagram.GetSystems()}
+    assert systems == SINGLE | {"targets", "localiser_2", "localiser_3", "host_2", "host_3"}
+    assert diagram.places == 3 and diagram.in_space == (plane is not None)
 
 
 def test_the_vision_runs_at_the_frame_rate_of_the_footage():

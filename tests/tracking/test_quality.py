@@ -20,3 +20,9 @@ def test_options_are_not_recommended_to_those_who_gave_them(given):
     summary = {"images_with_rivals": 3}
     assert "(--follow, --roi)" in doubts(summary)
     assert "larger, in 3 images." in doubts(summary | given)
+
+
+def test_points_beside_the_plane_are_named_unless_there_are_no_others():
+    said = "an object was seen in 3 rows where the camera does not see the plane"
+    assert said in doubts({"off_plane": 3, "results": 5})
+    assert doubts({"off_plane": 3, "results": 0}) is None

@@ -157,10 +157,3 @@ def test_the_object_to_follow_comes_first(folder):
         first.setdefault(row["stamp"], row["id"])
     (number,) = set(first.values()) - {""}
     assert errors(rows, number, [0, 1])[0] == 1
-
-
-def test_one_camera_with_a_plane_still_follows_one_object(folder, capfd):
-    write_images(Path("left"), film("left", [0, 1])[:5])
-    arguments = ["left", "--fps", "30", "--calibration", "stereo.yaml", "--plane", "board", "--objects", "2"]
-    assert cli.main(["track", *arguments, "--out", "out"]) == 2
-    assert "points of several objects need two cameras" in capfd.readouterr().err
