@@ -40,7 +40,7 @@ JOIN_DISTANCE, DOUBLED = 24, 4
 COVERED, ALONE = 0.5, 0.9
 """A region shows a whole object if it covers this share of its width and height, and contains this share of the moving
 pixels there: its front and its rear edge. Edges along the motion do not move."""
-ALWAYS, MOSTLY = 0.9, 0.6
+ALWAYS, MOSTLY = 0.95, 0.6
 """Share of the sequences in which it must, and the share that is enough if no setting reaches that."""
 
 
@@ -118,7 +118,7 @@ def take_a_look(
         detector = make_detector(replace(settings, stride=stride), period=period)
         masks = [_mask(detector, sequence) for sequence, _ in found]
         for distance in (usual_join << k for k in range(DOUBLED + 1)):
-            share = float(np.mean([_is_whole(mask, box, distance) for mask, box in zip(masks, boxes[:, 1])]))
+            share = float(np.mean([is_whole(mask, box, distance) for mask, box in zip(masks, boxes[:, 1])]))
             if share > most:
                 best, most = FirstLook(size, speed, stride, distance), share
             if share >= ALWAYS:
@@ -218,7 +218,7 @@ def _mask(detector: Any, sequence: list[np.ndarray]) -> np.ndarray:
     return mask
 
 
-def _is_whole(mask: np.ndarray, box: np.ndarray, join_distance: int) -> bool:
+def is_whole(mask: np.ndarray, box: np.ndarray, join_distance: int) -> bool:
     """Returns whether a moving region covers an object.
 
     Args:

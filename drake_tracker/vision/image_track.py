@@ -40,6 +40,8 @@ LARGEST_MARGIN = 0.4
 FAST, SWEPT = 0.75, 0.25
 """Motion from image to image, in sizes, from which on an exact region shows a fast object better, and the largest error
 of the width and height that it must then sweep, as a share of them."""
+SURE_SIZE = 1.3
+"""Largest ratio of the width or height of an exact region to that of the object, for its place to be the object's."""
 SLOW = 0.25
 """Speed below which an object may stand, in sizes per second."""
 
@@ -158,6 +160,14 @@ class ImageTrack(FrozenState):
             abs(inner.width + 2.0 * across - region.width) < SWEPT * region.width
             and abs(inner.height + 2.0 * down - region.height) < SWEPT * region.height
         )
+
+    def is_sure(self, region: ImageRegion) -> bool:
+        """Returns whether a region is exact and has the object's width and height.
+
+        Where an object turns back, an exact region may also contain the place where it was before and will be again.
+        """
+        ratios = region.width / self.width, region.height / self.height
+        return region.exact and all(1.0 / SURE_SIZE < ratio < SURE_SIZE for ratio in ratios)
 
     def is_like(self, region: ImageRegion) -> bool:
         """Returns whether a region has about the size of the object."""
@@ -284,7 +294,7 @@ def with_region(
     u, v = region.u, region.v
     patch, centre = track.patch, track.centre
     whole = track.hits < AREA_KNOWN or region.width * region.height >= WHOLE * track.area
-    if steady or track.hits < 3 or (whole and (region.exact or track.unsteady >= UNSTEADY_IMAGES)):
+    if steady or track.hits < 3 or track.is_sure(region) or (whole and track.unsteady >= UNSTEADY_IMAGES):
         unsteady = 0
         if whole:
             patch, centre = cut_patch(image, region)

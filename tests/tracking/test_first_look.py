@@ -10,7 +10,7 @@ from films import write_images
 from drake_tracker import cli
 from drake_tracker.footage.sources import open_footage
 from drake_tracker.tracking.detector_choice import can_suit, suited
-from drake_tracker.tracking.first_look import median_image, take_a_look
+from drake_tracker.tracking.first_look import is_whole, median_image, take_a_look
 from drake_tracker.vision.config import FrameDifference, NormalFlow
 
 PERIOD = 1.0 / 30.0
@@ -44,6 +44,17 @@ def test_size_and_speed_set_stride_and_join_distance(radius, speed, stride, join
     assert abs(found.stride - stride) <= (0 if speed > 2.0 else 1)
     assert (found.join_distance > 24) == joined
     assert speed < 2.0 or found.speed == pytest.approx(speed, rel=0.05)
+
+
+def test_a_region_is_whole_with_front_and_rear_edge():
+    """Half of a disc counted as whole where it covered the silhouette, of which the background hid the other half."""
+    mask = np.zeros((300, 400), np.uint8)
+    cv2.ellipse(mask, (200, 150), (90, 90), 0, -50, 50, 255, 3)  # the edges that move
+    cv2.ellipse(mask, (200, 150), (90, 90), 0, 130, 230, 255, 3)
+    for left, width in ((110, 180), (110, 120)):  # the silhouette, and what is left of it
+        box = np.array([left, 60.0, width, 180.0, left + 0.5 * width, 150.0])
+        assert not is_whole(mask, box, 24) and is_whole(mask, box, 160)
+    assert not is_whole(np.zeros_like(mask), box, 24)
 
 
 def test_where_nothing_moves_alone_there_is_nothing_to_see():

@@ -149,6 +149,21 @@ def test_a_ball_that_is_thrown_back_is_not_lost(speed):
     assert np.median(off) < 0.5 and np.mean(np.array(off[8:]) > 10.0) < 0.03 and numbers - {0} == {1}
 
 
+@pytest.mark.parametrize("start", [(372.0, 90.0), (300.0, 40.0), (60.0, 300.0)])
+def test_a_fast_ball_keeps_its_size_and_its_track_between_bounces(start):
+    """Its size was that of the region round three of its places: after a bounce nothing was like it, and it was hidden."""
+    span = np.array([420.0, 340.0]) - 30.0
+    steps = np.array(start) - 15.0 + [[-18.7 * k, -26.1 * k] for k in range(70)]
+    path = 15.0 + span - np.abs(steps % (2.0 * span) - span)
+    pictures = [disc(scene(8), u, v, 13.5, 230.0) for u, v in path]
+    off, sizes = [], []
+    for k, objects, centroid in run(pictures, ImageTracker(period=PERIOD)):
+        off.append(np.hypot(*(np.array(centroid[:2]) - path[k])) if centroid else np.inf)
+        sizes += [track.size for track in objects.tracks if track.number in objects.targets and k > 15]
+    assert np.median(off) < 0.5 and max(off[8:]) < 10.0
+    assert 22.0 < np.median(sizes) < 33.0
+
+
 def test_an_object_that_leaps_keeps_its_number_and_the_leap_is_counted():
     background = scene(7)
     pictures = [
