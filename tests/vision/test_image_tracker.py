@@ -151,7 +151,7 @@ def test_a_ball_that_is_thrown_back_is_not_lost(speed):
 
 @pytest.mark.parametrize("start", [(372.0, 90.0), (300.0, 40.0), (60.0, 300.0)])
 def test_a_fast_ball_keeps_its_size_and_its_track_between_bounces(start):
-    """Its size was that of the region round three of its places: after a bounce nothing was like it, and it was hidden."""
+    """Its size was that of the region of all its places: after a bounce nothing was like it, and it was hidden."""
     span = np.array([420.0, 340.0]) - 30.0
     steps = np.array(start) - 15.0 + [[-18.7 * k, -26.1 * k] for k in range(70)]
     path = 15.0 + span - np.abs(steps % (2.0 * span) - span)
