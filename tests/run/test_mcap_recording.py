@@ -77,8 +77,8 @@ def test_points_truth_and_numbers_are_those_of_the_log(run):
 def test_every_topic_has_a_schema_that_can_be_shown(run):
     """Foxglove's schemas that panels draw or plot, or numbers. None draws ``Point3InFrame``; Rerun reads no JSON."""
     drawn = {
-        "CameraCalibration", "CompressedImage", "FrameTransforms", "ImageAnnotations", "JointStates", "Log", "PointCloud",
-        "PoseInFrame", "PosesInFrame",
+        "CameraCalibration", "CompressedImage", "FrameTransforms", "ImageAnnotations", "JointStates", "Log",
+        "PointCloud", "PoseInFrame", "PosesInFrame",
     }  # fmt: skip
     topics, _ = run
     for topic, messages in topics.items():
