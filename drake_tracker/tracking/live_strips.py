@@ -35,6 +35,7 @@ class TrackStrips:
         self._columns, self._period = tuple(columns), period
         self._before: tuple[float, np.ndarray] | None = None
         self._predicted: deque[tuple[float, np.ndarray]] = deque()
+        self._number = np.nan
         self._has_points = "x" in columns
         if not self._has_points:
             self.strips: tuple[Strip, ...] = (
@@ -49,10 +50,13 @@ class TrackStrips:
     def values(self, row: Sequence[float]) -> list[float | None]:
         """Returns the value of each strip, None where it is unknown.
 
+        Speed and prediction error need earlier rows of the same object.
+
         Args:
             row: newest row of the table.
         """
         value = dict(zip(self._columns, row))
+        self._begin_again_with(value["id"])
         stamp = value["stamp"]
         if not self._has_points:
             return rounded([self._speed(stamp, np.array([value["u"], value["v"]])), value["u"], value["v"]])
@@ -63,6 +67,14 @@ class TrackStrips:
             self._predicted.append((stamp + HORIZON, ahead))
         values = {"Speed": speed, "Gap": 1e3 * value["gap"], "Prediction error": 1e3 * error}
         return rounded([values[strip.title] for strip in self.strips])
+
+    def _begin_again_with(self, number: float) -> None:
+        """Forgets the rows of another object. A row without an object, whose number is NaN, changes nothing."""
+        if number != self._number and np.isfinite(number):
+            if np.isfinite(self._number):
+                self._before = None
+                self._predicted.clear()
+            self._number = number
 
     def _speed(self, stamp: float, place: np.ndarray) -> float:
         """Returns the speed since the row before, NaN where one of the two places is unknown."""
