@@ -171,7 +171,7 @@ def photograph_page(path):
         browser.close()
     process.send_signal(signal.SIGINT)
     process.wait()
-    Image.open(path).convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
+    Image.open(path).convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(
         path, optimize=True
     )
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")

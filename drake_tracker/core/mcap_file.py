@@ -1,5 +1,6 @@
 """MCAP files with the message schemas of Foxglove, for Foxglove and Rerun. Needs the package of the extra ``mcap``."""
 
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,12 @@ from numpy.typing import ArrayLike
 
 from drake_tracker.core.atomic_file import unwritable
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.protobuf_numbers import encode_numbers, number_schema
 
 WORLD = "world"
 """Name of the world frame W in the file."""
+_PACKAGE = "drake_tracker"
+"""Package of the messages in Protocol Buffers that Foxglove does not define."""
 _NANOSECONDS = 10**9
 _JPEG_QUALITY = 85
 _FLUSH_AFTER = 1.0
@@ -39,6 +43,7 @@ class McapFile:
                 f"{path.name}: MCAP files need the package foxglove-sdk: pip install 'drake-tracker[mcap]'"
             ) from None
         self._make_channel: Any = foxglove.Channel
+        self._make_schema: Any = foxglove.Schema
         self._channels: Any = channels
         self._messages: Any = messages
         self._context = foxglove.Context()
@@ -78,6 +83,7 @@ class McapFile:
             position=m.Point2(x=u, y=v),
             diameter=diameter,
             thickness=2.0,
+            fill_color=m.Color(r=0.0, g=0.0, b=0.0, a=0.0),  # absent, it is null in the schemas of Foxglove
             outline_color=m.Color(r=1.0, g=0.69, b=0.0, a=1.0),
         )
         self._log(topic, "ImageAnnotations", time, circles=[circle])
@@ -147,11 +153,24 @@ class McapFile:
             )
         self._log(topic, "FrameTransforms", time, transforms=rows)
 
-    def point(self, topic: str, time: float, p_WQ: ArrayLike) -> None:
-        """Writes a point (3,) [m] in W as ``foxglove.Point3InFrame``."""
-        x, y, z = np.asarray(p_WQ, dtype=float).tolist()
-        point = self._messages.Point3(x=x, y=y, z=z)
-        self._log(topic, "Point3InFrame", time, timestamp=True, frame_id=WORLD, point=point)
+    def points(self, topic: str, time: float, points: ArrayLike) -> None:
+        """Writes points (n, 3) [m] in W as ``foxglove.PointCloud``.
+
+        ``foxglove.Point3InFrame`` would be simpler, but neither Foxglove nor Rerun shows it.
+        """
+        m, size = self._messages, np.dtype("<f8").itemsize
+        number = m.PackedElementFieldNumericType.Float64
+        self._log(
+            topic,
+            "PointCloud",
+            time,
+            timestamp=True,
+            frame_id=WORLD,
+            pose=self._pose(np.zeros(3), [1.0, 0.0, 0.0, 0.0]),
+            point_stride=3 * size,
+            fields=[m.PackedElementField(name=axis, offset=k * size, type=number) for k, axis in enumerate("xyz")],
+            data=np.asarray(points, dtype="<f8").tobytes(),
+        )
 
     def pose(self, topic: str, time: float, p_WO: ArrayLike, quaternion: ArrayLike) -> None:
         """Writes the pose of an object in W as ``foxglove.PoseInFrame``.
@@ -197,12 +216,22 @@ class McapFile:
         self._log(topic, "Log", time, timestamp=True, level=level, message=text, name=topic)
 
     def values(self, topic: str, time: float, values: Mapping[str, float]) -> None:
-        """Writes named numbers as JSON, for plots. Numbers that are not finite are left out, since JSON has none."""
+        """Writes named numbers for plots, as a message in Protocol Buffers with a ``double`` for each.
+
+        Args:
+            topic: of the message.
+            time: of the message [s].
+            values: {name: number}, the same names each time, identifiers.
+        """
         if topic not in self._open:
-            schema = {"type": "object", "properties": {name: {"type": "number"} for name in values}}
-            self._open[topic] = self._make_channel(topic, schema=schema, context=self._context)
-        finite = {name: float(value) for name, value in values.items() if np.isfinite(value)}
-        self._open[topic].log(finite, log_time=_nanoseconds(time))
+            message = re.sub(r"\W", "_", topic.strip("/"))
+            schema = self._make_schema(
+                name=f"{_PACKAGE}.{message}", encoding="protobuf", data=number_schema(_PACKAGE, message, list(values))
+            )
+            self._open[topic] = self._make_channel(
+                topic, schema=schema, message_encoding="protobuf", context=self._context
+            )
+        self._open[topic].log(encode_numbers(values.values()), log_time=_nanoseconds(time))
 
     def close(self) -> None:
         """Completes the file. May be called again."""

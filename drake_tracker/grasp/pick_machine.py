@@ -1,26 +1,23 @@
 """The pick machine: runs the motor schema of `pick_schema.py` on the orders of the host."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.special import ndtr
 
-from drake_tracker.arm.arm_model import ArmModel, tool_yaw
-from drake_tracker.arm.differential_ik import LIMIT_MARGIN, SPEED_SHARE
-from drake_tracker.arm.tool_yaw import swing_about_base
-from drake_tracker.arm.transform_equation import PEAK_OVER_MEAN, straight_motion_time
+from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.core.frozen_state import read_only
-from drake_tracker.core.messages import Frozen, PickOrder, evaluate_prediction, message_size, packet_target
-from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
+from drake_tracker.core.messages import Frozen, PickOrder, evaluate_prediction, packet_target
 from drake_tracker.grasp.config import PickConfig, closing_time
 from drake_tracker.grasp.descent import BESIDE, RESPONSE, behind, miss
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.jaws import GRIP_CONFIRMED, closed_on_nothing, feels_grip, next_opening
 from drake_tracker.grasp.motor_schema import since
-from drake_tracker.grasp.operated import OperatedMachine, OperatedState, Pace, resting_target
+from drake_tracker.grasp.operated import OperatedMachine, Pace, resting_target
 from drake_tracker.grasp.order_check import may_carry_out
+from drake_tracker.grasp.pick_motions import PickMotions
 from drake_tracker.grasp.pick_schema import (
     BY_HAND,
     FOLLOWING,
@@ -30,6 +27,7 @@ from drake_tracker.grasp.pick_schema import (
     SAME_MOTION,
     PickPhase,
 )
+from drake_tracker.grasp.pick_state import PickObservation, PickState
 
 ALONG_JAWS = 0.014
 """Largest error along the jaws at which two pairs of pads still hold a part [m]."""
@@ -37,71 +35,6 @@ TOGETHER = 0.006
 """Distance [m] from the part up to which the jaws may close."""
 LONGEST_WAIT = 0.2
 """Longest time for which the jaws wait for the hand to catch up [s]."""
-WRIST_MARGIN = 2.0 * LIMIT_MARGIN
-"""Distance [rad] from the end of its range at which the last joint may end a motion."""
-JAW_TURNS = 2
-"""Number of directions in which the jaws are the same."""
-_NO_ORDER = read_only(np.zeros(message_size(PickOrder)))
-
-
-@dataclass(frozen=True, kw_only=True)
-class PickState(OperatedState):
-    """All that the machine remembers.
-
-    Attributes:
-        phase: the phase.
-        order: the `PickOrder` vector in work, read-only; all zeros without one.
-        done: number of the last job that was done or failed.
-        gripped_since: time since when the jaws have measured a grip [s], infinity while they do not.
-        attempts: number of picks begun.
-        picked: number of parts that the jaws held after the lift.
-        placed: number of parts put down.
-        failed: number of orders that failed.
-        carried: number of the last job whose part the hand began to carry.
-        put_down: number of the last job whose part the jaws let go in its cell.
-        gate: why the hand waits above a part.
-        p_success: probability that a pick would succeed.
-        branch: half turns of the jaws when they took the part, or when the operator took control.
-    """
-
-    phase: PickPhase = PickPhase.WAIT
-    order: np.ndarray = field(default_factory=lambda: _NO_ORDER)
-    done: int = 0
-    gripped_since: float = math.inf
-    attempts: int = 0
-    picked: int = 0
-    placed: int = 0
-    failed: int = 0
-    carried: int = 0
-    put_down: int = 0
-    gate: Gate = Gate.NOT_TRACKING
-    p_success: float = 0.0
-    branch: float = 0.0
-
-
-@dataclass(frozen=True)
-class PickObservation:
-    """What the arm's computer knows at a tick.
-
-    Attributes:
-        time: time of the tick [s].
-        target: a `ServoTarget`.
-        packet: the `Prediction` vector on which the target rests.
-        order: the newest `PickOrder`.
-        jaws: a `JawState`.
-        status: a `ToolStatus`.
-        arm_state: measured joint positions and velocities, shape (2 n,) [rad, rad/s].
-        operator: an `OperatorCommand`.
-    """
-
-    time: float
-    target: Any
-    packet: np.ndarray
-    order: Any
-    jaws: Any
-    status: Any
-    arm_state: np.ndarray
-    operator: Any
 
 
 class PickMachine(OperatedMachine[PickState, PickObservation]):
@@ -121,8 +54,8 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         self, config: PickConfig, model: ArmModel, period: float, home: np.ndarray, places: np.ndarray
     ) -> None:
         super().__init__(config, PICK_PROGRAMS, PICK_TRANSITIONS, SAME_MOTION)
-        self.model, self.period, self.home = model, period, np.asarray(home, dtype=float)
-        self.places = np.asarray(places, dtype=float)
+        self.motions = PickMotions(config, model)
+        self.period, self.home, self.places = period, np.asarray(home, dtype=float), np.asarray(places, dtype=float)
 
     def initial_state(self) -> PickState:
         """Returns the state of a hand that waits with open jaws."""
@@ -183,11 +116,11 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
             target = seen.target
             p_WP = np.array([target.x, target.y, target.z])
             v_WP = np.array([target.vx, target.vy, target.vz])
-            wrist = self._unwound(p_WP, target.yaw, seen)
+            wrist = self.motions.unwound(p_WP, target.yaw, seen)
             state = replace(state, duration=self._duration(state, p_WP, wrist, v_WP, seen))
         elif phase == PickPhase.WAIT:
             failed = order.job > state.done and order.job != state.put_down
-            wrist = self._unwound(self.home[:3], self.home[3], seen)
+            wrist = self.motions.unwound(self.home[:3], self.home[3], seen)
             duration = self._duration(state, self.home[:3], wrist, np.zeros(3), seen)
             state = replace(state, failed=state.failed + failed, done=int(order.job), duration=duration)
         return state
@@ -247,7 +180,7 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         """
         if not self.motion_done(state, seen):
             return False
-        place, yaw = self._measured_tool(seen)
+        place, yaw = self.motions.measured_tool(seen)
         commanded = np.array([seen.status.x, seen.status.y, seen.status.z])
         near = float(np.linalg.norm(place - commanded)) <= self.config.place_tolerance
         return near and abs(yaw - seen.status.yaw) <= math.radians(self.config.place_turn_tolerance_deg)
@@ -309,43 +242,9 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         """Returns the state of a hand that carries its part to the cell of the order."""
         order = PickOrder(state.order)
         place = np.array([order.place_x, order.place_y, order.place_z])
-        yaw = self._place_yaw(order, place, seen)
-        duration = self._duration(state, place, self._wrist_at(place, yaw, seen), np.zeros(3), seen)
+        yaw = self.motions.place_yaw(order, place, seen)
+        duration = self._duration(state, place, self.motions.wrist_at(place, yaw, seen), np.zeros(3), seen)
         return replace(state, goal=read_only(np.array([*place, yaw])), duration=duration)
-
-    def _place_yaw(self, order: Any, place: np.ndarray, seen: PickObservation) -> float:
-        """Returns the direction of the tool [rad] in which the part lies as ordered, the nearest to the present one
-        that the last joint can reach.
-
-        The part turns with the hand, whose half turns about it count when it was taken. A part that looks the same
-        after a part of a turn may be put down in several directions. A part without a direction is put down with the
-        jaws along the ordered one or against it, so that they open where there is room beside the neighbours.
-        """
-        turns = PART_SHAPES[PartKind(int(order.kind))].turns or JAW_TURNS
-        now, step = float(seen.status.yaw), 2.0 * math.pi / turns
-        wanted = order.place_yaw + math.pi * seen.status.branch
-        nearest = now + math.remainder(wanted - now, step)
-        other = nearest - math.copysign(step, nearest - now)
-        lowest, highest = self.model.position_lower[-1] + WRIST_MARGIN, self.model.position_upper[-1] - WRIST_MARGIN
-        return nearest if lowest <= self._wrist_at(place, nearest, seen) <= highest else other
-
-    def _measured_tool(self, seen: PickObservation) -> tuple[np.ndarray, float]:
-        """Returns where the tool is: p_WT, shape (3,) [m], and its direction, within half a turn of the commanded one
-        [rad]."""
-        X_WT = self.model.tool_pose(seen.arm_state[: self.model.num_joints])
-        commanded = float(seen.status.yaw)
-        return X_WT.translation(), commanded + math.remainder(tool_yaw(X_WT) - commanded, 2.0 * math.pi)
-
-    def _wrist_at(self, p_WO: np.ndarray, yaw: float, seen: PickObservation) -> float:
-        """Returns the angle of the last joint [rad] when the tool, which points down, is at a place.
-
-        Args:
-            p_WO: the place, shape (3,) [m].
-            yaw: direction of the tool there, continuous [rad].
-            seen: what the arm's computer knows.
-        """
-        p_WT, now = self._measured_tool(seen)
-        return float(seen.arm_state[self.model.num_joints - 1]) + swing_about_base(p_WT, p_WO) + now - yaw
 
     def _duration(
         self, state: PickState, p_WO: np.ndarray, wrist: float, v_WO: np.ndarray, seen: PickObservation
@@ -359,18 +258,9 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
             v_WO: velocity of the place, shape (3,) [m/s].
             seen: what the arm's computer knows.
         """
-        config, n = self.config, self.model.num_joints
         tool, v_WT = self._tool(state, seen)
         displacement = p_WO + [0.0, 0.0, self.height(state)] - tool[:3]
-        time = way_time(displacement, v_WT[:3], v_WO, config.hand_speed, config.hand_acceleration)
-        turn_speed = min(config.hand_turn_speed, SPEED_SHARE * float(self.model.velocity_limit[-1]))
-        turn = PEAK_OVER_MEAN * abs(wrist - float(seen.arm_state[n - 1])) / turn_speed
-        return max(time, turn, config.shortest_motion)
-
-    def _unwound(self, p_WO: np.ndarray, yaw: float, seen: PickObservation) -> float:
-        """Returns the angle of the last joint [rad] at a place to which the empty hand goes: jaws may turn by half
-        turns on the way, and end nearest to the middle of the joint's range."""
-        return math.remainder(self._wrist_at(p_WO, yaw, seen), math.pi)
+        return self.motions.duration(displacement, wrist, v_WT[:3], v_WO, seen)
 
     def _slew_jaws(self, state: PickState) -> float:
         """Returns the opening of the jaws that is asked for next [m]."""
@@ -380,24 +270,6 @@ class PickMachine(OperatedMachine[PickState, PickObservation]):
         if state.phase in LEAVING:
             goal = min(float(PickOrder(state.order).width) + self.config.release_gap, goal)
         return next_opening(state.jaw_width, goal, self.config.jaw_speed, self.period)
-
-
-def way_time(displacement: np.ndarray, v_WT: np.ndarray, v_WO: np.ndarray, speed: float, acceleration: float) -> float:
-    """Returns the duration of a motion of the hand to a place that may move [s].
-
-    The motion is planned in the frame of the place. Where the place comes towards the hand, the hand is slower in the
-    world than in that frame, and may be faster there by as much.
-
-    Args:
-        displacement: the place minus the hand, shape (3,) [m].
-        v_WT: velocity of the hand at the start, shape (3,) [m/s].
-        v_WO: velocity of the place, shape (3,) [m/s].
-        speed: largest speed of the hand [m/s].
-        acceleration: its largest acceleration [m/s^2].
-    """
-    length = float(np.linalg.norm(displacement))
-    coming = max(0.0, -float(v_WO @ displacement)) / length if length > 0.0 else 0.0
-    return straight_motion_time(displacement, v_WT - v_WO, speed + coming, acceleration)
 
 
 def _within(limit: float, centre: float, std: float) -> float:

@@ -12,7 +12,8 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP
 from drake_tracker.grasp.machine_system import MachineSystem
-from drake_tracker.grasp.pick_machine import PickMachine, PickObservation, PickState
+from drake_tracker.grasp.pick_machine import PickMachine
+from drake_tracker.grasp.pick_state import PickObservation, PickState
 
 
 class PickSystem(MachineSystem):
@@ -60,7 +61,7 @@ class PickSystem(MachineSystem):
             "order": PickOrder,
             "jaws": JawState,
             "status": ToolStatus,
-            "arm_state": 2 * machine.model.num_joints,
+            "arm_state": 2 * machine.motions.model.num_joints,
         }
         outputs = {
             "command": (message_size(ArmCommand), machine.command),

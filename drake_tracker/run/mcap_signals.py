@@ -113,11 +113,12 @@ def _write_prediction(file: McapFile, topic: str, time: float, values: Mapping[s
     if values["valid"]:
         knots = prediction_knots(row)
         file.path(topic, time, knots[:, :3], knots[:, 3])
+        file.points(f"{topic}/points", time, knots[:, :3])
 
 
 def _write_point(file: McapFile, topic: str, time: float, values: Mapping[str, float], row: np.ndarray) -> None:
     if values["valid"]:
-        file.point(topic, time, [values[name] for name in _POSITION])
+        file.points(topic, time, [[values[name] for name in _POSITION]])
 
 
 def _write_pose(file: McapFile, topic: str, time: float, values: Mapping[str, float], row: np.ndarray) -> None:

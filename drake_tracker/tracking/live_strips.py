@@ -39,6 +39,7 @@ class TrackStrips:
         self._columns, self._period = tuple(columns), period
         self._before: tuple[float, np.ndarray] | None = None
         self._predicted: deque[tuple[float, np.ndarray]] = deque()
+        self._number = np.nan
         self._axes = "xyz" if "x" in columns else "uv"
         if self._axes == "uv":
             self.strips: tuple[Strip, ...] = (
@@ -53,10 +54,13 @@ class TrackStrips:
     def values(self, row: Sequence[float]) -> list[float | None]:
         """Returns the value of each strip, None where it is unknown.
 
+        Speed and prediction error need earlier rows of the same object.
+
         Args:
             row: newest row of the table.
         """
         value = dict(zip(self._columns, row))
+        self._begin_again_with(value["id"])
         stamp, factor = value["stamp"], 1.0 if self._axes == "uv" else 1e3
         speed = self._speed(stamp, np.array([value[f"filtered_{axis}"] for axis in self._axes]))
         error = self._error(stamp, np.array([value[axis] for axis in self._axes]))
@@ -66,6 +70,14 @@ class TrackStrips:
         values = {"Speed": speed, "Prediction error": factor * error}
         values |= {"Gap": 1e3 * value["gap"]} if "gap" in value else {axis: value[axis] for axis in self._axes}
         return rounded([values[strip.title] for strip in self.strips])
+
+    def _begin_again_with(self, number: float) -> None:
+        """Forgets the rows of another object. A row without an object, whose number is NaN, changes nothing."""
+        if number != self._number and np.isfinite(number):
+            if np.isfinite(self._number):
+                self._before = None
+                self._predicted.clear()
+            self._number = number
 
     def _speed(self, stamp: float, place: np.ndarray) -> float:
         """Returns the speed since the row before, NaN where one of the two places is unknown."""

@@ -16,8 +16,13 @@ from drake_tracker.vision.image_objects import ImageObjects
 from drake_tracker.vision.image_track import TrackState
 from drake_tracker.vision.image_tracker import CONFIRM_AFTER
 
-LEGEND = (("path", "predicted path"), ("energy", "moving pixels"), ("centroid", "their centroid"))
+LEGEND: tuple[tuple[str, str], ...] = (
+    ("path", "predicted path"),
+    ("energy", "moving pixels"),
+    ("centroid", "their centroid"),
+)
 """Marks in the images, see `Frames.open`."""
+LEGEND_OF_SEVERAL = (("path", "predicted path, in the colour of its object"), *LEGEND[1:])
 STATE_COLOURS = {
     TrackState.LOST: "#9aa1ab",
     TrackState.MOVING: "#56b4e9",
@@ -29,6 +34,8 @@ _NOTES = (
     "Gap and prediction error are measured by the cameras themselves: there is no ground truth.",
 )
 """What the page says about the strips of one camera and of two."""
+IN_STRIPS = "target, in the strips"
+"""What the table says of the object that state and strips describe, if there are several targets."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +109,9 @@ class TrackView(LiveView):
         age = track.age_cycles * track.timeline.period
         sides = [(side if len(track.footage) > 1 else "", True) for side in track.diagram.sides]
         panels = [(*side, place) for side, place in zip(sides, overlay.panels())]
-        self.frames.open(TrackPage(panels, age, LEGEND, f"what was detected, {age:.2f} s before the newest image"))
+        several = track.diagram.places > 1
+        legend = LEGEND_OF_SEVERAL if several else LEGEND
+        self.frames.open(TrackPage(panels, age, legend, f"what was detected, {age:.2f} s before the newest image"))
         self.state.set_facts(
             phases=[{"name": state.name.capitalize(), "colour": STATE_COLOURS[state]} for state in TrackState],
             strips=[asdict(strip) for strip in self._strips.strips],
@@ -143,7 +152,8 @@ class TrackView(LiveView):
 def _list_objects(objects: Sequence[ImageObjects | None]) -> list[dict[str, Any]]:
     """Returns the objects in the first camera's image for JSON, see `Frames.tracks`; speeds [px/s] and sizes [px].
 
-    Those without a partner in the second camera's image, where several are tracked, are left out.
+    Those without a partner in the second camera's image, where several are tracked, are left out. State and strips are
+    those of the first target; of several, ``words`` name it.
     """
     known = objects[0] if objects else None
     if known is None:
@@ -152,6 +162,7 @@ def _list_objects(objects: Sequence[ImageObjects | None]) -> list[dict[str, Any]
         {
             "number": track.number,
             "target": track.number in known.targets,
+            "words": IN_STRIPS if len(known.targets) > 1 and track.number == known.targets[0] else None,
             "state": track.state.name.lower(),
             "seen": track.seen >= track.stamp,
             "speed": round(track.speed, 1),

@@ -47,7 +47,7 @@ class TrackMcap:
             self._file.transforms("/tf", 0.0, {name: camera.X_WC})
 
     def add(self, images: Sequence[tuple[np.ndarray, np.ndarray]], values: Sequence[ObjectValues]) -> None:
-        """Writes what is new in one cycle; the channels of the second object end in ``_2``.
+        """Writes what is new in one cycle; the channels of the second object have ``_2`` in their names.
 
         Args:
             images: (RGB image, `FrameInfo` vector) of each camera.

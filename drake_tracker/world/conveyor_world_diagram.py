@@ -12,12 +12,12 @@ from drake_tracker.faults.fault import Fault, SceneFault, faults_at
 from drake_tracker.world.arrivals import Arrival
 from drake_tracker.world.belt_motion import make_belt_motion
 from drake_tracker.world.belt_system import add_belt_drive
-from drake_tracker.world.camera_system import Camera, close_cameras, start_cameras
+from drake_tracker.world.camera_system import close_cameras, start_cameras
 from drake_tracker.world.cameras import ImageWindow, true_camera_models
 from drake_tracker.world.config import CamerasConfig, LightingConfig
 from drake_tracker.world.conveyor_config import BeltConfig, TrayConfig
 from drake_tracker.world.conveyor_plant import add_conveyor_laboratory
-from drake_tracker.world.disturbance_system import add_disturbance
+from drake_tracker.world.disturbance_system import add_scene_faults
 from drake_tracker.world.faulty_cameras_system import add_faulty_cameras
 from drake_tracker.world.image_pipeline import ImagePipeline
 from drake_tracker.world.jaw_sensor_system import add_jaw_sensor
@@ -128,26 +128,20 @@ class ConveyorWorldDiagram(Diagram):
         plant.SetDefaultPositions(laboratory.arm, q_initial)
         plant.SetDefaultPositions(laboratory.gripper, [0.5 * jaw_opening, 0.5 * jaw_opening])
         drive = add_belt_drive(builder, plant=plant, belt=laboratory.belt, motion=self.motion, faults=faults)
-        for fault in faults_at(faults, SceneFault):
-            name = fault.body.name
-            add_disturbance(builder, plant=plant, slide=plant.GetModelInstanceByName(name), name=name, path=fault.slide)
+        add_scene_faults(builder, plant=plant, faults=faults)
         add_joint_faults(builder, plant=plant, arm=laboratory.arm, faults=faults)
         self.image_latency = 0 if pipeline is None else pipeline.latency
-        self.cameras: dict[str, Camera] = {}
-        if windows is None or windows:
-            self.cameras = add_faulty_cameras(
-                builder,
-                plant=plant,
-                scene_graph=laboratory.scene_graph,
-                gripper=laboratory.gripper,
-                tool_frame=description.tool_frame,
-                config=cameras,
-                lighting=lighting,
-                windows=windows,
-                pipeline=pipeline,
-                faults=faults,
-                seed=seed,
-            )
+        self.cameras = add_faulty_cameras(
+            builder,
+            laboratory=laboratory,
+            tool_frame=description.tool_frame,
+            config=cameras,
+            lighting=lighting,
+            windows=windows,
+            pipeline=pipeline,
+            faults=faults,
+            seed=seed,
+        )
         jaws = add_jaw_sensor(builder, plant=plant, gripper=laboratory.gripper)
         states = add_object_states(builder, plant=plant, bodies=laboratory.parts, name="part_states")
         judge = add_pick_judge(

@@ -1,11 +1,13 @@
 """Drake System that moves what the controller takes to be at rest: the knocked board, the box beside it, and faults."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem
+
+from drake_tracker.faults.fault import Fault, SceneFault, faults_at
 
 Path = Callable[[float], tuple[float, float]]
 """Position [m] and speed [m/s] of a slide as a function of time [s]."""
@@ -71,3 +73,16 @@ def add_disturbance(
     disturbance = builder.AddNamedSystem(name, DisturbanceSystem(path))
     builder.Connect(disturbance.get_output_port(), plant.get_desired_state_input_port(slide))
     return disturbance
+
+
+def add_scene_faults(builder: DiagramBuilder, *, plant: MultibodyPlant, faults: Sequence[Fault]) -> None:
+    """Adds a `DisturbanceSystem` for the body of each fault of the scene.
+
+    Args:
+        builder: of the diagram that has the plant.
+        plant: finalized, with these bodies.
+        faults: what goes wrong; of these, those of the scene.
+    """
+    for fault in faults_at(faults, SceneFault):
+        name = fault.body.name
+        add_disturbance(builder, plant=plant, slide=plant.GetModelInstanceByName(name), name=name, path=fault.slide)

@@ -2,10 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
-from pydrake.geometry import SceneGraph
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.faults.fault import Fault, View
@@ -20,9 +18,7 @@ from drake_tracker.world.wrist_camera import WRIST_CAMERA, hand_mount, wrist_opt
 def add_faulty_cameras(
     builder: DiagramBuilder,
     *,
-    plant: MultibodyPlant,
-    scene_graph: SceneGraph,
-    gripper: ModelInstanceIndex,
+    laboratory: Any,
     tool_frame: str,
     config: CamerasConfig,
     lighting: LightingConfig,
@@ -35,26 +31,27 @@ def add_faulty_cameras(
 
     Args:
         builder: of the diagram that has the plant.
-        plant: finalized.
-        scene_graph: with which the plant is registered; complete, when there is a pipeline.
-        gripper: model instance of the hand.
+        laboratory: with the attributes ``plant``, ``gripper`` and ``scene_graph``, which is complete when there is a
+            pipeline.
         tool_frame: frame of the hand on which its camera is mounted.
         config: where the cameras stand, their images and their noise.
         lighting: the lamps.
-        windows: {camera name: window} to render; None renders the full images.
+        windows: {camera name: window} to render; None renders the full images, and an empty one adds no cameras.
         pipeline: how late the images are, and which processes make them; None: they are rendered when they are read.
         faults: what goes wrong; of these, those of the images.
         seed: of the sensor noise.
 
     Returns {name: Camera}.
     """
+    if windows is not None and not windows:
+        return {}
     further: dict[str, CameraOptics] = {}
     if isinstance(config.wrist, WristCamera):
-        parent, X_PT = hand_mount(plant, gripper, tool_frame)
+        parent, X_PT = hand_mount(laboratory.plant, laboratory.gripper, tool_frame)
         further[WRIST_CAMERA] = wrist_optics(config.wrist, lighting, parent=parent, X_PT=X_PT, seed=seed)
     cameras = add_cameras(
         builder,
-        scene_graph=scene_graph,
+        scene_graph=laboratory.scene_graph,
         config=config,
         lighting=lighting,
         windows=windows,

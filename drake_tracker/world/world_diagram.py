@@ -10,10 +10,10 @@ from drake_tracker.arm.description import Arm
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults.arm_faults_system import add_joint_faults
 from drake_tracker.faults.fault import Fault, SceneFault, faults_at
-from drake_tracker.world.camera_system import Camera, close_cameras, start_cameras
+from drake_tracker.world.camera_system import close_cameras, start_cameras
 from drake_tracker.world.cameras import ImageWindow
 from drake_tracker.world.config import CamerasConfig, LightingConfig, NoEvent
-from drake_tracker.world.disturbance_system import add_disturbance
+from drake_tracker.world.disturbance_system import add_scene_faults
 from drake_tracker.world.faulty_cameras_system import add_faulty_cameras
 from drake_tracker.world.grasp_judge_system import add_grasp_judge
 from drake_tracker.world.image_pipeline import ImagePipeline
@@ -130,11 +130,10 @@ class WorldDiagram(Diagram):
         super().__init__()
         self.set_name("world")
         builder = DiagramBuilder()
-        scene_faults = faults_at(faults, SceneFault)
 
         def decorate(plant: MultibodyPlant) -> None:
             add_track_visual(plant, track=track, table_height=table_height)
-            for fault in scene_faults:
+            for fault in faults_at(faults, SceneFault):
                 add_moving_body(plant, fault.body)
 
         laboratory = add_laboratory(
@@ -174,30 +173,23 @@ class WorldDiagram(Diagram):
         )
         if rail.HasInputPort("launch"):
             builder.ExportInput(rail.GetInputPort("launch"), "launch")
-        for fault in scene_faults:
-            name = fault.body.name
-            add_disturbance(builder, plant=plant, slide=plant.GetModelInstanceByName(name), name=name, path=fault.slide)
+        add_scene_faults(builder, plant=plant, faults=faults)
         add_joint_faults(builder, plant=plant, arm=laboratory.arm, faults=faults)
         self.laboratory = laboratory
         self.image_latency = 0 if pipeline is None else pipeline.latency
-        self.cameras: dict[str, Camera] = {}
-        if windows is None or windows:
-            whole = (0, 0, cameras.width, cameras.height)
-            if windows is not None and whole not in windows.values():
-                hide_table_frame(laboratory)
-            self.cameras = add_faulty_cameras(
-                builder,
-                plant=plant,
-                scene_graph=laboratory.scene_graph,
-                gripper=laboratory.gripper,
-                tool_frame=description.tool_frame,
-                config=cameras,
-                lighting=lighting,
-                windows=windows,
-                pipeline=pipeline,
-                faults=faults,
-                seed=seed,
-            )
+        if windows and (0, 0, cameras.width, cameras.height) not in windows.values():
+            hide_table_frame(laboratory)
+        self.cameras = add_faulty_cameras(
+            builder,
+            laboratory=laboratory,
+            tool_frame=description.tool_frame,
+            config=cameras,
+            lighting=lighting,
+            windows=windows,
+            pipeline=pipeline,
+            faults=faults,
+            seed=seed,
+        )
         jaws = add_jaw_sensor(builder, plant=plant, gripper=laboratory.gripper)
         others = [
             (body, each.motion.track)

@@ -31,8 +31,10 @@ from drake_tracker.grasp.config import PickConfig
 from drake_tracker.grasp.gate import Gate
 from drake_tracker.grasp.jaws import GRIP_CONFIRMED
 from drake_tracker.grasp.operator_mode import OperatorMode
-from drake_tracker.grasp.pick_machine import LONGEST_WAIT, PickMachine, PickObservation, way_time
+from drake_tracker.grasp.pick_machine import LONGEST_WAIT, PickMachine
+from drake_tracker.grasp.pick_motions import way_time
 from drake_tracker.grasp.pick_schema import PICK_TRANSITIONS, PickPhase
+from drake_tracker.grasp.pick_state import PickObservation
 
 CONFIG = PickConfig()
 WIDTH, OPENING, FORCE = PART_SHAPES[PartKind.BOX].width, CONFIG.jaw_opening, CONFIG.grip_force

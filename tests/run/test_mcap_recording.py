@@ -5,7 +5,7 @@ import sys
 import cv2
 import numpy as np
 import pytest
-from mcap_messages import read_mcap
+from mcap_messages import numbers_of, points_of, read_mcap
 from scipy.spatial.transform import Rotation
 
 from drake_tracker import load_scenario
@@ -62,20 +62,40 @@ def test_points_truth_and_numbers_are_those_of_the_log(run):
     valid = log["point"].data[log["point"]["valid"] > 0]
     distinct = np.unique(valid[:, 0])
     assert len(topics["/point"]) == len(distinct) > 10
-    np.testing.assert_allclose([topics["/point"][-1][1].point.x, topics["/point"][-1][1].point.z], valid[-1, [1, 3]])
+    np.testing.assert_array_equal(points_of(topics["/point"][-1][1]), valid[-1:, 1:4])
     pose = topics["/truth_train_state"][-1][1].pose
     truth = log["truth_train_state"]
     np.testing.assert_allclose([pose.position.x, pose.orientation.w], truth.data[-1][[4, 0]])
-    assert topics["/signals/point"][-1][1] == dict(zip(log["point"].names, log["point"].data[-1].tolist()))
-    assert topics["/prediction"] and len(topics["/prediction"][-1][1].poses) == 31
+    assert numbers_of(topics["/signals/point"][-1][1]) == dict(zip(log["point"].names, log["point"].data[-1].tolist()))
+    poses = topics["/prediction"][-1][1].poses
+    assert len(poses) == 31
+    path = [[pose.position.x, pose.position.y, pose.position.z] for pose in poses]
+    np.testing.assert_array_equal(points_of(topics["/prediction/points"][-1][1]), path)
     assert topics["/phase"][0][1].message == "ACQUIRE"
 
 
-def test_numbers_that_are_not_finite_are_left_out(tmp_path):
+def test_every_topic_has_a_schema_that_can_be_shown(run):
+    """Foxglove's schemas that panels draw or plot, or numbers. None draws ``Point3InFrame``; Rerun reads no JSON."""
+    drawn = {
+        "CameraCalibration", "CompressedImage", "FrameTransforms", "ImageAnnotations", "JointStates", "Log",
+        "PointCloud", "PoseInFrame", "PosesInFrame",
+    }  # fmt: skip
+    topics, _ = run
+    for topic, messages in topics.items():
+        package, _, name = messages[0][1].DESCRIPTOR.full_name.partition(".")
+        assert (package == "foxglove" and name in drawn) or (
+            package == "drake_tracker" and name == topic.strip("/").replace("/", "_")
+        )
+
+
+def test_numbers_of_any_size_and_kind_are_kept(tmp_path):
+    values = {f"field_{k}": 1.5 * k for k in range(40)} | {"negative": -1e300, "infinite": np.inf, "none": np.nan}
     file = McapFile(tmp_path / "a.mcap")
-    file.values("/a", 0.5, {"good": 1.0, "bad": np.nan})
+    file.values("/signals/camera_left/centroid", 0.5, values)
     file.close()
-    assert read_mcap(tmp_path / "a.mcap") == {"/a": [(0.5, {"good": 1.0})]}
+    ((time, message),) = read_mcap(tmp_path / "a.mcap")["/signals/camera_left/centroid"]
+    assert time == 0.5 and message.DESCRIPTOR.full_name == "drake_tracker.signals_camera_left_centroid"
+    np.testing.assert_equal(numbers_of(message), values)
 
 
 def test_the_missing_extra_is_one_line(tmp_path, monkeypatch):

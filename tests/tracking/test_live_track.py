@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import urllib.request
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,8 +17,12 @@ from played import play_at_once
 from drake_tracker import cli
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tracking.live_strips import TrackStrips
-from drake_tracker.tracking.live_view import TrackView
+from drake_tracker.tracking.live_view import IN_STRIPS, TrackView, _list_objects
 from drake_tracker.tracking.table import TrackTable
+from drake_tracker.vision.image_objects import ImageObjects
+from drake_tracker.vision.image_regions import ImageRegion
+from drake_tracker.vision.image_track import start_track
+from drake_tracker.vision.image_tracker import CONFIRM_AFTER
 
 TIMES = np.arange(60) / 30.0
 STEREO = ["play:left.mkv", "play:right.mkv", "--calibration", "stereo.yaml"]
@@ -137,6 +142,35 @@ def test_the_strips_of_an_uncalibrated_camera_are_in_pixels(tmp_path):
     assert values(0.375, 103.0, 54.0, (105.0, 54.0)) == [40.0, None, 103.0, 54.0]
     assert values(0.5, 106.0, 53.0, (105.0, 54.0)) == [0.0, 3.0, 106.0, 53.0]
     assert values(0.625, np.nan, np.nan) == [None, None, None, None]
+
+
+def test_the_strips_begin_again_with_another_object(tmp_path, monkeypatch):
+    """Two objects 1 m apart: neither speed nor prediction error is measured from one to the other."""
+    monkeypatch.chdir(tmp_path)
+    columns, values = rows()
+    number, x = columns.index("id"), [columns.index(name) for name in ("x", "filtered_x", "predicted_x")]
+    for k, row in enumerate(values):
+        row[number] = 1.0 if k < 20 else 2.0
+        for column in x:
+            row[column] += 0.0 if k < 20 else 1.0
+    strips = TrackStrips(columns, 1 / 30, (320, 240))
+    shown = [strips.values(row) for row in values]
+    assert shown[20] == [None, 2.0, None]
+    assert all(speed == pytest.approx(0.3, abs=1e-3) for speed, _, _ in shown[21:])
+    assert all(error is None or error < 15.0 for _, _, error in shown)
+    assert shown[-1][2] is not None
+
+
+def test_the_table_says_which_of_several_objects_the_strips_describe():
+    image, region = np.zeros((240, 320), np.uint8), ImageRegion(100.0, 80.0, 300, 90, 70, 20, 20)
+    started = [start_track(number, 0.1, region, image) for number in (1, 2, 3)]
+    tracks = tuple(replace(track, hits=CONFIRM_AFTER) for track in started)
+
+    def words(*targets):
+        return [each["words"] for each in _list_objects([ImageObjects(tracks=tracks, targets=targets)])]
+
+    assert words(2, 1) == [None, IN_STRIPS, None]
+    assert words(0, 1) == words(2) == [None] * 3
 
 
 def test_a_live_camera_cannot_be_paused():

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from films import CAMERAS, film, read_track, write_calibration, write_video
-from mcap_messages import read_mcap
+from mcap_messages import numbers_of, points_of, read_mcap
 from scipy.spatial.transform import Rotation
 
 from drake_tracker import cli
@@ -72,14 +72,15 @@ def test_points_paths_and_numbers_are_those_of_the_table(tracked, topics):
     valid = data["valid"] > 0
     points = topics["/point"]
     np.testing.assert_allclose([time for time, _ in points], data["stamp"][valid], atol=1e-5)
-    shown = [[each.point.x, each.point.y, each.point.z] for _, each in points]
+    shown = np.vstack([points_of(each) for _, each in points])
     np.testing.assert_allclose(shown, np.column_stack([data[name][valid] for name in "xyz"]), atol=1e-6)
     predicted = np.isfinite(data["predicted_x"])
     paths = dict(topics["/prediction"])
     assert len(paths) == predicted.sum() > 20
     path = topics["/prediction"][-1][1].poses  # 50 ms apart
     np.testing.assert_allclose(path[5].position.x, data["predicted_x"][predicted][-1], atol=1e-5)
-    numbers = topics["/signals/camera_left/centroid"][-1][1]
+    np.testing.assert_array_equal(points_of(topics["/prediction/points"][-1][1])[5, 0], path[5].position.x)
+    numbers = numbers_of(topics["/signals/camera_left/centroid"][-1][1])
     assert numbers["u"] == pytest.approx(data["left_u"][-1], abs=1e-5)
     circle = topics["/camera_right/marks"][-1][1].circles[0]
     assert circle.position.x == pytest.approx(data["right_u"][np.isfinite(data["right_u"])][-1], abs=1e-5)

@@ -153,7 +153,7 @@ function drawTracks(selectable) {
     const pixels = state.facts.unit === "px";
     speed.textContent = pixels ? `${track.speed.toFixed(0)} px/s` : `${track.speed.toFixed(2)} m/s`;
     size.textContent = pixels ? `${track.size.toFixed(0)} px` : `${(1e3 * track.size).toFixed(0)} mm`;
-    target.textContent = track.target ? "target" : "";
+    target.textContent = track.words || (track.target ? "target" : "");
   });
   const hint = selectable && state.tracks.length ? "Click on an object to make it the target." : "";
   $("reason").textContent = state.reason ? `No point: ${state.reason}. ${hint}` : hint;
