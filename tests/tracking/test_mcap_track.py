@@ -101,7 +101,7 @@ def test_an_uncalibrated_camera_has_its_path_in_the_image(tracked):
     for column, place in (("filtered", pixels[0]), ("predicted", pixels[2:4].mean(axis=0))):
         np.testing.assert_allclose(place, [data[f"{column}_{axis}"][known][-1] for axis in "uv"], atol=0.3)
     numbers = topics["/signals/filtered"][-1][1]
-    assert numbers["u"] == pytest.approx(data["filtered_u"][known][-1], abs=1e-5) and numbers["speed"] > 10.0
+    assert numbers.u == pytest.approx(data["filtered_u"][known][-1], abs=1e-5) and numbers.speed > 10.0
 
 
 @pytest.mark.parametrize("calibrated", [False, True])
