@@ -107,6 +107,16 @@ class AdaptiveTurnEstimator:
         )
         return AdaptiveTurnState(gentle, sharp, (), state.squares)
 
+    def restarted(self, state: AdaptiveTurnState, rows: np.ndarray) -> AdaptiveTurnState:
+        """Returns the state of an object that has just begun to move along the line through its newest points.
+
+        Args:
+            state: the state before, see `CoordinatedTurnEstimator.restarted`.
+            rows: the points since then (stamp [s], x, y, z [m]), oldest first, shape (n, 4), at least two.
+        """
+        gentle, sharp = self._gentle.restarted(state.gentle, rows), self._sharp.restarted(state.sharp, rows)
+        return AdaptiveTurnState(gentle, sharp, (), state.squares)
+
     def ready(self, state: AdaptiveTurnState) -> bool:
         """Returns whether there is enough data for a prediction."""
         return state.gentle.ready or state.sharp.ready

@@ -34,7 +34,7 @@ from drake_tracker.estimation.turn_model import (
     turned_about,
     updated_sigma,
 )
-from drake_tracker.estimation.turn_start import START_POINTS, Row, first_estimate, near_a_line
+from drake_tracker.estimation.turn_start import START_POINTS, Row, along_a_line, first_estimate, near_a_line
 
 OUTLIER_DISTANCE = 0.005
 """A point is an outlier when it is farther from its expected position than this [m] plus six standard deviations."""
@@ -135,6 +135,34 @@ class CoordinatedTurnEstimator:
         along = gain * CHANGE_TIME * np.array([math.cos(mean[HEADING]), math.sin(mean[HEADING])])
         covariance[: Y + 1, : Y + 1] += np.outer(along, along)
         return replace(state, mean=read_only(mean), covariance=read_only(covariance), drift=0.0)
+
+    def restarted(self, state: CoordinatedTurnState, rows: np.ndarray) -> CoordinatedTurnState:
+        """Returns the state of an object that has just begun to move along the line through its newest points.
+
+        Args:
+            state: the state before; its height goes on, and its noise and what it learned of its errors are kept.
+            rows: the points since then (stamp [s], x, y, z [m]), oldest first, shape (n, 4), at least two.
+        """
+        mean, covariance = along_a_line(rows, state.sigma)
+        stamp, height, height_covariance = state.stamp, state.height, state.height_covariance
+        for later, _, _, z in rows.tolist():
+            height, height_covariance = height_step(
+                height, height_covariance, z, later - stamp, self.climb_noise**2, state.sigma**2
+            )
+            stamp = later
+        return replace(
+            state,
+            stamp=stamp,
+            mean=read_only(mean),
+            covariance=read_only(covariance),
+            height=read_only(height),
+            height_covariance=read_only(height_covariance),
+            start=None,
+            coverage=state.coverage.forget(),
+            drift=0.0,
+            outliers=0,
+            distance=FRONT_DISTANCE,
+        )
 
     def ready(self, state: CoordinatedTurnState) -> bool:
         """Returns whether there is enough data for a prediction."""

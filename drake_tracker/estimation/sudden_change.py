@@ -103,6 +103,20 @@ class SuddenChangeState(FrozenState):
         return self.calm if self.changed is None else self.changed
 
 
+class Tested(Protocol):
+    """What `updated_usual` needs of a state."""
+
+    @property
+    def recent(self) -> tuple[RecentPoint, ...]:
+        """The newest points, oldest first."""
+        ...
+
+    @property
+    def usual(self) -> float:
+        """Usual value of the evidence."""
+        ...
+
+
 class SuddenChangeEstimator(Generic[State]):
     """An `Estimator` that makes another one notice sudden changes of speed.
 
@@ -197,15 +211,16 @@ def is_real(change: SpeedChange, state: SuddenChangeState) -> bool:
     return change.evidence > needed * state.usual and change.margin > MARGIN * state.usual
 
 
-def updated_usual(state: SuddenChangeState, evidence: float) -> float:
+def updated_usual(state: Tested, evidence: float, memory: float = MEMORY) -> float:
     """Returns the usual value of the evidence after another point without a change.
 
     Args:
         state: the usual value before, and the last two points.
         evidence: evidence at the newest point.
+        memory: time constant of the usual value [s].
     """
     dt = state.recent[-1].stamp - state.recent[-2].stamp
-    gain = 1.0 - math.exp(-dt / MEMORY)
+    gain = 1.0 - math.exp(-dt / memory)
     return max(state.usual + gain * (min(evidence, LARGEST_SHARE * state.usual) - state.usual), LEAST_USUAL)
 
 

@@ -20,6 +20,16 @@ def first_estimate(rows: np.ndarray, sigma: float, heading: float) -> tuple[np.n
     """
     if len(rows) < START_POINTS:
         return np.array([*rows[-1, 1:3], heading, 0.0, 0.0]), np.eye(5)
+    return along_a_line(rows, sigma)
+
+
+def along_a_line(rows: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray]:
+    """Returns mean (5,) and covariance (5, 5) of the state at the newest of some points on a straight line.
+
+    Args:
+        rows: the points (stamp [s], x, y, z [m]), oldest first, shape (n, 4), at least two.
+        sigma: noise of a point, per axis [m].
+    """
     age = rows[:, 0] - rows[-1, 0]
     slope, at_end = np.polyfit(age, rows[:, 1:3], 1)
     spread = np.sum((age - age.mean()) ** 2)

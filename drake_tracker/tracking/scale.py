@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from drake_tracker.diagrams.parts import estimator_of
+from drake_tracker.estimation.bouncing import noticing_bounces
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.estimator import Estimator
 from drake_tracker.estimation.scaled import ScaledEstimator
@@ -58,7 +59,7 @@ def own_estimator(settings: Any, period: float, in_pixels: bool = False) -> Esti
         return estimator_of(settings, "--estimator", period=period)
     if settings == CoordinatedTurn():
         settings = replace(settings, ready_after=READY_AFTER)
-    return ScaledEstimator(estimator_of(settings, "--estimator", period=period))
+    return ScaledEstimator(noticing_bounces(estimator_of(settings, "--estimator", period=period)))
 
 
 def is_scaled(settings: Any, in_pixels: bool = False) -> bool:

@@ -6,6 +6,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import av
+import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from drake_tracker.core.errors import DrakeTrackerError
@@ -19,7 +20,7 @@ from drake_tracker.tracking.picture_process import PictureProcess
 from drake_tracker.tracking.preparation import PreparedTrack
 from drake_tracker.tracking.quality import TrackQuality
 from drake_tracker.tracking.summary import describe_footage, describe_run, summarise_track
-from drake_tracker.tracking.swapped import are_swapped
+from drake_tracker.tracking.swapped import are_swapped, places
 from drake_tracker.tracking.table import TrackTable
 
 if TYPE_CHECKING:
@@ -86,6 +87,7 @@ def _make_track(
     quality = TrackQuality()
     picture = PictureProcess()
     dropped: list[list[float]] = [[] for _ in track.footage]
+    seen: list[tuple[np.ndarray, np.ndarray]] = []
     try:
         with _Collected(errors, out):
             table = TrackTable(out / "track.csv", diagram.sides, diagram.in_space)
@@ -97,7 +99,7 @@ def _make_track(
                 export = TrackMcap(out / MCAP_FILE, track)
             for side, recording in zip(diagram.sides, track.recordings):
                 recording.begin(out / FOLDER / f"camera_{side}")
-            interrupted = _run(track, table, video, export, live, dropped, quality, progress, signals)
+            interrupted = _run(track, table, video, export, live, dropped, quality, seen, progress, signals)
     except KeyboardInterrupt:
         interrupted = True
     for sequence in track.timeline.sequences:
@@ -117,7 +119,7 @@ def _make_track(
         summary |= describe_footage(track.timeline, dropped)
         summary["interrupted"] = interrupted
         if len(track.cameras) == 2:
-            summary["swapped"] = are_swapped(data, track.cameras, track.facts["max_gap"])
+            summary["swapped"] = are_swapped(data, track.cameras, track.facts["max_gap"], seen)
         with _Collected(errors, out):
             save_summary(describe_run(**summary, **track.facts), out / "summary.json")
         with _Collected(errors, out):
@@ -176,13 +178,14 @@ def _run(
     live: "TrackView | None",
     dropped: list[list[float]],
     quality: TrackQuality,
+    seen: list[tuple[np.ndarray, np.ndarray]],
     progress: Callable[[float, str], object] | None,
     signals: Sequence[int],
 ) -> bool:
     """Runs the diagram cycle by cycle and records the values of its ports.
 
-    The stamps of dropped images are added to ``dropped``, and what the images show is counted in ``quality``. Returns
-    whether a signal ended it.
+    The stamps of dropped images are added to ``dropped``, and what the images show is counted in ``quality``; with
+    several objects, where both images show them is added to ``seen``. Returns whether a signal ended it.
     """
     diagram, timeline = track.diagram, track.timeline
     simulator = Simulator(diagram)
@@ -213,6 +216,8 @@ def _run(
         known = len(table.rows)
         if table.add(values, objects):
             quality.add(table.rows[-1][0], objects)
+            if diagram.places > 1 and len(objects) == 2:
+                seen.append(places(objects))
         images = [(sequence.at(number).image, frame) for sequence, frame in zip(timeline.sequences, frames)]
         if video is not None:
             video.add(images, [None if each is None else each.mask for each in before], objects, values)

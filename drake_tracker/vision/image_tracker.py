@@ -39,6 +39,8 @@ from drake_tracker.vision.scene_shift import STILL, align_to, clear_border, find
 
 COAST_TIME = 1.0
 """Time after which an object that is not seen is lost [s]."""
+MERGED_TIME = 2.5
+"""The same for an object that is expected in a region with others, which may hide it for longer [s]."""
 ALERT_IMAGES = 30
 """Images for which the motion of the camera is looked for after it has moved."""
 UNLIKE_IMAGES = 15
@@ -182,9 +184,12 @@ class ImageTracker:
             inside = any(i in some for some in members.values())
             after.append(without_region(track, image, gates[i], inside))
         taken = set(pairs.values()) | merged | set(members)
-        kept = [
-            track for track in after if track.stamp - track.seen <= (COAST_TIME if track.hits >= CONFIRM_AFTER else 0.0)
-        ]
+        among = {i for inside in members.values() if len(inside) > 1 for i in inside}
+        kept = []
+        for i, track in enumerate(after):
+            longest = 0.0 if track.hits < CONFIRM_AFTER else MERGED_TIME if i in among else COAST_TIME
+            if track.stamp - track.seen <= longest:
+                kept.append(track)
         return kept, [region for j, region in enumerate(regions) if j not in taken]
 
     @staticmethod

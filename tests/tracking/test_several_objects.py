@@ -80,6 +80,7 @@ def test_two_objects_have_their_points_estimators_and_rows(folder, capsys):
             predicted = [float(row[f"predicted_{axis}"]) for axis in "xyz"]
             assert np.linalg.norm(predicted - ball(which)(float(row["stamp"]) + 0.25)) < 0.03
     described = {each["id"]: each for each in summary["by_object"]}
+    assert summary["swapped"] is False
     assert described[1]["points"] == len(found[0][1]) and described[2]["prediction_rms_m"] < 0.03
     assert summary["results"] == len({row["stamp"] for row in rows if row["valid"] == "1"})
     printed = capsys.readouterr().out
@@ -146,6 +147,17 @@ def test_a_dropped_image_and_cameras_that_are_not_synchronised(folder):
         assert not (np.abs(stamps - 30.2 / 30.0) < 0.01).any() and (stamps > 1.2).any()
         assert errors(rows, number, [0, 1])[1].max() < 0.01
     assert len({row["stamp"] for row in rows}) == summary["described"]
+
+
+@pytest.mark.parametrize("balls", [[0, 1], [0, 1, 2]])
+def test_swapped_cameras_are_suspected(folder, capsys, balls):
+    _, _, summary = track(film("right", balls), film("left", balls), "--no-overlay", objects=len(balls))
+    assert summary["swapped"] is True and "The cameras are swapped" in capsys.readouterr().out
+
+
+def test_cameras_that_see_different_objects_are_not_swapped(folder, capsys):
+    _, _, summary = track(film("left", [0, 1]), film("right", [2]), "--no-overlay")
+    assert summary["swapped"] is False and "swapped" not in capsys.readouterr().out
 
 
 def test_the_object_to_follow_comes_first(folder):

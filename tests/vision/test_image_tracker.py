@@ -107,6 +107,25 @@ def test_two_objects_that_cross_keep_their_numbers():
     assert len(seen) > 30 and len(set(seen)) == 1
 
 
+def test_three_objects_that_meet_at_one_place_for_more_than_a_second_keep_their_numbers():
+    """The one behind is hidden for 1.3 s, in the region of the others."""
+    background = scene(3)
+    pictures = []
+    for k in range(130):
+        way = 1.4 * (k - 65)
+        picture = disc(background, 200.0 + 0.2 * way, 165.0 - way, 13.0, 60.0)
+        picture = disc(picture, 200.0 - way, 150.0 + 0.3 * way, 20.0, 230.0)
+        pictures.append(disc(picture, 205.0 + way, 180.0 + 0.2 * way, 20.0, 30.0))
+    seen, hidden = [], 0.0
+    for k, objects, _ in run(pictures, ImageTracker(3)):
+        places = [objects.target(place) for place in range(3)]
+        hidden = max([hidden, *(track.stamp - track.seen for track in places if track is not None)])
+        if k in (25, 120):
+            seen.append(min(places, key=lambda track: track.area).number)
+            assert {track.state for track in places} == {TrackState.MOVING}
+    assert hidden > 1.1 and seen[0] == seen[1]
+
+
 def test_an_object_that_stops_stands_and_one_that_vanishes_is_lost():
     background, states = scene(4), {}
     for k, objects, _ in run(
