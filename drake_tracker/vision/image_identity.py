@@ -131,9 +131,13 @@ def is_leap(hidden: ImageTrack, found: ImageTrack) -> bool:
 def is_same_object(old: ImageTrack, track: ImageTrack) -> bool:
     """Returns whether a new track shows an object that was lost: by its size, and by its patch.
 
-    The patch of an object that was lost before it was confirmed may show where it was: then only the size counts.
+    The patch of an object that was lost before it was confirmed may show where it was: then only the size counts, its own
+    or that of the exact region inside of its last one.
     """
-    if not 0.5 < track.area / old.area < 2.0:
+    areas = [old.area]
+    if old.hits < CONFIRM_AFTER and old.region is not None and old.region.inner is not None:
+        areas.append(float(old.region.inner.width * old.region.inner.height))
+    if not any(0.5 < track.area / area < 2.0 for area in areas):
         return False
     if old.hits < CONFIRM_AFTER:
         return True

@@ -219,11 +219,13 @@ def test_an_object_that_passes_behind_a_pillar_is_hidden_and_then_the_same_again
     assert objects.targets == (1,) and objects.rivals == 0
 
 
-def test_a_fast_ball_that_passes_a_slow_mover_before_it_is_confirmed_is_followed():
-    """Its first patch shows where it was, so that it is known again by its size."""
+@pytest.mark.parametrize(("start", "velocity"), [((110.0, 220.0), (4.0, -29.0)), ((180.0, 215.0), (-18.5, -14.0))])
+def test_a_fast_ball_that_passes_a_slow_mover_before_it_is_confirmed_is_followed(start, velocity):
+    """Its first patch shows where it was, so that it is known again by its size, which is not that of all its places."""
     background, off = scene(12), []
-    rows = 320.0 - np.abs((220.0 - 29.0 * np.arange(60)) % 600.0 - 300.0)
-    path = np.column_stack([110.0 + 4.0 * np.arange(60), rows])
+    span = np.array([420.0, 340.0]) - 20.0
+    steps = np.array(start) - 10.0 + np.arange(60)[:, None] * np.array(velocity)
+    path = 10.0 + span - np.abs(steps % (2.0 * span) - span)
     pictures = [
         disc(disc(background, 100.0 + 0.6 * k, 90.0, 50.0, 225.0), *place, 7.0, 20.0) for k, place in enumerate(path)
     ]
