@@ -64,7 +64,7 @@ WRONG = 10.0
 """See above [px]."""
 STEREO = "two cameras of 1088 x 1920 px"
 METHODS = ("track", "MOG2", "CSRT", "KCF", "MIL", "median flow")
-CELLS = {f"{kind}, {method}": (kind, method) for kind in KINDS for method in METHODS}
+CELLS = {f"{kind}: {method}": (kind, method) for kind in KINDS for method in METHODS}
 PHOTOGRAPHED = {f"{kind}: {method}": (kind, method) for kind in footage_photographs.KINDS for method in METHODS}
 
 
@@ -234,7 +234,7 @@ def speed(seed, quick):
 
 
 FIRST_SEED, CLIPS, CROSSINGS = 7640, 12, 40
-COUNTS = {cell: CROSSINGS if cell == "crossing, track" else CLIPS for cell in CELLS}
+COUNTS = {cell: CROSSINGS if cell == "crossing: track" else CLIPS for cell in CELLS}
 PARTS = {
     "accuracy": Part(job, COUNTS, FIRST_SEED, summary, TABLES["accuracy"], installed),
     "photographs": Part(

@@ -131,8 +131,8 @@ def is_leap(hidden: ImageTrack, found: ImageTrack) -> bool:
 def is_same_object(old: ImageTrack, track: ImageTrack) -> bool:
     """Returns whether a new track shows an object that was lost: by its size, and by its patch.
 
-    The patch of an object that was lost before it was confirmed may show where it was: then only the size counts, its own
-    or that of the exact region inside of its last one.
+    The patch of an object that was lost before it was confirmed may show where it was: then only the size counts, its
+    own or that of the exact region inside of its last one.
     """
     areas = [old.area]
     if old.hits < CONFIRM_AFTER and old.region is not None and old.region.inner is not None:

@@ -221,7 +221,7 @@ def test_an_object_that_passes_behind_a_pillar_is_hidden_and_then_the_same_again
 
 @pytest.mark.parametrize(("start", "velocity"), [((110.0, 220.0), (4.0, -29.0)), ((180.0, 215.0), (-18.5, -14.0))])
 def test_a_fast_ball_that_passes_a_slow_mover_before_it_is_confirmed_is_followed(start, velocity):
-    """Its first patch shows where it was, so that it is known again by its size, which is not that of all its places."""
+    """Its first patch shows where it was, so that it is known again by its size, not by that of all its places."""
     background, off = scene(12), []
     span = np.array([420.0, 340.0]) - 20.0
     steps = np.array(start) - 10.0 + np.arange(60)[:, None] * np.array(velocity)
@@ -231,7 +231,7 @@ def test_a_fast_ball_that_passes_a_slow_mover_before_it_is_confirmed_is_followed
     ]
     for k, _, centroid in run(pictures, ImageTracker(follow=tuple(path[0]), period=PERIOD)):
         off.append(np.hypot(centroid.u - path[k, 0], centroid.v - path[k, 1]) if centroid else np.inf)
-    assert np.median(off) < 1.0 and np.mean(np.array(off[20:]) > 10.0) < 0.2
+    assert np.median(off) < 1.0 and np.mean(np.array(off[20:]) > 10.0) < 0.3
 
 
 def test_a_patch_that_was_cut_beside_its_object_is_replaced():
