@@ -117,6 +117,12 @@ class AdaptiveTurnEstimator:
         gentle, sharp = self._gentle.restarted(state.gentle, rows), self._sharp.restarted(state.sharp, rows)
         return AdaptiveTurnState(gentle, sharp, (), state.squares)
 
+    def with_noise_below(self, state: AdaptiveTurnState, sigma: float) -> AdaptiveTurnState:
+        """Returns a state in which both filters assume at most a noise ``sigma`` per axis [m]."""
+        gentle = self._gentle.with_noise_below(state.gentle, sigma)
+        sharp = self._sharp.with_noise_below(state.sharp, sigma)
+        return replace(state, gentle=gentle, sharp=sharp)
+
     def ready(self, state: AdaptiveTurnState) -> bool:
         """Returns whether there is enough data for a prediction."""
         return state.gentle.ready or state.sharp.ready

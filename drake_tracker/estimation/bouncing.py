@@ -16,7 +16,7 @@ import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.estimation.bounce import LARGEST_MISFIT, Bounce, most_likely_bounce
-from drake_tracker.estimation.estimator import Estimator, EstimatorState
+from drake_tracker.estimation.estimator import Estimator, EstimatorState, LimitedNoise
 from drake_tracker.estimation.sudden_change import (
     LONGEST_WINDOW,
     MARGIN,
@@ -141,6 +141,14 @@ class BouncingEstimator(Generic[State]):
         there = self._estimator.predict(base.state, np.array([base.stamp, last]))[:, :2]
         before = (there[1] - there[0]) / (last - base.stamp)
         return float(np.linalg.norm(before + bounce.gain)) <= FASTER * float(np.linalg.norm(before))
+
+    def with_noise_below(self, state: BouncingState, sigma: float) -> BouncingState:
+        """Returns a state that assumes at most a noise ``sigma`` per axis [m], if the wrapped estimator can."""
+        if not isinstance(self._estimator, LimitedNoise):
+            return state
+        limited = self._estimator.with_noise_below
+        bounced = None if state.bounced is None else limited(state.bounced, sigma)
+        return replace(state, calm=limited(state.calm, sigma), bounced=bounced)
 
     def predict(self, state: BouncingState, times: np.ndarray) -> np.ndarray:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad].

@@ -24,6 +24,7 @@ from drake_tracker.estimation.parameters import check_positive, check_settings
 from drake_tracker.estimation.turn_model import (
     CURVATURE,
     HEADING,
+    SIGMA_LIMITS,
     SPEED,
     X,
     Y,
@@ -163,6 +164,11 @@ class CoordinatedTurnEstimator:
             outliers=0,
             distance=FRONT_DISTANCE,
         )
+
+    def with_noise_below(self, state: CoordinatedTurnState, sigma: float) -> CoordinatedTurnState:
+        """Returns a state that assumes at most a noise ``sigma`` per axis [m]."""
+        sigma = max(sigma, SIGMA_LIMITS[0])
+        return state if state.sigma <= sigma else replace(state, sigma=sigma)
 
     def ready(self, state: CoordinatedTurnState) -> bool:
         """Returns whether there is enough data for a prediction."""

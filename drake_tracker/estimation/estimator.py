@@ -67,3 +67,12 @@ class Estimator(Protocol[State]):
             times: absolute times, shape (n,) [s].
         """
         ...
+
+
+@runtime_checkable
+class LimitedNoise(Estimator[State], Protocol[State]):
+    """An estimator whose estimate of the noise can be limited."""
+
+    def with_noise_below(self, state: State, sigma: float) -> State:
+        """Returns a state that assumes at most a noise ``sigma`` per axis [m]."""
+        ...

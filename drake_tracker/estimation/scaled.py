@@ -5,6 +5,10 @@ the noise of the first points and gives the wrapped estimator points in a unit i
 train. What it predicts is multiplied by the unit again. Points in metres, millimetres or pixels of the same motion thus
 give the same result, up to the unit. When the speed turns out to be another, the newest points are filtered again in a
 new unit.
+
+A filter that estimates the noise of the points from its own residuals takes its errors in sharp bends for noise,
+follows the points less, and errs more. The noise that third differences of the points show limits its estimate: they
+hardly depend on the motion.
 """
 
 import math
@@ -15,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
-from drake_tracker.estimation.estimator import Estimator, EstimatorState
+from drake_tracker.estimation.estimator import Estimator, EstimatorState, LimitedNoise
 
 SPEED = 0.15
 """Speed of the object in the unit of the wrapped estimator [m/s]."""
@@ -37,6 +41,13 @@ _FROM_SECOND_DIFFERENCES = 1.0 / (math.sqrt(6.0) * 1.54)
 """Noise per axis divided by the median length of second differences: each has sqrt(6) times the noise on each of three
 axes, and 1.54 is the median of the length of a vector with three normal components."""
 
+NOISE_FACTOR = 4.0
+"""Largest noise that an estimator may assume, as a multiple of that of the third differences. With a smaller one it
+follows the swaying of somebody who walks."""
+_FROM_THIRD_DIFFERENCES = 1.0 / (math.sqrt(20.0) * 1.177)
+"""Noise per axis divided by the median length of third differences of x and y: each has sqrt(20) times the noise, and
+1.177 is the median of the length of a vector with two normal components."""
+
 State = TypeVar("State", bound=EstimatorState)
 
 
@@ -48,13 +59,15 @@ class ScaledState(FrozenState):
         inner: state of the wrapped estimator, in its unit.
         unit: its unit of length, in that of the points; 0 until it is known.
         rows: the newest points (stamp [s], x, y, z), oldest first.
-        unchecked: number of points since the unit was checked.
+        unchecked: number of points since unit and noise were checked.
+        noise: of the points per axis, in their unit.
     """
 
     inner: Any
     unit: float = 0.0
     rows: tuple[tuple[float, float, float, float], ...] = ()
     unchecked: int = 0
+    noise: float = math.inf
 
     @property
     def stamp(self) -> float:
@@ -98,19 +111,28 @@ class ScaledEstimator(Generic[State]):
         kept = [row for row in state.rows[1 - MOST_POINTS :] if stamp - row[0] <= MEMORY]
         state = replace(state, rows=(*kept, (float(stamp), x, y, z)), unchecked=state.unchecked + 1)
         if state.unit == 0.0 or state.unchecked >= CHECK_EVERY:
-            unit = unit_of(np.array(state.rows))
+            rows = np.array(state.rows)
+            unit = unit_of(rows)
+            state = replace(state, noise=noise_of(rows))
             if unit > 0.0 and not SLOWER * state.unit < unit < FASTER * state.unit:
                 return self._in_unit(state, unit)
             state = replace(state, unchecked=0)
         if state.unit == 0.0:
             return state
-        return replace(state, inner=self._estimator.update(state.inner, stamp, np.array([x, y, z]) / state.unit))
+        return replace(state, inner=self._updated(state.inner, stamp, np.array([x, y, z]), state.unit, state.noise))
+
+    def _updated(self, inner: Any, stamp: float, point: np.ndarray, unit: float, noise: float) -> Any:
+        """Returns the state of the wrapped estimator after a point (3,), in the unit of the points."""
+        after = self._estimator.update(inner, stamp, point / unit)
+        if isinstance(self._estimator, LimitedNoise) and math.isfinite(noise):
+            after = self._estimator.with_noise_below(after, NOISE_FACTOR * noise / unit)
+        return after
 
     def _in_unit(self, state: ScaledState, unit: float) -> ScaledState:
         """Returns the state after the points that are kept were filtered in another unit."""
         inner = self._estimator.initial_state()
         for stamp, *point in state.rows:
-            inner = self._estimator.update(inner, stamp, np.array(point) / unit)
+            inner = self._updated(inner, stamp, np.array(point), unit, state.noise)
         return replace(state, inner=inner, unit=unit, unchecked=0)
 
     def predict(self, state: ScaledState, times: ArrayLike) -> np.ndarray:
@@ -150,3 +172,16 @@ def unit_of(rows: np.ndarray) -> float:
     bends = np.linalg.norm(rows[2:, 1:] - 2.0 * rows[1:-1, 1:] + rows[:-2, 1:], axis=1)
     noise = _FROM_SECOND_DIFFERENCES * float(np.median(bends))
     return max(speed / SPEED, noise / NOISE)
+
+
+def noise_of(rows: np.ndarray) -> float:
+    """Returns the noise of x and y of points at even times, infinite when there are too few.
+
+    Args:
+        rows: the newest points (stamp [s], x, y, z), oldest first, shape (n, 4).
+    """
+    if len(rows) < FIRST_POINTS:
+        return math.inf
+    places = rows[:, 1:3]
+    thirds = places[3:] - 3.0 * places[2:-1] + 3.0 * places[1:-2] - places[:-3]
+    return _FROM_THIRD_DIFFERENCES * float(np.median(np.hypot(thirds[:, 0], thirds[:, 1])))

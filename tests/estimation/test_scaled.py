@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.estimation import scaled
 from drake_tracker.estimation.adaptive_turn import AdaptiveTurnEstimator
 from drake_tracker.estimation.cartesian import AlphaBetaGammaEstimator
 from drake_tracker.estimation.check import check_estimator
-from drake_tracker.estimation.scaled import NOISE, SPEED, ScaledEstimator, unit_of
+from drake_tracker.estimation.scaled import NOISE, SPEED, ScaledEstimator, noise_of, unit_of
 
 RATE = 30.0
 
@@ -63,6 +64,27 @@ def test_an_object_that_becomes_much_faster_or_slower_gets_another_unit():
     back = follow(ScaledEstimator(AdaptiveTurnEstimator()), times, points[::-1])[0]
     off = np.abs(back[:, 0] - points[::-1][:, 0])
     assert off[-30:].max() < 0.002 and off[-5:].max() < 0.0005
+
+
+def test_good_points_on_a_winding_path_are_followed(monkeypatch):
+    """The filter took its own errors for noise of the points: 6 px off, with points that are right to 0.2 px."""
+    times = np.arange(300) / RATE
+    rng = np.random.default_rng(3)
+    path = np.column_stack([320.0 + 200.0 * np.sin(1.2 * times), 240.0 + 100.0 * np.sin(2.4 * times), 0.0 * times])
+    points = path + rng.normal(0.0, 0.16, path.shape) * [1.0, 1.0, 0.0]
+    rows = np.column_stack([times, points])
+    assert noise_of(rows[:60]) == pytest.approx(0.16, rel=0.35)
+    assert noise_of(1e3 * rows[:60]) == pytest.approx(1e3 * noise_of(rows[:60])) and noise_of(rows[:5]) == np.inf
+
+    def errors():
+        filtered, predicted, _ = follow(ScaledEstimator(AdaptiveTurnEstimator()), times, points)
+        ahead = 0.5 * (path[40:-8] + path[41:-7])[7:] - predicted[40:-15]
+        return np.median(np.linalg.norm(filtered[40:] - path[40:], axis=1)), np.median(np.linalg.norm(ahead, axis=1))
+
+    filtered, ahead = errors()
+    monkeypatch.setattr(scaled, "NOISE_FACTOR", 1e9)
+    unlimited = errors()
+    assert filtered < 1.2 and filtered < 0.3 * unlimited[0] and ahead < 0.7 * unlimited[1]
 
 
 def test_the_unit_follows_from_speed_and_noise():
