@@ -33,6 +33,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import av
 import common
 import cv2
 import footage_fast
@@ -45,7 +46,7 @@ import footage_stereo
 import numpy as np
 import parts
 from footage_clips import KINDS, RATE, make_clip
-from footage_tables import TABLES
+from footage_tables import DECODING, TABLES
 from parts import Part, Timed
 
 import drake_tracker
@@ -205,8 +206,18 @@ def summary(rows):
     }
 
 
+def decoding(paths, count):
+    """Returns the images or pairs per second that decoding the files and making them grey allows, without a thread."""
+    began = time.perf_counter()
+    for path in paths:
+        with av.open(str(path)) as container:
+            for frame in container.decode(video=0):
+                cv2.cvtColor(frame.to_ndarray(format="rgb24"), cv2.COLOR_RGB2GRAY)
+    return count / (time.perf_counter() - began)
+
+
 def speed(seed, quick):
-    """Returns images or pairs per second of the whole command, with start and files.
+    """Returns images or pairs per second of the whole command, with start and files, and of decoding alone.
 
     One camera has 900 and 1800 images of 640 x 480 px, two have 300 each of 1088 x 1920 px. The modules are compiled
     beforehand, as `make setup` does and as Python's first start would.
@@ -224,6 +235,8 @@ def speed(seed, quick):
         commands.append((STEREO, ["left.mp4", "right.mp4", "--calibration", "stereo.yaml"], pairs))
         subprocess.run([sys.executable, "-m", "compileall", "-q", PACKAGE], check=True)
         for label, sources, count in commands:
+            rate = decoding([folder / each for each in sources if each.endswith(".mp4")], count)
+            cells.append({"cell": f"{label}, {DECODING}", "images_per_s": rate})
             for overlay, more in (("with overlay", []), ("--no-overlay", ["--no-overlay"])):
                 command = [sys.executable, "-m", "drake_tracker", "track", *sources, "--out", label + overlay, *more]
                 began = time.perf_counter()

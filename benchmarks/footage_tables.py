@@ -1,5 +1,8 @@
 """Tables of the results of `footage.py`, for the terminal and for the documentation."""
 
+DECODING = "decoding alone"
+"""End of the names of cells that only decode."""
+
 
 def table(cells):
     """Returns (header, rows) of the results."""
@@ -73,8 +76,13 @@ def several(cells):
 
 
 def speed(cells):
-    """Returns (header, rows) of the results of the command."""
-    return ["command", "images or pairs per second"], [[cell["cell"], f"{cell['images_per_s']:.0f}"] for cell in cells]
+    """Returns (header, rows) of the results of the command, each as a share of decoding alone in the same run."""
+    alone = {cell["cell"].rsplit(", ", 1)[0]: cell["images_per_s"] for cell in cells if cell["cell"].endswith(DECODING)}
+    rows = []
+    for cell in cells:
+        rate, whole = cell["images_per_s"], alone.get(cell["cell"].rsplit(", ", 1)[0])
+        rows.append([cell["cell"], f"{rate:.0f}", "" if whole is None else f"{rate / whole:.2f}"])
+    return ["command", "images or pairs per second", "share of decoding alone"], rows
 
 
 TABLES = {
