@@ -219,7 +219,7 @@ def _mask(detector: Any, sequence: list[np.ndarray]) -> np.ndarray:
 
 
 def is_whole(mask: np.ndarray, box: np.ndarray, join_distance: int) -> bool:
-    """Returns whether a moving region covers an object.
+    """Returns whether one moving region shows a whole object, its front and its rear edge.
 
     Args:
         mask: of moving pixels.
