@@ -100,6 +100,13 @@ def register(commands: Commands) -> None:
     command.add_argument("--no-overlay", action="store_true", help="write no video")
     command.add_argument("--live", action="store_true", help="show images, objects and strips on a page")
     command.add_argument("--port", type=int, default=0, metavar="N", help="port of the page (default: a free one)")
+    command.add_argument(
+        "--first-look",
+        type=float,
+        metavar="S",
+        help="look at live cameras for S seconds, while the object moves, before the track begins, to suit its size "
+        "and speed; recordings are always looked at [s]",
+    )
     command.add_argument("--record", action="store_true", help="record the images of live cameras, to track them again")
     command.add_argument(
         "--mcap", action="store_true", help="also write the track as track.mcap, which Foxglove and Rerun show"
@@ -142,7 +149,14 @@ def execute(options: Namespace) -> int:
             raise DrakeTrackerError("--pick: not together with --roi or --follow, which it takes the place of")
         options.roi, options.follow = _pick(options)
     names = "calibration plane height camera fps offset duration detector estimator max_gap roi follow objects record"
-    track = prepare_track(options.source, **{name: getattr(options, name) for name in names.split()})
+    names += " first_look"
+    track = prepare_track(
+        options.source,
+        **{name: getattr(options, name) for name in names.split()},
+        tell=lambda line: print(line, flush=True),
+    )
+    if options.first_look and not any(track.facts["first_look"]):
+        print("Nothing was seen to move by itself: the usual settings are used", flush=True)
     progress = Progress(track.timeline.duration)
     with _live_view(options, track, progress) as live, run_directory(options.out, "track") as out:
         try:

@@ -1,7 +1,7 @@
 """The images of one camera, each with its capture time."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,3 +37,13 @@ class Footage:
     def live(self) -> bool:
         """Whether the images are being captured now, not read from a recording."""
         return self.times is None
+
+    def after(self, time: float) -> "Footage":
+        """Returns the same footage without the images up to a time [s], from which the times now count."""
+
+        def frames() -> Iterator[tuple[float, np.ndarray]]:
+            for taken, image in self.frames():
+                if taken > time:
+                    yield taken - time, image
+
+        return replace(self, frames=frames, epoch=None if self.epoch is None else self.epoch + time)

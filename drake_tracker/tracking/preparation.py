@@ -1,6 +1,6 @@
 """Prepares a track of your own cameras: checks the options, opens the footage, builds the diagram."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.scenarios.base import Custom
 from drake_tracker.scenarios.option import read_option
 from drake_tracker.tracking.choice import check_choice, read_pixel, read_window
-from drake_tracker.tracking.detector_choice import can_suit, suited
+from drake_tracker.tracking.detector_choice import can_suit, suited, suited_live
 from drake_tracker.tracking.first_look import FirstLook
 from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
 from drake_tracker.tracking.scale import is_scaled, own_estimator, usual_gap
@@ -85,6 +85,8 @@ def prepare_track(
     follow: Sequence[str] = (),
     objects: int = 1,
     record: bool = False,
+    first_look: float | None = None,
+    tell: Callable[[str], object] = lambda line: None,
 ) -> PreparedTrack:
     """Checks the options, opens the footage and builds the diagram of a track. Nothing is written.
 
@@ -105,11 +107,14 @@ def prepare_track(
         follow: for each camera, "U,V", the pixel of the object to follow in the first image; or empty.
         objects: largest number of objects to track.
         record: whether the images of live cameras are recorded.
+        first_look: time for which live cameras are looked at before the track begins [s], see `suited_live`; None: not.
+        tell: called with a line of text before that.
 
     Raises:
         DrakeTrackerError: an option or a source is wrong; one line for each error.
     """
-    _check_numbers({"fps": fps, "duration": duration, "max-gap": max_gap}, {"height": height, "offset": offset})
+    positive = {"fps": fps, "duration": duration, "max-gap": max_gap, "first-look": first_look}
+    _check_numbers(positive, {"height": height, "offset": offset})
     if len(sources) == 1:
         sources = find_recordings(sources[0]) or sources
     detector_settings = read_option(detector, DETECTOR_SETTINGS, "detector")
@@ -127,22 +132,28 @@ def prepare_track(
     recordings: list[Recording] = []
     start = Start()
     try:
-        for source, latency in zip(sources, latencies):
+        for source in sources:
             footage.append(open_footage(source, fps, start))
+        windows = [read_window(roi[k], each.size) if roi else None for k, each in enumerate(footage)]
+        pixels = [read_pixel(follow[k], each.size) if follow else None for k, each in enumerate(footage)]
+        looks: list[FirstLook | None] = []
+        if first_look is not None:
+            _check_live(footage, first_look)
+            if can_suit(detector_settings):
+                tell(f"Looking at the cameras for {first_look:g} s: move the object")
+                detector_settings, looks, footage = suited_live(detector_settings, footage, first_look, windows)
+        for k, latency in enumerate(latencies):
             if record:
-                recordings.append(Recording(footage[-1]))
-                footage[-1] = recordings[-1].footage
-            footage[-1] = _earlier(footage[-1], latency)
+                recordings.append(Recording(footage[k]))
+                footage[k] = recordings[-1].footage
+            footage[k] = _earlier(footage[k], latency)
         where = " and ".join(map(str, files))
         cameras = [_sized(model, each, f"{where}: {name}") for model, name, each in zip(cameras, names, footage)]
         surface = _load_plane(plane, files[0], form, height) if plane and files else None
         if surface is not None:
             _check_plane(cameras[0], surface, str(plane))
         timeline = align(footage, offset=offset, duration=duration)
-        windows = [read_window(roi[k], each.size) if roi else None for k, each in enumerate(footage)]
-        pixels = [read_pixel(follow[k], each.size) if follow else None for k, each in enumerate(footage)]
-        looks: list[FirstLook | None] = []
-        if can_suit(detector_settings):
+        if first_look is None and can_suit(detector_settings):
             detector_settings, looks = suited(detector_settings, footage, timeline.period, windows, pixels)
         detectors = [make_detector(detector_settings, period=timeline.period) for _ in footage]
         trackers = [
@@ -193,6 +204,15 @@ def _earlier(footage: Footage, latency: float) -> Footage:
     if footage.epoch is None or footage.counted:
         return footage
     return replace(footage, epoch=footage.epoch - latency)
+
+
+def _check_live(footage: Sequence[Footage], first_look: float) -> None:
+    """Raises DrakeTrackerError when footage to look at first is not live."""
+    for each in footage:
+        if not each.live:
+            raise DrakeTrackerError(
+                f"--first-look {first_look:g}: {each.name} is a recording, which is always looked at"
+            )
 
 
 def _check_numbers(positive: dict[str, float | None], finite: dict[str, float]) -> None:
