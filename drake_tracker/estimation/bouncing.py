@@ -20,7 +20,6 @@ from drake_tracker.estimation.estimator import Estimator, EstimatorState, Limite
 from drake_tracker.estimation.sudden_change import (
     LONGEST_WINDOW,
     MARGIN,
-    NOTICED,
     USUAL,
     WINDOW,
     RecentPoint,
@@ -35,6 +34,10 @@ SURE_AFTER = 3
 FASTER = 1.5
 """Largest ratio of the speeds after and before a bounce that two points suffice to show: an object that bounces does
 not become faster, whereas two outliers may be anywhere."""
+
+NOTICED = 30.0
+"""A bounce is noticed when the evidence exceeds so many times the usual one. The swaying of somebody who walks reaches
+18 times, the bounce of a ball mostly 45 times after two points and 100 times after three."""
 
 State = TypeVar("State", bound=EstimatorState)
 

@@ -41,7 +41,7 @@ _FROM_SECOND_DIFFERENCES = 1.0 / (math.sqrt(6.0) * 1.54)
 """Noise per axis divided by the median length of second differences: each has sqrt(6) times the noise on each of three
 axes, and 1.54 is the median of the length of a vector with three normal components."""
 
-NOISE_FACTOR = 4.0
+NOISE_FACTOR = 6.0
 """Largest noise that an estimator may assume, as a multiple of that of the third differences. With a smaller one it
 follows the swaying of somebody who walks."""
 _FROM_THIRD_DIFFERENCES = 1.0 / (math.sqrt(20.0) * 1.177)
