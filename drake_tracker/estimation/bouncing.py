@@ -36,8 +36,8 @@ FASTER = 1.5
 not become faster, whereas two outliers may be anywhere."""
 
 NOTICED = 30.0
-"""A bounce is noticed when the evidence exceeds so many times the usual one. The swaying of somebody who walks reaches
-18 times, the bounce of a ball mostly 45 times after two points and 100 times after three."""
+"""A bounce is noticed when the evidence exceeds so many times the usual one. With 10, the swaying of somebody who walks
+was taken for bounces; those of a ball mostly reach 45 after two points and 100 after three."""
 
 State = TypeVar("State", bound=EstimatorState)
 
