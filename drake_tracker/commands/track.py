@@ -155,8 +155,7 @@ def execute(options: Namespace) -> int:
         **{name: getattr(options, name) for name in names.split()},
         tell=lambda line: print(line, flush=True),
     )
-    looks = track.facts["first_look"]
-    if options.first_look and looks and not any(looks):
+    if options.first_look and not any(track.facts["first_look"]):
         print("Nothing was seen to move by itself: the usual settings are used", flush=True)
     progress = Progress(track.timeline.duration)
     with _live_view(options, track, progress) as live, run_directory(options.out, "track") as out:

@@ -139,9 +139,10 @@ def prepare_track(
         looks: list[FirstLook | None] = []
         if first_look is not None:
             _check_live(footage, first_look)
-            if can_suit(detector_settings):
-                tell(f"Looking at the cameras for {first_look:g} s: move the object")
-                detector_settings, looks, footage = suited_live(detector_settings, footage, first_look, windows)
+            if not can_suit(detector_settings):
+                raise DrakeTrackerError(f"--first-look {first_look:g}: --detector leaves no setting open to be found")
+            tell(f"Looking at the cameras for {first_look:g} s: move the object")
+            detector_settings, looks, footage = suited_live(detector_settings, footage, first_look, windows)
         for k, latency in enumerate(latencies):
             if record:
                 recordings.append(Recording(footage[k]))
