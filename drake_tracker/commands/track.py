@@ -137,6 +137,8 @@ def execute(options: Namespace) -> int:
 
     if options.port and not options.live:
         raise DrakeTrackerError(f"--port {options.port} is the port of the live view: add --live")
+    import cv2
+
     from drake_tracker.core.progress import Progress
     from drake_tracker.tracking.filtered import describe_accuracy, describe_filtered, describe_object
     from drake_tracker.tracking.preparation import prepare_track
@@ -144,6 +146,7 @@ def execute(options: Namespace) -> int:
     from drake_tracker.tracking.track import make_track
 
     quiet_drake()
+    cv2.setNumThreads(1)  # the images are too small for threads, and other images are decoded meanwhile
     if options.pick:
         if options.roi or options.follow:
             raise DrakeTrackerError("--pick: not together with --roi or --follow, which it takes the place of")

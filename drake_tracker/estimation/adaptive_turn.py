@@ -161,11 +161,13 @@ class AdaptiveTurnEstimator:
 
     def _predictions(self, state: AdaptiveTurnState, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Returns the paths predicted by the filters of gentle and of sharp bends, each of shape (n, 4)."""
-        sharp = self._sharp.predict(state.sharp, times)
-        if state.sharp.start is None:
-            later = times - state.sharp.stamp
-            sharp[:, [0, 1, 3]] = fading_turn(state.sharp.mean, later, self.settings.sharp_bend_length)
-        return self._gentle.predict(state.gentle, times), sharp
+        gentle = self._gentle.predict(state.gentle, times)
+        if state.sharp.start is not None:
+            return gentle, self._sharp.predict(state.sharp, times)
+        later, sharp = times - state.sharp.stamp, np.empty((len(times), 4))
+        sharp[:, [0, 1, 3]] = fading_turn(state.sharp.mean, later, self.settings.sharp_bend_length)
+        sharp[:, 2] = state.sharp.height[0] + later * state.sharp.height[1]
+        return gentle, sharp
 
     def predict(self, state: AdaptiveTurnState, times: ArrayLike) -> np.ndarray:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad], which is the heading.

@@ -5,10 +5,12 @@ instant between two images. After a jump they stay as they are, and an outlier i
 in `drake_tracker.estimation.speed_change`, each instant is tried with its most likely size.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from drake_tracker.core.frozen_state import read_only
 from drake_tracker.estimation.speed_change import PLACE_STD, REFERENCE_NOISE, SPEED_STD
 
 INSTANTS = 4
@@ -17,6 +19,9 @@ FEWEST_AFTER = 2
 """Number of points after a bounce that are needed to tell it from an outlier."""
 LARGEST_MISFIT = 0.15
 """Largest share of the squared offsets after a bounce that the bounce does not explain."""
+
+TIME_DIGITS = 6
+"""Decimal places of the times that are told apart [s]."""
 
 
 class Bounce(NamedTuple):
@@ -44,25 +49,38 @@ def most_likely_bounce(times: np.ndarray, away: np.ndarray) -> Bounce | None:
         times: times of the points after that of the state from which they were expected, increasing, shape (n,) [s].
         away: where the points lie from their expected places, shape (n, d) [m].
     """
-    count = len(times)
-    if count < FEWEST_AFTER:
+    if len(times) < FEWEST_AFTER:
         return None
-    covariance = PLACE_STD**2 + SPEED_STD**2 * np.outer(times, times)
-    covariance[np.diag_indices(count)] += REFERENCE_NOISE**2
-    before = np.concatenate([[0.0], times])[: count + 1 - FEWEST_AFTER]
-    steps = np.diff(np.concatenate([[0.0], times]))[: count + 1 - FEWEST_AFTER]
-    starts = (before[:, None] + steps[:, None] * np.arange(INSTANTS) / INSTANTS).ravel()
-    ramps = np.maximum(times[:, None] - starts, 0.0)
-    jumps = np.tril(np.ones((count, count)))
-    shapes = np.hstack([ramps, jumps])
-    weighted = np.linalg.solve(covariance, shapes)
-    information = np.sum(shapes * weighted, axis=0)
-    sizes = weighted.T @ away / information[:, None]
-    evidence = np.sum(sizes**2, axis=1) * information
-    best = int(np.argmax(evidence[: len(starts)]))
-    after = count - best // INSTANTS
+    ramps, solved, information = _shapes(tuple(round(time, TIME_DIGITS) for time in times.tolist()))
+    sizes = solved @ away
+    evidence = np.einsum("ij,ij->i", sizes, sizes) * information
+    tried = ramps.shape[1]
+    best = int(evidence[:tried].argmax())
+    after = len(times) - best // INSTANTS
     tail = away[-after:]
     rest = tail - np.outer(ramps[-after:, best], sizes[best])
-    misfit = float(np.sum(rest**2) / max(np.sum(tail**2), np.finfo(float).tiny))
+    misfit = float(np.vdot(rest, rest) / max(np.vdot(tail, tail), np.finfo(float).tiny))
     found = float(evidence[best])
-    return Bounce(after, sizes[best], found, found - float(np.max(evidence[len(starts) :])), misfit)
+    return Bounce(after, sizes[best], found, found - float(evidence[tried:].max()), misfit)
+
+
+@lru_cache(maxsize=256)
+def _shapes(times: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Returns what depends on the times only, read-only: (offsets after a bounce of unit size at each instant that is
+    tried, shape (n, m); what gives the most likely sizes of these bounces, and of jumps at each point, from offsets,
+    shape (m + n, n); the information about each size, shape (m + n,)).
+
+    Images come at even times, so that these few matrices are mostly known.
+    """
+    count = len(times)
+    at = np.array(times)
+    covariance = PLACE_STD**2 + SPEED_STD**2 * np.outer(at, at)
+    covariance[np.diag_indices(count)] += REFERENCE_NOISE**2
+    before = np.concatenate([[0.0], at])[: count + 1 - FEWEST_AFTER]
+    steps = np.diff(np.concatenate([[0.0], at]))[: count + 1 - FEWEST_AFTER]
+    starts = (before[:, None] + steps[:, None] * np.arange(INSTANTS) / INSTANTS).ravel()
+    ramps = np.maximum(at[:, None] - starts, 0.0)
+    shapes = np.hstack([ramps, np.tril(np.ones((count, count)))])
+    weighted = np.linalg.solve(covariance, shapes)
+    information = np.sum(shapes * weighted, axis=0)
+    return read_only(ramps), read_only(weighted.T / information[:, None]), read_only(information)

@@ -92,6 +92,7 @@ class BouncingEstimator(Generic[State]):
 
     def __init__(self, estimator: RestartingEstimator[State]) -> None:
         self._estimator = estimator
+        self._limited = estimator.with_noise_below if isinstance(estimator, LimitedNoise) else None
 
     def initial_state(self) -> BouncingState:
         """Returns the state before the first point."""
@@ -147,11 +148,10 @@ class BouncingEstimator(Generic[State]):
 
     def with_noise_below(self, state: BouncingState, sigma: float) -> BouncingState:
         """Returns a state that assumes at most a noise ``sigma`` per axis [m], if the wrapped estimator can."""
-        if not isinstance(self._estimator, LimitedNoise):
+        if self._limited is None:
             return state
-        limited = self._estimator.with_noise_below
-        bounced = None if state.bounced is None else limited(state.bounced, sigma)
-        return replace(state, calm=limited(state.calm, sigma), bounced=bounced)
+        bounced = None if state.bounced is None else self._limited(state.bounced, sigma)
+        return replace(state, calm=self._limited(state.calm, sigma), bounced=bounced)
 
     def predict(self, state: BouncingState, times: np.ndarray) -> np.ndarray:
         """Returns the predicted path, shape (n, 4): rows x, y, z in W [m] and yaw [rad].

@@ -31,6 +31,7 @@ from drake_tracker.estimation.turn_model import (
     correct,
     height_step,
     normalized_lead,
+    position_variances,
     propagate,
     turned_about,
     updated_sigma,
@@ -276,9 +277,12 @@ class CoordinatedTurnEstimator:
             dt: the time, zero or more [s].
             speed_noise: process noise of the speed [m/s/sqrt(s)]; None: that of the settings.
         """
+        return propagate(mean, covariance, dt, *self._process_noise(mean, speed_noise))
+
+    def _process_noise(self, mean: np.ndarray, speed_noise: float | None) -> tuple[float, float]:
+        """Returns the growth of the variances of speed [m^2/s^3] and curvature [1/m^2/s], see `propagate`."""
         q_speed = (self.settings.speed_noise if speed_noise is None else speed_noise) ** 2
-        q_curvature = self.settings.bend_noise**2 * max(abs(mean[SPEED].item()), MIN_SPEED)
-        return propagate(mean, covariance, dt, q_speed, q_curvature)
+        return q_speed, self.settings.bend_noise**2 * max(abs(mean[SPEED].item()), MIN_SPEED)
 
     def _start(
         self,
@@ -342,10 +346,9 @@ class CoordinatedTurnEstimator:
         # The standard deviation grows smoothly, so a few times are enough.
         nodes = tau if len(tau) <= STD_NODES else np.linspace(tau.min(), tau.max(), STD_NODES)
         speed_noise = adapted_speed_noise(state.drift, self.settings.speed_noise)
-        std = np.empty(len(nodes))
-        for k, step in enumerate(nodes.tolist()):
-            _, covariance = self.propagate(state.mean, state.covariance, step, speed_noise)
-            std[k] = math.sqrt(max(covariance[X, X] + covariance[Y, Y], 0.0))
+        noise = self._process_noise(state.mean, speed_noise)
+        variances = position_variances(state.mean, state.covariance, nodes.tolist(), *noise)
+        std = np.sqrt(np.maximum(variances, 0.0))
         if nodes is not tau:  # over the square of the time it is nearly straight
             std = np.interp(tau**2, nodes**2, std)
         return np.hypot(state.coverage.factor * std, self.settings.systematic_std)

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
 
 CHANGE_TIME = 0.02
 """How well the time of a sudden change of speed is known, which also takes a while [s]."""
@@ -54,6 +53,8 @@ def fading_acceleration(q: float, fading: float) -> Callable[[float], Motion]:
         q: growth of the variance of the acceleration per second [m^2/s^5].
         fading: time constant of the decay [s].
     """
+    from scipy.linalg import expm  # slow to load, and not needed by most estimators
+
     generator = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0 / fading]])
 
     def both(dt: float) -> tuple[np.ndarray, np.ndarray]:

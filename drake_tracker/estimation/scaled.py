@@ -86,6 +86,7 @@ class ScaledEstimator(Generic[State]):
 
     def __init__(self, estimator: Estimator[State]) -> None:
         self._estimator = estimator
+        self._limited = estimator.with_noise_below if isinstance(estimator, LimitedNoise) else None
 
     def initial_state(self) -> ScaledState:
         """Returns the state before the first point."""
@@ -124,9 +125,9 @@ class ScaledEstimator(Generic[State]):
     def _updated(self, inner: Any, stamp: float, point: np.ndarray, unit: float, noise: float) -> Any:
         """Returns the state of the wrapped estimator after a point (3,), in the unit of the points."""
         after = self._estimator.update(inner, stamp, point / unit)
-        if isinstance(self._estimator, LimitedNoise) and math.isfinite(noise):
-            after = self._estimator.with_noise_below(after, NOISE_FACTOR * noise / unit)
-        return after
+        if self._limited is None or not math.isfinite(noise):
+            return after
+        return self._limited(after, NOISE_FACTOR * noise / unit)
 
     def _in_unit(self, state: ScaledState, unit: float) -> ScaledState:
         """Returns the state after the points that are kept were filtered in another unit."""

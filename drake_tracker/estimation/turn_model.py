@@ -15,7 +15,10 @@ _SIGMA_TIME = 1.0
 """Time constant of that estimate [s]."""
 _SMALL_ANGLE = 1e-6
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
-"""Of the integral in `fading_turn`."""
+_SPREAD = 0.5 * (_NODES + 1.0)
+_SPREAD_CUBED, _SPREAD_WEIGHTS = _SPREAD**3, 0.5 * _WEIGHTS * 3.0 * _SPREAD**2
+"""Of the integral in `fading_turn`. Nodes crowd at the beginning, where the heading changes: distances are cubes of
+evenly spread numbers."""
 
 
 def propagate(
@@ -33,10 +36,7 @@ def propagate(
     later, jacobian = turn_step(mean, dt)
     covariance = jacobian @ covariance @ jacobian.T
     _, _, heading, speed, _ = later.tolist()
-    # A random walk of the speed moves the object along its path, a random walk of the curvature across it.
-    c, s = math.cos(heading), math.sin(heading)
-    along, across = q_speed * dt**3 / 3.0, speed**4 * q_curvature * dt**5 / 20.0
-    xx, xy, yy = c * c * along + s * s * across, c * s * (along - across), s * s * along + c * c * across
+    xx, xy, yy = _position_noise(heading, speed, dt, q_speed, q_curvature)
     turn, turn_curvature = speed**2 * q_curvature * dt**3 / 3.0, speed * q_curvature * dt**2 / 2.0
     covariance += np.array([
         [xx, xy, 0.0, 0.0, 0.0],
@@ -48,6 +48,38 @@ def propagate(
     return later, covariance
 
 
+def position_variances(
+    mean: np.ndarray, covariance: np.ndarray, times: list[float], q_speed: float, q_curvature: float
+) -> np.ndarray:
+    """Returns the sum of the variances of x and y after each of some times, shape (n,) [m^2], as `propagate` has them.
+
+    Args:
+        mean: shape (5,).
+        covariance: shape (5, 5).
+        times: zero or more [s].
+        q_speed: see `propagate`.
+        q_curvature: see there.
+    """
+    steps = [_turn_step(mean.tolist(), dt) for dt in times]
+    jacobians = np.array([jacobian for _, jacobian in steps])
+    spreads = jacobians @ covariance @ jacobians.transpose(0, 2, 1)
+    sums = []
+    for dt, ((_, _, heading, speed, _), _), spread in zip(times, steps, spreads):
+        xx, _, yy = _position_noise(heading, speed, dt, q_speed, q_curvature)
+        sums.append((spread[X, X] + xx) + (spread[Y, Y] + yy))
+    return np.array(sums)
+
+
+def _position_noise(
+    heading: float, speed: float, dt: float, q_speed: float, q_curvature: float
+) -> tuple[float, float, float]:
+    """Returns the variances and the covariance of x and y that a time adds: (xx, xy, yy) [m^2]; see `propagate`."""
+    # A random walk of the speed moves the object along its path, a random walk of the curvature across it.
+    c, s = math.cos(heading), math.sin(heading)
+    along, across = q_speed * dt**3 / 3.0, speed**4 * q_curvature * dt**5 / 20.0
+    return c * c * along + s * s * across, c * s * (along - across), s * s * along + c * c * across
+
+
 def turn_step(mean: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
     """Returns the state after a time without noise, shape (5,), and its Jacobian, shape (5, 5).
 
@@ -55,7 +87,13 @@ def turn_step(mean: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
         mean: the state before, shape (5,).
         dt: the time [s], which may be negative.
     """
-    x, y, heading, speed, curvature = mean.tolist()
+    later, jacobian = _turn_step(mean.tolist(), dt)
+    return np.array(later), np.array(jacobian)
+
+
+def _turn_step(mean: list[float], dt: float) -> tuple[list[float], list[list[float]]]:
+    """Returns what `turn_step` does, as lists."""
+    x, y, heading, speed, curvature = mean
     distance = speed * dt
     half = 0.5 * curvature * distance  # half of the turn: the chord's direction is the heading plus this
     if abs(half) > _SMALL_ANGLE:
@@ -64,19 +102,18 @@ def turn_step(mean: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
         shape, slope = 1.0 - half * half / 6.0, -half / 3.0
     c, s = math.cos(heading + half), math.sin(heading + half)
     chord = distance * shape
-    later = np.array([x + chord * c, y + chord * s, heading + 2.0 * half, speed, curvature])
+    later = [x + chord * c, y + chord * s, heading + 2.0 * half, speed, curvature]
     # Derivatives of half the turn, of the chord's length and of its direction, by speed and by curvature.
     half_by_speed, half_by_curvature = 0.5 * curvature * dt, 0.5 * distance
     by_speed, by_curvature = shape * dt + distance * slope * half_by_speed, distance * slope * half_by_curvature
     turn_by_speed, turn_by_curvature = chord * half_by_speed, chord * half_by_curvature
-    jacobian = np.array([
+    return later, [
         [1.0, 0.0, -chord * s, by_speed * c - turn_by_speed * s, by_curvature * c - turn_by_curvature * s],
         [0.0, 1.0, chord * c, by_speed * s + turn_by_speed * c, by_curvature * s + turn_by_curvature * c],
         [0.0, 0.0, 1.0, 2.0 * half_by_speed, 2.0 * half_by_curvature],
         [0.0, 0.0, 0.0, 1.0, 0.0],
         [0.0, 0.0, 0.0, 0.0, 1.0],
-    ])  # fmt: skip
-    return later, jacobian
+    ]
 
 
 def fading_turn(mean: np.ndarray, times: np.ndarray, length: float) -> np.ndarray:
@@ -92,16 +129,13 @@ def fading_turn(mean: np.ndarray, times: np.ndarray, length: float) -> np.ndarra
     """
     x, y, heading, speed, curvature = mean.tolist()
     distance = speed * times
-    # Nodes crowd at the beginning, where the heading changes: distances as cubes of evenly spread numbers.
-    spread = 0.5 * (_NODES + 1.0)
-    weights = 0.5 * _WEIGHTS * 3.0 * spread**2
-    turn = curvature * length * np.sign(distance)
-    headings = heading - turn[:, None] * np.expm1(-np.outer(np.abs(distance), spread**3) / length)
-    return np.column_stack([
-        x + distance * (np.cos(headings) @ weights),
-        y + distance * (np.sin(headings) @ weights),
-        heading - turn * np.expm1(-np.abs(distance) / length),
-    ])  # fmt: skip
+    turn, far = curvature * length * np.sign(distance), np.abs(distance)
+    headings = heading - turn[:, None] * np.expm1(-np.outer(far, _SPREAD_CUBED) / length)
+    rows = np.empty((len(times), 3))
+    rows[:, 0] = x + distance * (np.cos(headings) @ _SPREAD_WEIGHTS)
+    rows[:, 1] = y + distance * (np.sin(headings) @ _SPREAD_WEIGHTS)
+    rows[:, 2] = heading - turn * np.expm1(-far / length)
+    return rows
 
 
 def normalized_lead(mean: np.ndarray, covariance: np.ndarray, x: float, y: float, variance: float) -> float:

@@ -123,22 +123,20 @@ def find_regions(mask: np.ndarray, join_distance: float, min_pixels: int) -> lis
     sizes = statistics[:, cv2.CC_STAT_AREA]
     keep = sizes >= MINIMUM_FRAGMENT_PIXELS
     keep[0] = False
-    if not keep.any():
+    kept = np.count_nonzero(keep)
+    if kept == 0:
         return []
-    points = cv2.findNonZero(mask).reshape(-1, 2)
-    fragment_of = labels[points[:, 1], points[:, 0]]
-    points, fragment_of = points.compress(keep[fragment_of], axis=0), fragment_of.compress(keep[fragment_of])
-    left, top, width, height = cv2.boundingRect(points)  # the fragments kept are often in a small part of the mask
-    u0, v0, points = u0 + left, v0 + top, points - np.array([left, top], np.int32)
-    region_of = _join(points, (height, width), int(join_distance) + 1)
-    pixels = np.bincount(region_of)
-    wanted = sizes[fragment_of] >= MINIMUM_FRAGMENT_SHARE * pixels[region_of]
+    points, least = cv2.findNonZero(mask).reshape(-1, 2), max(min_pixels, 1)
+    owned = [points]  # of a single fragment
+    if kept > 1 or len(keep) > 2:
+        fragment_of = labels[points[:, 1], points[:, 0]]
+        points, fragment_of = points.compress(keep[fragment_of], axis=0), fragment_of.compress(keep[fragment_of])
+        left, top, width, height = cv2.boundingRect(points)  # the fragments kept are often in a small part of the mask
+        u0, v0, points = u0 + left, v0 + top, points - np.array([left, top], np.int32)
+        owned = [points] if kept == 1 else _divide(points, (height, width), join_distance, sizes[fragment_of], least)
     found = []
-    for number in np.argsort(-pixels)[:MOST_REGIONS]:
-        if pixels[number] < max(min_pixels, 1):
-            break
-        own = points[(region_of == number) & wanted]
-        if len(own) < max(min_pixels, 1):
+    for own in owned:
+        if len(own) < least:
             continue
         moments = cv2.moments(cv2.convexHull(row_ends(own)))
         if moments["m00"] > 0.0:
@@ -148,6 +146,25 @@ def find_regions(mask: np.ndarray, join_distance: float, min_pixels: int) -> lis
         left, top, width, height = cv2.boundingRect(own)
         found.append(ImageRegion(float(u) + u0, float(v) + v0, len(own), left + u0, top + v0, width, height))
     return found
+
+
+def _divide(
+    points: np.ndarray, shape: tuple[int, int], join_distance: float, sizes: np.ndarray, least: int
+) -> list[np.ndarray]:
+    """Returns the points (m, 2) of each region without its smallest fragments, the largest regions first.
+
+    Args:
+        points: of all regions (n, 2), columns and rows.
+        shape: of the image.
+        join_distance: see `find_regions`.
+        sizes: number of points of the fragment that each point belongs to, shape (n,).
+        least: least number of points of a region.
+    """
+    region_of = _join(points, shape, int(join_distance) + 1)
+    pixels = np.bincount(region_of)
+    wanted = sizes >= MINIMUM_FRAGMENT_SHARE * pixels[region_of]
+    largest = [number for number in np.argsort(-pixels)[:MOST_REGIONS] if pixels[number] >= least]
+    return [points[(region_of == number) & wanted] for number in largest]
 
 
 def _join(points: np.ndarray, shape: tuple[int, int], side: int) -> np.ndarray:

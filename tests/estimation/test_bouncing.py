@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from drake_tracker.estimation.bounce import most_likely_bounce
+from drake_tracker.estimation.bounce import INSTANTS, most_likely_bounce
 from drake_tracker.estimation.bouncing import BouncingEstimator, noticing_bounces
 from drake_tracker.estimation.check import check_estimator
 from drake_tracker.estimation.config import AlphaBetaGamma, CoordinatedTurn
 from drake_tracker.estimation.kinds import make_estimator
+from drake_tracker.estimation.speed_change import PLACE_STD, REFERENCE_NOISE, SPEED_STD
 from drake_tracker.tracking.scale import own_estimator
 
 SIZE = np.array([580.0, 420.0])
@@ -100,6 +101,23 @@ def test_a_bounce_is_told_from_a_jump_and_from_an_outlier():
     assert most_likely_bounce(times, np.outer(times > 5.5 / 30.0, gain)).margin < 0.0
     assert most_likely_bounce(times, np.outer(times > 7.5 / 30.0, gain)).margin < 0.0
     assert most_likely_bounce(times[:1], np.zeros((1, 3))) is None
+
+
+def test_the_evidence_is_twice_the_log_likelihood_ratio():
+    rng = np.random.default_rng(5)
+    times, after = np.arange(1, 9) / 30.0, 3
+    ramp = np.maximum(times - times[-after - 1], 0.0)
+    away = np.outer(ramp, [0.2, -0.1]) + 0.0005 * rng.normal(size=(8, 2))
+    found = most_likely_bounce(times, away)
+    assert found.after == after
+    spread = PLACE_STD**2 + SPEED_STD**2 * np.outer(times, times) + REFERENCE_NOISE**2 * np.eye(8)
+
+    def misfit(left):
+        return float(np.sum(left * np.linalg.solve(spread, left)))
+
+    starts = times[-after - 1] + np.arange(INSTANTS) / INSTANTS / 30.0
+    best = min(misfit(away - np.outer(np.maximum(times - start, 0.0), found.gain)) for start in starts)
+    assert found.evidence == pytest.approx(misfit(away) - best)
 
 
 def test_it_is_an_estimator_and_needs_one_that_can_start_again():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
 
-from drake_tracker.estimation.turn_model import HEADING, correct, fading_turn, turn_step
+from drake_tracker.estimation.turn_model import HEADING, correct, fading_turn, position_variances, propagate, turn_step
 
 
 @pytest.mark.parametrize("curvature", [5.0, 0.0, -1e-7, -3.0])
@@ -43,3 +43,13 @@ def test_a_turn_that_fades_slowly_is_an_arc():
     mean, times = np.array([0.1, 0.2, 0.7, 0.15, 6.0]), np.array([0.25, 0.75])
     arcs = [turn_step(mean, time)[0][:3] for time in times]
     np.testing.assert_allclose(fading_turn(mean, times, 1e4), arcs, atol=1e-5)
+
+
+@pytest.mark.parametrize("curvature", [5.0, 0.0, -3.0])
+def test_variances_of_several_times_are_those_of_each(curvature):
+    rng = np.random.default_rng(3)
+    root = rng.normal(size=(5, 5)) * [0.001, 0.001, 0.1, 0.02, 1.0]
+    mean, covariance, times = np.array([0.1, 0.2, 0.7, 0.15, curvature]), root.T @ root, [0.0, 0.05, 0.6, 1.25]
+    each = [propagate(mean, covariance, time, 1e-4, 0.5)[1] for time in times]
+    sums = [spread[0, 0] + spread[1, 1] for spread in each]
+    np.testing.assert_array_equal(position_variances(mean, covariance, times, 1e-4, 0.5), sums)
