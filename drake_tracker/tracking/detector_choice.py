@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,10 @@ from drake_tracker.vision.config import FrameDifference, NormalFlow
 
 _NORMAL_FLOW_SPAN = 2 * VISION_PERIOD
 """Time [s] between the two images that normal flow compares, as with the simulated cameras."""
+LONGEST_SIDE = 1000
+"""Longer side above which images are reduced [px], if the object is large enough."""
+SUFFICIENT = 30
+"""Least size of the object in the reduced image [px]."""
 
 
 def can_suit(settings: Any) -> bool:
@@ -28,17 +32,33 @@ def can_suit(settings: Any) -> bool:
     return bool(settings == FrameDifference())
 
 
+class Suited(NamedTuple):
+    """What suits the footage.
+
+    Attributes:
+        settings: of the detector, for the reduced images.
+        reduce_by: factor by which the images are reduced, see `reduced`.
+        looks: what was found in each camera's images, in pixels of the full ones; None where nothing was.
+    """
+
+    settings: Any
+    reduce_by: int
+    looks: list[FirstLook | None]
+
+
 def suited(
     settings: Any,
     footage: Sequence[Footage],
     period: float,
     windows: Sequence[np.ndarray | None],
     follow: Sequence[tuple[float, float] | None],
-) -> tuple[Any, list[FirstLook | None]]:
-    """Returns (the settings with stride and join distance that suit the recordings, what was found in each).
+) -> Suited:
+    """Returns what suits the recordings: stride and join distance, and the coarsest level of the image pyramid in which
+    the object has `SUFFICIENT` pixels.
 
     What the user has set stays as it is. Live cameras (but see `suited_live`), and recordings in which nothing moves
-    alone, get a stride that spans the same time as with the simulated cameras, and the usual join distance.
+    alone, get a stride that spans the same time as with the simulated cameras, and the usual join distance. The images
+    are reduced only where both are found.
 
     Args:
         settings: of a detector, see `can_suit`.
@@ -49,18 +69,23 @@ def suited(
     """
     usual = _with_usual_stride(settings, period)
     if settings.centroid != "hull":
-        return usual, []
+        return Suited(usual, 1, [])
 
     def look_at(each: Footage, window: np.ndarray | None, pixel: tuple[float, float] | None) -> FirstLook | None:
         if each.times is None:
             return None
+        fixed = _has_stride(settings)
         return take_a_look(
-            each.frames, len(each.times), usual, period, window, pixel, fixed_stride=_has_stride(settings)
+            each.frames, len(each.times), usual, period, window, pixel, fixed_stride=fixed, reduce_by=factor
         )
 
+    factor = _coarsest(settings, footage)
     with ThreadPoolExecutor() as pool:  # both cameras at the same time
         looks = list(pool.map(look_at, footage, windows, follow))
-    return _chosen(settings, usual, looks), looks
+        while factor > _sufficient(factor, looks):
+            factor //= 2
+            looks = list(pool.map(look_at, footage, windows, follow))
+    return Suited(_chosen(settings, usual, looks, factor), factor, looks)
 
 
 def suited_live(
@@ -68,8 +93,8 @@ def suited_live(
     footage: Sequence[Footage],
     duration: float,
     windows: Sequence[np.ndarray | None],
-) -> tuple[Any, list[FirstLook | None], list[Footage]]:
-    """Returns (settings that suit the largest object, what was found in each, the footage from then on).
+) -> tuple[Suited, list[Footage]]:
+    """Returns (what suits the largest object, the footage from then on), see `suited`.
 
     Args:
         settings: of a detector, see `can_suit`.
@@ -80,7 +105,9 @@ def suited_live(
     period = 1.0 / (footage[0].rate or DEFAULT_RATE)
     usual = _with_usual_stride(settings, period)
     if settings.centroid != "hull":
-        return usual, [], list(footage)
+        return Suited(usual, 1, []), list(footage)
+
+    coarsest = _coarsest(settings, footage)
 
     def look_at(each: Footage, window: np.ndarray | None) -> tuple[FirstLook | None, Footage]:
         last = 0.0
@@ -94,12 +121,32 @@ def suited_live(
                     return
 
         count = round(duration / period)
-        found = take_a_look(images, count, usual, period, window, fixed_stride=_has_stride(settings))
+        fixed = _has_stride(settings)
+        found = take_a_look(images, count, usual, period, window, fixed_stride=fixed, reduce_by=coarsest)
         return found, each.after(last)
 
     with ThreadPoolExecutor() as pool:
         looks, later = zip(*pool.map(look_at, footage, windows))
-    return _chosen(settings, usual, looks), list(looks), list(later)
+    factor = _sufficient(coarsest, looks)
+    return Suited(_chosen(settings, usual, looks, factor), factor, list(looks)), list(later)
+
+
+def _coarsest(settings: Any, footage: Sequence[Footage]) -> int:
+    """Returns the least power of two that reduces all images to `LONGEST_SIDE`; 1 where the user has set pixels."""
+    if isinstance(settings, NormalFlow) and settings.join_distance is not None:
+        return 1
+    factor = 1
+    while max(max(each.size) for each in footage) > factor * LONGEST_SIDE:
+        factor *= 2
+    return factor
+
+
+def _sufficient(factor: int, looks: Sequence[FirstLook | None]) -> int:
+    """Returns the largest power of two up to a factor with which all objects have `SUFFICIENT` pixels, 1 if there is
+    none or nothing was found."""
+    while factor > 1 and not all(look is not None and look.size >= factor * SUFFICIENT for look in looks):
+        factor //= 2
+    return factor
 
 
 def _has_stride(settings: Any) -> bool:
@@ -114,12 +161,12 @@ def _with_usual_stride(settings: Any, period: float) -> Any:
     return replace(settings, stride=settings.stride or int(np.clip(round(_NORMAL_FLOW_SPAN / period), 1, 4)))
 
 
-def _chosen(settings: Any, usual: Any, looks: Sequence[FirstLook | None]) -> Any:
+def _chosen(settings: Any, usual: Any, looks: Sequence[FirstLook | None], reduce_by: int) -> Any:
     """Returns the settings that suit what was found: the usual ones where nothing was."""
     known = [look for look in looks if look is not None]
     if not known:
         return usual
-    stride, join_distance = min(look.stride for look in known), max(look.join_distance for look in known)
+    stride, join_distance = min(look.stride for look in known), max(look.join_distance // reduce_by for look in known)
     if isinstance(settings, NormalFlow):
         return replace(usual, stride=settings.stride or stride, join_distance=settings.join_distance or join_distance)
     return replace(usual, stride=stride, join_distance=join_distance)

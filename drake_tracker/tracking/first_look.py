@@ -16,6 +16,7 @@ import numpy as np
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.vision.detectors import make_detector
 from drake_tracker.vision.image_regions import find_regions
+from drake_tracker.vision.pyramid_level import reduced, reduced_pixel, reduced_window
 
 MOST_IMAGES, MOST_PIXELS = 240, 250_000_000
 """Largest number of images that are looked at, and of their pixels in all."""
@@ -70,8 +71,9 @@ def take_a_look(
     follow: tuple[float, float] | None = None,
     *,
     fixed_stride: bool = False,
+    reduce_by: int = 1,
 ) -> FirstLook | None:
-    """Returns what the first images show, None where nothing moves alone.
+    """Returns what the first images show, in pixels of the full ones; None where nothing moves alone.
 
     With a long stride, a slow object stands out from the noise, but less of its outline may show: the longest stride is
     taken with which the regions show the whole object, and the least join distance.
@@ -85,8 +87,24 @@ def take_a_look(
         follow: pixel (u, v) of an object in the first image: of several silhouettes, those nearest to its area count;
             None, or a pixel where nothing moves: the largest.
         fixed_stride: whether the stride of the settings is kept.
+        reduce_by: factor by which the images are reduced for the look, see `reduced`.
     """
-    sequences = _read(images, count)
+    window, follow = reduced_window(window, reduce_by), reduced_pixel(follow, reduce_by)
+    found = _look(_read(images, count, reduce_by), settings, period, window, follow, fixed_stride)
+    if found is None:
+        return None
+    return FirstLook(reduce_by * found.size, reduce_by * found.speed, found.stride, reduce_by * found.join_distance)
+
+
+def _look(
+    sequences: list[list[np.ndarray]],
+    settings: Any,
+    period: float,
+    window: np.ndarray | None,
+    follow: tuple[float, float] | None,
+    fixed_stride: bool,
+) -> FirstLook | None:
+    """Returns what sequences of grey images show, see `take_a_look`."""
     if len(sequences) < 3:
         return None
     background = median_image([each[REACH] for each in sequences])
@@ -126,7 +144,9 @@ def take_a_look(
     return best
 
 
-def _read(images: Callable[[], Iterator[tuple[float, np.ndarray]]], count: int) -> list[list[np.ndarray]]:
+def _read(
+    images: Callable[[], Iterator[tuple[float, np.ndarray]]], count: int, reduce_by: int
+) -> list[list[np.ndarray]]:
     """Returns short sequences of grey images, spread over the first images of a recording, up to what is damaged."""
     sequences: list[list[np.ndarray]] = []
     length = 2 * REACH + 1
@@ -145,7 +165,7 @@ def _read(images: Callable[[], Iterator[tuple[float, np.ndarray]]], count: int) 
         if k % gap == 0:
             sequences.append([])
         if len(sequences[-1]) < length:
-            sequences[-1].append(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY))
+            sequences[-1].append(reduced(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), reduce_by))
     if isinstance(source, Generator):
         source.close()
     return [each for each in sequences if len(each) == length]

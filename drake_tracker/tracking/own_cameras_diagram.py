@@ -95,6 +95,7 @@ class OwnCamerasDiagram(Diagram):
         plane: Plane | None = None,
         max_gap: float = MAX_GAP,
         trackers: Sequence[ImageTracker] = (),
+        reduce_by: int = 1,
     ) -> None:
         """Wires the diagram.
 
@@ -106,6 +107,7 @@ class OwnCamerasDiagram(Diagram):
             plane: plane of the motion; needed with a single calibrated camera only.
             max_gap: largest gap between the two rays of one point [m].
             trackers: `ImageTracker` of each camera; empty for everything that moves.
+            reduce_by: factor by which the images are reduced, see `MotionCentroidSystem`.
         """
         super().__init__()
         self.set_name("own_cameras")
@@ -116,11 +118,11 @@ class OwnCamerasDiagram(Diagram):
         self.places = tracker.objects if tracker is not None else 1
         self.in_space = len(self.sides) == 2 or plane is not None
         if len(self.sides) == 2:
-            vision = self._add_stereo(builder, cameras, detectors, period, max_gap, trackers)
+            vision = self._add_stereo(builder, cameras, detectors, period, max_gap, trackers, reduce_by)
             if self.places > 1:
                 vision |= self._add_pairs(builder, cameras, vision, period, max_gap, trackers[0])
         else:
-            vision = self._add_single(builder, cameras, detectors[0], period, plane, tracker)
+            vision = self._add_single(builder, cameras, detectors[0], period, plane, tracker, reduce_by)
         for side, sequence in zip(self.sides, timeline.sequences):
             source = builder.AddNamedSystem(f"source_{side}", VideoSource(sequence, period))
             for name, port in (("camera", "grey"), ("frame", "frame")):
@@ -161,6 +163,7 @@ class OwnCamerasDiagram(Diagram):
         period: float,
         max_gap: float,
         trackers: Sequence[ImageTracker],
+        reduce_by: int,
     ) -> dict[str, Any]:
         """Adds the vision of two cameras; returns its ports by name."""
         cameras, detectors = (dict(zip(SIDES, pair)) for pair in (camera_pair, detector_pair))
@@ -175,6 +178,7 @@ class OwnCamerasDiagram(Diagram):
                 max_gap=max_gap,
                 trackers=dict(zip(SIDES, trackers)) if trackers else None,
                 stamp_tolerance=MOST_STAMP_DIFFERENCE * period,
+                reduce_by=reduce_by,
             )
         )
         outputs = ["point"] + [f"{name}_{side}" for name in ("centroid", "motion") for side in cameras]
@@ -217,6 +221,7 @@ class OwnCamerasDiagram(Diagram):
         period: float,
         plane: Plane | None,
         tracker: ImageTracker | None,
+        reduce_by: int,
     ) -> dict[str, Any]:
         """Adds the vision of a single camera; returns its ports by name."""
         motion = add_motion_centroid(
@@ -227,6 +232,7 @@ class OwnCamerasDiagram(Diagram):
             tracker=tracker,
             own_stamps=True,
             grey=True,
+            reduce_by=reduce_by,
             name="motion",
         )
         ports = {

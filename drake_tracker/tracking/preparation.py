@@ -18,8 +18,7 @@ from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.scenarios.base import Custom
 from drake_tracker.scenarios.option import read_option
 from drake_tracker.tracking.choice import check_choice, read_pixel, read_window
-from drake_tracker.tracking.detector_choice import can_suit, suited, suited_live
-from drake_tracker.tracking.first_look import FirstLook
+from drake_tracker.tracking.detector_choice import Suited, can_suit, suited, suited_live
 from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
 from drake_tracker.tracking.scale import is_scaled, own_estimator, usual_gap
 from drake_tracker.vision.calibration_file import load_pose
@@ -31,6 +30,7 @@ from drake_tracker.vision.detectors import DETECTORS, SCENE_DETECTORS, make_dete
 from drake_tracker.vision.foreign_camera import UNKNOWN_SIZE
 from drake_tracker.vision.image_tracker import ImageTracker
 from drake_tracker.vision.plane_projection import project_to_plane
+from drake_tracker.vision.pyramid_level import reduced_pixel, reduced_window
 
 DETECTOR_SETTINGS = NormalFlow | DETECTORS.union(without=SCENE_DETECTORS)
 ESTIMATOR_SETTINGS = CoordinatedTurn | ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS)
@@ -136,13 +136,13 @@ def prepare_track(
             footage.append(open_footage(source, fps, start))
         windows = [read_window(roi[k], each.size) if roi else None for k, each in enumerate(footage)]
         pixels = [read_pixel(follow[k], each.size) if follow else None for k, each in enumerate(footage)]
-        looks: list[FirstLook | None] = []
+        found = Suited(detector_settings, 1, [])
         if first_look is not None:
             _check_live(footage, first_look)
             if not can_suit(detector_settings):
                 raise DrakeTrackerError(f"--first-look {first_look:g}: --detector leaves no setting open to be found")
             tell(f"Looking at the cameras for {first_look:g} s: move the object")
-            detector_settings, looks, footage = suited_live(detector_settings, footage, first_look, windows)
+            found, footage = suited_live(detector_settings, footage, first_look, windows)
         for k, latency in enumerate(latencies):
             if record:
                 recordings.append(Recording(footage[k]))
@@ -155,10 +155,17 @@ def prepare_track(
             _check_plane(cameras[0], surface, str(plane))
         timeline = align(footage, offset=offset, duration=duration)
         if first_look is None and can_suit(detector_settings):
-            detector_settings, looks = suited(detector_settings, footage, timeline.period, windows, pixels)
+            found = suited(detector_settings, footage, timeline.period, windows, pixels)
+        detector_settings, reduce_by, looks = found
         detectors = [make_detector(detector_settings, period=timeline.period) for _ in footage]
         trackers = [
-            ImageTracker(objects, pixel, window, period=timeline.period) for pixel, window in zip(pixels, windows)
+            ImageTracker(
+                objects,
+                reduced_pixel(pixel, reduce_by),
+                reduced_window(window, reduce_by),
+                period=timeline.period,
+            )
+            for pixel, window in zip(pixels, windows)
         ]
         if max_gap is None:
             max_gap = usual_gap(cameras) if len(cameras) == 2 else MAX_GAP
@@ -170,6 +177,7 @@ def prepare_track(
             plane=surface,
             max_gap=max_gap,
             trackers=trackers if detector_settings.centroid == "hull" else (),
+            reduce_by=reduce_by,
         )
     except BaseException:
         for each in footage:
@@ -186,6 +194,7 @@ def prepare_track(
         "follow": list(follow),
         "objects": objects,
         "max_gap": max_gap,
+        "images_reduced_by": reduce_by,
         "first_look": [None if look is None else asdict(look) for look in looks],
         "detector": {"kind": type(detector_settings).__name__} | asdict(detector_settings),
         "estimator": {

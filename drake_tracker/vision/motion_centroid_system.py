@@ -20,6 +20,7 @@ from drake_tracker.vision.image_objects import ImageObjects
 from drake_tracker.vision.image_tracker import ImageTracker
 from drake_tracker.vision.motion_detector import MotionDetector
 from drake_tracker.vision.predicted_window import PredictedWindow, Track
+from drake_tracker.vision.pyramid_level import enlarged, enlarged_centroid, reduced
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +29,9 @@ class MotionEnergy(FrozenState):
 
     Attributes:
         stamp: capture time of the image described [s].
-        mask: uint8 of the image's shape, read-only, 255 where something moves.
+        mask: uint8, read-only, 255 where something moves; of the shape of the image, or of the reduced one.
         image_offset: full-frame coordinates (u0, v0) of the mask's top left pixel.
-        objects: the objects that move, with a tracker; in coordinates of the mask.
+        objects: the objects that move, with a tracker; in pixels of the camera's image.
     """
 
     stamp: float
@@ -105,6 +106,9 @@ class MotionCentroidSystem(LeafSystem):
         own_stamps: whether there is the input ``frame``.
         grey: whether the images have grey values only.
         image_latency: cycles from the capture of an image until the input shows it, as with a `PipelinedCamera`.
+        reduce_by: whole factor by which the images are reduced before anything else, see `pyramid_level`. Window and
+            pixel of detector and tracker are those of the reduced image; all outputs but masks are in pixels of the
+            full one.
 
     Raises DrakeTrackerError when ``update_cycles`` is not a whole number of at least 1.
     """
@@ -122,6 +126,7 @@ class MotionCentroidSystem(LeafSystem):
         own_stamps: bool = False,
         grey: bool = False,
         image_latency: int = 0,
+        reduce_by: int = 1,
     ) -> None:
         super().__init__()
         if update_cycles != int(update_cycles) or update_cycles < 1:
@@ -130,6 +135,7 @@ class MotionCentroidSystem(LeafSystem):
         self._period, self._offset = period, offset
         self._follow, self._tracker = follow, tracker
         self._update_cycles, self._latency = int(update_cycles), image_latency
+        self._reduce_by = reduce_by
         self._image_offset = (int(image_offset[0]), int(image_offset[1]))
         self._stamp_age = detector.stamp_age_cycles * period
         self._image = self.DeclareAbstractInputPort(
@@ -168,7 +174,8 @@ class MotionCentroidSystem(LeafSystem):
         frame = None if self._frame is None else FrameInfo(self._frame.Eval(context))
         newest = None
         if needs_image(self._detector, self._update_cycles, cycle) and (frame is None or frame.fresh):
-            newest = read_only(self._detector.smooth(_grey(self._image.Eval(context).data)))
+            grey = reduced(_grey(self._image.Eval(context).data), self._reduce_by)
+            newest = read_only(self._detector.smooth(grey))
         smoothed = (memory.smoothed + (newest,))[-length:]
         stamps = memory.stamps if frame is None else (memory.stamps + (float(frame.stamp),))[-length:]
         described, centroid, energy, track = memory.described, memory.centroid, memory.energy, memory.track
@@ -192,8 +199,10 @@ class MotionCentroidSystem(LeafSystem):
             if region is None:
                 centroid = np.array([stamp, 0.0, 0.0, 0.0, 0.0])
             else:
-                centroid = np.array([stamp, region.u + u0, region.v + v0, region.pixel_count, 1.0])
-            energy = MotionEnergy(stamp, read_only(mask), self._image_offset, objects if described else None)
+                u, v, count = enlarged_centroid(region, self._reduce_by)
+                centroid = np.array([stamp, u + u0, v + v0, count, 1.0])
+            seen = enlarged(objects, self._reduce_by) if described and objects is not None else None
+            energy = MotionEnergy(stamp, read_only(mask), self._image_offset, seen)
         memory = _Memory(smoothed, described, read_only(centroid), energy, track, stamps, objects)
         state.get_mutable_abstract_state(self._memory).set_value(memory)
 
@@ -273,6 +282,7 @@ def add_motion_centroid(
     own_stamps: bool = False,
     grey: bool = False,
     image_latency: int = 0,
+    reduce_by: int = 1,
     name: str | None = None,
 ) -> LaggedCentroid:
     """Adds a `MotionCentroidSystem` and the delay line that outputs each centroid ``lag_cycles`` after its stamp.
@@ -303,6 +313,7 @@ def add_motion_centroid(
         grey: whether the images have grey values only.
         image_latency: cycles from the capture of an image until the input shows it; the delay line adds the rest of the
             lag.
+        reduce_by: see `MotionCentroidSystem`.
         name: of the System; the delay line has the same with ``_lag``. None is "motion", or "motion_2" and so on.
 
     Raises DrakeTrackerError when the lag is too short for the detector's images, or when a setting is out of range.
@@ -331,6 +342,7 @@ def add_motion_centroid(
         own_stamps=own_stamps,
         grey=grey,
         image_latency=image_latency,
+        reduce_by=reduce_by,
     )
     delay = DelayLineSystem(message_size(Centroid), steps, period=period, offset=offset)
     parts = LaggedCentroid(builder.AddNamedSystem(name, system), builder.AddNamedSystem(f"{name}_lag", delay))

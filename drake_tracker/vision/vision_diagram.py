@@ -53,6 +53,7 @@ class VisionDiagram(Diagram):
         max_gap: of the `TriangulatorSystem` [m].
         stamp_tolerance: of the `TriangulatorSystem` [s].
         image_latency: cycles from the capture of an image until the inputs show it, as with a `PipelinedCamera`.
+        reduce_by: of each `MotionCentroidSystem`.
 
     Raises DrakeTrackerError when the lag is too short for a detector's images, or the work volume is not a box.
     """
@@ -72,6 +73,7 @@ class VisionDiagram(Diagram):
         max_gap: float = MAX_GAP,
         stamp_tolerance: float = STAMP_TOLERANCE,
         image_latency: int = 0,
+        reduce_by: int = 1,
     ) -> None:
         super().__init__()
         self.set_name("vision")
@@ -95,6 +97,7 @@ class VisionDiagram(Diagram):
                 own_stamps=own_stamps,
                 grey=grey,
                 image_latency=image_latency,
+                reduce_by=reduce_by,
                 name=f"motion_{side}",
             )
             builder.ExportInput(centroid.image_input_port, f"camera_{side}")

@@ -5,28 +5,14 @@ import json
 import cv2
 import numpy as np
 import pytest
+from disc_films import PERIOD, clip, live
 from films import write_images
 
 from drake_tracker import cli
-from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.sources import open_footage
 from drake_tracker.tracking.detector_choice import can_suit, suited, suited_live
 from drake_tracker.tracking.first_look import is_whole, median_image, take_a_look
 from drake_tracker.vision.config import FrameDifference, NormalFlow
-
-PERIOD = 1.0 / 30.0
-
-
-def clip(radius, speed, count=110, size=(400, 300)):
-    """A disc without texture that moves to the right in front of a textured background."""
-    rng = np.random.default_rng(1)
-    scene = 110.0 + 15.0 * cv2.resize(rng.normal(size=(size[1] // 8, size[0] // 8)), size)
-    rows, columns = np.mgrid[: size[1], : size[0]]
-    span = size[0] - 2.0 * radius - 20.0
-    for k in range(count):
-        u = radius + 10.0 + span - abs((speed * k) % (2.0 * span) - span)
-        image = scene + np.clip(radius + 0.5 - np.hypot(columns - u, rows - 150.0), 0.0, 1.0) * (225.0 - scene)
-        yield u, np.clip(image + rng.normal(0.0, 2.0, image.shape), 0, 255).astype(np.uint8)
 
 
 def look(pictures, settings=NormalFlow(stride=1), window=None, follow=None):
@@ -119,29 +105,18 @@ def test_the_object_to_follow_sets_stride_and_join_distance(tmp_path):
     assert np.median(off) < 1.0 and np.mean(off > 8.0) < 0.05 and seen.mean() > 0.9
 
 
-def live(pictures, period=PERIOD):
-    """A camera that is read once: the first image may come again, as with OpenCV's."""
-    source = iter(list(enumerate(pictures))[1:])
-
-    def frames():
-        yield 0.0, np.repeat(pictures[0][..., None], 3, axis=2)
-        for k, picture in source:
-            yield k * period, np.repeat(picture[..., None], 3, axis=2)
-
-    return Footage("camera 0", pictures[0].shape[::-1], frames, epoch=100.0, rate=1.0 / period)
-
-
 def test_a_live_camera_is_looked_at_before_the_track(tmp_path, capsys):
     pictures = [picture for _, picture in clip(45, 1.0, 140)]
-    settings, looks, footage = suited_live(NormalFlow(), [live(pictures), live(pictures)], 100 * PERIOD, [None, None])
+    found, footage = suited_live(NormalFlow(), [live(pictures), live(pictures)], 100 * PERIOD, [None, None])
+    settings, _, looks = found
     assert settings.stride == 2 and settings.join_distance > 24 and looks[0] == looks[1]
     for each in footage:
         assert each.live and each.epoch == pytest.approx(100.0 + 100 * PERIOD)
         times = [time for time, _ in each.frames()]
         np.testing.assert_allclose(times, PERIOD * np.arange(1, 40), atol=1e-9)
     still = [pictures[0]] * 60
-    usual, looks, _ = suited_live(NormalFlow(), [live(still)], 1.0, [None])
-    assert looks == [None] and usual == suited(NormalFlow(), [live(still)], PERIOD, [None], [None])[0]
+    found, _ = suited_live(NormalFlow(), [live(still)], 1.0, [None])
+    assert found.looks == [None] and found.settings == suited(NormalFlow(), [live(still)], PERIOD, [None], [None])[0]
     source = write_images(tmp_path / "shots", pictures[:10])
     assert cli.main(["track", source, "--fps", "30", "--first-look", "3", "--out", str(tmp_path / "out")]) == 2
     printed = capsys.readouterr()
