@@ -77,7 +77,7 @@ def _draw_errors(ax: Axes, boards: FoundBoards, qualities: Mapping[str, CameraQu
     """Draws the errors of each photograph or pair as bars."""
     bars = {name: quality.view_rms for name, quality in qualities.items()}
     if len(pairs):
-        bars["both together"] = pairs
+        bars["points triangulated from both"] = pairs
     width = 0.8 / len(bars)
     for k, ((name, errors), colour) in enumerate(zip(bars.items(), (SEEN, FILTERED, PREDICTED))):
         ax.bar(np.arange(len(errors)) + (k - 0.5 * (len(bars) - 1)) * width, errors, width, color=colour, label=name)

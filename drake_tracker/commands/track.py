@@ -139,13 +139,17 @@ def execute(options: Namespace) -> int:
         raise DrakeTrackerError(f"--port {options.port} is the port of the live view: add --live")
     import cv2
 
+    from drake_tracker.core.mcap_file import need_mcap
     from drake_tracker.core.progress import Progress
     from drake_tracker.tracking.filtered import describe_accuracy, describe_filtered, describe_object
+    from drake_tracker.tracking.mcap_track import MCAP_FILE
     from drake_tracker.tracking.preparation import prepare_track
     from drake_tracker.tracking.quality import doubts
     from drake_tracker.tracking.track import make_track
 
     quiet_drake()
+    if options.mcap:
+        need_mcap(MCAP_FILE)
     cv2.setNumThreads(1)  # the images are too small for threads, and other images are decoded meanwhile
     if options.pick:
         if options.roi or options.follow:
@@ -180,8 +184,9 @@ def execute(options: Namespace) -> int:
     for each in summary.get("by_object", ()):
         print(f"{'object {id}'.format(**each):<18}{describe_object(each)}")
     print(f"{'directory':<18}{out}")
-    for line in summary["warnings"]:
-        warn(line)
+    for line in (*summary["warnings"], summary.get("too_slow")):
+        if line is not None:
+            warn(line)
     if summary["interrupted"]:
         return exit_code()
     seen = summary.get("seen") or 0
@@ -195,7 +200,9 @@ def execute(options: Namespace) -> int:
         )
     elif seen and not summary["results"]:
         print(f"Motion was seen in {seen} images, but always where the camera does not see the plane of the motion")
-    elif not summary["results"] and not options.follow:
+    elif not summary["described"]:
+        print("There were too few images to see motion; does --duration leave enough of them?")
+    elif not summary["results"] and not options.follow and not summary.get("too_slow"):
         print("No motion was found")
     note = doubts(summary | {"follow": options.follow, "roi": options.roi})
     if note is not None:
@@ -234,9 +241,18 @@ def _finish(live: Any, summary: dict[str, Any], out: Path) -> None:
 
     described, results = summary["described"], summary["results"]
     rows = [("Images described", str(described)), ("With a result", str(results))]
+    rows.append(("Images dropped", " and ".join(map(str, summary["dropped"]))))
     rows += [(label.capitalize(), text) for label, text in describe_accuracy(summary)]
     title = "The track was ended" if summary["interrupted"] else "The track is complete"
-    live.finish({"success": bool(results), "title": title, "reason": "", "rows": rows, "out": str(out)})
+    live.finish(
+        {
+            "success": bool(results),
+            "title": title,
+            "reason": summary.get("too_slow") or "",
+            "rows": rows,
+            "out": str(out),
+        }
+    )
 
 
 def _pick(options: Namespace) -> tuple[list[str], list[str]]:

@@ -23,6 +23,20 @@ _FLUSH_AFTER = 1.0
 """Time of the run [s] after which what was written goes to the disk, so that it survives a killed process."""
 
 
+def need_mcap(name: str) -> None:
+    """Raises DrakeTrackerError when the extra ``mcap``, which writes MCAP files, is not installed.
+
+    Args:
+        name: of the file to write, for the message.
+    """
+    try:
+        import foxglove  # noqa: F401
+    except ImportError:
+        raise DrakeTrackerError(
+            f"{name}: MCAP files need the package foxglove-sdk: pip install 'drake-tracker[mcap]'"
+        ) from None
+
+
 class McapFile:
     """An MCAP file that is written message by message.
 
@@ -35,13 +49,10 @@ class McapFile:
     """
 
     def __init__(self, path: Path) -> None:
-        try:
-            import foxglove
-            from foxglove import channels, messages
-        except ImportError:
-            raise DrakeTrackerError(
-                f"{path.name}: MCAP files need the package foxglove-sdk: pip install 'drake-tracker[mcap]'"
-            ) from None
+        need_mcap(path.name)
+        import foxglove
+        from foxglove import channels, messages
+
         self._make_channel: Any = foxglove.Channel
         self._make_schema: Any = foxglove.Schema
         self._channels: Any = channels

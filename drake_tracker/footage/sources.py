@@ -28,6 +28,11 @@ def is_same_source(one: str, other: str) -> bool:
         return False
 
 
+def is_live(spec: str) -> bool:
+    """Returns whether a source is a camera, or a recording that is played as if it were one."""
+    return re.fullmatch("[0-9]{1,4}", spec) is not None or spec.startswith(PREFIX)
+
+
 def open_footage(spec: str, fps: float | None = None, start: Start | None = None) -> Footage:
     """Returns the `Footage` of a source.
 
@@ -60,6 +65,8 @@ def open_footage(spec: str, fps: float | None = None, start: Start | None = None
         return open_bag(bag, f"/{topic}" if topic else None)
     if Path(spec).is_dir() or (any(sign in spec for sign in "*?[") and not Path(spec).exists()):
         return open_images(spec, fps)
+    if Path(spec).exists() and not Path(spec).is_file():
+        raise DrakeTrackerError(f"{spec}: is neither a regular file nor a folder; name a camera by its number")
     if not Path(spec).is_file():
         raise DrakeTrackerError(f"{spec}: there is no such file, folder or camera")
     return open_video(spec, fps)

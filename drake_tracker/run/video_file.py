@@ -51,6 +51,10 @@ class VideoFile:
         planes = cv2.cvtColor(image, cv2.COLOR_BGR2YUV_I420)
         self._video.append(av.VideoFrame.from_numpy_buffer(planes, "yuv420p"))
 
+    def skip(self) -> None:
+        """Leaves out a frame: the one before is shown for longer."""
+        self._video.count += 1
+
     def close(self) -> None:
         """Completes the file and joins its fragments. A second call does nothing."""
         if self._video.close() and self._video.count:

@@ -18,6 +18,8 @@ def read_option(text: str, schema: Any, name: str) -> Any:
     Raises DrakeTrackerError, with one line per error.
     """
     text = text.strip()
+    if not text:
+        raise DrakeTrackerError(f"--{name} '': is empty; name a kind, or omit the option")
     errors: list[str] = []
     tree = parse(text if text.startswith("!") else f"!{text}", lambda line: f"--{name} {text}", errors)
     part = None if tree is None or errors else read(tree, schema, name, errors, {})

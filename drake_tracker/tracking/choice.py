@@ -1,4 +1,4 @@
-"""Reads which object to follow, and where: the options ``--roi``, ``--follow`` and ``--objects``."""
+"""Checks options, and reads which object to follow and where: ``--roi``, ``--follow`` and ``--objects``."""
 
 from collections.abc import Sequence
 
@@ -7,6 +7,8 @@ import numpy as np
 
 from drake_tracker.core.errors import DrakeTrackerError
 
+LEFT = "camera_left"
+"""Name of a single camera in a calibration unless another one is given."""
 MOST_OBJECTS = 20
 """Largest number of objects."""
 
@@ -25,6 +27,30 @@ def check_choice(cameras: int, roi: Sequence[str], follow: Sequence[str], object
             raise DrakeTrackerError(f"--{name}: {len(values)} given; give one for each camera, here {cameras}")
     if not 1 <= objects <= MOST_OBJECTS:
         raise DrakeTrackerError(f"--objects {objects}: must be from 1 to {MOST_OBJECTS}")
+
+
+def check_effect(
+    cameras: int, calibrated: bool, plane: str | None, height: float, offset: float, max_gap: float | None, camera: str
+) -> None:
+    """Raises DrakeTrackerError when an option would have no effect.
+
+    Args:
+        cameras: number of cameras.
+        calibrated: whether there is a calibration.
+        plane: value of ``--plane``, like the following ones of their options.
+        height: [m].
+        offset: [s].
+        max_gap: [m].
+        camera: name in the calibration.
+    """
+    if height and plane is None:
+        raise DrakeTrackerError(f"--height {height:g}: only with --plane, above which the object is that high")
+    if cameras == 1 and offset:
+        raise DrakeTrackerError(f"--offset {offset:g}: only with two cameras, of which the right one began later")
+    if cameras == 1 and max_gap is not None:
+        raise DrakeTrackerError(f"--max-gap {max_gap:g}: only with two cameras, whose rays have a gap")
+    if camera != LEFT and (cameras == 2 or not calibrated):
+        raise DrakeTrackerError(f"--camera {camera}: only for a single camera with --calibration FILE")
 
 
 def read_pixel(text: str, size: tuple[int, int], option: str = "follow") -> tuple[float, float]:

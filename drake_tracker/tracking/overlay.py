@@ -50,6 +50,8 @@ class TrackOverlay:
         age_cycles: float,
         cameras: Sequence[CameraModel] = (),
         onlooker: Any = None,
+        *,
+        live: bool = False,
     ) -> None:
         """Opens the video.
 
@@ -60,8 +62,10 @@ class TrackOverlay:
             age_cycles: cycles from the described image to the newest one.
             cameras: calibration of each camera, to project predictions; empty for predictions in pixels.
             onlooker: a sink of frames, such as that of the live view, which also gets each frame that it wants.
+            live: whether the cameras are live. Cycles without an image are then not drawn: while the computer is
+                behind, drawing them would make it drop more images.
         """
-        self._onlooker = onlooker
+        self._onlooker, self._live = onlooker, live
         self._in_space = bool(cameras)
         self._projections: list[_Project] = [camera.project for camera in cameras] or [_same_pixels]
         self._scales = [min(1.0, _WIDEST / width, _TALLEST / height) for width, height in sizes]
@@ -100,6 +104,10 @@ class TrackOverlay:
         if self._video is None and not watched:
             return
         seen, masks, objects, found = values
+        if self._live and not any(fresh for _, _, fresh in seen):
+            if self._video is not None:
+                self._video.skip()
+            return
         page = self._ground.copy()
         x = 0
         for k, (panel, scale, (image, _, fresh)) in enumerate(zip(self._panels, self._scales, seen)):

@@ -13,12 +13,13 @@ from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.played_camera import Start
 from drake_tracker.footage.recording import Recording, find_recordings
-from drake_tracker.footage.sources import is_same_source, open_footage
+from drake_tracker.footage.sources import is_live, is_same_source, open_footage
 from drake_tracker.footage.timeline import Timeline, align
 from drake_tracker.scenarios.base import Custom
 from drake_tracker.scenarios.option import read_option
-from drake_tracker.tracking.choice import check_choice, read_pixel, read_window
+from drake_tracker.tracking.choice import LEFT, check_choice, check_effect, read_pixel, read_window
 from drake_tracker.tracking.detector_choice import Suited, can_suit, suited, suited_live
+from drake_tracker.tracking.load_ahead import load_ahead
 from drake_tracker.tracking.own_cameras_diagram import MAX_GAP, OwnCamerasDiagram, Plane
 from drake_tracker.tracking.scale import is_scaled, own_estimator, usual_gap
 from drake_tracker.vision.calibration_file import load_pose
@@ -74,7 +75,7 @@ def prepare_track(
     calibration: str | Path | Sequence[str | Path] | None = None,
     plane: str | None = None,
     height: float = 0.0,
-    camera: str = "camera_left",
+    camera: str = LEFT,
     fps: float | None = None,
     offset: float = 0.0,
     duration: float | None = None,
@@ -122,6 +123,7 @@ def prepare_track(
     check_choice(len(sources), roi, follow, objects)
     files = [calibration] if isinstance(calibration, str | Path) else list(calibration or ())
     _check_cameras(sources, files, plane)
+    check_effect(len(sources), bool(files), plane, height, offset, max_gap, camera)
     if detector_settings.centroid != "hull" and (roi or follow or objects > 1):
         raise DrakeTrackerError("--roi, --follow and --objects need a detector with centroid: hull")
     names = ["camera_left", "camera_right"] if len(sources) == 2 else [camera]
@@ -131,6 +133,8 @@ def prepare_track(
     footage: list[Footage] = []
     recordings: list[Recording] = []
     start = Start()
+    if any(map(is_live, sources)):
+        load_ahead(objects)
     try:
         for source in sources:
             footage.append(open_footage(source, fps, start))

@@ -12,6 +12,8 @@ from drake_tracker.tracking.filtered import count_filtered
 from drake_tracker.tracking.table import HORIZON, axes_of, split_objects
 from drake_tracker.vision.image_track import TrackState
 
+MOST_DROPPED = 0.2
+"""Share of the images of a live camera above which a line says that they were dropped."""
 _MOST_NAMED = 1000
 """Largest number of dropped images of a camera whose stamps are listed."""
 
@@ -139,6 +141,27 @@ def describe_footage(timeline: Timeline, dropped: Sequence[Sequence[float]]) -> 
         "surplus": [each.surplus for each in timeline.sequences],
         "warnings": [line for line in warnings if line is not None],
     }
+
+
+def describe_delay(
+    dropped: Sequence[Sequence[float]], described: int, size: tuple[int, int], period: float
+) -> str | None:
+    """Returns one line when the computer was too slow for its live cameras, else None.
+
+    Args:
+        dropped: stamps of the ticks without an image [s], for each camera.
+        described: number of images described.
+        size: (width, height) of the images [px].
+        period: of the images [s].
+    """
+    missing = max(map(len, dropped))
+    if missing <= MOST_DROPPED * described:
+        return None
+    return (
+        f"{missing} of {max(described, missing)} images of a camera were dropped, and motion is seen only where "
+        f"several follow each other: this computer is busy, or too slow for {size[0]} x {size[1]} px at "
+        f"{1.0 / period:.3g} images/s; smaller images, fewer of them (--fps) or --no-overlay help"
+    )
 
 
 def describe_run(**facts: Any) -> dict[str, Any]:

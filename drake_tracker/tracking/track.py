@@ -19,7 +19,7 @@ from drake_tracker.tracking.object_values import read_values
 from drake_tracker.tracking.picture_process import PictureProcess
 from drake_tracker.tracking.preparation import PreparedTrack
 from drake_tracker.tracking.quality import TrackQuality
-from drake_tracker.tracking.summary import describe_footage, describe_run, summarise_track
+from drake_tracker.tracking.summary import describe_delay, describe_footage, describe_run, summarise_track
 from drake_tracker.tracking.swapped import are_swapped, places
 from drake_tracker.tracking.table import TrackTable
 
@@ -117,6 +117,8 @@ def _make_track(
         data = table.data()
         summary = summarise_track(data, timeline.period) | quality.summary()
         summary |= describe_footage(track.timeline, dropped)
+        if track.footage[0].live:
+            summary["too_slow"] = describe_delay(dropped, summary["described"], track.footage[0].size, timeline.period)
         summary["interrupted"] = interrupted
         if len(track.cameras) == 2:
             summary["swapped"] = are_swapped(data, track.cameras, track.facts["max_gap"], seen)
@@ -138,7 +140,8 @@ def _open_overlay(track: PreparedTrack, path: Path | None, live: "TrackView | No
 
     sizes = [each.size for each in track.footage]
     sink = None if live is None else live.frames
-    return TrackOverlay(path, track.timeline.period, sizes, track.age_cycles, track.cameras, sink)
+    live_cameras = track.footage[0].live
+    return TrackOverlay(path, track.timeline.period, sizes, track.age_cycles, track.cameras, sink, live=live_cameras)
 
 
 def _with_what_is_kept(error: Exception, described: int, out: Path) -> Exception:

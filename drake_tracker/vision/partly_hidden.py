@@ -1,7 +1,8 @@
 """Whether an image shows only a part of an object that moves: the centroid of a part is not that of the object.
 
 Where something hides an object, or the border of the image cuts it, an edge of its region stands still while the
-opposite one moves on.
+opposite one moves on with the object. An edge that moves much farther than the object says nothing: where an object
+stops or starts, only some of its edges show motion, and the region is too small.
 """
 
 import math
@@ -15,6 +16,9 @@ LEAST_STEP = 6.0
 """Motion of an edge from which on it is compared with the opposite one [px]."""
 STILL_SHARE = 0.25
 """An edge stands still when it moves by less than this share of the motion of the opposite one."""
+CARRIED_SHARE = 0.25
+"""Least motion of the object, as a share of that of the edge that moves; half where its place is the middle of the
+visible part."""
 LONGEST = 1.5
 """Time over which the motion of edges is compared [s]."""
 BESIDE = 0.15
@@ -28,11 +32,13 @@ class EdgeMotion(FrozenState):
     Attributes:
         stamps: of the images [s], oldest first.
         edges: columns of the left and the right, rows of the top and the bottom edge in them [px].
+        places: of the object in them (u, v) [px].
         part: whether only a part of the object is seen; so until it has moved freely.
     """
 
     stamps: tuple[float, ...] = ()
     edges: tuple[tuple[float, float, float, float], ...] = ()
+    places: tuple[tuple[float, float], ...] = ()
     part: bool = False
 
     def after(self, track: ImageTrack) -> "EdgeMotion":
@@ -52,7 +58,8 @@ class EdgeMotion(FrozenState):
         )
         first = next((k for k, stamp in enumerate(self.stamps) if track.stamp - stamp <= LONGEST), len(self.stamps))
         stamps, edges = (*self.stamps[first:], track.stamp), (*self.edges[first:], now)
-        return EdgeMotion(stamps, edges, _stands(edges, self.part))
+        places = (*self.places[first:], (float(track.place[0]), float(track.place[1])))
+        return EdgeMotion(stamps, edges, places, _stands(edges, places, self.part))
 
     def shows_part(self, track: ImageTrack) -> bool:
         """Returns whether an image shows only a part of the object, or finds it beside its region.
@@ -77,13 +84,16 @@ def follow_edges(known: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrac
     return {number: known.get(number, EdgeMotion()).after(track) for number, track in tracks.items()}
 
 
-def _stands(edges: tuple[tuple[float, float, float, float], ...], before: bool) -> bool:
+def _stands(
+    edges: tuple[tuple[float, float, float, float], ...], places: tuple[tuple[float, float], ...], before: bool
+) -> bool:
     """Returns whether one of two opposite edges stands still, as before where neither has moved far enough."""
     known = None
-    for low, high in ((0, 1), (2, 3)):
-        for earlier in reversed(edges[:-1]):
-            steps = sorted((abs(edges[-1][low] - earlier[low]), abs(edges[-1][high] - earlier[high])))
-            if steps[1] >= LEAST_STEP:
-                known = bool(known) or steps[0] < STILL_SHARE * steps[1]
+    for axis, low, high in ((0, 0, 1), (1, 2, 3)):
+        for earlier, place in zip(reversed(edges[:-1]), reversed(places[:-1])):
+            less, more = sorted((edges[-1][low] - earlier[low], edges[-1][high] - earlier[high]), key=abs)
+            carried = math.copysign(1.0, more) * (places[-1][axis] - place[axis])
+            if abs(more) >= LEAST_STEP and carried >= CARRIED_SHARE * abs(more):
+                known = bool(known) or abs(less) < STILL_SHARE * abs(more)
                 break
     return before if known is None else known

@@ -8,6 +8,7 @@ import sys
 import urllib.request
 from dataclasses import replace
 
+import av
 import numpy as np
 import pytest
 from browsing import PATIENCE, chromium, until
@@ -18,6 +19,7 @@ from drake_tracker import cli
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tracking.live_strips import TrackStrips
 from drake_tracker.tracking.live_view import IN_STRIPS, TrackView, _list_objects
+from drake_tracker.tracking.overlay import TrackOverlay
 from drake_tracker.tracking.table import TrackTable
 from drake_tracker.vision.image_objects import ImageObjects
 from drake_tracker.vision.image_regions import ImageRegion
@@ -57,6 +59,56 @@ def test_a_played_recording_ends_by_itself(folder, monkeypatch):
     play_at_once(monkeypatch)
     assert track("play:left.mkv", "--no-overlay", "--out", "out") == 0
     assert len(read_track(folder / "out")["stamp"]) >= 57
+
+
+def test_a_computer_that_is_too_slow_for_its_cameras_says_so(folder, monkeypatch, capfd):
+    clock = play_at_once(monkeypatch)
+    add = TrackTable.add
+
+    def slow_add(*arguments):
+        clock.sleep(0.05)
+        return add(*arguments)
+
+    monkeypatch.setattr(TrackTable, "add", slow_add)
+    assert track("play:left.mkv", "--no-overlay", "--live", "--out", "out") == 1
+    printed = capfd.readouterr()
+    assert re.search(r"drake-tracker: \d+ of \d+ images of a camera were dropped, .* 320 x 240 px at 30 ", printed.err)
+    assert "No motion was found" not in printed.out
+    monkeypatch.setattr(TrackTable, "add", add)
+    assert track("play:left.mkv", "--no-overlay", "--out", "again") == 0
+    assert "dropped" not in capfd.readouterr().err
+
+
+def test_what_is_slow_to_load_is_loaded_before_a_live_camera_is_opened(folder):
+    code = """if True:
+        import sys
+        from drake_tracker.tracking import preparation
+        opened = preparation.open_footage
+        def open_footage(*arguments):
+            loaded.append(set(sys.modules))
+            return opened(*arguments)
+        loaded, preparation.open_footage = [], open_footage
+        from drake_tracker.tracking.track import make_track
+        from pathlib import Path
+        track = preparation.prepare_track(["play:left.mkv"], objects=2)
+        Path("out").mkdir()
+        make_track(track, Path("out"))
+        late = [name for name in set(sys.modules) - loaded[0] if name.startswith(("scipy", "drake_tracker"))]
+        assert not late, late
+    """
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_cycle_without_an_image_of_a_live_camera_is_not_drawn_and_keeps_its_time(tmp_path):
+    video = TrackOverlay(tmp_path / "overlay.mp4", 1 / 30, [(320, 240)], 0.0, live=True)
+    for k in range(12):
+        image = np.full((240, 320, 3), 20 * k, np.uint8)
+        video.add([(image, np.array([k / 30, float(k % 5 == 0)]))], [None], [None], [])
+    video.close()
+    with av.open(str(tmp_path / "overlay.mp4")) as container:
+        times = [frame.time for frame in container.decode(video=0)]
+    assert times == pytest.approx([0.0, 5 / 30, 10 / 30], abs=0.002)
 
 
 def test_what_was_tracked_and_recorded_before_a_camera_was_unplugged_is_kept(folder, monkeypatch, capfd):

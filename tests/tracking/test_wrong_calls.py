@@ -3,6 +3,7 @@
 import os
 import shlex
 import shutil
+import sys
 
 import cv2
 import numpy as np
@@ -64,7 +65,7 @@ CALLS = [
     ("header.mkv", "header.mkv"),
     ("zeros.mkv", "zeros.mkv: this video cannot be read"),
     ("text.avi", "text.avi: this video cannot be read"),
-    ("pipe.mkv", "pipe.mkv: there is no such file, folder or camera"),
+    ("pipe.mkv", "pipe.mkv: is neither a regular file nor a folder"),
     ("''", "the name of a source is empty"),
     ("nowhere.mp4", "nowhere.mp4: there is no such file, folder or camera"),
     ("short.mkv", "short.mkv: there are 3 images; at least 8 are needed"),
@@ -108,11 +109,23 @@ CALLS = [
     ("good.mkv --roi 10,10,5,5 --roi 1,1,5,5", "--roi: 2 given; give one for each camera, here 1"),
     ("good.mkv --objects 99", "--objects 99: must be from 1 to 20"),
     ("good.mkv --detector '!NormalFlow {centroid: mean}' --follow 5,5", "need a detector with centroid: hull"),
+    ("good.mkv --height 0.02", "--height 0.02: only with --plane"),
+    ("good.mkv --offset 3", "--offset 3: only with two cameras"),
+    ("good.mkv --max-gap 0.01", "--max-gap 0.01: only with two cameras"),
+    ("good.mkv --camera camera_right", "--camera camera_right: only for a single camera with --calibration FILE"),
+    ("good.mkv --detector ''", "--detector '': is empty"),
+    ("good.mkv --estimator ' '", "--estimator '': is empty"),
     ("good.mkv --out full", "full"),
     ("good.mkv --out good.mkv", "good.mkv"),
     ("good.mkv --out good.mkv/below", "good.mkv"),
     ("good.mkv --out /proc/nowhere", "/proc/nowhere"),
 ]
+
+
+def test_a_missing_extra_is_reported_before_anything_is_written(shelf, monkeypatch, capfd, tmp_path):
+    monkeypatch.setitem(sys.modules, "foxglove", None)
+    assert cli.main(["track", str(shelf / "good.mkv"), "--mcap", "--out", str(tmp_path / "out")]) == 2
+    assert "pip install 'drake-tracker[mcap]'" in capfd.readouterr().err and not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(("arguments", "words"), CALLS)

@@ -139,11 +139,14 @@ def test_the_object_to_follow_has_the_first_place():
     assert run(lost, follow=True).pair(0) is None
 
 
-def test_an_edge_that_stands_still_shows_that_a_part_is_hidden_until_the_object_moves_freely():
-    def after(motion, left, right, number):
-        region = ImageRegion(0.5 * (left + right), 50.0, 100, left, 40, right - left, 20)
-        return motion.after(start_track(1, number * PERIOD, region, GREY))
+def after(motion, left, right, number, u=None):
+    """The edges after an image; ``u``: column of the object, in the middle of its region unless given."""
+    region = ImageRegion(0.5 * (left + right), 50.0, 100, left, 40, right - left, 20)
+    track = start_track(1, number * PERIOD, region, GREY)
+    return motion.after(track if u is None else replace(track, place=np.array([u, 50.0])))
 
+
+def test_an_edge_that_stands_still_shows_that_a_part_is_hidden_until_the_object_moves_freely():
     motion = EdgeMotion()
     for k in range(6):
         motion = after(motion, 50 + 3 * k, 90 + 3 * k, k)
@@ -156,6 +159,18 @@ def test_an_edge_that_stands_still_shows_that_a_part_is_hidden_until_the_object_
     for k in range(20, 24):
         motion = after(motion, 50 + 3 * k, 90 + 3 * k, k)
     assert not motion.part
+
+
+@pytest.mark.parametrize("right", [83, 105])
+def test_an_object_of_which_one_edge_shows_motion_while_it_stops_or_starts_is_not_hidden(right):
+    motion = EdgeMotion()
+    for k, left in enumerate((50, 55, 59, 62, 64, 65, 65)):
+        motion = after(motion, left, left + 40, k)
+    motion = after(motion, right - 18, right, 7, u=85.5)  # one of its edges alone: its patch shows where it is
+    assert not motion.part
+    for k, left in enumerate((65, 64, 62, 58, 53), start=40):  # back
+        motion = after(motion, left, left + 40, k)
+        assert not motion.part
 
 
 def test_an_object_that_stands_in_one_image_and_moves_in_the_other_is_hidden_there():
