@@ -207,6 +207,8 @@ class CoordinatedTurnEstimator:
             return self._skip_outlier(state, row, mean, covariance)
         drift = update_drift(state.drift, normalized_lead(mean, covariance, x, y, variance), dt)
         mean, covariance, residual, trace = correct(mean, covariance, np.array([x, y]), variance)
+        if min(covariance[X, X], covariance[Y, Y]) <= 0.0:  # the heading was so uncertain that rounding errors remain
+            return self._restart(state, row)
         distance = state.distance
         if distance < FRONT_DISTANCE:
             c, s = math.cos(mean[HEADING]), math.sin(mean[HEADING])

@@ -8,7 +8,9 @@ from drake_tracker.estimation import scaled
 from drake_tracker.estimation.adaptive_turn import AdaptiveTurnEstimator
 from drake_tracker.estimation.cartesian import AlphaBetaGammaEstimator
 from drake_tracker.estimation.check import check_estimator
+from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.scaled import NOISE, SPEED, ScaledEstimator, noise_of, unit_of
+from drake_tracker.tracking.scale import own_estimator
 
 RATE = 30.0
 
@@ -106,3 +108,21 @@ def test_it_is_an_estimator_and_ignores_what_is_no_point():
     assert estimator.update(state, 1.0, np.zeros(3)) is state and not estimator.ready(state)
     with pytest.raises(DrakeTrackerError):
         check_estimator(object())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_object_that_starts_after_a_rest_is_filtered(seed):
+    """Noise of the rest set the unit, in which the object then was so fast that a variance became negative, and the
+    square root of it ended the command."""
+    rng = np.random.default_rng(seed)
+    times = 0.1 * np.arange(80)
+    later = np.maximum(times - 3.0, 0.0)
+    way = np.where(later < 1.0, 90.0 * later**2, 180.0 * later - 90.0)
+    truth = np.column_stack([300.0 + 100.0 * np.sin(0.01 * way), 200.0 - 100.0 * np.cos(0.01 * way), 0.0 * way])
+    points = truth + rng.normal(0.0, 0.003, truth.shape) * [1.0, 1.0, 0.0]
+    estimator = own_estimator(CoordinatedTurn(), 0.1, in_pixels=True)
+    state = estimator.initial_state()
+    for time, point in zip(times, points):
+        state = estimator.update(state, time, point)
+    assert estimator.ready(state)
+    np.testing.assert_allclose(estimator.predict(state, times[-1:])[0, :2], truth[-1, :2], atol=3.0)
