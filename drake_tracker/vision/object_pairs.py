@@ -11,13 +11,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.image_identity import CONFIRM_AFTER
 from drake_tracker.vision.image_objects import ImageObjects, count_rivals
 from drake_tracker.vision.image_track import ImageTrack, TrackState
 from drake_tracker.vision.image_tracker import COAST_TIME, assign
-from drake_tracker.vision.object_links import Link, find_links, link_cost
+from drake_tracker.vision.object_links import Link, find_links, link_cost, metres_across
+from drake_tracker.vision.object_motion import predict_motion, start_motion, surprise
 from drake_tracker.vision.object_pair import ObjectPair, measure_pair
 from drake_tracker.vision.partly_hidden import EdgeMotion, follow_edges
 
@@ -109,9 +110,16 @@ class ObjectPairing:
         ]
         links = find_links(known.links, found, self._cameras, self._max_gap, stamp, together)
         edges = (follow_edges(known.edges[0], found[0]), follow_edges(known.edges[1], found[1]))
+        known = replace(
+            known, pairs=tuple(replace(pair, motion=predict_motion(pair.motion, stamp)) for pair in known.pairs)
+        )
         joined = self._joined(known.pairs, links, [_parts(*each) for each in zip(edges, found)])
         pairs, next_number = self._identified(known, joined, links, found, stamp)
-        pairs = [measure_pair(pair, links.get(pair.tracks), found, edges, stamp) for pair in pairs]
+        shown = [each if each is not None and together else {} for each in found]
+        pairs = [
+            measure_pair(pair, links.get(pair.tracks), shown, edges, self._cameras, self._max_gap, stamp)
+            for pair in pairs
+        ]
         after = replace(known, stamp=stamp, pairs=tuple(pairs), links=links, edges=edges, next_number=next_number)
         if None not in found:
             after = self._choose(after, views, found)
@@ -162,8 +170,7 @@ class ObjectPairing:
                 if pair.tracks == tracks:
                     cost[i, j] = 0.0
                 elif pair.tracks[0] == tracks[0] or pair.tracks[1] == tracks[1]:
-                    distance = pair.distance(links[tracks].p_WQ, stamp)
-                    cost[i, j] = 1.0 + distance / (distance + self._max_gap)
+                    cost[i, j] = 1.0 + self._surprise(pair, tracks, found)
         owners = {int(j): int(i) for i, j in zip(*assign(cost)) if cost[i, j] < _FORBIDDEN} if cost.size else {}
         taken = [{tracks[side] for tracks in joined} for side in range(2)]
         pairs = []
@@ -182,9 +189,22 @@ class ObjectPairing:
                 pairs.append(replace(known.pairs[owners[j]], tracks=tracks))
             else:
                 link = links[tracks]
-                pairs.append(ObjectPair(number, tracks, link.p_WQ, read_only(np.zeros(3)), usual=link.error))
+                size = metres_across(found[0][tracks[0]], self._cameras[0], link.p_WQ)
+                motion = start_motion(link.p_WQ, size, stamp)
+                pairs.append(ObjectPair(number, tracks, link.p_WQ, motion, usual=link.error))
                 number += 1
         return sorted(pairs, key=lambda pair: pair.number), number
+
+    def _surprise(
+        self, pair: ObjectPair, tracks: tuple[int, int], found: Sequence[Mapping[int, ImageTrack] | None]
+    ) -> float:
+        """Returns how unlikely it is that two tracks show the object of a pair, 0 at best."""
+        rays = [
+            pair.ray(each[number], camera, self._max_gap)
+            for each, number, camera in zip(found, tracks, self._cameras)
+            if each is not None and number in each
+        ]
+        return min(sum(surprise(pair.motion, rays)), 0.01 * _FORBIDDEN) if rays else 0.0
 
     def _choose(
         self,
