@@ -10,7 +10,7 @@ from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.image_identity import CONFIRM_AFTER
 from drake_tracker.vision.image_track import LIKE, ImageTrack, TrackState
-from drake_tracker.vision.object_links import Link
+from drake_tracker.vision.object_links import FORGOTTEN, Link
 from drake_tracker.vision.object_motion import ObjectMotion, ObjectRay, ray_to, surprise, with_rays
 from drake_tracker.vision.partly_hidden import EdgeMotion
 from drake_tracker.vision.stereo_geometry import GATE
@@ -36,6 +36,8 @@ class ObjectPair(FrozenState):
         gap: between its two rays in the newest images [m], 0 where they do not meet.
         usual: mean square of the gaps of its points, as a share of the largest gap.
         hidden: whether the left and the right image hide it, or a part of it.
+        followed: stamps [s] at which the left and the right image last showed where it is.
+        doubt: how unlikely it was that a track that was seen again still showed it, since both rays met last.
     """
 
     number: int
@@ -46,6 +48,8 @@ class ObjectPair(FrozenState):
     gap: float = 0.0
     usual: float = 0.0
     hidden: tuple[bool, bool] = (False, False)
+    followed: tuple[float, float] = (-math.inf, -math.inf)
+    doubt: float = 0.0
 
     def ray(self, track: ImageTrack, camera: CameraModel, max_gap: float) -> ObjectRay:
         """Returns the ray to a track in the image of a camera, with the error that the gaps between its rays suggest.
@@ -101,7 +105,8 @@ def measure_pair(
         return pair
     rays = [pair.ray(track, camera, max_gap) for track, camera in zip((left, right), cameras)]
     usual = pair.usual + USUAL_WEIGHT * (link.share**2 - pair.usual)
-    return replace(pair, p_WQ=link.p_WQ, motion=with_rays(pair.motion, rays), met=stamp, usual=usual)
+    motion = with_rays(pair.motion, rays)
+    return replace(pair, p_WQ=link.p_WQ, motion=motion, met=stamp, usual=usual, followed=(stamp, stamp), doubt=0.0)
 
 
 def _along(
@@ -111,10 +116,18 @@ def _along(
     cameras: Sequence[CameraModel],
     max_gap: float,
 ) -> ObjectPair:
-    """Returns a pair followed along the only ray to all of it, if there is one and it is not far from it."""
-    for track, is_hidden, camera in zip(seen, hidden, cameras):
-        if track is not None and not is_hidden:
+    """Returns a pair followed along the only ray to all of it, if there is one and it is not far from it.
+
+    A track that was not seen for a while may show another object now, until both rays have met again.
+    """
+    stamp = pair.motion.stamp
+    for side, (track, camera) in enumerate(zip(seen, cameras)):
+        if track is not None and not hidden[side]:
             rays = [pair.ray(track, camera, max_gap)]
-            if surprise(pair.motion, rays)[0] <= GATE:
-                return replace(pair, motion=with_rays(pair.motion, rays))
+            distance, uncertain = surprise(pair.motion, rays)
+            if distance <= GATE:
+                followed = (stamp, pair.followed[1]) if side == 0 else (pair.followed[0], stamp)
+                again = stamp - pair.followed[side] > FORGOTTEN
+                doubt = pair.doubt + (distance + uncertain if again else 0.0)
+                return replace(pair, motion=with_rays(pair.motion, rays), followed=followed, doubt=doubt)
     return pair

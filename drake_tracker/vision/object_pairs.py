@@ -170,7 +170,7 @@ class ObjectPairing:
                 if pair.tracks == tracks:
                     cost[i, j] = 0.0
                 elif pair.tracks[0] == tracks[0] or pair.tracks[1] == tracks[1]:
-                    cost[i, j] = 1.0 + self._surprise(pair, tracks, found)
+                    cost[i, j] = 1.0 + pair.doubt + self._surprise(pair, tracks, found)
         owners = {int(j): int(i) for i, j in zip(*assign(cost)) if cost[i, j] < _FORBIDDEN} if cost.size else {}
         taken = [{tracks[side] for tracks in joined} for side in range(2)]
         pairs = []
