@@ -20,7 +20,7 @@ from drake_tracker.vision.image_tracker import COAST_TIME, assign
 from drake_tracker.vision.object_links import Link, find_links, link_cost, metres_across
 from drake_tracker.vision.object_motion import predict_motion, start_motion, surprise
 from drake_tracker.vision.object_pair import ObjectPair, measure_pair
-from drake_tracker.vision.partly_hidden import EdgeMotion, follow_edges
+from drake_tracker.vision.partly_hidden import EdgeMotion, follow_edges, with_whole_regions
 
 APART = 1.0
 """Cost from which on two tracks do not show one object, see `link_cost`."""
@@ -104,12 +104,10 @@ class ObjectPairing:
         """
         together = abs(stamps[0] - stamps[1]) < self._stamp_tolerance
         stamp = 0.5 * (stamps[0] + stamps[1]) if together else max(stamps)
-        found = [
-            None if view is None else {track.number: track for track in view.tracks if track.hits >= CONFIRM_AFTER}
-            for view in views
-        ]
+        edges = (follow_edges(known.edges[0], _confirmed(views[0])), follow_edges(known.edges[1], _confirmed(views[1])))
+        views = [view and with_whole_regions(view, each) for view, each in zip(views, edges)]
+        found = [_confirmed(view) for view in views]
         links = find_links(known.links, found, self._cameras, self._max_gap, stamp, together)
-        edges = (follow_edges(known.edges[0], found[0]), follow_edges(known.edges[1], found[1]))
         known = replace(
             known, pairs=tuple(replace(pair, motion=predict_motion(pair.motion, stamp)) for pair in known.pairs)
         )
@@ -240,6 +238,11 @@ class ObjectPairing:
                 places[place] = chosen.number
                 switches += bool(number)
         return replace(paired, places=tuple(places), switches=switches)
+
+
+def _confirmed(view: ImageObjects | None) -> Mapping[int, ImageTrack] | None:
+    """Returns {number: track} of the objects in an image that were seen often enough, None without an image."""
+    return None if view is None else {track.number: track for track in view.tracks if track.hits >= CONFIRM_AFTER}
 
 
 def _parts(edges: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrack] | None) -> set[int]:

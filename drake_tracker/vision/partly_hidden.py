@@ -6,9 +6,12 @@ opposite one moves on.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from drake_tracker.core.frozen_state import FrozenState
+import numpy as np
+
+from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.vision.image_objects import ImageObjects
 from drake_tracker.vision.image_track import ImageTrack
 
 LEAST_STEP = 6.0
@@ -29,11 +32,13 @@ class EdgeMotion(FrozenState):
         stamps: of the images [s], oldest first.
         edges: columns of the left and the right, rows of the top and the bottom edge in them [px].
         part: whether only a part of the object is seen; so until it has moved freely.
+        free: whether its opposite edges move alike: its region then shows all of it.
     """
 
     stamps: tuple[float, ...] = ()
     edges: tuple[tuple[float, float, float, float], ...] = ()
     part: bool = False
+    free: bool = False
 
     def after(self, track: ImageTrack) -> "EdgeMotion":
         """Returns the edges after an image.
@@ -52,7 +57,8 @@ class EdgeMotion(FrozenState):
         )
         first = next((k for k, stamp in enumerate(self.stamps) if track.stamp - stamp <= LONGEST), len(self.stamps))
         stamps, edges = (*self.stamps[first:], track.stamp), (*self.edges[first:], now)
-        return EdgeMotion(stamps, edges, _stands(edges, self.part))
+        stands = _stands(edges)
+        return EdgeMotion(stamps, edges, self.part if stands is None else stands, stands is False)
 
     def shows_part(self, track: ImageTrack) -> bool:
         """Returns whether an image shows only a part of the object, or finds it beside its region.
@@ -63,6 +69,24 @@ class EdgeMotion(FrozenState):
         region = track.region
         beside = 0.0 if region is None else math.hypot(*(track.place - (region.u, region.v)))
         return self.part or beside > BESIDE * track.size
+
+
+def with_whole_regions(view: ImageObjects, edges: Mapping[int, EdgeMotion]) -> ImageObjects:
+    """Returns the objects in an image, those whose region moves freely at its centroid.
+
+    A track that began when only a part of its object was seen may go on to find it by that part, beside its region.
+
+    Args:
+        view: the objects.
+        edges: {number: edges} of their regions.
+    """
+    tracks = []
+    for track in view.tracks:
+        region, motion = track.region, edges.get(track.number)
+        if region is not None and motion is not None and motion.free and track.seen == track.stamp:
+            track = replace(track, place=read_only(np.array([region.u, region.v])))
+        tracks.append(track)
+    return replace(view, tracks=tuple(tracks))
 
 
 def follow_edges(known: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrack] | None) -> Mapping[int, EdgeMotion]:
@@ -77,8 +101,8 @@ def follow_edges(known: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrac
     return {number: known.get(number, EdgeMotion()).after(track) for number, track in tracks.items()}
 
 
-def _stands(edges: tuple[tuple[float, float, float, float], ...], before: bool) -> bool:
-    """Returns whether one of two opposite edges stands still, as before where neither has moved far enough."""
+def _stands(edges: tuple[tuple[float, float, float, float], ...]) -> bool | None:
+    """Returns whether one of two opposite edges stands still, None where neither has moved far enough."""
     known = None
     for low, high in ((0, 1), (2, 3)):
         for earlier in reversed(edges[:-1]):
@@ -86,4 +110,4 @@ def _stands(edges: tuple[tuple[float, float, float, float], ...], before: bool) 
             if steps[1] >= LEAST_STEP:
                 known = bool(known) or steps[0] < STILL_SHARE * steps[1]
                 break
-    return before if known is None else known
+    return known
