@@ -38,6 +38,7 @@ class ObjectPair(FrozenState):
         hidden: whether the left and the right image hide it, or a part of it.
         followed: stamps [s] at which the left and the right image last showed where it is.
         doubt: how unlikely it was that a track that was seen again still showed it, since both rays met last.
+        again: whether the newest images show all of it for the first time after a while: they do not count yet.
     """
 
     number: int
@@ -50,6 +51,7 @@ class ObjectPair(FrozenState):
     hidden: tuple[bool, bool] = (False, False)
     followed: tuple[float, float] = (-math.inf, -math.inf)
     doubt: float = 0.0
+    again: bool = False
 
     def ray(self, track: ImageTrack, camera: CameraModel, max_gap: float) -> ObjectRay:
         """Returns the ray to a track in the image of a camera, with the error that the gaps between its rays suggest.
@@ -91,21 +93,24 @@ def measure_pair(
     part = [track is not None and each[track.number].shows_part(track) for each, track in zip(edges, seen)]
     left, right = seen
     if left is None or right is None or link is None or link.stamp < stamp or link.hits < CONFIRM_AFTER:
-        pair = replace(pair, gap=0.0, hidden=(False, False))
+        pair = replace(pair, gap=0.0, hidden=(False, False), again=False)
         one_alone = left is None or right is None
         return _along(pair, seen, part, cameras, max_gap) if one_alone else pair
     hidden = (
         part[0] or (left.state, right.state) == _STANDS_ALONE or -link.sizes > _SMALLER,
         part[1] or (right.state, left.state) == _STANDS_ALONE or link.sizes > _SMALLER,
     )
-    pair = replace(pair, gap=link.gap if np.isfinite(link.gap) else 0.0, hidden=hidden)
+    again, pair = pair.again, replace(pair, gap=link.gap if np.isfinite(link.gap) else 0.0, hidden=hidden, again=False)
     if any(hidden):
         return pair if all(hidden) else _along(pair, seen, hidden, cameras, max_gap)
     if link.share**2 > min(GATE * (pair.usual + LEAST_GAP**2), 1.0):
         return pair
     rays = [pair.ray(track, camera, max_gap) for track, camera in zip((left, right), cameras)]
-    usual = pair.usual + USUAL_WEIGHT * (link.share**2 - pair.usual)
     motion = with_rays(pair.motion, rays)
+    if stamp - pair.met > FORGOTTEN and not again:
+        is_new = pair.met == -math.inf
+        return replace(pair, again=True, motion=motion, followed=(stamp, stamp)) if is_new else replace(pair, again=True)
+    usual = pair.usual + USUAL_WEIGHT * (link.share**2 - pair.usual)
     return replace(pair, p_WQ=link.p_WQ, motion=motion, met=stamp, usual=usual, followed=(stamp, stamp), doubt=0.0)
 
 
