@@ -58,7 +58,7 @@ def start_motion(p_WQ: np.ndarray, size: float, stamp: float) -> ObjectMotion:
 
 def predict_motion(motion: ObjectMotion, stamp: float) -> ObjectMotion:
     """Returns a motion at a later time [s]: the velocity changes as that of an `ImageTrack` does."""
-    dt, one = stamp - motion.stamp, np.eye(3)
+    dt, one = max(stamp - motion.stamp, 0.0), np.eye(3)
     F = np.block([[one, dt * one], [0.0 * one, one]])
     q = (SPEED_CHANGE * float(np.linalg.norm(motion.mean[3:])) + SIZE_CHANGE * motion.size) ** 2
     Q = q * np.block([[dt**3 / 3.0 * one, dt**2 / 2.0 * one], [dt**2 / 2.0 * one, dt * one]])
@@ -83,8 +83,8 @@ def ray_to(track: ImageTrack, camera: CameraModel, p_WQ: np.ndarray, error: floa
 def surprise(motion: ObjectMotion, rays: Sequence[ObjectRay]) -> tuple[float, float]:
     """Returns how unlikely it is that rays lead to an object, in two parts that are not negative: both are 0 at best.
 
-    These are the squared Mahalanobis distance of the rays from where the object is expected, and how much more
-    uncertain the expected place is than the rays are: the logarithm of the ratio of the determinants of the covariances.
+    These are the squared Mahalanobis distance of the rays from where the object is expected, and how much less certain
+    that place is than the rays are: the logarithm of the ratio of the determinants of their covariances.
     """
     H, z, r = _equations(rays)
     S = H @ motion.covariance @ H.T + np.diag(r)

@@ -36,9 +36,9 @@ class ObjectPair(FrozenState):
         gap: between its two rays in the newest images [m], 0 where they do not meet.
         usual: mean square of the gaps of its points, as a share of the largest gap.
         hidden: whether the left and the right image hide it, or a part of it.
-        followed: stamps [s] at which the left and the right image last showed where it is.
-        doubt: how unlikely it was that a track that was seen again still showed it, since both rays met last.
-        again: whether the newest images show all of it for the first time after a while: they do not count yet.
+        followed: stamps [s] of the newest left and right image whose ray its motion has taken.
+        doubt: how unlikely it was that the tracks seen again since its newest point still showed it, 0 at best.
+        again: whether the images before could give its first point after a while.
     """
 
     number: int
@@ -77,7 +77,8 @@ def measure_pair(
 
     An object that stands in one image and moves in the other is hidden where it stands, which is where it was seen
     last. One that appears much smaller in one image than in the other is hidden there. Where one image alone shows all
-    of an object, it is followed along the ray of that image.
+    of an object, it is followed along the ray of that image. After a while without a point, the first one does not
+    count: the tracks may no longer show one object, and may seem to show all of it in a single image.
 
     Args:
         pair: before, predicted for the time of the images.
@@ -108,8 +109,8 @@ def measure_pair(
     rays = [pair.ray(track, camera, max_gap) for track, camera in zip((left, right), cameras)]
     motion = with_rays(pair.motion, rays)
     if stamp - pair.met > FORGOTTEN and not again:
-        is_new = pair.met == -math.inf
-        return replace(pair, again=True, motion=motion, followed=(stamp, stamp)) if is_new else replace(pair, again=True)
+        pair = replace(pair, again=True)
+        return replace(pair, motion=motion, followed=(stamp, stamp)) if pair.met == -math.inf else pair
     usual = pair.usual + USUAL_WEIGHT * (link.share**2 - pair.usual)
     return replace(pair, p_WQ=link.p_WQ, motion=motion, met=stamp, usual=usual, followed=(stamp, stamp), doubt=0.0)
 
@@ -123,7 +124,7 @@ def _along(
 ) -> ObjectPair:
     """Returns a pair followed along the only ray to all of it, if there is one and it is not far from it.
 
-    A track that was not seen for a while may show another object now, until both rays have met again.
+    A track that was not seen for a while may show another object now: this is the pair's doubt.
     """
     stamp = pair.motion.stamp
     for side, (track, camera) in enumerate(zip(seen, cameras)):

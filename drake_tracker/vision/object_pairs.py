@@ -160,7 +160,9 @@ class ObjectPairing:
         """Returns (the pairs after two images, number of the next new one).
 
         An object that has lost its track in one camera keeps its number by the other one. Where the tracks of two
-        objects were exchanged in one camera, each number goes on where its object is expected in space.
+        objects were exchanged in one camera, each number goes on with the tracks that lead to where its object is
+        expected in space. An object that was followed by one track all the time is expected more exactly than one whose
+        track was lost from sight, and may have been exchanged.
         """
         cost = np.full((len(known.pairs), len(joined)), _FORBIDDEN)
         for i, pair in enumerate(known.pairs):
@@ -187,11 +189,17 @@ class ObjectPairing:
                 pairs.append(replace(known.pairs[owners[j]], tracks=tracks))
             else:
                 link = links[tracks]
-                size = metres_across(found[0][tracks[0]], self._cameras[0], link.p_WQ)
-                motion = start_motion(link.p_WQ, size, stamp)
-                pairs.append(ObjectPair(number, tracks, link.p_WQ, motion, usual=link.error))
+                pairs.append(self._begun(number, tracks, link, found[0], stamp))
                 number += 1
         return sorted(pairs, key=lambda pair: pair.number), number
+
+    def _begun(
+        self, number: int, tracks: tuple[int, int], link: Link, left: Mapping[int, ImageTrack] | None, stamp: float
+    ) -> ObjectPair:
+        """Returns the pair of an object that is new; its size is that in the left image."""
+        track = (left or {}).get(tracks[0])
+        size = self._max_gap if track is None else metres_across(track, self._cameras[0], link.p_WQ)
+        return ObjectPair(number, tracks, link.p_WQ, start_motion(link.p_WQ, size, stamp), usual=link.error)
 
     def _surprise(
         self, pair: ObjectPair, tracks: tuple[int, int], found: Sequence[Mapping[int, ImageTrack] | None]
