@@ -12,7 +12,8 @@ import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.vision.image_objects import ImageObjects
-from drake_tracker.vision.image_track import ImageTrack
+from drake_tracker.vision.image_regions import ImageRegion
+from drake_tracker.vision.image_track import SURE_SIZE, ImageTrack
 
 LEAST_STEP = 6.0
 """Motion of an edge from which on it is compared with the opposite one [px]."""
@@ -72,7 +73,7 @@ class EdgeMotion(FrozenState):
 
 
 def with_whole_regions(view: ImageObjects, edges: Mapping[int, EdgeMotion]) -> ImageObjects:
-    """Returns the objects in an image, those whose region moves freely at its centroid.
+    """Returns the objects in an image, those whose region moves freely and has their size at its centroid.
 
     A track that began when only a part of its object was seen may go on to find it by that part, beside its region.
 
@@ -83,7 +84,13 @@ def with_whole_regions(view: ImageObjects, edges: Mapping[int, EdgeMotion]) -> I
     tracks = []
     for track in view.tracks:
         region, motion = track.region, edges.get(track.number)
-        if region is not None and motion is not None and motion.free and track.seen == track.stamp:
+        if (
+            region is not None
+            and motion is not None
+            and motion.free
+            and track.seen == track.stamp
+            and _has_size(track, region)
+        ):
             track = replace(track, place=read_only(np.array([region.u, region.v])))
         tracks.append(track)
     return replace(view, tracks=tuple(tracks))
@@ -99,6 +106,13 @@ def follow_edges(known: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrac
     if tracks is None:
         return known
     return {number: known.get(number, EdgeMotion()).after(track) for number, track in tracks.items()}
+
+
+def _has_size(track: ImageTrack, region: ImageRegion) -> bool:
+    """Returns whether a region has the width and the height of an object, and therefore shows no other one with it."""
+    return all(
+        1.0 / SURE_SIZE < ratio < SURE_SIZE for ratio in (region.width / track.width, region.height / track.height)
+    )
 
 
 def _stands(edges: tuple[tuple[float, float, float, float], ...]) -> bool | None:
