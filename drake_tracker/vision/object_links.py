@@ -96,7 +96,7 @@ def _updated(
     unlike, p_WQ, gap, ratio = link.unlike, link.p_WQ, np.inf, 0.0
     if meeting is not None:
         p_WQ, gap = read_only(meeting.p_WQ), meeting.gap
-        sizes = [_metres(track, camera, p_WQ) for track, camera in zip((one, other), cameras)]
+        sizes = [metres_across(track, camera, p_WQ) for track, camera in zip((one, other), cameras)]
         greys = [float(track.patch.mean()) if track.patch.size else 0.0 for track in (one, other)]
         ratio = math.log(sizes[0] / sizes[1])
         unlike = SIZE_WEIGHT * abs(ratio) + GREY_WEIGHT * abs(greys[0] - greys[1])
@@ -114,7 +114,7 @@ def _updated(
     )
 
 
-def _metres(track: ImageTrack, camera: CameraModel, p_WQ: np.ndarray) -> float:
-    """Returns the size of an object [m], from that in the image, if it is at a point."""
+def metres_across(track: ImageTrack, camera: CameraModel, p_WQ: np.ndarray) -> float:
+    """Returns the size of an object [m], from that in the image, if it is at a point (3,) [m]."""
     size = track.size if track.region is None else track.region.extent
     return size * math.dist(p_WQ, camera.X_WC[:3, 3]) / camera.focal_lengths[0]

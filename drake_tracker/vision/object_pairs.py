@@ -11,15 +11,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.image_identity import CONFIRM_AFTER
 from drake_tracker.vision.image_objects import ImageObjects, count_rivals
 from drake_tracker.vision.image_track import ImageTrack, TrackState
 from drake_tracker.vision.image_tracker import COAST_TIME, assign
-from drake_tracker.vision.object_links import Link, find_links, link_cost
+from drake_tracker.vision.object_links import Link, find_links, link_cost, metres_across
+from drake_tracker.vision.object_motion import predict_motion, start_motion, surprise
 from drake_tracker.vision.object_pair import ObjectPair, measure_pair
-from drake_tracker.vision.partly_hidden import EdgeMotion, follow_edges
+from drake_tracker.vision.partly_hidden import EdgeMotion, follow_edges, with_whole_regions
 
 APART = 1.0
 """Cost from which on two tracks do not show one object, see `link_cost`."""
@@ -103,15 +104,20 @@ class ObjectPairing:
         """
         together = abs(stamps[0] - stamps[1]) < self._stamp_tolerance
         stamp = 0.5 * (stamps[0] + stamps[1]) if together else max(stamps)
-        found = [
-            None if view is None else {track.number: track for track in view.tracks if track.hits >= CONFIRM_AFTER}
-            for view in views
-        ]
+        edges = (follow_edges(known.edges[0], _confirmed(views[0])), follow_edges(known.edges[1], _confirmed(views[1])))
+        views = [view and with_whole_regions(view, each) for view, each in zip(views, edges)]
+        found = [_confirmed(view) for view in views]
         links = find_links(known.links, found, self._cameras, self._max_gap, stamp, together)
-        edges = (follow_edges(known.edges[0], found[0]), follow_edges(known.edges[1], found[1]))
+        known = replace(
+            known, pairs=tuple(replace(pair, motion=predict_motion(pair.motion, stamp)) for pair in known.pairs)
+        )
         joined = self._joined(known.pairs, links, [_parts(*each) for each in zip(edges, found)])
         pairs, next_number = self._identified(known, joined, links, found, stamp)
-        pairs = [measure_pair(pair, links.get(pair.tracks), found, edges, stamp) for pair in pairs]
+        shown = [each if each is not None and together else {} for each in found]
+        pairs = [
+            measure_pair(pair, links.get(pair.tracks), shown, edges, self._cameras, self._max_gap, stamp)
+            for pair in pairs
+        ]
         after = replace(known, stamp=stamp, pairs=tuple(pairs), links=links, edges=edges, next_number=next_number)
         if None not in found:
             after = self._choose(after, views, found)
@@ -154,7 +160,9 @@ class ObjectPairing:
         """Returns (the pairs after two images, number of the next new one).
 
         An object that has lost its track in one camera keeps its number by the other one. Where the tracks of two
-        objects were exchanged in one camera, each number goes on where its object is expected in space.
+        objects were exchanged in one camera, each number goes on with the tracks that lead to where its object is
+        expected in space. An object that was followed by one track all the time is expected more exactly than one whose
+        track was lost from sight, and may have been exchanged.
         """
         cost = np.full((len(known.pairs), len(joined)), _FORBIDDEN)
         for i, pair in enumerate(known.pairs):
@@ -162,8 +170,7 @@ class ObjectPairing:
                 if pair.tracks == tracks:
                     cost[i, j] = 0.0
                 elif pair.tracks[0] == tracks[0] or pair.tracks[1] == tracks[1]:
-                    distance = pair.distance(links[tracks].p_WQ, stamp)
-                    cost[i, j] = 1.0 + distance / (distance + self._max_gap)
+                    cost[i, j] = 1.0 + pair.doubt + self._surprise(pair, tracks, found)
         owners = {int(j): int(i) for i, j in zip(*assign(cost)) if cost[i, j] < _FORBIDDEN} if cost.size else {}
         taken = [{tracks[side] for tracks in joined} for side in range(2)]
         pairs = []
@@ -182,9 +189,28 @@ class ObjectPairing:
                 pairs.append(replace(known.pairs[owners[j]], tracks=tracks))
             else:
                 link = links[tracks]
-                pairs.append(ObjectPair(number, tracks, link.p_WQ, read_only(np.zeros(3)), usual=link.error))
+                pairs.append(self._begun(number, tracks, link, found[0], stamp))
                 number += 1
         return sorted(pairs, key=lambda pair: pair.number), number
+
+    def _begun(
+        self, number: int, tracks: tuple[int, int], link: Link, left: Mapping[int, ImageTrack] | None, stamp: float
+    ) -> ObjectPair:
+        """Returns the pair of an object that is new; its size is that in the left image."""
+        track = (left or {}).get(tracks[0])
+        size = self._max_gap if track is None else metres_across(track, self._cameras[0], link.p_WQ)
+        return ObjectPair(number, tracks, link.p_WQ, start_motion(link.p_WQ, size, stamp), usual=link.error)
+
+    def _surprise(
+        self, pair: ObjectPair, tracks: tuple[int, int], found: Sequence[Mapping[int, ImageTrack] | None]
+    ) -> float:
+        """Returns how unlikely it is that two tracks show the object of a pair, 0 at best."""
+        rays = [
+            pair.ray(each[number], camera, self._max_gap)
+            for each, number, camera in zip(found, tracks, self._cameras)
+            if each is not None and number in each
+        ]
+        return min(sum(surprise(pair.motion, rays)), 0.01 * _FORBIDDEN) if rays else 0.0
 
     def _choose(
         self,
@@ -220,6 +246,11 @@ class ObjectPairing:
                 places[place] = chosen.number
                 switches += bool(number)
         return replace(paired, places=tuple(places), switches=switches)
+
+
+def _confirmed(view: ImageObjects | None) -> Mapping[int, ImageTrack] | None:
+    """Returns {number: track} of the objects in an image that were seen often enough, None without an image."""
+    return None if view is None else {track.number: track for track in view.tracks if track.hits >= CONFIRM_AFTER}
 
 
 def _parts(edges: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrack] | None) -> set[int]:

@@ -7,10 +7,14 @@ stops or starts, only some of its edges show motion, and the region is too small
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from drake_tracker.core.frozen_state import FrozenState
-from drake_tracker.vision.image_track import ImageTrack
+import numpy as np
+
+from drake_tracker.core.frozen_state import FrozenState, read_only
+from drake_tracker.vision.image_objects import ImageObjects
+from drake_tracker.vision.image_regions import ImageRegion
+from drake_tracker.vision.image_track import SURE_SIZE, ImageTrack
 
 LEAST_STEP = 6.0
 """Motion of an edge from which on it is compared with the opposite one [px]."""
@@ -34,12 +38,14 @@ class EdgeMotion(FrozenState):
         edges: columns of the left and the right, rows of the top and the bottom edge in them [px].
         places: of the object in them (u, v) [px].
         part: whether only a part of the object is seen; so until it has moved freely.
+        free: whether its opposite edges move alike: its region then shows all of it.
     """
 
     stamps: tuple[float, ...] = ()
     edges: tuple[tuple[float, float, float, float], ...] = ()
     places: tuple[tuple[float, float], ...] = ()
     part: bool = False
+    free: bool = False
 
     def after(self, track: ImageTrack) -> "EdgeMotion":
         """Returns the edges after an image.
@@ -59,7 +65,8 @@ class EdgeMotion(FrozenState):
         first = next((k for k, stamp in enumerate(self.stamps) if track.stamp - stamp <= LONGEST), len(self.stamps))
         stamps, edges = (*self.stamps[first:], track.stamp), (*self.edges[first:], now)
         places = (*self.places[first:], (float(track.place[0]), float(track.place[1])))
-        return EdgeMotion(stamps, edges, places, _stands(edges, places, self.part))
+        stands = _stands(edges, places)
+        return EdgeMotion(stamps, edges, places, self.part if stands is None else stands, stands is False)
 
     def shows_part(self, track: ImageTrack) -> bool:
         """Returns whether an image shows only a part of the object, or finds it beside its region.
@@ -70,6 +77,30 @@ class EdgeMotion(FrozenState):
         region = track.region
         beside = 0.0 if region is None else math.hypot(*(track.place - (region.u, region.v)))
         return self.part or beside > BESIDE * track.size
+
+
+def with_whole_regions(view: ImageObjects, edges: Mapping[int, EdgeMotion]) -> ImageObjects:
+    """Returns the objects in an image, those whose region moves freely and has their size at its centroid.
+
+    A track that began when only a part of its object was seen may go on to find it by that part, beside its region.
+
+    Args:
+        view: the objects.
+        edges: {number: edges} of their regions.
+    """
+    tracks = []
+    for track in view.tracks:
+        region, motion = track.region, edges.get(track.number)
+        if (
+            region is not None
+            and motion is not None
+            and motion.free
+            and track.seen == track.stamp
+            and _has_size(track, region)
+        ):
+            track = replace(track, place=read_only(np.array([region.u, region.v])))
+        tracks.append(track)
+    return replace(view, tracks=tuple(tracks))
 
 
 def follow_edges(known: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrack] | None) -> Mapping[int, EdgeMotion]:
@@ -84,10 +115,17 @@ def follow_edges(known: Mapping[int, EdgeMotion], tracks: Mapping[int, ImageTrac
     return {number: known.get(number, EdgeMotion()).after(track) for number, track in tracks.items()}
 
 
+def _has_size(track: ImageTrack, region: ImageRegion) -> bool:
+    """Returns whether a region has the width and the height of an object, and therefore shows no other one with it."""
+    return all(
+        1.0 / SURE_SIZE < ratio < SURE_SIZE for ratio in (region.width / track.width, region.height / track.height)
+    )
+
+
 def _stands(
-    edges: tuple[tuple[float, float, float, float], ...], places: tuple[tuple[float, float], ...], before: bool
-) -> bool:
-    """Returns whether one of two opposite edges stands still, as before where neither has moved far enough."""
+    edges: tuple[tuple[float, float, float, float], ...], places: tuple[tuple[float, float], ...]
+) -> bool | None:
+    """Returns whether one of two opposite edges stands still, None where neither has moved far enough."""
     known = None
     for axis, low, high in ((0, 0, 1), (1, 2, 3)):
         for earlier, place in zip(reversed(edges[:-1]), reversed(places[:-1])):
@@ -96,4 +134,4 @@ def _stands(
             if abs(more) >= LEAST_STEP and carried >= CARRIED_SHARE * abs(more):
                 known = bool(known) or abs(less) < STILL_SHARE * abs(more)
                 break
-    return before if known is None else known
+    return known

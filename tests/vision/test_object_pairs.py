@@ -17,7 +17,7 @@ from drake_tracker.vision.image_track import TrackState, start_track
 from drake_tracker.vision.motion_centroid_system import MotionEnergy
 from drake_tracker.vision.object_pairs import ObjectPairing
 from drake_tracker.vision.object_pairs_system import ObjectPairsSystem, pack_centroid, pack_number, pack_point
-from drake_tracker.vision.partly_hidden import EdgeMotion
+from drake_tracker.vision.partly_hidden import EdgeMotion, with_whole_regions
 
 PAIR = [CAMERAS["camera_left"], CAMERAS["camera_right"]]
 PERIOD = 1.0 / 30.0
@@ -102,6 +102,84 @@ def test_numbers_follow_the_objects_when_their_tracks_are_exchanged_in_one_image
         assert pair.met == known.stamp and np.linalg.norm(pair.p_WQ - owner[pair.number]) < 1e-6
 
 
+def moving(k):
+    """Places of two objects that pass each other, at image ``k``."""
+    return A + (k - 30) * np.array([0.002, 0.0005, 0.0]), A + (k - 30) * np.array([-0.002, 0.001, 0.0])
+
+
+def test_an_object_seen_by_one_camera_keeps_its_number_when_a_track_of_the_other_goes_on_with_it():
+    """In the left image, one object disappears, and its track is lost; the track of the other goes on with it.
+
+    It turns meanwhile, and comes to where the other was expected, which turns too.
+    """
+    frames = []
+    for k in range(1, 61):
+        a, b = moving(k)
+        a = a + max(k - 10, 0) * np.array([-0.0015, 0.0002, 0.0])
+        b = b + max(k - 25, 0) * np.array([-0.001, -0.002, 0.0])
+        if k <= 10:
+            left, right = {1: a, 2: b}, {1: a, 2: b}
+        elif k <= 24:
+            left, right = {1: None, 2: b}, {1: a, 2: b}
+        elif k <= 36:
+            left, right = {2: None}, {1: a, 2: None}
+        elif k <= 50:
+            left, right = {2: a}, {1: a, 2: None}
+        else:
+            left, right = {2: a, 3: b}, {1: a, 2: b}
+        frames.append((left, right))
+    before = run(frames[:10])
+    owner = {pair.tracks: pair.number for pair in before.pairs}
+    known = run(frames[10:], known=before, first=11)
+    after = {pair.tracks: pair for pair in known.pairs}
+    assert {tracks: pair.number for tracks, pair in after.items()} == {(2, 1): owner[1, 1], (3, 2): owner[2, 2]}
+    for pair, place in zip((after[2, 1], after[3, 2]), (a, b)):
+        assert pair.met == known.stamp and np.linalg.norm(pair.p_WQ - place) < 1e-6
+
+
+def test_a_track_that_was_lost_from_sight_has_less_of_a_claim():
+    """In the left image, the track of one object goes on with the other, which the right image shows all the time."""
+    frames = []
+    for k in range(1, 61):
+        a, b = moving(k)
+        if k <= 20:
+            left, right = {1: a, 2: b}, {1: a, 2: b}
+        elif k <= 36:
+            left, right = {1: None, 2: None}, {1: a, 2: None}
+        elif k <= 42:
+            left, right = {2: a}, {1: None, 2: None}
+        else:
+            left, right = {2: a}, {1: a, 2: b}
+        frames.append((left, right))
+    before = run(frames[:20])
+    owner = {pair.tracks: pair.number for pair in before.pairs}
+    known = run(frames[20:], known=before, first=21)
+    assert {pair.number: pair.tracks for pair in known.pairs} == {owner[1, 1]: (2, 1), owner[2, 2]: (0, 2)}
+
+
+def test_an_object_that_one_camera_sees_is_expected_along_its_ray():
+    before = run([({1: moving(k)[0]}, {1: moving(k)[0]}) for k in range(1, 16)])
+    turned = [moving(15)[0] + k * np.array([0.001, -0.001, 0.001]) for k in range(1, 31)]
+    known = run([({1: None}, {1: place}) for place in turned[:20]], known=before, first=16)
+    known = run([({}, {1: place}) for place in turned[20:]], known=known, first=36)
+    (pair,) = known.pairs
+    off = PAIR[1].project(pair.motion.mean[:3])[0] - PAIR[1].project(turned[-1])[0]
+    assert pair.tracks == (0, 1) and np.hypot(*off) < 1.0
+    assert np.linalg.norm(pair.p_WQ - turned[-1]) > 0.03  # its newest point, from before
+
+
+def test_after_a_while_a_point_of_a_single_image_does_not_count():
+    before = run([({1: A}, {1: A})] * 6)
+    hidden = run([({1: None}, {1: A})] * 9, known=before, first=7)
+    again = [({1: A}, {1: A})] * 8
+    mets = [run(again[:k], known=hidden, first=16).pairs[0].met for k in range(1, 9)]
+    first = next(k for k, met in enumerate(mets) if met > before.stamp)
+    assert first == 4 and mets[5] > mets[4]  # the fourth image in which both see it, see CONFIRM_AFTER, and one more
+    short = run([({1: None}, {1: A})] * 3, known=before, first=7)
+    known = run([({1: A}, {1: A})], known=short, first=10)
+    assert known.pairs[0].met == known.stamp
+
+
 def test_a_gap_that_is_unusual_gives_no_point():
     before = run([({1: A}, {1: A})] * 8)
     up = A + [0.0, 0.0, 0.015]
@@ -171,6 +249,23 @@ def test_an_object_of_which_one_edge_shows_motion_while_it_stops_or_starts_is_no
     for k, left in enumerate((65, 64, 62, 58, 53), start=40):  # back
         motion = after(motion, left, left + 40, k)
         assert not motion.part
+
+
+def test_a_region_that_moves_freely_shows_the_place_of_its_object():
+    """The track finds its object by the patch of a part, beside its region."""
+    known = run([({1: A + [0.002 * k, 0.0, 0.0]}, {1: A + [0.002 * k, 0.0, 0.0]}) for k in range(12)])
+    stamp, place = 13 * PERIOD, A + [0.002 * 12, 0.0, 0.0]
+    views = [view(side, stamp, {1: place}) for side in range(2)]
+    beside = replace(views[0].tracks[0], place=views[0].tracks[0].place + [9.0, 0.0])
+    views[0] = replace(views[0], tracks=(beside,))
+    pairing = ObjectPairing(PAIR, 2, max_gap=0.03, stamp_tolerance=0.75 * PERIOD)
+    after = pairing.update(known, [stamp] * 2, views)
+    assert known.edges[0][1].free and after.pairs[0].met == stamp
+    assert np.linalg.norm(after.pairs[0].p_WQ - place) < 1e-6
+    assert pack_centroid(after, 0, 0)[1:3] == pytest.approx(PAIR[0].project(place)[0])
+    assert EdgeMotion().shows_part(beside)
+    unknown = with_whole_regions(views[0], {1: EdgeMotion()})
+    assert unknown.tracks[0].place == pytest.approx(beside.place)
 
 
 def test_an_object_that_stands_in_one_image_and_moves_in_the_other_is_hidden_there():
