@@ -17,6 +17,8 @@ LEAST_CHANGE, CHANGE_NOISE = 10.0, 8.0
 """Least change between two images that shows an object [grey levels], and the same in medians of all changes."""
 MIDWAY = 0.5
 """A fast object is this share of its size or less away from the middle of the two places where it appears."""
+BOTH_PLACES = (1.4, 2.8)
+"""Moving pixels of a region that shows both of these places and not the object, as multiples of the object's own."""
 
 
 class ImageRegion(NamedTuple):
@@ -54,6 +56,12 @@ class ImageRegion(NamedTuple):
         right, bottom = self.left + self.width - 1, self.top + self.height - 1
         return math.hypot(max(self.left - u, u - right, 0.0), max(self.top - v, v - bottom, 0.0))
 
+    def gap(self, other: "ImageRegion") -> float:
+        """Returns the distance between the rectangles round two regions [px], 0 where they overlap."""
+        across = max(self.left - other.left - other.width, other.left - self.left - self.width, 0)
+        down = max(self.top - other.top - other.height, other.top - self.top - self.height, 0)
+        return math.hypot(across, down)
+
 
 def changed_twice(images: Sequence[np.ndarray]) -> np.ndarray:
     """Returns where the middle one of three images differs from both others: uint8 (h, w), 255 there.
@@ -85,8 +93,12 @@ def join_fast(regions: Sequence[ImageRegion], now: Sequence[ImageRegion]) -> lis
     for region in now:
         if any(each.distance(region.u, region.v) == 0.0 for each in rest):
             continue
-        beside = [each for each in rest if 0.5 < each.extent / region.extent < 2.0]
         found.append(region._replace(exact=True))
+        turned = next((each for each in rest if _shows_both_places(each, region, now)), None)
+        if turned is not None:
+            rest.remove(turned)
+            continue
+        beside = [each for each in rest if 0.5 < each.extent / region.extent < 2.0]
         if len(beside) < 2:
             continue
         places = np.array([each[:2] for each in beside])
@@ -96,6 +108,20 @@ def join_fast(regions: Sequence[ImageRegion], now: Sequence[ImageRegion]) -> lis
         if off[i, j] < MIDWAY * region.extent:
             rest = [each for each in rest if each not in (beside[i], beside[j])]
     return sorted(rest + found, key=lambda each: -each.pixel_count)
+
+
+def _shows_both_places(region: ImageRegion, thing: ImageRegion, now: Sequence[ImageRegion]) -> bool:
+    """Returns whether a region shows where an object was and where it will be, on the same side of where it is.
+
+    Args:
+        region: without an exact region in it.
+        thing: the object, exact.
+        now: all exact regions.
+    """
+    low, high = BOTH_PLACES
+    if not low < region.pixel_count / thing.pixel_count < high or region.gap(thing) > thing.extent:
+        return False
+    return not any(region.distance(each.u, each.v) == 0.0 for each in now)
 
 
 def _with_inner(region: ImageRegion, now: Sequence[ImageRegion]) -> ImageRegion:

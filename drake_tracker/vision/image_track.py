@@ -119,6 +119,11 @@ class ImageTrack(FrozenState):
         return self.speed < SLOW * self.size
 
     @property
+    def was_exact(self) -> bool:
+        """Whether its last region showed it where it was, without where it had been and would be."""
+        return self.region is not None and self.region.exact
+
+    @property
     def std(self) -> float:
         """Standard deviation of the position [px]."""
         return math.sqrt(max(self.covariance[0, 0], self.covariance[1, 1]))
@@ -165,9 +170,16 @@ class ImageTrack(FrozenState):
         """Returns whether a region is exact and has the object's width and height.
 
         Where an object turns back, an exact region may also contain the place where it was before and will be again.
+        Width, height and patch of an object that turned back when it was new may be those of a region with all of these
+        places: a smaller exact region then shows the object alone.
         """
+        if not region.exact:
+            return False
         ratios = region.width / self.width, region.height / self.height
-        return region.exact and all(1.0 / SURE_SIZE < ratio < SURE_SIZE for ratio in ratios)
+        if all(1.0 / SURE_SIZE < ratio < SURE_SIZE for ratio in ratios):
+            return True
+        excess = self.patch.shape[1] / region.width, self.patch.shape[0] / region.height
+        return self.hits < AREA_KNOWN and min(excess) > 1.0 / SURE_SIZE and max(excess) > SURE_SIZE
 
     def is_like(self, region: ImageRegion) -> bool:
         """Returns whether a region has about the size of the object."""

@@ -49,6 +49,8 @@ CLOSE_SHARE = 0.05
 """Farthest distance of the object from the pixel that was given, as a share of the image's diagonal."""
 KNOWN = 2.0
 """A region belongs to a confirmed object rather than to one that may be none; other costs are of the order of 1."""
+LEFT = 1.0
+"""Cost of a region without an exact one for a new object that an exact one showed last: it may have left that place."""
 _FORBIDDEN = 1e6
 
 
@@ -163,7 +165,9 @@ class ImageTracker:
                     alike = alike or track.sweeps(alone, region, reach)
                 if distance < gates[i] and (alike or track.unlike >= UNLIKE_IMAGES):
                     ratio = abs(math.log(alone.width * alone.height / (track.width * track.height)))
-                    cost[i, j] = distance / gates[i] + 0.3 * ratio - (KNOWN if track.hits >= CONFIRM_AFTER else 0.0)
+                    known = KNOWN if track.hits >= CONFIRM_AFTER else 0.0
+                    left = LEFT if track.was_exact and not (known or alone.exact or region.inner) else 0.0
+                    cost[i, j] = distance / gates[i] + 0.3 * ratio - known + left
         pairs = {}
         if cost.size:
             pairs = {int(i): int(j) for i, j in zip(*assign(cost)) if cost[i, j] < _FORBIDDEN}

@@ -10,7 +10,7 @@ from scipy.optimize import linear_sum_assignment
 from drake_tracker.vision.config import NormalFlow
 from drake_tracker.vision.image_identity import without_doubles
 from drake_tracker.vision.image_patch import Scene
-from drake_tracker.vision.image_regions import ImageRegion, find_regions
+from drake_tracker.vision.image_regions import ImageRegion, find_regions, join_fast
 from drake_tracker.vision.image_track import TrackState, predict_track, start_track, with_region
 from drake_tracker.vision.image_tracker import ImageTracker, assign
 from drake_tracker.vision.normal_flow import NormalFlowDetector
@@ -181,6 +181,26 @@ def test_a_fast_ball_keeps_its_size_and_its_track_between_bounces(start):
         sizes += [track.size for track in objects.tracks if track.number in objects.targets and k > 15]
     assert np.median(off) < 0.5 and max(off[8:]) < 10.0
     assert 22.0 < np.median(sizes) < 33.0
+
+
+@pytest.mark.parametrize("turn", [1.3, 1.9, 2.4, 2.6, 3.0])
+def test_a_fast_ball_that_turns_back_while_it_is_new_is_followed(turn):
+    """The track went on with the background where the images before and after showed the ball, and stood there."""
+    picture, numbers = scene(4), np.arange(24)
+    places = np.column_stack([100.0 + 6.0 * numbers, 310.0 - 14.5 * np.abs(numbers - turn)])
+    pictures = [disc(disc(picture, 330.0 - 1.5 * k, 70.0, 40, 25.0), *places[k], 6.0, 235.0) for k in numbers]
+    tracked = list(run(pictures, ImageTracker(follow=tuple(places[0]), period=PERIOD)))
+    off = np.array([np.inf if each is None else np.hypot(*(each[:2] - places[k])) for k, _, each in tracked])
+    assert np.mean(off < 6.0) > 0.85 and off[-5:].max() < 1.0
+
+
+def test_a_region_of_the_places_before_and_after_a_turn_is_no_object():
+    ball = ImageRegion(100.0, 200.0, 150, 94, 194, 13, 13)
+    both = ImageRegion(100.0, 186.0, 310, 88, 180, 26, 13)
+    slow = ImageRegion(200.0, 60.0, 320, 180, 40, 40, 40)
+    assert join_fast([slow, both], [ball]) == [slow, ball._replace(exact=True)]
+    large = both._replace(pixel_count=900)
+    assert join_fast([large], [ball]) == [large, ball._replace(exact=True)]
 
 
 def test_an_object_that_leaps_keeps_its_number_and_the_leap_is_counted():
