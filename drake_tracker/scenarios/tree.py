@@ -7,6 +7,7 @@ contain line numbers, tags and repeated keys.
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import yaml
@@ -73,6 +74,22 @@ def parse(text: str, describe: Callable[[int], str], errors: list[str], in_file:
     except (yaml.YAMLError, ValueError) as error:
         errors.append(f"{describe(1)}: not valid YAML: {' '.join(str(error).split())}")
     return None
+
+
+@lru_cache(maxsize=16)
+def parse_file(text: str, label: str) -> tuple[Value | None, tuple[str, ...]]:
+    """Returns the tree of the YAML text of a file, or None when it is not valid YAML, and its problems, one line each.
+
+    Reading the settings of one scenario needs its file several times, and parsing takes longer than all the rest. The
+    results for the last texts are therefore kept: the caller must not change the tree.
+
+    Args:
+        text: the YAML text.
+        label: name of the file in messages.
+    """
+    errors: list[str] = []
+    tree = parse(text, lambda line: f"{label} line {line}", errors, in_file=True)
+    return tree, tuple(errors)
 
 
 def _convert(

@@ -19,7 +19,7 @@ from drake_tracker.core.text_file import is_file, read_text
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.scenarios.consent import find_module, is_trusted
 from drake_tracker.scenarios.reader import read
-from drake_tracker.scenarios.tree import Value, dump, merge, nest, parse
+from drake_tracker.scenarios.tree import Value, dump, merge, nest, parse, parse_file
 from drake_tracker.scenarios.writer import plain, tree_of
 from drake_tracker.tasks.registry import TASKS
 
@@ -140,15 +140,15 @@ def _label(path: Path) -> str:
 
 
 def _read_file(path: Path) -> dict[str, Value]:
-    """Returns {name: tree} of the scenarios in a file."""
-    errors: list[str] = []
+    """Returns {name: tree} of the scenarios in a file; the caller must not change it."""
     try:
         text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise DrakeTrackerError(
             f"{_label(path)}: cannot be read: {getattr(error, 'strerror', None) or error}"
         ) from None
-    tree = parse(text, lambda line: f"{_label(path)} line {line}", errors, in_file=True)
+    tree, problems = parse_file(text, _label(path))
+    errors = list(problems)
     if tree is not None and not errors and not isinstance(tree.data, dict):
         errors.append(f"{_label(path)}: must be a mapping from names to scenarios")
     if tree is None or errors:

@@ -357,3 +357,16 @@ def test_a_base_in_the_same_file_comes_before_one_of_the_package(tmp_path):
     path = write(tmp_path, "train: {seed: 7}\nmine: {base: train}\npackaged: {base: 'train:two'}\n")
     assert load_scenario(f"{path}:mine").seed == 7
     assert load_scenario(f"{path}:packaged").seed == 0
+
+
+def test_a_file_is_read_as_it_is_now_and_overrides_do_not_stay(tmp_path):
+    path = write(tmp_path, "mine: {base: train, track: {speed: 0.1}}\n")
+    first = load_scenario(str(path))
+    assert load_scenario(str(path), overrides=["track.speed=0.3", "seed=8"]).track.speed == 0.3
+    assert load_scenario(str(path)) == first and first.track.speed == 0.1
+    write(tmp_path, "mine: {base: train, track: {speed: 0.2}}\n")
+    assert load_scenario(str(path)).track.speed == 0.2
+    other = write(tmp_path, "mine: {base: train, track: {sped: 0.2}}\n", "other.yaml")
+    renamed = write(tmp_path, other.read_text(), "renamed.yaml")
+    for file in (other, renamed, renamed):
+        assert errors_of(f"{file}:mine")[0].startswith(f"{file} line 1: there is no setting track.sped")
