@@ -143,10 +143,21 @@ class _Search:
         longer = [following for state in layer for following in self._successors(state, cell)]
         longer.sort(key=lambda state: (state.hand.free_at, state.taken))
         kept: list[_State] = []
+        takers: dict[int, int] = {}  # {part, as a bit: the states in ``kept`` that have taken it, as bits}
         for state in longer:
             others = self._still_there(state.hand.free_at) & ~state.taken
-            if all(earlier.taken & others for earlier in kept):
+            not_better = 0  # the states in ``kept`` that have taken a part that this one can still pick
+            for part, states in takers.items():
+                if part & others:
+                    not_better |= states
+            own = 1 << len(kept)
+            if not_better == own - 1:
                 kept.append(state)
+                taken = state.taken
+                while taken:
+                    part = taken & -taken
+                    takers[part] = takers.get(part, 0) | own
+                    taken ^= part
         return kept
 
     def _successors(self, state: _State, cell: Cell) -> list[_State]:
