@@ -7,6 +7,7 @@ import pytest
 
 from drake_tracker import DrakeTrackerError, load_scenario
 from drake_tracker.core.models_path import models_path
+from drake_tracker.tasks.train import track_placement
 from drake_tracker.tasks.train.open_track import last_place, time_within_reach
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.track_placement import check_track, place_other_track, place_outside, place_track
@@ -37,6 +38,14 @@ def test_the_same_seed_draws_the_same_track():
     assert np.array_equal(a.points, b.points) and start_a == start_b
 
 
+@pytest.fixture
+def everything_within_reach(monkeypatch):
+    """An arm that reaches every place, for tests of where many tracks are placed: the check of the reach is slow."""
+    monkeypatch.setattr(Reach, "missed", lambda self, track: None)
+    monkeypatch.setattr(Reach, "reached", lambda self, track, s: np.ones(len(s), dtype=bool))
+
+
+@pytest.mark.usefixtures("everything_within_reach")
 def test_seeds_draw_place_rotation_direction_and_start_within_their_ranges():
     tracks = [drawn(seed=seed) for seed in range(60)]
     centres = np.array([track.points.mean(axis=0) for track, _ in tracks]) - [0.56, 0.0]
@@ -105,7 +114,8 @@ def test_an_open_csv_is_used_unchanged(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["sinusoid", "polynomial"])
-def test_a_sinusoid_and_a_polynomial_are_placed_as_a_line_is(kind):
+def test_a_sinusoid_and_a_polynomial_are_placed_as_a_line_is(kind, monkeypatch):
+    monkeypatch.setattr(track_placement, "MOST_MISSED", 3)
     settings = ["track.direction=forward", "track.length=0.6"]
     straight, _ = drawn("track.kind=line", *settings, seed=4)
     middle = straight.pose(0.5 * straight.length)
@@ -187,6 +197,7 @@ def test_closed_does_not_apply_to_kinds_that_are_open(kind):
         load_scenario("train:blind", overrides=[f"track.kind={kind}", f"track.closed={closed}"])
 
 
+@pytest.mark.usefixtures("everything_within_reach")
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 def test_a_line_lies_on_the_table_with_the_train_at_its_start_and_where_it_stops(direction):
     low, high = TABLE_TOP
@@ -251,6 +262,7 @@ def test_a_placement_out_of_reach_is_drawn_again(monkeypatch):
     assert not np.array_equal(first.points, track.points)
 
 
+@pytest.mark.usefixtures("everything_within_reach")
 @pytest.mark.parametrize("kind", ["figure_eight", "stadium"])
 def test_a_placement_outside_the_work_volume_is_drawn_again(kind):
     for seed in range(60):
