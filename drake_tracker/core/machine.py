@@ -6,6 +6,7 @@ import importlib.metadata
 import platform
 import subprocess
 import sys
+from functools import cache
 
 from drake_tracker.core.errors import DrakeTrackerError, MachineError
 from drake_tracker.core.models_path import models_path
@@ -49,8 +50,12 @@ def probe_renderer(timeout: float = 60.0) -> str | None:
     return (child.stderr.strip().splitlines() or [f"exit code {child.returncode}"])[-1]
 
 
+@cache  # which keeps no errors: a renderer that does not work is tried again
 def require_renderer() -> None:
-    """Raises MachineError when this machine cannot render. Takes about a second; call it before the first image."""
+    """Raises MachineError when this machine cannot render. Call it before the first image.
+
+    It takes about a second, until the renderer has worked once in this process.
+    """
     trouble = probe_renderer()
     if trouble:
         raise MachineError(f"the renderer does not work ({trouble}); as root: {APT_LINE}")

@@ -28,10 +28,22 @@ def test_a_broken_renderer_gives_one_line_with_the_remedy(monkeypatch, probe, sa
     trouble = machine.probe_renderer(timeout=1.0)
     assert said in trouble
     monkeypatch.setattr(machine, "probe_renderer", lambda: trouble)
+    machine.require_renderer.cache_clear()
     with pytest.raises(DrakeTrackerError) as caught:
         machine.require_renderer()
     assert said in str(caught.value) and machine.APT_LINE in str(caught.value)
     assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_renderer_that_works_is_tried_once_and_a_broken_one_every_time(monkeypatch):
+    answers = iter(["signal 11", "signal 11", None])
+    monkeypatch.setattr(machine, "probe_renderer", lambda: next(answers))
+    machine.require_renderer.cache_clear()
+    for _ in range(2):
+        with pytest.raises(DrakeTrackerError, match="signal 11"):
+            machine.require_renderer()
+    for _ in range(2):
+        machine.require_renderer()
 
 
 def test_what_is_missing_is_marked_with_the_remedy(monkeypatch, capsys):
