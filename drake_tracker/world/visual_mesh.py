@@ -82,10 +82,12 @@ def merge(meshes: Sequence[FlatMesh]) -> FlatMesh:
 def flat_obj_text(mesh: FlatMesh) -> str:
     """Returns the OBJ text of a mesh whose faces are split into triangles, each face with its own normal."""
     vertices, faces = mesh
-    normals, triangles = [], []
-    for number, face in enumerate(faces):
-        a, b, c = vertices[list(face[:3])]
-        normal = np.cross(b - a, c - a)
-        normals.append(normal / np.linalg.norm(normal))
-        triangles += [[(face[i], number) for i in (0, k, k + 1)] for k in range(1, len(face) - 1)]
-    return obj_text(vertices, np.array(normals), triangles)
+    a, b, c = np.moveaxis(vertices[[face[:3] for face in faces]], 1, 0)
+    normals = np.cross(b - a, c - a)
+    normals /= np.sqrt([[normal @ normal] for normal in normals])
+    triangles = [
+        [(face[i], number) for i in (0, k, k + 1)]
+        for number, face in enumerate(faces)
+        for k in range(1, len(face) - 1)
+    ]
+    return obj_text(vertices, normals, triangles)
