@@ -10,6 +10,7 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.ball.diagram import board_sight, make_ball_diagram, rendered_window
 from drake_tracker.tasks.ball.initialisation import CIRCLE_IMAGES, make_touching_diagram, photograph_board
 from drake_tracker.tasks.filming import HAND_BORDER
+from drake_tracker.world import ball_world_diagram
 
 SEED = 3
 FULL = {"camera.render_window": False}
@@ -28,23 +29,24 @@ def test_the_board_and_the_hand_are_in_the_window():
         assert rendered_window(scenario.with_settings(FULL), poses) == (0, 0, 256, 256)
 
 
-def rolling_ball(settings):
+def rolling_ball(settings, monkeypatch):
     """Points on the board while a ball rolls, and an image, with its place in the full image."""
+    monkeypatch.setattr(ball_world_diagram, "draw_delay", lambda seed: 0.2)  # each image before the release costs time
     scenario = make_scenario(seed=SEED, noise=2.0).with_settings({"camera.render_processes": "0", **settings})
     poses = true_poses(scenario)
     hand_eye = make_ball_diagram(scenario, poses)
     simulator = Simulator(hand_eye)
     points = []
-    for cycle in range(80, 188, 4):  # it is released after 1 to 2 s
+    for cycle in range(60, 120, 2):
         simulator.AdvanceTo(cycle * VISION_PERIOD + 0.01)
         points.append(np.array(hand_eye.GetOutputPort("point").Eval(simulator.get_context())))
     image = np.array(hand_eye.GetOutputPort("camera").Eval(simulator.get_context()).data)
     return points, image, rendered_window(scenario, poses)
 
 
-def test_through_the_window_the_ball_is_seen_as_in_the_full_image():
-    full, full_image, _ = rolling_ball(FULL)
-    cropped, image, (u0, v0, width, height) = rolling_ball({})
+def test_through_the_window_the_ball_is_seen_as_in_the_full_image(monkeypatch):
+    full, full_image, _ = rolling_ball(FULL, monkeypatch)
+    cropped, image, (u0, v0, width, height) = rolling_ball({}, monkeypatch)
     assert image.shape == (height, width, 4) and width * height < 0.7 * 256 * 256
     difference = full_image[v0 : v0 + height, u0 : u0 + width].astype(int) - image
     assert np.count_nonzero(difference.any(axis=2)) < 0.01 * width * height, "only single pixels differ"
