@@ -86,8 +86,6 @@ def flat_obj_text(mesh: FlatMesh) -> str:
     normals = np.cross(b - a, c - a)
     normals /= np.sqrt([[normal @ normal] for normal in normals])
     triangles = [
-        [(face[i], number) for i in (0, k, k + 1)]
-        for number, face in enumerate(faces)
-        for k in range(1, len(face) - 1)
+        [(face[i], number) for i in (0, k, k + 1)] for number, face in enumerate(faces) for k in range(1, len(face) - 1)
     ]
     return obj_text(vertices, normals, triangles)
