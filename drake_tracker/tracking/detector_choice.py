@@ -132,8 +132,11 @@ def suited_live(
 
 
 def _coarsest(settings: Any, footage: Sequence[Footage]) -> int:
-    """Returns the least power of two that reduces all images to `LONGEST_SIDE`; 1 where the user has set pixels."""
-    if isinstance(settings, NormalFlow) and settings.join_distance is not None:
+    """Returns the least power of two that reduces all images to `LONGEST_SIDE`.
+
+    It is 1 where the user has set more than the stride: other settings may be lengths in pixels of the full images.
+    """
+    if isinstance(settings, NormalFlow) and replace(settings, stride=None) != NormalFlow():
         return 1
     factor = 1
     while max(max(each.size) for each in footage) > factor * LONGEST_SIDE:

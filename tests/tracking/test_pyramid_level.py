@@ -53,7 +53,7 @@ def test_objects_are_given_in_pixels_of_the_full_image():
     assert enlarged(found, 1) is found
 
 
-@pytest.mark.parametrize(("radius", "settings", "factor"), [(45, {}, 2), (20, {}, 1), (45, {"join_distance": 30}, 1)])
+@pytest.mark.parametrize(("radius", "settings", "factor"), [(45, {}, 2), (20, {}, 1), (45, {"min_pixels": 40}, 1)])
 def test_the_coarsest_level_has_enough_pixels_of_the_object(radius, settings, factor):
     footage = [recording(radius)]
     found = suited(NormalFlow(**settings), footage, PERIOD, [None], [None])
