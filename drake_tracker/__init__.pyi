@@ -1,5 +1,6 @@
 from .campaign.run import run_campaign as run_campaign
 from .core.errors import DrakeTrackerError as DrakeTrackerError
+from .core.errors import DrakeTrackerWarning as DrakeTrackerWarning
 from .core.log import load_log as load_log
 from .core.messages import Prediction as Prediction
 from .core.messages import evaluate_prediction as evaluate_prediction

@@ -18,6 +18,7 @@ import shutil
 import sys
 import textwrap
 import traceback
+import warnings
 from collections.abc import Sequence
 from typing import Any, NoReturn, TextIO
 
@@ -41,7 +42,7 @@ from drake_tracker.commands import (
 )
 from drake_tracker.commands.common import BROKEN_PIPE, FAULT, TROUBLE, quiet_graphics, warn
 from drake_tracker.core import signals
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError, DrakeTrackerWarning
 
 COMMANDS = (
     run,
@@ -76,7 +77,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a damaged file may contain what is no character
             stream.reconfigure(errors="backslashreplace")
-    with signals.graceful():
+    with signals.graceful(), warnings.catch_warnings():
+        warnings.simplefilter("default", DrakeTrackerWarning)
+        warnings.showwarning = _show_warning
         try:
             return _run(arguments)
         except KeyboardInterrupt:
@@ -114,6 +117,14 @@ def _run(arguments: Sequence[str] | None) -> int:
             return TROUBLE
         traceback.print_exc()
         return FAULT
+
+
+def _show_warning(message: Warning | str, category: type[Warning], filename: str, lineno: int, *details: Any) -> None:
+    """Prints a warning of the package as one line; all others as Python does."""
+    if issubclass(category, DrakeTrackerWarning):
+        warn(str(message))
+    else:
+        sys.stderr.write(warnings.formatwarning(message, category, filename, lineno))
 
 
 def _nothing() -> TextIO:

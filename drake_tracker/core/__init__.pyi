@@ -1,4 +1,5 @@
 from .errors import DrakeTrackerError as DrakeTrackerError
+from .errors import DrakeTrackerWarning as DrakeTrackerWarning
 from .errors import MachineError as MachineError
 from .frozen_state import FrozenState as FrozenState
 from .frozen_state import read_only as read_only

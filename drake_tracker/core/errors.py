@@ -18,6 +18,10 @@ class MachineError(DrakeTrackerError):
     """This machine cannot do the job, whatever the scenario. For example, it cannot render images."""
 
 
+class DrakeTrackerWarning(UserWarning):
+    """The input is accepted, but means something else than the user may expect. The message is one line."""
+
+
 class FirstError:
     """Keeps the first of several errors, so that the remaining files of a recording are still written.
 

@@ -20,13 +20,11 @@ class GraspConfig:
     grip_force: float = setting(25.0, "force of the gripper on each pad", "N", (1.0, 25.0))
     hover_height: float = setting(0.22, "height while tracking", "m", (0.10, 0.40))
     grasp_height: float = setting(0.004, "height at which the jaws close", "m", (-0.01, 0.03))
-    lift_height: float = setting(
-        0.18, "height after the lift, so that a train that hangs from its end is lifted, too", "m", (0.02, 0.40)
-    )
+    lift_height: float = setting(0.15, "height after the lift", "m", (0.02, 0.40))
     approach_duration: float = setting(1.0, "duration of the motion to a place above the object", "s", (0.2, 10.0))
     descent_duration: float = setting(0.36, "duration of the descent", "s", (0.2, 5.0))
     descent: str = setting(
-        "guided",
+        "blind",
         "guided: new packets until the jaws hold; blind: as in 1991, no new packets from the launch on",
         choices=("guided", "blind"),
     )
@@ -50,7 +48,7 @@ class GraspConfig:
         1.0, "time without a new packet after which the hand stands still, high above the object", "s", (0.03, 10.0)
     )
     gate: str = setting(
-        "probability",
+        "auto",
         "evidence that a prediction needs; probability: launch_probability; auto: memory or recent",
         choices=("probability", "auto", "memory", "recent"),
     )

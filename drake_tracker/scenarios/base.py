@@ -1,6 +1,7 @@
 """The settings that the scenarios of all tasks share.
 
-A role with several kinds is a Union. A scenario file names the kind by its YAML tag; the first kind is the default.
+A role with several kinds is a Union. A scenario file names the kind by its YAML tag. Settings without a tag keep the kind
+of the scenario that is extended; where there is none, they are those of the first kind.
 Scenarios are frozen: `BaseScenario.with_settings` returns a changed copy.
 """
 

@@ -8,12 +8,13 @@ or ``base: TASK:NAME``; a name in the same file comes first. ``train:interlaced`
 
 import dataclasses
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from drake_tracker.core.atomic_file import write_text
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError, DrakeTrackerWarning
 from drake_tracker.core.setting import settings_of
 from drake_tracker.core.text_file import is_file, read_text
 from drake_tracker.scenarios.base import BaseScenario, Custom
@@ -32,6 +33,10 @@ MOST_ERRORS = 100
 """Greatest number of errors that are reported."""
 MOST_NAMES = 10
 """Greatest number of names in a key path."""
+RENAMED = {"train:paper": "train", "train:blind": "train:learned"}
+"""{former name of a scenario of the package: its name}. Users' files and commands may still use the former name."""
+FORMER_DEFAULTS = {"train": "train:guided"}
+"""{scenario whose behaviour has changed: scenario that behaves as it did}."""
 _LONGEST_ORIGIN = 500
 """Greatest length of an override in a message."""
 
@@ -55,18 +60,26 @@ def load_scenario(
             trusts the folder of the file, see `drake_tracker.scenarios.consent`. Code that an override names may run.
 
     Raises DrakeTrackerError, with one line per error: file and line or override, key path, what is allowed, value.
+    Warns with `DrakeTrackerWarning` when the scenario has a new name, or a file rests on defaults that have changed.
     """
-    path, name = _locate(spec)
+    path, name = _locate(_present_name(spec))
     entries = _read_file(path)
     name = name or _default_name(entries, path)
+
+    def tree_on(replaced: Mapping[str, str], errors: list[str]) -> Value:
+        tree = _resolve(entries, name, path, errors, replaced)
+        for override in overrides:
+            tree = _override(tree, override, origin_of(override), errors)
+        for key, value in (("seed", seed), ("duration", duration)):
+            if value is not None:
+                tree = merge(tree, nest(key, Value(value, f"--{key} {value}")))
+        return tree
+
     errors: list[str] = []
-    tree = _resolve(entries, name, path, errors)
-    for override in overrides:
-        tree = _override(tree, override, origin_of(override), errors)
-    for key, value in (("seed", seed), ("duration", duration)):
-        if value is not None:
-            tree = merge(tree, nest(key, Value(value, f"--{key} {value}")))
+    tree = tree_on({}, errors)
     scenario = _check(tree, errors)
+    if path.parent not in PACKAGE_FOLDERS.values():
+        _warn_of_new_defaults(scenario, path, name, tree_on)
     changes = {
         "name": scenario.name or (path.stem if name == path.stem else f"{path.stem}:{name}"),
         **_files(scenario, tree, path.parent),
@@ -135,6 +148,39 @@ def _locate(spec: str) -> tuple[Path, str]:
     return path, name
 
 
+def _present_name(spec: str) -> str:
+    """Returns the present name of a packaged scenario. Warns if ``spec`` is a former one."""
+    if spec in RENAMED:
+        _warn(f"{spec} is now called {RENAMED[spec]}")
+    return RENAMED.get(spec, spec)
+
+
+def _warn_of_new_defaults(
+    scenario: BaseScenario, path: Path, name: str, tree_on: Callable[[Mapping[str, str], list[str]], Value]
+) -> None:
+    """Warns when the scenario of a user's file was another one before the defaults of its task changed.
+
+    Args:
+        scenario: the scenario, as it is read now.
+        path: path of the file.
+        name: name of the scenario in the file.
+        tree_on: returns its tree: ({scenario that the file extends: scenario to extend instead}, errors) -> tree.
+    """
+    if scenario.task not in FORMER_DEFAULTS:
+        return
+    errors: list[str] = []
+    former = read(tree_on(FORMER_DEFAULTS, errors), TASKS[scenario.task].scenario, "", errors, {})
+    if errors or former.with_settings({"description": scenario.description}) != scenario:
+        _warn(
+            f"{_label(path)}: {name} rests on the defaults of {scenario.task}, which have changed; write base: "
+            f"{FORMER_DEFAULTS[scenario.task]} for the former ones"
+        )
+
+
+def _warn(line: str) -> None:
+    warnings.warn(line, DrakeTrackerWarning, stacklevel=4)
+
+
 def _label(path: Path) -> str:
     return path.name if path.parent in PACKAGE_FOLDERS.values() else str(path)
 
@@ -165,7 +211,12 @@ def _default_name(entries: Mapping[str, Value], path: Path) -> str:
 
 
 def _resolve(
-    entries: Mapping[str, Value], name: str, path: Path, errors: list[str], above: tuple[str, ...] = ()
+    entries: Mapping[str, Value],
+    name: str,
+    path: Path,
+    errors: list[str],
+    replaced: Mapping[str, str],
+    above: tuple[str, ...] = (),
 ) -> Value:
     """Returns the tree of one scenario, merged with the scenarios that it extends.
 
@@ -174,6 +225,7 @@ def _resolve(
         name: name of the scenario.
         path: path of the file.
         errors: list to which problems are appended, one line each.
+        replaced: {task: scenario of the package that a file extends which names ``base: TASK``, or no base}.
         above: names of the scenarios of the file that extend this one, the last one directly.
     """
     if name not in entries:
@@ -186,8 +238,12 @@ def _resolve(
         own = {}
     settings = Value({key: value for key, value in own.items() if key != "base"}, entry.origin, entry.tag, True)
     if "base" not in own:
-        return settings
-    base, origin = own["base"].data, own["base"].origin
+        task = own["task"].data if "task" in own else "train"
+        if not (isinstance(task, str) and task in replaced):
+            return settings
+        base, origin = replaced[task], entry.origin
+    else:
+        base, origin = own["base"].data, own["base"].origin
     above = (*above, name)
     if isinstance(base, str) and base in entries:
         if base in above:
@@ -195,12 +251,16 @@ def _resolve(
             raise DrakeTrackerError(f"{origin}: base must not lead back to {base!r}: {circle} extend each other")
         if len(above) > MOST_BASES:
             raise DrakeTrackerError(f"{origin}: more than {MOST_BASES} scenarios extend each other in a row")
-        return merge(_resolve(entries, base, path, errors, above), settings)
+        return merge(_resolve(entries, base, path, errors, replaced, above), settings)
     packaged = _packaged_names()
+    if isinstance(base, str) and base in replaced:
+        base = replaced[base]
+    elif isinstance(base, str):
+        base = RENAMED.get(base, base) if replaced else _present_name(base)
     if isinstance(base, str) and base in packaged:
         task, _, entry_name = base.partition(":")
         base_path = _package_file(task)
-        return merge(_resolve(_read_file(base_path), entry_name or task, base_path, errors), settings)
+        return merge(_resolve(_read_file(base_path), entry_name or task, base_path, errors, {}), settings)
     others = ", ".join([*(other for other in entries if other not in above), *packaged])
     shown = repr(base) if isinstance(base, str) else "a list or mapping"
     near = _near(base, [*entries, *packaged]) if isinstance(base, str) else ""

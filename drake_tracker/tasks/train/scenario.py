@@ -9,7 +9,7 @@ from drake_tracker.arm.kinds import ARMS, arms_without
 from drake_tracker.core.colour import COLOUR_RULE, is_colour
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import SERVO_PERIOD
-from drake_tracker.estimation.config import ClosedPath
+from drake_tracker.estimation.config import ArcLength
 from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.faults.kinds import faults_of
 from drake_tracker.grasp.config import GraspConfig
@@ -49,7 +49,7 @@ class Rendered:
     """
 
     detector: NormalFlow = setting(NormalFlow, "the motion detector, for a single object")
-    tracker: Single | Several = setting(Several, "one object or several, and which of them is followed", shared=True)
+    tracker: Single | Several = setting(Single, "one object or several, and which of them is followed", shared=True)
     lag_cycles: int = setting(
         15, "time from the capture of the middle image to its centroid", "cycles", (1, 120), shared=True
     )
@@ -62,7 +62,7 @@ class Rendered:
         shared=True,
     )
     outline: str = setting(
-        "box",
+        "ellipse",
         "outline of the work volume seen from above: the box, or the ellipse in it",
         choices=("box", "ellipse"),
         shared=True,
@@ -83,7 +83,7 @@ class Measured:
 
     file: str = setting("train_vision.yaml", "file of the measured error, from drake-tracker measure")
     tracker: Single | Several = setting(
-        Several, "the first train only or all objects, and which of them is followed", shared=True
+        Single, "the first train only or all objects, and which of them is followed", shared=True
     )
     lag_cycles: int = setting(
         15,
@@ -101,7 +101,7 @@ class Measured:
         shared=True,
     )
     outline: str = setting(
-        "box",
+        "ellipse",
         "outline of the work volume seen from above: the box, or the ellipse in it",
         choices=("box", "ellipse"),
         shared=True,
@@ -145,7 +145,7 @@ class TrainScenario(BaseScenario):
     cameras: CamerasConfig = setting(CamerasConfig, "the two fixed cameras, and one on the hand")
     vision: Rendered | Measured = setting(Rendered, "from images to points")
     estimator: ESTIMATORS.union(Custom, without=SURFACE_ESTIMATORS) = setting(  # type: ignore[valid-type]
-        ClosedPath, "from points to the predicted path"
+        ArcLength, "from points to the predicted path"
     )
     link: LINKS.union() = setting(  # type: ignore[valid-type]
         Perfect, "from the host to the controller of the arm"
