@@ -41,7 +41,7 @@ def run_one(job):
     name, size, seed = job
     fault = FAULTS[name]
     start = time.monotonic()
-    scenario = load_scenario("train:blind", seed=seed, duration=DURATION, overrides=fault.overrides(size))
+    scenario = load_scenario("train:learned", seed=seed, duration=DURATION, overrides=fault.overrides(size))
     with tempfile.TemporaryDirectory() as folder, fault.part(size):
         try:
             summary = simulate(scenario, folder, RunOptions(record=False))

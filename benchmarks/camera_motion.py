@@ -137,7 +137,7 @@ def scene(seed):
 
     A shot is (image, true transform to the reference, mask of the static pixels of the reference).
     """
-    scenario, sequence = load_scenario("train:blind", seed=seed), train_sequence(seed, LAPS)
+    scenario, sequence = load_scenario("train:learned", seed=seed), train_sequence(seed, LAPS)
     model, window = load_cameras(scenario)["left"], rendered_windows(scenario)["left"]
     u0, v0, width, height = window
     crop, view = np.s_[v0 : v0 + height, u0 : u0 + width], View("left", model, window)

@@ -34,7 +34,7 @@ def main():
             load.append(os.getloadavg()[0])
             start = time.monotonic()
             campaign = run_campaign(
-                "train:blind", options.trials, first_seed=FIRST_SEED, vision="measured", workers=count
+                "train:learned", options.trials, first_seed=FIRST_SEED, vision="measured", workers=count
             )
             rates[count].append(60.0 * len(campaign.rows) / (time.monotonic() - start))
     results = {"trials_a_minute": rates, "cores": os.cpu_count(), "load_before": load, "trials": options.trials}

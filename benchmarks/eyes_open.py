@@ -171,18 +171,18 @@ def event_job(cell, seed, quick):
     """Returns the line of a run with an event around the launch."""
     name, when, descent, others = EVENT[cell]
     settings = [*COMMON, "track.speed=0.2", f"grasp.descent={descent}", SAME_LIFT, *others]
-    launch = launch_time(load_scenario("train:blind", seed=seed, overrides=settings))
+    launch = launch_time(load_scenario("train:learned", seed=seed, overrides=settings))
     if launch is None:
         return {"success": False, "failure_reason": "no launch", "along_m": None}
     time = f"after_launch: {when}" if when >= 0.0 else f"at: {launch + when}"
     settings += [f"track.event={EVENTS[name] % time}", f"duration={launch + AFTER}"]
-    return {"launch_s": launch, **line(load_scenario("train:blind", seed=seed, overrides=settings))}
+    return {"launch_s": launch, **line(load_scenario("train:learned", seed=seed, overrides=settings))}
 
 
 def calm_job(cell, seed, quick):
     """Returns the line of a run without an event."""
     track, way = CALM[cell]
-    name, settings = (way, []) if way == "train" else ("train:blind", [f"grasp.descent={way}"])
+    name, settings = (way, []) if way == "train" else ("train:learned", [f"grasp.descent={way}"])
     scenario = load_scenario(name, seed=seed, overrides=[*COMMON, f"track.kind={track}", *settings])
     return {"lap_s": lap_time(scenario), **line(scenario)}
 

@@ -49,7 +49,7 @@ def run_one(job):
     named = {"fault": name, "vision": vision, "seed": seed}
     with tempfile.TemporaryDirectory() as folder:
         try:
-            scenario = load_scenario("train:blind", seed=seed, duration=DURATION, overrides=settings)
+            scenario = load_scenario("train:learned", seed=seed, duration=DURATION, overrides=settings)
             summary = simulate(scenario, folder, RunOptions(record=False))
             phase = Phase(int(load_log(Path(folder) / "log.npz")["command"]["phase"][-1])).name
         except (MachineError, MemoryError, OSError) as error:

@@ -65,7 +65,7 @@ def prepare(scratch):
 def scenario_texts():
     """Texts of good scenario files: each scenario in full, and the files of the package with their inheritance."""
     texts = [scenario_file(f"{name}.yaml").read_text() for name in ("train", "ball")]
-    faulty = load_scenario("train:blind", overrides=[f"faults={FAULTS}"])
+    faulty = load_scenario("train:learned", overrides=[f"faults={FAULTS}"])
     for scenario in (faulty, *(load_scenario(name) for name, _ in list_scenarios())):
         path = BASE / "mine.yaml"
         save_scenario(scenario, path)

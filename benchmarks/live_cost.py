@@ -71,7 +71,7 @@ def browse(url, over):
 def run(seed, duration, watch):
     """Returns the cost of a run that ``watch``, a function of the page's address or None, watches."""
     stopwatch = Stopwatch()
-    scenario = load_scenario("train:blind", seed=seed, duration=duration, overrides=["grasp.settle_time=60"])
+    scenario = load_scenario("train:learned", seed=seed, duration=duration, overrides=["grasp.settle_time=60"])
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         live = watcher = None
         spawn = multiprocessing.get_context("spawn")

@@ -134,7 +134,7 @@ def race(turns):
     for estimator in ("arc_length", "closed_path"):
         for name, overrides in (("cameras", []), ("measured", [MEASURED])):
             overrides = [f"estimator={ESTIMATORS[estimator]}", "grasp.settle_time=60", *overrides]
-            simulators[estimator, name] = Simulator(make_diagram(load_scenario("train:blind", overrides=overrides)))
+            simulators[estimator, name] = Simulator(make_diagram(load_scenario("train:learned", overrides=overrides)))
     times = {key: [] for key in simulators}
     for turn in range(WARM_UP + turns):
         for key, simulator in simulators.items():

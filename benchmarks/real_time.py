@@ -163,7 +163,7 @@ def bare_loop(scenario, whole, with_images):
 
 def whole_loop(processes, recorded=False, folder=None, **settings):
     """Returns the whole loop of the train, whose hand never grasps, as a `Loop`."""
-    scenario = load_scenario("train:blind", seed=SEED)
+    scenario = load_scenario("train:learned", seed=SEED)
     scenario = scenario.with_settings(
         {"grasp.settle_time": 1e6, "cameras.render_processes": str(processes), **settings}
     )
@@ -200,7 +200,7 @@ def take_turns(loops, warm_up, turns):
 def measure_train(turns):
     """Returns {name: `Loop`} of the train."""
     whole = whole_loop(0)
-    scenario = load_scenario("train:blind", seed=SEED)
+    scenario = load_scenario("train:learned", seed=SEED)
     hand_eye = whole.simulator.get_system()
     with tempfile.TemporaryDirectory() as folder:
         loops = {

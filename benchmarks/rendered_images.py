@@ -104,7 +104,7 @@ def ball_camera(sequence):
 
 def train_window(seed):
     """Returns the mask of the window of the default train scenario's left camera."""
-    scenario = load_scenario("train:blind", seed=seed)
+    scenario = load_scenario("train:learned", seed=seed)
     camera = load_cameras(scenario)["left"]
     window = project_window(camera, scenario.vision.work_volume, scenario.vision.outline)
     return window.mask((0, 0, scenario.cameras.width, scenario.cameras.height))
@@ -112,7 +112,7 @@ def train_window(seed):
 
 def train_fov(seed):
     """Returns the vertical field of view [deg] of the train's cameras."""
-    return load_scenario("train:blind", seed=seed).cameras.fov_deg
+    return load_scenario("train:learned", seed=seed).cameras.fov_deg
 
 
 def seen(sequence, noise=2.0, flicker=0.0, flicker_hz=100.0, shake=False, interlaced=False):
@@ -210,7 +210,7 @@ def _still_ball_world(scenario, ball_on_board=True):
 
 
 def _record_train(seed, laps):
-    scenario = load_scenario("train:blind", seed=seed, overrides=["cameras.noise=0"])
+    scenario = load_scenario("train:learned", seed=seed, overrides=["cameras.noise=0"])
     description = arm_of(scenario)
     model = make_arm_model(description)
     home = home_reference(scenario)

@@ -41,7 +41,7 @@ MEASURED = "vision=!Measured {}"
 def record(seed, *overrides):
     """Runs the train on a seed; returns its summary and its log."""
     with tempfile.TemporaryDirectory() as folder:
-        scenario = load_scenario("train:blind", seed=seed, duration=DURATION, overrides=[MEASURED, *overrides])
+        scenario = load_scenario("train:learned", seed=seed, duration=DURATION, overrides=[MEASURED, *overrides])
         summary = simulate(scenario, folder, RunOptions(record=False))
         return summary, load_log(Path(folder) / "log.npz")
 

@@ -99,7 +99,7 @@ def separation_job(cell, seed, quick):
     """Returns the line of two trains at the separation ``cell`` [m]."""
     scale = SHORT if cell <= SHORT_UP_TO else 1.0
     scenario = load_scenario(
-        "train:blind",
+        "train:learned",
         seed=seed,
         overrides=[
             IN_PROCESS,
@@ -124,7 +124,7 @@ def separation_job(cell, seed, quick):
 
 def passing_job(cell, seed, quick):
     """Returns the line of two trains in opposite directions."""
-    scenario = load_scenario("train:blind", seed=seed, overrides=[IN_PROCESS, *OPPOSITE])
+    scenario = load_scenario("train:learned", seed=seed, overrides=[IN_PROCESS, *OPPOSITE])
     record = watch(scenario, 10.0 if quick else 60.0, ONLY_SEVERAL)["several"]
     return {
         **measures.identity_numbers(record),
@@ -163,7 +163,7 @@ def cameras_job(cell, seed, quick):
     """Returns the line of one run of a cell of `CAMERAS`, or `Lost`."""
     calibration = f"cameras.calibration={calibration_file(cell)}"
     return run_line(
-        load_scenario("train:blind", seed=seed, overrides=[IN_PROCESS, SEVERAL, *CAMERAS[cell], calibration])
+        load_scenario("train:learned", seed=seed, overrides=[IN_PROCESS, SEVERAL, *CAMERAS[cell], calibration])
     )
 
 
@@ -174,7 +174,7 @@ def calibration_file(cell):
 
 def shake_job(cell, seed, quick):
     """Returns the line of one watched run with a moving camera."""
-    scenario = load_scenario("train:blind", seed=seed, overrides=[IN_PROCESS, f"faults={SHAKE[cell]}"])
+    scenario = load_scenario("train:learned", seed=seed, overrides=[IN_PROCESS, f"faults={SHAKE[cell]}"])
     cameras = list(true_camera_models(scenario.cameras).values())
     end = SHAKE_FROM + (2.0 if quick else SHAKE_SECONDS)
     return {
@@ -191,7 +191,7 @@ def calibrate_cameras(cells):
         if not calibration_file(cell).exists():
             print(f"calibrating {cell}", file=sys.stderr, flush=True)
             try:
-                calibrate(load_scenario("train:blind", overrides=CAMERAS[cell]), calibration_file(cell))
+                calibrate(load_scenario("train:learned", overrides=CAMERAS[cell]), calibration_file(cell))
             except DrakeTrackerError as error:
                 print(f"{cell} cannot be calibrated: {error}", file=sys.stderr, flush=True)
     return [cell for cell in cells if calibration_file(cell).exists()]

@@ -57,7 +57,7 @@ def cost_of_loop(seed, quick):
     settings = {"grasp.settle_time": 1e6, "cameras.render_processes": "0"}
     loops = {}
     for name, tracker in TRACKERS.items():
-        scenario = load_scenario("train:blind", seed=seed).with_settings({**settings, "vision.tracker": tracker})
+        scenario = load_scenario("train:learned", seed=seed).with_settings({**settings, "vision.tracker": tracker})
         loops[name] = (Simulator(make_diagram(scenario)), [])
     for turn in range(1 + (QUICK_TURNS if quick else TURNS)):
         for simulator, walls in loops.values():

@@ -75,7 +75,7 @@ def first_picture_time():
 def recording_size():
     """Returns the size [bytes] of a recording of `DURATION`; it needs no cameras."""
     with tempfile.TemporaryDirectory() as folder:
-        scenario = load_scenario("train:blind", overrides=["vision=!Measured {}", f"duration={DURATION}"])
+        scenario = load_scenario("train:learned", overrides=["vision=!Measured {}", f"duration={DURATION}"])
         simulate(scenario, Path(folder), RunOptions(stop_when_over=False))
         return (Path(folder) / "recording.html").stat().st_size
 
@@ -96,7 +96,7 @@ def main():
         "recording_bytes": recording_size(),
     }
     print_table(*start_up_table(results))
-    save_json(results, options.json, [load_scenario("train:blind").seed])
+    save_json(results, options.json, [load_scenario("train:learned").seed])
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Makes the pictures of the documentation, from a run with the filter of 1991, one of the ball and one of the conveyor.
 
-    python docs/make_pictures.py                     runs `train:paper` (seed 0), `ball` (4) and `conveyor` (1) first
+    python docs/make_pictures.py                     runs `train` (seed 0), `ball` (4) and `conveyor` (1) first
     python docs/make_pictures.py --run runs/train-…  takes the log of a run that is there already, of any task
 
 The laboratory is rendered anew from the logged joints and the logged pose of the train or the ball, larger and in
@@ -160,7 +160,7 @@ def main():
         runs = [options.run]
         if not options.run:
             runs = [Path(folder) / task for task in ("train", "ball", "conveyor")]
-            for run, (name, seed) in zip(runs, (("train:paper", 0), ("ball", 4), ("conveyor", 1))):
+            for run, (name, seed) in zip(runs, (("train", 0), ("ball", 4), ("conveyor", 1))):
                 overrides = ["vision=!Measured {}"] if name == "conveyor" else []
                 simulate(load_scenario(name, seed=seed, overrides=overrides), run, RunOptions(record=False))
         for run in runs:

@@ -22,7 +22,7 @@ class Bench:
 
     def __init__(self):
         self.lcm = DrakeLcm("memq://")
-        scenario = load_scenario("train:blind", overrides=["vision=!Measured {}"])
+        scenario = load_scenario("train:learned", overrides=["vision=!Measured {}"])
         self.host = HostProcess(scenario, self.lcm, self.lcm, tell=str)
         self.cycle = 0
         self.packets = 0

@@ -21,7 +21,7 @@ TRAIN_Z = 0.485
 
 def straight_scenario():
     """A train that runs along +y at 0.1 m/s; with the default jaws it fits within 24 mm across."""
-    return load_scenario("train:blind", seed=5).with_settings(
+    return load_scenario("train:learned", seed=5).with_settings(
         {
             "name": "straight",
             "track.kind": "line",

@@ -110,7 +110,7 @@ def test_a_ball_has_its_own_rows(simulated, capsys):
 def test_run_directories_are_new_each_time(simulated, tmp_path, monkeypatch):
     monkeypatch.setattr(common.time, "strftime", lambda form: "now")
     for _ in range(3):
-        assert cli.main(["run", "train:paper"]) == 0
+        assert cli.main(["run", "train"]) == 0
     assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == [
         "train-paper-now",
         "train-paper-now-2",
@@ -220,7 +220,7 @@ def test_list_fits_the_terminal_and_has_a_section_for_each_part(monkeypatch, cap
     assert max(map(len, lines)) <= columns
     headings = [line.partition(":")[0] for before, line in zip(["", *lines], lines) if not before and line]
     assert headings[:3] == ["train", "track", "train"] and {"vision", "estimator", "grasp", "arm"} < set(headings)
-    assert {key for key, *_ in describe_settings(load_scenario("train:blind"))} <= {
+    assert {key for key, *_ in describe_settings(load_scenario("train:learned"))} <= {
         line.split()[0] for line in lines if line
     }
 

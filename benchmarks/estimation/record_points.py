@@ -30,7 +30,7 @@ SETTLED = 2.0
 def record(seed, direction, speed, laps):
     """Returns rows (n, 5) of `FIELDS` from ``laps`` laps of the camera loop."""
     overrides = [f"track.speed={speed}", f"track.direction={direction}"]
-    scenario = load_scenario("train:blind", seed=seed, overrides=overrides)
+    scenario = load_scenario("train:learned", seed=seed, overrides=overrides)
     duration = laps * place_track(scenario)[0].length / speed + SETTLED
     scenario = scenario.with_settings({"duration": duration, "grasp.settle_time": 2 * duration})  # no grasp
     log, _, _, _ = run(scenario)

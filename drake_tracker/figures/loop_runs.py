@@ -12,9 +12,9 @@ from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import place_track
 
-TRACKING = "train:paper"
+TRACKING = "train"
 """The filter of 1991: the figures show what the paper's own filter makes of the points."""
-GRASPING = "train:blind"
+GRASPING = "train:learned"
 """The grasp of 1991."""
 LAPS, SPEED = 3, 0.15
 """Laps and speed [m/s] of the tracking run."""

@@ -22,8 +22,8 @@ MEASURED = "vision=!Measured {}"
 
 
 def test_the_tag_chooses_the_kind_and_survives_a_file(tmp_path):
-    assert type(load("train:blind").vision) is Rendered
-    scenario = load("train:blind", overrides=[MEASURED, "vision.lag_cycles=6"])
+    assert type(load("train:learned").vision) is Rendered
+    scenario = load("train:learned", overrides=[MEASURED, "vision.lag_cycles=6"])
     assert type(scenario.vision) is Measured and scenario.vision.lag_cycles == 6
     save_scenario(scenario, tmp_path / "mine.yaml")
     again = load(str(tmp_path / "mine.yaml"))
@@ -42,7 +42,7 @@ def test_the_tag_chooses_the_kind_and_survives_a_file(tmp_path):
 )
 def test_unusable_settings_give_a_message_of_one_line(overrides, said):
     with pytest.raises(DrakeTrackerError) as caught:
-        make_diagram(load("train:blind", overrides=overrides))
+        make_diagram(load("train:learned", overrides=overrides))
     assert said in str(caught.value) and "\n" not in str(caught.value)
 
 
@@ -69,7 +69,7 @@ def test_rms_and_mean_of_a_bias_over_all_headings():
 
 
 def test_without_cameras_there_are_no_images_and_nothing_to_render_with():
-    hand_eye = make_diagram(load("train:blind", overrides=[MEASURED]))
+    hand_eye = make_diagram(load("train:learned", overrides=[MEASURED]))
     assert hand_eye.world.cameras == {}
     assert not hand_eye.world.laboratory.scene_graph.RendererCount()
     names = {hand_eye.get_output_port(k).get_name() for k in range(hand_eye.num_output_ports())}
@@ -77,7 +77,7 @@ def test_without_cameras_there_are_no_images_and_nothing_to_render_with():
 
 
 def test_the_hand_lifts_the_train_on_measured_vision(tmp_path):
-    scenario = load_scenario("train:blind", seed=1, overrides=[MEASURED, "track.speed=0.2"])
+    scenario = load_scenario("train:learned", seed=1, overrides=[MEASURED, "track.speed=0.2"])
     summary = simulate(scenario, tmp_path, RunOptions(record=False))
     assert summary["success"], summary["failure_reason"]
     assert summary["lag_s"]["min"] == pytest.approx(0.250833, abs=1e-6) == summary["lag_s"]["max"]
@@ -88,7 +88,7 @@ def test_the_hand_lifts_the_train_on_measured_vision(tmp_path):
 
 
 def test_a_recording_has_no_camera_video(tmp_path):
-    scenario = load_scenario("train:blind", seed=1, duration=0.2, overrides=[MEASURED])
+    scenario = load_scenario("train:learned", seed=1, duration=0.2, overrides=[MEASURED])
     simulate(scenario, out=tmp_path)
     found = {path.name for path in tmp_path.iterdir()}
     assert "recording.html" in found and not {"cameras.mp4", "motion.png"} & found
@@ -108,13 +108,13 @@ def test_a_recording_has_no_camera_video(tmp_path):
 )
 def test_bad_requests_give_a_message_of_one_line(arguments, said, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["measure", "train:blind", *arguments.split()]) == 2
+    assert cli.main(["measure", "train:learned", *arguments.split()]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line and list(tmp_path.iterdir()) == []
 
 
 def test_a_good_request_is_accepted(tmp_path):
-    check_request(load("train:blind"), tmp_path / "x.yaml", 2, 2, (0.1, 0.2))
+    check_request(load("train:learned"), tmp_path / "x.yaml", 2, 2, (0.1, 0.2))
 
 
 def test_sightings_are_errors_at_the_stamp_along_and_across():
@@ -138,7 +138,7 @@ def test_sightings_are_errors_at_the_stamp_along_and_across():
 
 
 def test_the_footprint_of_a_pixel_is_that_of_the_calibrated_camera():
-    scenario = load("train:blind")
+    scenario = load("train:learned")
     camera = load_cameras(scenario)["left"]
     look_at = np.array(scenario.cameras.look_at)
     beside = look_at + [0.0, 0.0, 0.01 / np.cos(np.deg2rad(scenario.cameras.elevation_deg))]

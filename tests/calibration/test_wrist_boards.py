@@ -23,4 +23,4 @@ def test_rendered_boards_calibrate_the_camera_on_the_hand(monkeypatch):
 
 def test_a_hand_without_a_camera_cannot_be_calibrated(tmp_path):
     with pytest.raises(DrakeTrackerError, match=r"cameras.wrist.*must be !WristCamera"):
-        calibrate_wrist(load_scenario("train:blind"), tmp_path / "wrist.yaml")
+        calibrate_wrist(load_scenario("train:learned"), tmp_path / "wrist.yaml")

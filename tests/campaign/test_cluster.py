@@ -80,7 +80,7 @@ def engine(tmp_path):
 
 
 def plan(trials):
-    return make_plan("train:blind", trials, {"track.speed": ["0.1", "0.3"]})
+    return make_plan("train:learned", trials, {"track.speed": ["0.1", "0.3"]})
 
 
 def test_a_killed_worker_costs_no_trial(engine, tmp_path):
@@ -103,7 +103,7 @@ def test_a_killed_worker_costs_no_trial(engine, tmp_path):
 
 def test_only_the_trial_that_kills_its_workers_is_lost(engine, tmp_path):
     engine.worker("--nworkers", "2")
-    campaign = carry_out(make_plan("train:blind", 4), cluster(engine.address), tmp_path / "c", work=die_of_seed_1)
+    campaign = carry_out(make_plan("train:learned", 4), cluster(engine.address), tmp_path / "c", work=die_of_seed_1)
     assert [row["seed"] for row in campaign.rows] == [0, 2, 3]
     ((trial, reason),) = campaign.lost
     assert trial.scenario.seed == 1 and "KilledWorker" in reason

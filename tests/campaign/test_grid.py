@@ -26,7 +26,7 @@ def test_values_are_split_at_top_level_commas(text, values):
 
 def test_every_combination_is_a_cell_with_its_scenario():
     vary = parse_vary(["track.speed=0.1,0.2", "track.kind=oval,circle,stadium"])
-    cells = make_cells("train:blind", ["duration=5"], vary)
+    cells = make_cells("train:learned", ["duration=5"], vary)
     assert [cell.settings["track.speed"] for cell in cells] == ["0.1"] * 3 + ["0.2"] * 3
     assert [cell.scenario.track.kind for cell in cells] == ["oval", "circle", "stadium"] * 2
     assert [cell.scenario.track.speed for cell in cells] == [0.1] * 3 + [0.2] * 3
@@ -55,7 +55,7 @@ def test_without_a_grid_there_is_one_cell():
 )
 def test_bad_grids_are_one_line_each(texts, said):
     with pytest.raises(DrakeTrackerError) as caught:
-        make_cells("train:blind", [], parse_vary(texts))
+        make_cells("train:learned", [], parse_vary(texts))
     lines = str(caught.value).splitlines()
     assert len(lines) == len(said), lines
     assert all(words in line for words, line in zip(said, lines))
@@ -63,7 +63,7 @@ def test_bad_grids_are_one_line_each(texts, said):
 
 def test_an_error_in_many_cells_is_reported_once():
     with pytest.raises(DrakeTrackerError) as caught:
-        make_cells("train:blind", [], parse_vary(["track.speed=9", "track.kind=oval,circle,line"]))
+        make_cells("train:learned", [], parse_vary(["track.speed=9", "track.kind=oval,circle,line"]))
     assert len(str(caught.value).splitlines()) == 1
 
 
@@ -91,7 +91,7 @@ def test_bad_plans_are_one_line(arguments, said):
 
 
 def test_trials_run_seed_by_seed_and_measured_vision_has_settings():
-    plan = make_plan("train:blind", 2, {"track.speed": [0.1, 0.2]}, ["vision.lag_cycles=6"], 7, "measured")
+    plan = make_plan("train:learned", 2, {"track.speed": [0.1, 0.2]}, ["vision.lag_cycles=6"], 7, "measured")
     assert [(t.scenario.seed, t.scenario.track.speed) for t in plan.jobs()] == [(7, 0.1), (7, 0.2), (8, 0.1), (8, 0.2)]
     assert {type(t.scenario.vision).__name__ for t in plan.jobs()} == {"Measured"}
     assert {t.scenario.vision.lag_cycles for t in plan.jobs()} == {6}

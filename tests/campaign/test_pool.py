@@ -34,10 +34,10 @@ def test_trials_render_beside_the_simulation_only_on_spare_processors(monkeypatc
 def test_a_campaign_says_where_it_renders_only_if_that_was_its_choice(monkeypatch):
     monkeypatch.delenv(VARIABLE, raising=False)
     plans = [
-        make_plan("train:blind", 1),
+        make_plan("train:learned", 1),
         make_plan("ball", 1),
-        make_plan("train:blind", 1, vision="measured"),
-        make_plan("train:blind", 1, overrides=["cameras.render_processes=1"]),
+        make_plan("train:learned", 1, vision="measured"),
+        make_plan("train:learned", 1, overrides=["cameras.render_processes=1"]),
         make_plan("ball", 1, overrides=["camera.render_processes=0"]),
     ]
     assert [chooses_rendering(plan) for plan in plans] == [True, True, False, False, False]

@@ -133,4 +133,4 @@ def test_two_numeric_settings_give_a_map_with_white_empty_cells():
 
 def test_one_cell_gives_no_plot():
     assert draw_rates([Rate({}, 1, 2, *wilson(1, 2))], []) is None
-    assert make_plan("train:blind", 1).vary == {}
+    assert make_plan("train:learned", 1).vary == {}

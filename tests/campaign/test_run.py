@@ -24,7 +24,7 @@ VARY = {"track.speed": ["0.1", "0.3"]}
 
 
 def plan(trials=3, vary=VARY, **options):
-    return make_plan("train:blind", trials, vary, **options)
+    return make_plan("train:learned", trials, vary, **options)
 
 
 def contents(folder):
@@ -94,7 +94,7 @@ def test_a_worker_that_dies_costs_only_its_own_trial(tmp_path):
 @pytest.mark.parametrize(
     "change, said",
     [
-        (lambda: make_plan("train:line", 3, VARY), "its scenario is train:blind, not train:line"),
+        (lambda: make_plan("train:line", 3, VARY), "its scenario is train:learned, not train:line"),
         (lambda: plan(2), "it has 3 trials, not 2; the number can only grow"),
         (lambda: plan(first_seed=5), "its first seed is 0, not 5"),
         (lambda: plan(vary={"track.speed": ["0.1", "0.2"]}), 'its vary is {"track.speed": ["0.1", "0.3"]}, not'),
@@ -302,20 +302,20 @@ def test_a_missing_renderer_is_reported_before_the_first_trial(monkeypatch, tmp_
 
     monkeypatch.setattr("drake_tracker.core.machine.require_renderer", refuse)
     with pytest.raises(MachineError):
-        run_campaign("train:blind", 1, workers=1, out=tmp_path / "c")
+        run_campaign("train:learned", 1, workers=1, out=tmp_path / "c")
     assert contents(tmp_path) == {}
 
 
 def test_a_worker_runs_a_real_simulation(tmp_path):
     overrides = ["track.kind=circle", "track.speed=0.3", "duration=0.5"]
-    campaign = run_campaign("train:blind", 1, overrides=overrides, vision="measured", workers=1, out=tmp_path)
+    campaign = run_campaign("train:learned", 1, overrides=overrides, vision="measured", workers=1, out=tmp_path)
     (row,) = campaign.rows
-    assert row["scenario"] == "train:blind" and row["simulated_s"] == 0.5 and row["failure_reason"]
+    assert row["scenario"] == "train:learned" and row["simulated_s"] == 0.5 and row["failure_reason"]
     assert (campaign.table["success"], campaign.table["seed"]) == ([False], [0])
 
 
 def test_a_custom_part_that_cannot_be_made_is_reported_before_the_first_trial(tmp_path):
     overrides = ["vision=!Measured {}", "estimator=!Custom {call: no_such_module.Estimator}"]
     with pytest.raises(DrakeTrackerError, match="there is no module no_such_module"):
-        run_campaign("train:blind", 1, overrides=overrides, workers=1, out=tmp_path / "c")
+        run_campaign("train:learned", 1, overrides=overrides, workers=1, out=tmp_path / "c")
     assert contents(tmp_path) == {}

@@ -115,7 +115,7 @@ def test_a_campaign_says_once_what_runs_and_its_workers_have_the_consent(theirs,
 
 def test_a_part_named_on_the_command_line_or_in_python_needs_no_consent(theirs):
     name = name_of(theirs)
-    given = load_scenario("train:blind", overrides=[f"estimator=!Custom {{call: {name}.StraightOn}}"])
+    given = load_scenario("train:learned", overrides=[f"estimator=!Custom {{call: {name}.StraightOn}}"])
     assert given.estimator.named_at == "" and given.estimator.allowed
     here = f"estimator=!Custom {{call: {name}.StraightOn, folder: {theirs.parent}}}"
     check_custom_parts(load_scenario(str(theirs), overrides=[here]))

@@ -168,7 +168,7 @@ def test_a_mistake_gives_one_line_that_says_where(folder, name, call, message):
 
 def test_a_module_that_does_not_exist_or_does_not_load(folder, name):
     def trying(call):
-        return error_of("train:blind", overrides=[f"estimator=!Custom {{call: {call}}}"])
+        return error_of("train:learned", overrides=[f"estimator=!Custom {{call: {call}}}"])
 
     assert f"there is no module {name}; looked next to the scenario, in {Path.cwd()}" in trying(f"{name}.X")
     assert "estimator.call must be module.name" in trying(name)
@@ -193,7 +193,7 @@ def test_a_custom_arm(folder, name):
     def arm(call):
         return [measured, f"arm=!Custom {{call: {name}.{call}}}"]
 
-    diagram = make_diagram(load_scenario("train:blind", overrides=arm("make_arm, parameters: {inertia: 3.5}")))
+    diagram = make_diagram(load_scenario("train:learned", overrides=arm("make_arm, parameters: {inertia: 3.5}")))
     np.testing.assert_equal(diagram.world.laboratory.plant.num_actuated_dofs(diagram.world.laboratory.arm), 6)
     for call, message in {
         "make_arm, parameters: {flange: flansch}": "There is no Frame named 'flansch'",
@@ -202,7 +202,7 @@ def test_a_custom_arm(folder, name):
         "one_finger": "fingers names 1 joints; a gripper has two, a cup none",
         "number": f"{name}.number returned a int; it must return an ArmDescription",
     }.items():
-        assert message in error_of("train:blind", overrides=arm(call))
+        assert message in error_of("train:learned", overrides=arm(call))
     assert "no Frame named 'probe'" in error_of("ball", overrides=arm("with_cup, parameters: {probe: false}")[1:])
     assert load_scenario("ball", overrides=arm("with_cup")[1:]).arm.folder == str(Path.cwd())
 
@@ -210,7 +210,7 @@ def test_a_custom_arm(folder, name):
 def test_an_arm_with_more_joints_is_sent_in_full_between_processes(folder, name):
     Path(f"{name}.py").write_text(ARM)
     overrides = ["vision=!Measured {}", f"arm=!Custom {{call: {name}.seven_with_jaws}}"]
-    arm_side = make_arm_side(load_scenario("train:blind", overrides=overrides), DrakeLcm("memq://"))
+    arm_side = make_arm_side(load_scenario("train:learned", overrides=overrides), DrakeLcm("memq://"))
     assert arm_side.GetOutputPort("arm_state").size() == 14
 
 

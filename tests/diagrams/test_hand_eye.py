@@ -28,7 +28,7 @@ ARROWS = {
 
 @pytest.fixture(scope="module")
 def hand_eye():
-    return make_diagram(load_scenario("train:blind", seed=4))
+    return make_diagram(load_scenario("train:learned", seed=4))
 
 
 def test_subsystems_and_connections_are_those_of_the_architecture(hand_eye):

@@ -26,7 +26,7 @@ GOOD = {
 def test_every_kind_of_the_train_is_injected_and_every_cause_exists():
     kinds = set()
     for fault in FAULTS.values():
-        (item,) = load_scenario("train:blind", overrides=[f"faults=[{fault.tag}]"]).faults
+        (item,) = load_scenario("train:learned", overrides=[f"faults=[{fault.tag}]"]).faults
         kinds.add(type(item))
         assert set(fault.causes) <= set(Cause)
     assert kinds == {kind for kind in KINDS.makers if "train" in kind.tasks}

@@ -28,7 +28,7 @@ METHODS = {
     places.GripperFault: "set_point",
     places.EncoderFault: "travelled",
 }
-ENCODER = {"train:blind": [], "conveyor": ["belt.encoder=true"]}
+ENCODER = {"train:learned": [], "conveyor": ["belt.encoder=true"]}
 GUIDE = Path(__file__).parents[2] / "docs" / "how_to" / "inject_faults.md"
 
 
@@ -63,7 +63,7 @@ class TestEveryKind:
 
 def with_fault(kind):
     """Returns a scenario with one fault, of a task in which it can happen."""
-    name = "train:blind" if "train" in kind.tasks else "conveyor"
+    name = "train:learned" if "train" in kind.tasks else "conveyor"
     return load_scenario(name, overrides=[f"faults=[!{kind.__name__} {{}}]", *ENCODER[name]])
 
 
@@ -96,7 +96,7 @@ def test_every_fault_acts_where_it_says(monkeypatch):
                 monkeypatch.setattr(cls, method, spy(cls, place, method))
     for vision in ([], ["vision=!Measured {}"]):
         hand_eye = make_diagram(
-            load_scenario("train:blind", overrides=[all_at_once(), "cameras.render_processes=0", *vision])
+            load_scenario("train:learned", overrides=[all_at_once(), "cameras.render_processes=0", *vision])
         )
         simulator = Simulator(hand_eye)
         simulator.AdvanceTo(0.15)
@@ -111,7 +111,7 @@ def test_every_fault_acts_where_it_says(monkeypatch):
 
 def test_without_faults_nothing_is_inserted():
     for vision in ([], ["vision=!Measured {}"]):
-        hand_eye = make_diagram(load_scenario("train:blind", overrides=vision))
+        hand_eye = make_diagram(load_scenario("train:learned", overrides=vision))
         names = [system.get_name() for part in (hand_eye.world, hand_eye.vision) for system in part.GetSystems()]
         assert not [name for name in names if "fault" in name or name == "train_forces"]
         assert type(hand_eye.link._link).__name__ == "LossyLink"
@@ -183,7 +183,7 @@ def test_a_campaign_can_vary_the_faults():
     from drake_tracker.campaign.grid import make_cells, parse_vary
 
     vary = parse_vary(["faults=[],[!LinkLoss {at: 2, for: 1}],[!CameraDark {camera: left}, !HostStopped {}]"])
-    cells = make_cells("train:blind", [], vary)
+    cells = make_cells("train:learned", [], vary)
     assert [len(cell.scenario.faults) for cell in cells] == [0, 1, 2]
 
 
@@ -198,5 +198,5 @@ def test_a_setting_has_one_name_in_a_scenario():
 def test_a_joint_that_the_arm_does_not_have_is_refused():
     with pytest.raises(DrakeTrackerError, match=r"faults\[0\]\.joint is 8; the joints of this arm are 1 to 6"):
         make_diagram(
-            load_scenario("train:blind", overrides=["faults=[!StickingJoint {joint: 8}]", "vision=!Measured {}"])
+            load_scenario("train:learned", overrides=["faults=[!StickingJoint {joint: 8}]", "vision=!Measured {}"])
         )

@@ -21,7 +21,7 @@ def test_every_event_is_one():
     for name, pattern in eyes_open.EVENTS.items():
         for time in ("after_launch: 0.2", "at: 9.5"):
             overrides = [*eyes_open.COMMON, f"track.event={pattern % time}"]
-            event = load_scenario("train:blind", overrides=overrides).track.event
+            event = load_scenario("train:learned", overrides=overrides).track.event
             assert (event.at, event.after_launch) in ((None, 0.2), (9.5, None)), name
 
 

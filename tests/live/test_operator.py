@@ -164,7 +164,7 @@ def run(tmp_path_factory):
         *jogs,
         (6.8, "operator", {"mode": "supervise"}),
     ]
-    scenario = load_scenario("train:blind", seed=3, duration=9.5, overrides=["vision=!Measured {}"])
+    scenario = load_scenario("train:learned", seed=3, duration=9.5, overrides=["vision=!Measured {}"])
     with LiveView(say=lambda line: None) as live:
         live.look = Person(live, deeds).look
         simulate(scenario, out, RunOptions(record=False), live=live)

@@ -51,7 +51,7 @@ def events(url, enough):
 def test_watching_and_holding_a_run_does_not_change_it(tmp_path):
     overrides = ["vision=!Measured {}"]
     alone = simulate(
-        load_scenario("train:blind", duration=1.5, overrides=overrides), tmp_path / "alone", RunOptions(record=False)
+        load_scenario("train:learned", duration=1.5, overrides=overrides), tmp_path / "alone", RunOptions(record=False)
     )
     told = {"time": [], "samples": [], "facts": {}}
 
@@ -69,7 +69,7 @@ def test_watching_and_holding_a_run_does_not_change_it(tmp_path):
     with LiveView() as live:
         page = threading.Thread(target=events, args=(live.url, enough))
         page.start()
-        scenario = load_scenario("train:blind", duration=1.5, overrides=overrides)
+        scenario = load_scenario("train:learned", duration=1.5, overrides=overrides)
         watched = simulate(scenario, tmp_path / "watched", RunOptions(record=False), live=live)
         live.finish({"success": False})
     page.join(10.0)

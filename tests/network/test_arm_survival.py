@@ -27,7 +27,7 @@ ONE_OF_EACH = {rejection: spoil for spoil, rejection in BAD_PACKETS.values()}
 
 
 def train(*overrides, seed=3):
-    return load_scenario("train:blind", seed=seed, overrides=["vision=!Measured {}", *overrides])
+    return load_scenario("train:learned", seed=seed, overrides=["vision=!Measured {}", *overrides])
 
 
 class Arm:

@@ -21,7 +21,7 @@ class Sender:
 
     def __init__(self, overrides=("vision=!Measured {}",)):
         self.lcm = DrakeLcm("memq://")
-        self.scenario = load_scenario("train:blind", overrides=list(overrides))
+        self.scenario = load_scenario("train:learned", overrides=list(overrides))
         self.news, self.packets, self.wall = [], [], 0.0
         self.lcm.Subscribe(channel_of("prediction"), self._keep)
         self.host = self.new_host()

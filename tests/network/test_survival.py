@@ -89,7 +89,7 @@ def test_without_a_host_the_arm_hovers_and_with_another_one_it_lifts_the_train(s
     assert another.returncode == 0 and "receiving from the arm; its clock" in said, said + trouble
 
     assert json.loads((out / "summary.json").read_text())["success"]
-    log, scenario = load_log(out / "log.npz"), load_scenario("train:blind")
+    log, scenario = load_log(out / "log.npz"), load_scenario("train:learned")
     command, packet, tool, train = (log[name] for name in ("command", "delivered", "tool", "truth_train_state"))
     rows = np.nonzero(command["phase"] == Phase.HOVER)[0]
     # The longest: on a busy machine packets may be late, and the hand hover for a moment, while there is a host.

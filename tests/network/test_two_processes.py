@@ -20,7 +20,7 @@ COMPARED = ("point", "delivered", "target", "command", "q_commanded", "arm_state
 @pytest.mark.parametrize("tracker, objects", [("!Single {}", "[]"), ("!Several {}", "[!Train {}]")])
 def test_with_the_same_points_everything_is_bit_for_bit_as_in_one_process(tracker, objects):
     overrides = [f"vision=!Measured {{tracker: {tracker}}}", "track.speed=0.2", f"objects={objects}"]
-    scenario = load_scenario("train:blind", seed=3, overrides=overrides)
+    scenario = load_scenario("train:learned", seed=3, overrides=overrides)
     lcm = DrakeLcm("memq://")
     host = HostProcess(scenario, lcm, lcm, tell=str)
     apart, together = Simulator(make_arm_side(scenario, lcm)), Simulator(make_diagram(scenario))
@@ -39,7 +39,7 @@ def test_with_the_same_points_everything_is_bit_for_bit_as_in_one_process(tracke
 def test_images_over_the_bus_give_the_same_points():
     """Two rendered cameras, for as long as it takes until a first point; its stamp went over the bus in whole
     microseconds."""
-    scenario = load_scenario("train:blind", seed=3, overrides=["vision.lag_cycles=3"])
+    scenario = load_scenario("train:learned", seed=3, overrides=["vision.lag_cycles=3"])
     lcm = DrakeLcm("memq://")
     host = HostProcess(scenario, lcm, lcm, tell=str)
     apart, together = Simulator(make_arm_side(scenario, lcm)), Simulator(make_diagram(scenario))
@@ -60,7 +60,7 @@ SEVERAL = ["vision.tracker=!Several {confirm_after: 3}", "objects=[!Train {}]", 
 
 def test_images_over_the_bus_give_the_same_tracks():
     """The host masks the arm in the images, as the arm's state tells, and expects what it does not see."""
-    scenario = load_scenario("train:blind", seed=3, overrides=SEVERAL)
+    scenario = load_scenario("train:learned", seed=3, overrides=SEVERAL)
     lcm = DrakeLcm("memq://")
     host = HostProcess(scenario, lcm, lcm, tell=str)
     assert set(host._side.heard) == {"camera_left", "camera_right", "arm_state", "jaws"}
@@ -83,7 +83,7 @@ def values_of(simulator, port):
 
 
 def test_images_without_the_state_of_the_arm_are_not_used():
-    scenario = load_scenario("train:blind", seed=3, overrides=SEVERAL)
+    scenario = load_scenario("train:learned", seed=3, overrides=SEVERAL)
     lcm = DrakeLcm("memq://")
     host = HostProcess(scenario, lcm, lcm, tell=str)
     used = []

@@ -18,12 +18,12 @@ def make_run(out, spec, duration, overrides, images=False, initialise=lambda sce
 def measured_run(tmp_path_factory):
     """A run with a link that loses packets, long enough for predictions."""
     overrides = ["vision=!Measured {}", "link=!Lossy {drop: 0.2, jitter: 0.03}"]
-    return make_run(tmp_path_factory.mktemp("measured") / "run", "train:blind", 2.5, overrides)
+    return make_run(tmp_path_factory.mktemp("measured") / "run", "train:learned", 2.5, overrides)
 
 
 @pytest.fixture(scope="session")
 def rendered_run(tmp_path_factory):
-    return make_run(tmp_path_factory.mktemp("rendered") / "run", "train:blind", 2.5, [], images=True)
+    return make_run(tmp_path_factory.mktemp("rendered") / "run", "train:learned", 2.5, [], images=True)
 
 
 @pytest.fixture(scope="session")

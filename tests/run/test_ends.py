@@ -31,7 +31,7 @@ def run(tmp_path):
     """Runs a train for up to a second; ``happen`` is called at `END`."""
 
     def start(happen):
-        scenario = load_scenario("train:blind", duration=1.0, overrides=[MEASURED])
+        scenario = load_scenario("train:learned", duration=1.0, overrides=[MEASURED])
 
         def progress(now, phase):
             if now > END:

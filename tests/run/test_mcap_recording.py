@@ -22,7 +22,7 @@ from drake_tracker.run.simulation import simulate
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
-    scenario = load_scenario("train:blind", seed=4, duration=0.8)
+    scenario = load_scenario("train:learned", seed=4, duration=0.8)
     simulate(scenario, folder, RunOptions(record=False, mcap=True))
     return read_mcap(folder / MCAP_FILE), load_log(folder)
 

@@ -19,7 +19,7 @@ DISTURBED = (
 
 
 def record(folder, processes, overrides=(), duration=0.7):
-    scenario = load_scenario("train:blind", seed=5, duration=duration, overrides=[*overrides, "cameras.noise=3"])
+    scenario = load_scenario("train:learned", seed=5, duration=duration, overrides=[*overrides, "cameras.noise=3"])
     scenario = scenario.with_settings({"cameras.render_processes": processes})
     summary = simulate(scenario, folder, RunOptions(images=True))
     return summary, load_log(folder)
@@ -48,7 +48,7 @@ def test_log_images_and_video_are_the_same_with_processes(tmp_path):
 
 
 def test_the_processes_end_with_the_run(tmp_path):
-    scenario = load_scenario("train:blind", duration=0.1, overrides=["cameras.render_processes=2"])
+    scenario = load_scenario("train:learned", duration=0.1, overrides=["cameras.render_processes=2"])
     hand_eye, numbers = make_diagram(scenario), []
     cameras = hand_eye.world.cameras["camera_left"].sensor
 
@@ -63,7 +63,7 @@ def test_the_processes_end_with_the_run(tmp_path):
 
 
 def test_a_killed_process_ends_the_run_with_one_line_and_the_record_is_kept(tmp_path):
-    scenario = load_scenario("train:blind", duration=3.0, overrides=["cameras.render_processes=1"])
+    scenario = load_scenario("train:learned", duration=3.0, overrides=["cameras.render_processes=1"])
     hand_eye = make_diagram(scenario)
     cameras = hand_eye.world.cameras["camera_left"].sensor
 

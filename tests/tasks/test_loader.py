@@ -41,7 +41,7 @@ def all_parts(schema):
 def test_every_scenario_of_the_package_loads_and_is_described():
     listed = list_scenarios()
     assert [name for name, _ in listed][:1] == ["train"]
-    assert {"train:interlaced", "train:paper", "train:literal"} <= {name for name, _ in listed}
+    assert {"train:interlaced", "train", "train:literal"} <= {name for name, _ in listed}
     for name, description in listed:
         assert load_scenario(name).name == name
         assert description
@@ -69,7 +69,7 @@ def test_every_setting_has_a_help_text_and_its_default_is_allowed():
 
 
 def test_a_scenario_is_frozen_and_can_be_copied_with_other_settings():
-    scenario = load_scenario("train:blind", seed=4)
+    scenario = load_scenario("train:learned", seed=4)
     with pytest.raises(dataclasses.FrozenInstanceError):
         scenario.seed = 5
     with pytest.raises(TypeError):
@@ -83,7 +83,7 @@ def test_a_scenario_is_frozen_and_can_be_copied_with_other_settings():
 
 
 def test_interlaced_extends_blind():
-    train, interlaced = load_scenario("train:blind"), load_scenario("train:interlaced")
+    train, interlaced = load_scenario("train:learned"), load_scenario("train:interlaced")
     assert interlaced.vision.detector.preset == "paper_interlaced"
     assert interlaced.track.kind == "circle"
     assert interlaced.track.speed == 0.2
@@ -92,7 +92,7 @@ def test_interlaced_extends_blind():
 
 def test_overrides_replace_the_values_of_the_file_and_the_last_override_wins():
     overrides = ["track.speed=1e-1", "track.speed=0.2", "track={kind: stadium, radius: 0.1}", "vision.lag_cycles=12"]
-    scenario = load_scenario("train:blind", seed=7, duration=12, overrides=overrides)
+    scenario = load_scenario("train:learned", seed=7, duration=12, overrides=overrides)
     assert (scenario.seed, scenario.duration) == (7, 12.0)
     assert isinstance(scenario.duration, float)
     assert (scenario.track.kind, scenario.track.radius, scenario.track.speed) == ("stadium", 0.1, 0.2)
@@ -101,11 +101,11 @@ def test_overrides_replace_the_values_of_the_file_and_the_last_override_wins():
 
 def test_a_tag_chooses_the_kind_of_a_role():
     overrides = ["estimator=!AlphaBetaGamma", "link=!Lossy {drop: 0.1}", "link.burst=3"]
-    scenario = load_scenario("train:blind", overrides=overrides)
+    scenario = load_scenario("train:learned", overrides=overrides)
     assert scenario.estimator == AlphaBetaGamma()
     assert scenario.link == Lossy(drop=0.1, burst=3)
     assert load_scenario(
-        "train:blind", overrides=["vision.detector=!NormalFlow {stride: 2}"]
+        "train:learned", overrides=["vision.detector=!NormalFlow {stride: 2}"]
     ).vision.detector == NormalFlow(stride=2)
 
 
@@ -138,7 +138,7 @@ def test_a_new_tag_discards_the_settings_of_the_base_kind(tmp_path):
 def test_an_empty_value_restores_the_value_of_the_preset():
     for empty in ("", "null"):
         overrides = ["vision.detector.stride=1", f"vision.detector.stride={empty}"]
-        assert load_scenario("train:blind", overrides=overrides).vision.detector.stride is None
+        assert load_scenario("train:learned", overrides=overrides).vision.detector.stride is None
 
 
 def test_all_errors_are_reported_at_once_with_line_key_value_and_allowed_values(tmp_path):
@@ -211,7 +211,7 @@ def test_all_errors_are_reported_at_once_with_line_key_value_and_allowed_values(
     ],
 )
 def test_a_wrong_override_gives_one_line_that_names_it(override, message):
-    (error,) = errors_of("train:blind", overrides=[override])
+    (error,) = errors_of("train:learned", overrides=[override])
     assert message in error
     assert f"--set {override}" in error or "(default)" in error
 
@@ -229,7 +229,7 @@ def test_duplicate_keys_are_rejected_with_both_lines(tmp_path):
     "spec, message",
     [
         ("train:", "train: the name of a scenario is missing after the colon"),
-        ("trian", "no scenario 'trian'; allowed are train, train:blind, train:interlaced"),
+        ("trian", "no scenario 'trian'; allowed are train, train:learned, train:interlaced"),
         ("trian", "did you mean train?"),
         ("train:papr", "did you mean paper?"),
         ("train_cameras", "there is no scenario"),
@@ -250,7 +250,7 @@ def test_an_unknown_scenario_gives_one_line_with_the_nearest_name(spec, message)
         ("- 1\n", "must be a mapping from names to scenarios"),
         ("", "must be a mapping from names to scenarios"),
         ("mine: 3\n", "line 1: scenario 'mine' must be a mapping"),
-        ("mine: {base: other}\nnext: {}", "line 1: base must be one of next, train, train:blind, "),
+        ("mine: {base: other}\nnext: {}", "line 1: base must be one of next, train, train:learned, "),
         ("mine: {base: 'train:tow'}\n", "not 'train:tow'; did you mean train:two?"),
         ("mine: {base: 'trian'}\n", "not 'trian'; did you mean train?"),
         ("mine: {base: 'elsewhere.yaml:two'}\n", "line 1: base must be one of train, "),
@@ -285,11 +285,11 @@ def test_a_file_cannot_exhaust_memory_time_or_stack(tmp_path):
     path = write(tmp_path, "mine:\n" + "".join(f"  unknown{k}: 1\n" for k in range(3000)))
     *errors, last = errors_of(str(path))
     assert len(errors) == 100 and last == "and 2900 more errors"
-    (line,) = errors_of("train:blind", overrides=[f"{'a' * 100_000}=1"])
+    (line,) = errors_of("train:learned", overrides=[f"{'a' * 100_000}=1"])
     assert len(line) < 1000
     os.mkfifo(tmp_path / "pipe.yaml")
     assert errors_of(str(tmp_path / "pipe.yaml")) == [f"there is no scenario file {tmp_path / 'pipe.yaml'}"]
-    assert errors_of("train:blind", overrides=["track.kind=csv", f"track.csv={'a' * 300}"])[0].endswith("a" * 300)
+    assert errors_of("train:learned", overrides=["track.kind=csv", f"track.csv={'a' * 300}"])[0].endswith("a" * 300)
 
 
 def test_files_are_searched_for_next_to_the_scenario_or_in_the_current_folder(tmp_path, monkeypatch):
@@ -298,10 +298,10 @@ def test_files_are_searched_for_next_to_the_scenario_or_in_the_current_folder(tm
     path = write(tmp_path, "mine: {track: {kind: csv, csv: track.csv}}\n")
     monkeypatch.chdir(tmp_path / "here")
     assert load_scenario(str(path)).track.csv == str(track)
-    assert load_scenario("train:blind", overrides=["track.kind=csv", "track.csv=../track.csv"]).track.csv == str(track)
-    (error,) = errors_of("train:blind", overrides=["track.kind=csv", "track.csv=track.csv"])
+    assert load_scenario("train:learned", overrides=["track.kind=csv", "track.csv=../track.csv"]).track.csv == str(track)
+    (error,) = errors_of("train:learned", overrides=["track.kind=csv", "track.csv=track.csv"])
     assert "--set track.csv=track.csv: track.csv: there is no file" in error
-    assert scenario_file(load_scenario("train:blind").cameras.calibration).name == "train_cameras.yaml"
+    assert scenario_file(load_scenario("train:learned").cameras.calibration).name == "train_cameras.yaml"
     assert scenario_file(str(track)) == track
 
 

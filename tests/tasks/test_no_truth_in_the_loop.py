@@ -154,7 +154,7 @@ def test_the_search_finds_the_measured_vision_of_the_conveyor(conveyor):
 
 @pytest.fixture(scope="module")
 def hand_eye():
-    return make_diagram(load_scenario("train:blind"))
+    return make_diagram(load_scenario("train:learned"))
 
 
 def test_the_controller_reads_all_sensors_but_no_ground_truth(hand_eye):
@@ -166,7 +166,7 @@ def test_the_controller_reads_all_sensors_but_no_ground_truth(hand_eye):
 @pytest.fixture(scope="module")
 def blind():
     """A diagram with measured vision, without cameras."""
-    return make_diagram(load_scenario("train:blind", overrides=[MEASURED]))
+    return make_diagram(load_scenario("train:learned", overrides=[MEASURED]))
 
 
 def test_measured_vision_is_the_only_system_that_reads_ground_truth(blind):
@@ -188,7 +188,7 @@ def test_measured_vision_is_a_leak_if_the_scenario_does_not_ask_for_it(blind):
 
 def test_markers_on_the_hand_give_the_controller_no_ground_truth():
     """The hand is found in images, near the place that the arm's own joints tell."""
-    hand_eye = make_diagram(load_scenario("train:blind", overrides=["arm.markers=true"]))
+    hand_eye = make_diagram(load_scenario("train:learned", overrides=["arm.markers=true"]))
     leaking, sensors = leaks(hand_eye)
     assert leaking == []
     assert sensors == set(measured(hand_eye, False).values())
@@ -197,7 +197,7 @@ def test_markers_on_the_hand_give_the_controller_no_ground_truth():
 def test_faults_give_the_controller_no_ground_truth():
     """Faults change what the controller reads, but what it reads still comes from the sensors alone."""
     for stand_in, overrides in ((False, []), (True, [MEASURED])):
-        hand_eye = make_diagram(load_scenario("train:blind", overrides=[all_at_once(), *overrides]))
+        hand_eye = make_diagram(load_scenario("train:learned", overrides=[all_at_once(), *overrides]))
         leaking, sensors = leaks(hand_eye, stand_in)
         assert leaking == []
         assert sensors == set(measured(hand_eye, stand_in).values())
@@ -208,7 +208,7 @@ def test_faults_give_the_controller_no_ground_truth():
 def test_further_objects_give_the_controller_no_ground_truth():
     for stand_in, overrides in ((False, []), (True, [MEASURED])):
         objects = "objects=[!Train {}, !Ball {}, !Hand {}]"
-        hand_eye = make_diagram(load_scenario("train:blind", overrides=[objects, *overrides]))
+        hand_eye = make_diagram(load_scenario("train:learned", overrides=[objects, *overrides]))
         assert hand_eye.GetOutputPort("truth_object_states").size() == 3 * 13
         leaking, sensors = leaks(hand_eye, stand_in)
         assert leaking == []
@@ -220,7 +220,7 @@ def test_further_objects_give_the_controller_no_ground_truth():
 @pytest.fixture(scope="module")
 def several():
     """A diagram with measured vision of several objects."""
-    return make_diagram(load_scenario("train:blind", overrides=[MEASURED_SEVERAL, OBJECTS]))
+    return make_diagram(load_scenario("train:learned", overrides=[MEASURED_SEVERAL, OBJECTS]))
 
 
 def test_with_several_objects_only_the_measured_errors_read_ground_truth(several):
@@ -246,7 +246,7 @@ def test_with_several_objects_measured_vision_is_a_leak_if_the_scenario_does_not
 
 
 def test_cameras_that_see_several_objects_give_the_controller_no_ground_truth():
-    hand_eye = make_diagram(load_scenario("train:blind", overrides=["vision.tracker=!Several {}", OBJECTS]))
+    hand_eye = make_diagram(load_scenario("train:learned", overrides=["vision.tracker=!Several {}", OBJECTS]))
     leaking, sensors = leaks(hand_eye)
     assert leaking == []
     assert sensors == set(measured(hand_eye, False).values())
@@ -265,7 +265,7 @@ def test_a_camera_on_the_hand_gives_the_controller_no_ground_truth():
 
 def test_a_leak_in_a_diagram_with_measured_vision_is_found(monkeypatch):
     monkeypatch.setattr(hand_eye_module, "DiagramBuilder", WorldLeaksToHost)
-    leaking, _ = leaks(make_diagram(load_scenario("train:blind", overrides=[MEASURED])), stand_in=True)
+    leaking, _ = leaks(make_diagram(load_scenario("train:learned", overrides=[MEASURED])), stand_in=True)
     assert any("plant.train_state" in path for path in leaking), leaking
 
 
@@ -359,7 +359,7 @@ class JawsKnowTheTrain(DiagramBuilder):
 )
 def test_a_leak_is_found(monkeypatch, module, builder, source):
     monkeypatch.setattr(module, "DiagramBuilder", builder)
-    leaking, _ = leaks(make_diagram(load_scenario("train:blind")))
+    leaking, _ = leaks(make_diagram(load_scenario("train:learned")))
     assert any(source in path for path in leaking), leaking
 
 

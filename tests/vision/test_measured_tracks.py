@@ -141,7 +141,7 @@ def test_a_wrong_setting_of_the_target_is_refused_when_the_diagram_is_built():
 
 
 def test_a_scenario_without_further_objects_has_one_track():
-    hand_eye = make_diagram(load_scenario("train:blind", overrides=[OVERRIDE]))
+    hand_eye = make_diagram(load_scenario("train:learned", overrides=[OVERRIDE]))
     simulator = Simulator(hand_eye)
     simulator.AdvanceTo(0.5)
     tracks = hand_eye.GetOutputPort("tracks").Eval(simulator.get_context())
@@ -150,12 +150,12 @@ def test_a_scenario_without_further_objects_has_one_track():
 
 def test_each_scenario_keeps_its_tracker_with_measured_vision():
     assert isinstance(load_scenario("train:two", overrides=["vision=!Measured {}"]).vision.tracker, Several)
-    assert not isinstance(load_scenario("train:blind", overrides=["vision=!Measured {}"]).vision.tracker, Several)
+    assert not isinstance(load_scenario("train:learned", overrides=["vision=!Measured {}"]).vision.tracker, Several)
 
 
 def test_faults_act_on_the_points_of_all_objects():
     overrides = [OVERRIDE, "objects=[!Train {}]", "faults=[!CameraDark {at: 1.0, for: 2.0}]", "vision.lag_cycles=2"]
-    hand_eye = make_diagram(load_scenario("train:blind", seed=1, overrides=overrides))
+    hand_eye = make_diagram(load_scenario("train:learned", seed=1, overrides=overrides))
     simulator, states = Simulator(hand_eye), []
     for time in (0.9, 1.3):
         simulator.AdvanceTo(time)

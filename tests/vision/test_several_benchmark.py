@@ -116,7 +116,7 @@ def test_every_cell_can_be_loaded():
     for name, overrides, *_ in cells:
         load_scenario(name, seed=3900, overrides=[several.IN_PROCESS, *overrides])
     for faults in several.SHAKE.values():
-        load_scenario("train:blind", seed=3900, overrides=[f"faults={faults}"])
+        load_scenario("train:learned", seed=3900, overrides=[f"faults={faults}"])
 
 
 def test_seeds_of_the_parts_do_not_overlap():

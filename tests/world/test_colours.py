@@ -29,12 +29,12 @@ LOOKS = [
 
 @pytest.fixture(scope="module")
 def reach():
-    return Reach(load_scenario("train:blind"))
+    return Reach(load_scenario("train:learned"))
 
 
 def images_of(reach, overrides, pipeline=None):
     """The images of both cameras at time 0, RGB, without noise."""
-    scenario = load_scenario("train:blind", overrides=["cameras.noise=0.0", *overrides])
+    scenario = load_scenario("train:learned", overrides=["cameras.noise=0.0", *overrides])
     track, start = place_track(scenario, reach)
     world = make_train_world(
         scenario,
@@ -125,6 +125,6 @@ def test_every_train_can_be_painted(reach, body):
 )
 def test_a_wrong_setting_gives_one_line_that_names_it(override, message):
     with pytest.raises(DrakeTrackerError) as caught:
-        load_scenario("train:blind", overrides=[override])
+        load_scenario("train:learned", overrides=[override])
     assert message in str(caught.value) and "\n" not in str(caught.value)
     assert str(caught.value).startswith("--set ")

@@ -179,7 +179,7 @@ def test_the_ball_is_clear_of_the_default_train_whatever_the_seed():
     y = config.place[1] + np.linspace(-config.amplitude, config.amplitude, 15)
     path = np.column_stack([np.full_like(y, config.place[0]), y])
     for seed in range(12):
-        track, _ = place_track(load_scenario("train:blind", seed=seed))
+        track, _ = place_track(load_scenario("train:learned", seed=seed))
         distances = np.hypot(*(path[:, None] - track.points[None]).transpose(2, 0, 1))
         assert distances.min() - config.radius - 0.026 > 0.02, seed
 
@@ -245,7 +245,7 @@ def test_a_train_beyond_the_end_of_an_open_track_is_refused():
 
 def test_objects_are_written_and_read_again(tmp_path):
     objects = "[!Train {track: {kind: circle}, speed: 0.2}, !Train {}, !Ball {radius: 0.03}, !Hand {for: null}]"
-    scenario = load_scenario("train:blind", overrides=[f"objects={objects}"])
+    scenario = load_scenario("train:learned", overrides=[f"objects={objects}"])
     assert scenario.objects[3].duration is None
     path = tmp_path / "mine.yaml"
     save_scenario(scenario, path)

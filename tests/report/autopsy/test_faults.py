@@ -17,7 +17,7 @@ def test_there_is_a_fault_for_every_stage():
 @pytest.mark.parametrize("name", [name for name, fault in FAULTS.items() if "!Measured" in str(fault.overrides(1.0))])
 def test_a_diagram_with_the_fault_can_be_built(name):
     fault = FAULTS[name]
-    scenario = load_scenario("train:blind", seed=1, overrides=fault.overrides(fault.size))
+    scenario = load_scenario("train:learned", seed=1, overrides=fault.overrides(fault.size))
     with fault.part(fault.size):
         make_train_diagram(scenario)
 

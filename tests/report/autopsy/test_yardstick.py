@@ -17,7 +17,7 @@ STAMPS = np.array([1.0])
     "gap, several, stays", [(0.001, False, False), (0.0, False, False), (0.001, True, False), (0.0, True, True)]
 )
 def test_a_point_that_the_tracker_found_without_rays_stays_where_it_is(gap, several, stays):
-    cameras = load_cameras(load_scenario("train:blind"))
+    cameras = load_cameras(load_scenario("train:learned"))
     log = {"point": Signal(STAMPS, np.array([[1.0, *(P_WQ + 0.01), gap, 1.0]]), tuple(TrackPoint.get_fields()))}
     for side, camera in cameras.items():
         row = [1.0, *camera.project(P_WQ)[0], 50.0, 1.0]

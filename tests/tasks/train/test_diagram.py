@@ -29,7 +29,7 @@ def test_settings_reach_their_subsystems():
         *("vision.lag_cycles=30", "time_step=0.0016666666666666668", "estimator=!AlphaBetaGamma {ready_after: 2.0}"),
         *("link=!Lossy {drop: 0.5}", "cameras.render_window=false", "cameras.noise=0", "cameras.render_processes=0"),
     ]
-    hand_eye = make_diagram(load_scenario("train:blind", overrides=overrides))
+    hand_eye = make_diagram(load_scenario("train:learned", overrides=overrides))
     delay = hand_eye.vision.GetSubsystemByName("motion_left_lag")
     # Of the 30 cycles, images every other cycle account for 2; the delay line stores the other 28 and the current one.
     assert delay.CreateDefaultContext().get_discrete_state(0).size() == (28 + 1) * message_size(Centroid)
@@ -42,7 +42,7 @@ def test_settings_reach_their_subsystems():
 
 @pytest.fixture(scope="module")
 def two_seeds():
-    return [make_diagram(load_scenario("train:blind", seed=seed)) for seed in (1, 2)]
+    return [make_diagram(load_scenario("train:learned", seed=seed)) for seed in (1, 2)]
 
 
 def test_seeds_move_the_train(two_seeds):
@@ -51,7 +51,7 @@ def test_seeds_move_the_train(two_seeds):
 
     one, two = map(train, two_seeds)
     assert np.linalg.norm(one[4:6] - two[4:6]) > 0.02
-    assert np.array_equal(train(make_diagram(load_scenario("train:blind", seed=1))), one)
+    assert np.array_equal(train(make_diagram(load_scenario("train:learned", seed=1))), one)
 
 
 def test_the_controller_does_not_depend_on_the_seed(two_seeds):
@@ -64,7 +64,7 @@ def test_the_controller_does_not_depend_on_the_seed(two_seeds):
 
 
 def test_the_hand_waits_over_the_middle_of_the_work_volume():
-    scenario = load_scenario("train:blind")
+    scenario = load_scenario("train:learned")
     x, y, z, _ = home_reference(scenario)
     assert (x, y) == pytest.approx((0.56, 0.0)) and z == pytest.approx(0.485)
     hand_eye = make_diagram(scenario)
@@ -74,7 +74,7 @@ def test_the_hand_waits_over_the_middle_of_the_work_volume():
     assert tool.rotation().matrix()[:, 2] == pytest.approx([0.0, 0.0, -1.0], abs=1e-5)
 
 
-def error_of(*overrides, name="train:blind"):
+def error_of(*overrides, name="train:learned"):
     """The line with which a scenario is rejected."""
     with pytest.raises(DrakeTrackerError) as error:
         make_diagram(load_scenario(name, overrides=overrides))
@@ -96,7 +96,7 @@ def test_a_threshold_that_is_too_high():
 
 
 def test_a_train_at_rest_is_allowed():
-    make_diagram(load_scenario("train:blind", overrides=["track.speed=0"]))
+    make_diagram(load_scenario("train:learned", overrides=["track.speed=0"]))
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,7 @@ def test_the_users_own_calibration_is_used(tmp_path):
     data["cameras"]["camera_left"]["K"][0][0] = 500.0
     file = tmp_path / "mine.yaml"
     file.write_text(yaml.safe_dump(data))
-    cameras = load_cameras(load_scenario("train:blind", overrides=[f"cameras.calibration={file}"]))
+    cameras = load_cameras(load_scenario("train:learned", overrides=[f"cameras.calibration={file}"]))
     assert cameras["left"].K[0, 0] == 500.0
 
 
@@ -151,15 +151,15 @@ def test_a_wrong_estimator_setting_gives_one_line():
 
 def test_the_operator_can_select_the_target_where_vision_tracks_several_objects():
     overrides = ["vision.tracker=!Several {target: !Selected {}}"]
-    several, single = (make_diagram(load_scenario("train:blind", overrides=each)) for each in (overrides, []))
+    several, single = (make_diagram(load_scenario("train:learned", overrides=each)) for each in (overrides, []))
     assert several.GetInputPort("selected").size() == 1 and several.HasInputPort("operator")
     assert not single.HasInputPort("selected") and single.HasInputPort("operator")
 
 
 def test_an_event_after_the_launch_knows_what_the_hand_does():
     measured = "vision=!Measured {}"
-    hand_eye = make_diagram(load_scenario("train:blind", overrides=[measured, "track.event=!Stop {after_launch: 0.1}"]))
+    hand_eye = make_diagram(load_scenario("train:learned", overrides=[measured, "track.event=!Stop {after_launch: 0.1}"]))
     launch, context = hand_eye.world.GetInputPort("launch"), hand_eye.CreateDefaultContext()
     seen = launch.Eval(hand_eye.world.GetMyContextFromRoot(context))
     np.testing.assert_array_equal(seen, hand_eye.GetOutputPort("command").Eval(context))
-    assert not make_diagram(load_scenario("train:blind", overrides=[measured])).world.HasInputPort("launch")
+    assert not make_diagram(load_scenario("train:learned", overrides=[measured])).world.HasInputPort("launch")

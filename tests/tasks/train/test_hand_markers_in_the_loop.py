@@ -19,7 +19,7 @@ MARKED = ["arm.markers=true", "cameras.render_processes=0"]
 
 @pytest.mark.parametrize("tracker", ["!Single {}", "!Several {}"])
 def test_the_hand_point_goes_from_vision_over_the_link_to_the_arm(tracker):
-    hand_eye = make_diagram(load_scenario("train:blind", overrides=[*MARKED, f"vision.tracker={tracker}"]))
+    hand_eye = make_diagram(load_scenario("train:learned", overrides=[*MARKED, f"vision.tracker={tracker}"]))
     wires = arrows(hand_eye)
     assert set(WITH_HAND_POINT) <= wires
     assert {("world", name, "vision", name) for name in ("arm_state", "jaws", "camera_left", "camera_right")} <= wires
@@ -28,7 +28,7 @@ def test_the_hand_point_goes_from_vision_over_the_link_to_the_arm(tracker):
 
 
 def test_without_markers_nothing_of_it_exists():
-    hand_eye = make_diagram(load_scenario("train:blind", overrides=["vision.tracker=!Several {}"]))
+    hand_eye = make_diagram(load_scenario("train:learned", overrides=["vision.tracker=!Several {}"]))
     names = {hand_eye.get_output_port(k).get_name() for k in range(hand_eye.num_output_ports())}
     assert not {"hand_point", "delivered_hand_point", "hand_correction"} & names
     assert not hand_eye.arm.HasSubsystemNamed("visual_edge") and not hand_eye.vision.HasSubsystemNamed("hand_markers")
@@ -36,7 +36,7 @@ def test_without_markers_nothing_of_it_exists():
 
 def test_rendered_cameras_measure_the_hand_and_the_error_of_their_calibration():
     faults = "faults=[!CalibrationWrong {camera: right, angle_deg: 1.0, distance: -0.01}]"
-    scenario = load_scenario("train:blind", overrides=[*MARKED, faults, "vision.lag_cycles=3"])
+    scenario = load_scenario("train:learned", overrides=[*MARKED, faults, "vision.lag_cycles=3"])
     hand_eye = make_diagram(scenario)
     simulator = Simulator(hand_eye, hand_eye.CreateDefaultContext())
     context = simulator.get_context()
@@ -64,7 +64,7 @@ def test_the_mask_of_the_arm_moves_to_where_a_wrongly_calibrated_camera_sees_the
 
 def masks_of_the_right_camera(settings):
     """Where the mask of the arm is at the start and when the markers have been seen, bool of shape (h, w) each."""
-    hand_eye = make_diagram(load_scenario("train:blind", overrides=[*settings, "vision.tracker=!Several {}"]))
+    hand_eye = make_diagram(load_scenario("train:learned", overrides=[*settings, "vision.tracker=!Several {}"]))
     simulator = Simulator(hand_eye, hand_eye.CreateDefaultContext())
     silhouette = hand_eye.vision.GetSubsystemByName("object_vision").GetSubsystemByName("arm_silhouette")
     context = silhouette.GetMyContextFromRoot(simulator.get_context())
@@ -89,8 +89,8 @@ def test_the_markers_are_on_the_fingers():
 
 def test_markers_that_nobody_could_use_are_refused():
     with pytest.raises(DrakeTrackerError, match=r"arm.markers.*must be false with vision !Measured"):
-        load_scenario("train:blind", overrides=["arm.markers=true", "vision=!Measured {}"])
+        load_scenario("train:learned", overrides=["arm.markers=true", "vision=!Measured {}"])
     with pytest.raises(DrakeTrackerError, match=r"arm.markers.*need one process"):
-        check_task(load_scenario("train:blind", overrides=MARKED))
+        check_task(load_scenario("train:learned", overrides=MARKED))
     with pytest.raises(DrakeTrackerError, match="the cup has no fingers"):
         arm_of(load_scenario("ball", overrides=["arm=!Puma560 {markers: true}"]))

@@ -63,7 +63,7 @@ def test_the_page_misses_no_file_that_such_a_run_does_not_leave(run):
     assert "not lifted" in text and "Traceback" not in text
     rendered = load_scenario("train:two")
     assert "cameras.mp4" in TASK.files_of(rendered) and "motion.png" not in TASK.files_of(rendered)
-    assert "motion.png" in TASK.files_of(load_scenario("train:blind"))
+    assert "motion.png" in TASK.files_of(load_scenario("train:learned"))
 
 
 def test_the_settings_of_the_run_are_read_again(run):
@@ -80,13 +80,13 @@ def test_the_settings_of_the_run_are_read_again(run):
     ],
 )
 def test_the_newest_image_of_several_objects_may_be_one_cycle_old(overrides, latency):
-    pipeline = image_pipeline(load_scenario("train:blind", overrides=["cameras.render_processes=1", *overrides]))
+    pipeline = image_pipeline(load_scenario("train:learned", overrides=["cameras.render_processes=1", *overrides]))
     assert (None if pipeline is None else pipeline.latency) == latency
 
 
 def test_a_slow_train_is_refused_by_the_motion_detector_only():
     slow = ["track.speed=0.01", "cameras.render_processes=0"]
-    assert image_pipeline(load_scenario("train:blind", overrides=[*slow, SEVERAL])) is None
-    TASK.build(load_scenario("train:blind", overrides=[*slow, SEVERAL]), None)
+    assert image_pipeline(load_scenario("train:learned", overrides=[*slow, SEVERAL])) is None
+    TASK.build(load_scenario("train:learned", overrides=[*slow, SEVERAL]), None)
     with pytest.raises(DrakeTrackerError, match="the threshold needs at least"):
-        TASK.build(load_scenario("train:blind", overrides=slow), None)
+        TASK.build(load_scenario("train:learned", overrides=slow), None)

@@ -21,11 +21,11 @@ OUT_OF_REACH = 110
 @functools.cache
 def reach():
     """The reach of the arm, which no override in these tests changes."""
-    return Reach(load_scenario("train:blind"))
+    return Reach(load_scenario("train:learned"))
 
 
 def drawn(*overrides, seed=3):
-    return place_track(load_scenario("train:blind", seed=seed, overrides=overrides), reach())
+    return place_track(load_scenario("train:learned", seed=seed, overrides=overrides), reach())
 
 
 def turning(track):
@@ -132,7 +132,7 @@ WALK = ("track.kind=random_walk", "track.corner_radius=0.01")
 
 def test_a_random_walk_stays_in_the_work_volume_on_the_table_and_within_reach():
     for seed in range(4):
-        scenario = load_scenario("train:blind", seed=seed, overrides=WALK)
+        scenario = load_scenario("train:learned", seed=seed, overrides=WALK)
         track, start = place_track(scenario, reach())
         check_track(scenario, track, start, reach())
         assert start == 0.0 and track.length == pytest.approx(0.9, rel=2e-3)
@@ -147,7 +147,7 @@ def test_the_seed_draws_the_random_walk_and_nothing_else_changes():
     assert np.array_equal(a.points, b.points) and not np.array_equal(a.points, c.points)
     forward, backward = (drawn(*WALK, f"track.direction={way}")[0] for way in ("forward", "backward"))
     assert np.array_equal(forward.points, backward.points[::-1])
-    scenario = load_scenario("train:blind", seed=3, overrides=WALK)
+    scenario = load_scenario("train:learned", seed=3, overrides=WALK)
     other, _ = place_other_track(scenario, 0)
     assert not np.array_equal(other.points, a.points)
 
@@ -187,14 +187,14 @@ def test_a_random_walk_without_room_is_rejected(overrides, said):
 )
 def test_settings_that_contradict_the_kind_are_one_line(overrides, said):
     with pytest.raises(DrakeTrackerError) as error:
-        load_scenario("train:blind", overrides=overrides)
+        load_scenario("train:learned", overrides=overrides)
     assert said in str(error.value) and "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("kind", ["line", "sinusoid", "polynomial", "random_walk"])
 def test_closed_does_not_apply_to_kinds_that_are_open(kind):
     for closed in ("true", "false"):
-        load_scenario("train:blind", overrides=[f"track.kind={kind}", f"track.closed={closed}"])
+        load_scenario("train:learned", overrides=[f"track.kind={kind}", f"track.closed={closed}"])
 
 
 @pytest.mark.usefixtures("everything_within_reach")
@@ -238,7 +238,7 @@ def test_the_extents_of_table_and_wheels_are_those_of_the_models():
 
 
 def check(*overrides, seed=3):
-    scenario = load_scenario("train:blind", seed=seed, overrides=overrides)
+    scenario = load_scenario("train:learned", seed=seed, overrides=overrides)
     arm = Reach(scenario)
     track, start = place_track(scenario, arm)
     check_track(scenario, track, start, arm)
@@ -266,7 +266,7 @@ def test_a_placement_out_of_reach_is_drawn_again(monkeypatch):
 @pytest.mark.parametrize("kind", ["figure_eight", "stadium"])
 def test_a_placement_outside_the_work_volume_is_drawn_again(kind):
     for seed in range(60):
-        scenario = load_scenario("train:blind", seed=seed, overrides=[f"track.kind={kind}"])
+        scenario = load_scenario("train:learned", seed=seed, overrides=[f"track.kind={kind}"])
         track, _ = place_track(scenario, reach())
         assert place_outside(scenario, track) is None
         centre = track.points.mean(axis=0) - scenario.track.centre
