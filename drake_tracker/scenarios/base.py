@@ -1,7 +1,7 @@
 """The settings that the scenarios of all tasks share.
 
-A role with several kinds is a Union. A scenario file names the kind by its YAML tag. Settings without a tag keep the kind
-of the scenario that is extended; where there is none, they are those of the first kind.
+A role with several kinds is a Union. A scenario file names the kind by its YAML tag. Without a tag, the kind is that of
+the scenario that is extended, or the first kind if there is none.
 Scenarios are frozen: `BaseScenario.with_settings` returns a changed copy.
 """
 

@@ -298,7 +298,9 @@ def test_files_are_searched_for_next_to_the_scenario_or_in_the_current_folder(tm
     path = write(tmp_path, "mine: {track: {kind: csv, csv: track.csv}}\n")
     monkeypatch.chdir(tmp_path / "here")
     assert load_scenario(str(path)).track.csv == str(track)
-    assert load_scenario("train:learned", overrides=["track.kind=csv", "track.csv=../track.csv"]).track.csv == str(track)
+    assert load_scenario("train:learned", overrides=["track.kind=csv", "track.csv=../track.csv"]).track.csv == str(
+        track
+    )
     (error,) = errors_of("train:learned", overrides=["track.kind=csv", "track.csv=track.csv"])
     assert "--set track.csv=track.csv: track.csv: there is no file" in error
     assert scenario_file(load_scenario("train:learned").cameras.calibration).name == "train_cameras.yaml"

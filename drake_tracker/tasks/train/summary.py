@@ -14,7 +14,7 @@ from drake_tracker.grasp.schema import Phase
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_of_now
 from drake_tracker.tasks.results import lag_of, limiter_findings, made_by, packet_findings, tidy
-from drake_tracker.tasks.train.closing import aborted_launches, closing_onset_error
+from drake_tracker.tasks.train.closing import aborted_launches, closing_onset_error, offset_at_touch
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
 from drake_tracker.tasks.train.failure import Failure, explain_failure
 from drake_tracker.tasks.train.judged_train import RunObjects, about_target, object_name, run_objects, target_swaps
@@ -49,6 +49,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
       detector's ``stride``.
     - ``time_to_grasp_s``: time from the start of the run until the hand felt its grip and began to lift.
     - ``aborted_attempts``: how many of the ``attempts`` a guided hand gave up before its jaws closed.
+    - ``touch_along_m``, ``touch_across_m``: see `offset_at_touch`.
     - ``lift_height_m``: greatest height of the train above the rail while a finger touches it.
     - ``hold_s``: longest time for which the train was held, according to the judge.
     - ``closing_onset_error_s``: see `closing_onset_error`; None unless the target is the first train.
@@ -97,6 +98,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
         "aborted_attempts": len(aborted_launches(spans, log, scenario.grasp.object_width)),
         "first_attempt_success": success and attempts == 1,
         "time_to_grasp_s": lifts[-1] if success and lifts else None,
+        **_touch(scenario, log, spans),
         **_verdict(verdict),
         **arm_findings(log, limits_of(arm_of(scenario))),
         **_tracking(log, spans),
@@ -147,6 +149,11 @@ def without_mean(times: np.ndarray, error: np.ndarray) -> np.ndarray:
             mean = np.column_stack([np.convolve(axis, kernel, "valid") for axis in stretch.T])
             rest.append(stretch[half : len(stretch) - half] - mean)
     return np.concatenate(rest)
+
+
+def _touch(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> dict[str, float | None]:
+    along, across = offset_at_touch(scenario, log, spans) or (None, None)
+    return {"touch_along_m": along, "touch_across_m": across}
 
 
 def _verdict(verdict: Signal) -> dict[str, Any]:

@@ -158,7 +158,9 @@ def test_the_operator_can_select_the_target_where_vision_tracks_several_objects(
 
 def test_an_event_after_the_launch_knows_what_the_hand_does():
     measured = "vision=!Measured {}"
-    hand_eye = make_diagram(load_scenario("train:learned", overrides=[measured, "track.event=!Stop {after_launch: 0.1}"]))
+    hand_eye = make_diagram(
+        load_scenario("train:learned", overrides=[measured, "track.event=!Stop {after_launch: 0.1}"])
+    )
     launch, context = hand_eye.world.GetInputPort("launch"), hand_eye.CreateDefaultContext()
     seen = launch.Eval(hand_eye.world.GetMyContextFromRoot(context))
     np.testing.assert_array_equal(seen, hand_eye.GetOutputPort("command").Eval(context))
