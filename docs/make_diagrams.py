@@ -65,7 +65,7 @@ RHYTHM = (
 """When each part updates: name, offset [s], period [s], colour."""
 
 
-def graphs(scenario="train:learned"):
+def graphs(scenario="train"):
     """Returns {name of the picture: Graphviz text} of a scenario's diagram and its subsystems."""
     in_process = "cameras.render_processes=0" if scenario.startswith("train") else "camera.render_processes=0"
     hand_eye = make_diagram(load_scenario(scenario, overrides=[in_process]))

@@ -1,6 +1,6 @@
 """Normal contributions: the largest of each stage, in the order of `Stage`, in runs that succeeded, rounded up.
 
-Printed by ``benchmarks/autopsy.py --faults none,none-rendered --first-seed 0 --seeds 5 --normal``: the default scenario
+Printed by ``benchmarks/autopsy.py --faults none,none-rendered --first-seed 0 --seeds 5 --normal``: `train:learned`
 with measured vision and with cameras. Zeros are set to a tenth of a millimetre.
 """
 
