@@ -55,7 +55,7 @@ def scenario(ahead, ball=True):
         "vision.lag_cycles=3",
         f"objects=[{others}]",
     ]
-    return load_scenario("train", seed=SEED, overrides=settings)
+    return load_scenario("train:guided", seed=SEED, overrides=settings)
 
 
 class Scene:
