@@ -15,7 +15,7 @@ from drake_tracker.tasks.train.track_placement import place_track
 TRACKING = "train"
 """The filter of 1991: the figures show what the paper's own filter makes of the points."""
 GRASPING = "train:learned"
-"""The grasp of 1991."""
+"""The grasp of 1991, with the filter that learns the closed path."""
 LAPS, SPEED = 3, 0.15
 """Laps and speed [m/s] of the tracking run."""
 START_UP = 1.5
