@@ -2,7 +2,7 @@
 
     python benchmarks/camera_motion.py [--seeds N] [--time] [--json FILE]
 
-The images are those of the left camera in the default train scenario, in the rendered window, with the train moving and
+The images are those of the left camera in `train:learned`, in the rendered window, with the train moving and
 the arm at rest. Sensor noise is added, and the faults of the package (`!CameraShake`, `!CameraPan`, `!CameraKnocked`)
 move the camera. Each method gets the scene without the train and the image, and returns a homography; those that start
 from a first estimate get the previous one. The error is the root mean square distance over the window between the

@@ -3,7 +3,7 @@
     python benchmarks/campaign_speed.py                      20 trials with 1 worker and with 2, three turns each
     python benchmarks/campaign_speed.py --trials 4 --turns 1 [--workers 1,2,4] [--json FILE]
 
-All run the default train on the same seeds, in turns. The time includes the start of the processes. Run nothing else
+All run `train:learned` on the same seeds, in turns. The time includes the start of the processes. Run nothing else
 meanwhile: one worker uses one core, two workers use two.
 """
 

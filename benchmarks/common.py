@@ -8,14 +8,15 @@ import sys
 import time
 from pathlib import Path
 
+from behaviour_rows import RESULTS as RESULTS
+from behaviour_rows import behaviour_of
+
 from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.record import Record
 from drake_tracker.campaign.trial import Lost
 from drake_tracker.campaign.wilson import wilson
 from drake_tracker.core.progress import time_left
 from drake_tracker.tasks.results import git_commit, package_versions
-
-RESULTS = Path(__file__).parent / "results"
 
 
 def markdown_table(header, rows):
@@ -47,9 +48,15 @@ def rms(values):
     return math.sqrt(sum(value * value for value in values) / len(values)) if values else math.nan
 
 
-def provenance(seeds):
-    """Returns what a result says about its origin: commit, seeds, package versions, command and time (UTC)."""
+def provenance(seeds, result=None):
+    """Returns what a result says about its origin: commit, seeds, package versions, behaviour, command and time (UTC).
+
+    Args:
+        seeds: the seeds that it rests on.
+        result: the result, for a benchmark whose parts rest on different scenarios.
+    """
     return {
+        **behaviour_of(Path(sys.argv[0]).stem, result or {}),
         "commit": git_commit(),
         "seeds": list(seeds),
         "versions": package_versions(),
@@ -74,11 +81,10 @@ def save_json(results, path, seeds):
     """
     if path is None:
         return
-    made_by = provenance(seeds)
     if isinstance(results, list):
-        results = [{"made_by": made_by, **result} for result in results]
+        results = [{"made_by": provenance(seeds, result), **result} for result in results]
     else:
-        results = {"made_by": made_by, **results}
+        results = {"made_by": provenance(seeds, results), **results}
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     Path(path).write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
 
@@ -87,7 +93,8 @@ def append_results(work, jobs, path, workers, describe):
     """Runs ``work(job)`` for all jobs and appends each result to a file as soon as it is there.
 
     A job whose worker died, or could not run it, leaves no line, so that the next call runs it again. A result that
-    does not name its commit (a run that raised an exception) gets commit and versions here.
+    does not name its commit (a run that raised an exception) gets commit and versions here. Each line gets the numbers
+    of the behaviour that it rests on.
 
     Args:
         work: a function of a job that returns a dict (one line of the file), or `Lost`.
@@ -104,6 +111,7 @@ def append_results(work, jobs, path, workers, describe):
             else:
                 if not (result.get("git_commit") or result.get("commit")):
                     result = {**result, "package_versions": package_versions(), "git_commit": git_commit()}
+                result = {**result, **behaviour_of(Path(sys.argv[0]).stem, result)}
                 record.append(result)
                 said = describe(result)
             left = time_left(time.monotonic() - start, count, len(jobs) - count)

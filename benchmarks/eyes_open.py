@@ -73,7 +73,9 @@ EVENT = {
 }
 EVENT[f"stop -0.2 s guided, lag of {SHORT_LAG} cycles"] = ("stop", -0.2, "guided", [SHORT_LAG_SETTING])
 CALM = {
-    f"{track} {way}": (track, way) for track in ("oval", "circle", "stadium") for way in ("blind", "guided", "train")
+    f"{track} {way}": (track, way)
+    for track in ("oval", "circle", "stadium")
+    for way in ("blind", "guided", "train:guided")
 }
 VISIBLE = "vision.work_volume=[[0.33, -0.42, 0.45], [0.79, 0.42, 0.505]]"
 """A work volume that is as long as both cameras see: a fast train on a line leaves the default one too soon."""
@@ -108,7 +110,7 @@ WRIST = {
     "train:wrist": ("train:wrist", None),
     "train:wrist with the camera on the hand dark": ("train:wrist", "wrist"),
     "train:wrist with the left camera dark": ("train:wrist", "left"),
-    "train": ("train", None),
+    "train:guided": ("train:guided", None),
 }
 """{cell of part ``wrist``: (scenario, camera that is dark during the descent)}."""
 DARK = 2.0
@@ -182,7 +184,7 @@ def event_job(cell, seed, quick):
 def calm_job(cell, seed, quick):
     """Returns the line of a run without an event."""
     track, way = CALM[cell]
-    name, settings = (way, []) if way == "train" else ("train:learned", [f"grasp.descent={way}"])
+    name, settings = ("train:guided", []) if way == "train:guided" else ("train:learned", [f"grasp.descent={way}"])
     scenario = load_scenario(name, seed=seed, overrides=[*COMMON, f"track.kind={track}", *settings])
     return {"lap_s": lap_time(scenario), **line(scenario)}
 
@@ -193,7 +195,7 @@ def pass_job(cell, seed, quick):
     settings, _ = OPEN_TRACKS[name]
     overrides = [*COMMON, *settings, *others, f"track.speed={speed}", "track.start=0"]
     try:
-        return line(load_scenario("train", seed=seed, overrides=overrides))
+        return line(load_scenario("train:guided", seed=seed, overrides=overrides))
     except DrakeTrackerError as error:
         return {"success": False, "failure_reason": str(error), "cause": "refused", "along_m": None}
 
@@ -204,7 +206,7 @@ def calibrated_job(track, seed, quick):
     speed, wait = random.uniform(*DRAWN_SPEEDS), random.uniform(*DRAWN_WAITS)
     settings = ["vision=!Measured {tracker: !Several {}}", "duration=20", f"grasp.settle_time={wait:.3f}"]
     settings += [f"track.kind={track}", f"track.speed={speed:.4f}", "grasp.launch_probability=0"]
-    return line(load_scenario("train", seed=seed, overrides=settings))
+    return line(load_scenario("train:guided", seed=seed, overrides=settings))
 
 
 def hand_job(cell, seed, quick):
@@ -212,7 +214,7 @@ def hand_job(cell, seed, quick):
     random = np.random.default_rng(seed)
     camera, sign = ("left", "right")[random.integers(2)], (-1.0, 1.0)[random.integers(2)]
     faults = f"faults={WRONG % (camera, sign * WRONG_ANGLE, -sign * WRONG_DISTANCE)}"
-    scenario = load_scenario("train", seed=seed, overrides=[*COMMON, *HAND[cell], faults])
+    scenario = load_scenario("train:guided", seed=seed, overrides=[*COMMON, *HAND[cell], faults])
     return line(scenario, lambda log, spans: {"relative_m": relative_errors(log, spans, HAND_HEIGHT)})
 
 

@@ -55,7 +55,7 @@ def make_job(vision, estimator, lag, speed, seed):
         f"track.speed={speed}",
         f"duration={time_limit(speed)}",
     ]
-    return (vision, estimator, lag, speed, seed), (estimator, f"{vision} {lag} {speed}", seed, overrides)
+    return (vision, estimator, lag, speed, seed), ("train", estimator, f"{vision} {lag} {speed}", seed, overrides)
 
 
 def trial(keyed):

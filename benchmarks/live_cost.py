@@ -2,7 +2,7 @@
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/live_cost.py [--turns N] [--duration S] [--json FILE]
 
-Runs of the default scenario, recorded as by `drake-tracker run train --live`, take turns, with one seed: alone,
+Runs of `train:learned`, recorded as by `drake-tracker run train:learned --live`, take turns, with one seed: alone,
 watched, and in a browser. The watcher is a separate process that fetches what the page fetches: every event and each
 new frame. It draws nothing, like a browser with a graphics card, which takes no processor from the run. The browser is
 Debian's chromium, which draws without a graphics card; without chromium and Playwright there are no such runs. The

@@ -51,7 +51,7 @@ def run_all(keys, path, workers):
     """Runs the keys that are not yet in the file ``path`` with measured vision and appends their results."""
     done = {key_of(row) for row in read_lines(path)}
     jobs = [
-        (estimator, cell, seed, [MEASURED, f"estimator={ESTIMATORS[estimator]}", *CELLS[cell]])
+        ("train", estimator, cell, seed, [MEASURED, f"estimator={ESTIMATORS[estimator]}", *CELLS[cell]])
         for estimator, cell, seed in keys
         if (estimator, cell, seed) not in done
     ]
@@ -134,7 +134,7 @@ def race(turns):
     for estimator in ("arc_length", "closed_path"):
         for name, overrides in (("cameras", []), ("measured", [MEASURED])):
             overrides = [f"estimator={ESTIMATORS[estimator]}", "grasp.settle_time=60", *overrides]
-            simulators[estimator, name] = Simulator(make_diagram(load_scenario("train:learned", overrides=overrides)))
+            simulators[estimator, name] = Simulator(make_diagram(load_scenario("train", overrides=overrides)))
     times = {key: [] for key in simulators}
     for turn in range(WARM_UP + turns):
         for key, simulator in simulators.items():

@@ -146,7 +146,7 @@ def main(description, parts, folder, results):
             rows = measure(part, path, chosen, options.seeds, options.quick, options.workers, commit)
             seeds = sorted({row["seed"] for row in rows})
             cells = of_cells(rows, part.summary)
-        result = {"part": name, "made_by": {**provenance(seeds), "commit": commit}, "cells": cells}
+        result = {"part": name, "made_by": {**provenance(seeds, {"part": name}), "commit": commit}, "cells": cells}
         print_table(*part.table(cells))
         if not options.quick:
             merge(options.json, result, parts)

@@ -5,14 +5,16 @@
 
 With one thread, as `drake-tracker run` computes.
 
-Loops of the default scenario of the train take turns of one simulated second, so that a busy machine slows all of them:
+Loops of the train take turns of one simulated second, so that a busy machine slows all of them. All but the last ones
+run the scenario `train`:
 
 - physics: plant, rail and judge; the joint servos hold the arm still, no image is rendered;
 - bare: the same, and both cameras' images are read 60 times a second;
 - whole: everything, with the hand following the train; nothing is logged or recorded. It renders in process, or with
   one or two processes beside it;
 - full images: whole with two processes, and no window around the work volume;
-- recorded: whole with one or two processes, and with log, video and 3-D recording as by ``drake-tracker run``.
+- recorded: whole with one or two processes, and with log, video and 3-D recording as by ``drake-tracker run``;
+- train:learned and the others of `LADDER`: whole with one process, in another scenario.
 
 The first turns do not count: caches are cold and the hand has not found the train. Then runs of the ball, in process
 and with one or two processes, take turns in the same way, from the release of the ball on; their initialisation has a
@@ -61,6 +63,8 @@ WARM_UP = 4
 BALL_WARM_UP, BALL_TURNS = 1, 4
 """Turns of the ball: one that does not count, and those in which it rolls."""
 SEED = 200
+LADDER = ("train:learned", "train:guided", "train:wrist", "train:two", "train:visitor", "train:interlaced")
+"""Scenarios whose whole loop takes turns with that of `train`."""
 
 
 class Loop:
@@ -161,9 +165,9 @@ def bare_loop(scenario, whole, with_images):
     return diagram
 
 
-def whole_loop(processes, recorded=False, folder=None, **settings):
-    """Returns the whole loop of the train, whose hand never grasps, as a `Loop`."""
-    scenario = load_scenario("train:learned", seed=SEED)
+def whole_loop(processes, recorded=False, folder=None, name="train", **settings):
+    """Returns the whole loop of a scenario of the train, whose hand never grasps, as a `Loop`."""
+    scenario = load_scenario(name, seed=SEED)
     scenario = scenario.with_settings(
         {"grasp.settle_time": 1e6, "cameras.render_processes": str(processes), **settings}
     )
@@ -200,7 +204,7 @@ def take_turns(loops, warm_up, turns):
 def measure_train(turns):
     """Returns {name: `Loop`} of the train."""
     whole = whole_loop(0)
-    scenario = load_scenario("train:learned", seed=SEED)
+    scenario = load_scenario("train", seed=SEED)
     hand_eye = whole.simulator.get_system()
     with tempfile.TemporaryDirectory() as folder:
         loops = {
@@ -212,6 +216,7 @@ def measure_train(turns):
             "full images, two processes": whole_loop(2, **{"cameras.render_window": False}),
             "recorded, one process": whole_loop(1, recorded=True, folder=f"{folder}/one"),
             "recorded, two processes": whole_loop(2, recorded=True, folder=f"{folder}/two"),
+            **{name: whole_loop(1, name=name) for name in LADDER},
         }
         return take_turns(loops, WARM_UP, turns)
 
@@ -267,7 +272,7 @@ def main():
     if options.profile:
         profile()
         return
-    render_processes.MOST_RUNNING = 8  # all loops keep theirs from turn to turn
+    render_processes.MOST_RUNNING = 20  # all loops keep theirs from turn to turn
     train = results_of(measure_train(5 if options.quick else options.segments))
     ball, (wall, processor) = measure_ball()
     results = {

@@ -84,7 +84,7 @@ def ball_sequence(seed, kind="plain"):
 
 
 def train_sequence(seed, laps):
-    """Returns the `Sequence` of the left camera of the default train scenario over ``laps`` laps."""
+    """Returns the `Sequence` of the left camera of `train:learned` over ``laps`` laps."""
     return _kept(f"train_{seed}_{laps:g}", lambda: _record_train(seed, laps), seed)
 
 
@@ -103,7 +103,7 @@ def ball_camera(sequence):
 
 
 def train_window(seed):
-    """Returns the mask of the window of the default train scenario's left camera."""
+    """Returns the mask of the window of the left camera of `train:learned`."""
     scenario = load_scenario("train:learned", seed=seed)
     camera = load_cameras(scenario)["left"]
     window = project_window(camera, scenario.vision.work_volume, scenario.vision.outline)

@@ -60,23 +60,23 @@ OPPOSITE = [
 ]
 """A train on a circle inside the oval of the first one: their centre lines are .07 to .13 m apart where they pass."""
 COVERAGE = {  # cell: scenario, overrides, with the loop
-    "alone": ("train", [SEVERAL], False),
-    "train 0.18 m behind": ("train", [SEVERAL, "objects=[!Train {body: striped, ahead: -0.18}]"], False),
-    "train in the opposite direction": ("train", [SEVERAL, *OPPOSITE], False),
+    "alone": ("train:guided", [SEVERAL], False),
+    "train 0.18 m behind": ("train:guided", [SEVERAL, "objects=[!Train {body: striped, ahead: -0.18}]"], False),
+    "train in the opposite direction": ("train:guided", [SEVERAL, *OPPOSITE], False),
     "ball": ("train:visitor", [], False),
-    "arm": ("train", [SEVERAL], True),
-    "arm and train 0.25 m behind": ("train", [SEVERAL, "objects=[!Train {body: striped, ahead: -0.25}]"], True),
+    "arm": ("train:guided", [SEVERAL], True),
+    "arm and train 0.25 m behind": ("train:guided", [SEVERAL, "objects=[!Train {body: striped, ahead: -0.25}]"], True),
 }
 LIFT = {  # cell: scenario, overrides, number of seeds; of two trains the yellow one counts, whichever is seen first
     "two": ("train:two", ["vision.tracker.target=!Coloured {}"], 40),
     "visitor": ("train:visitor", [], 40),
-    "alone": ("train", [SEVERAL], 68),
-    "shadows": ("train", [SEVERAL, "lighting.shadows=true"], 20),
-    "one-sided-shadows": ("train", [SEVERAL, "lighting.shadows=true", "lighting.side=one_side"], 20),
-    "dark-on-bright": ("train", [SEVERAL, "train.body=dark", "table_colour='#d8d0c0'"], 20),
-    "noise-12": ("train", [SEVERAL, "cameras.noise=12"], 20),
-    "flicker-10%": ("train", [SEVERAL, "lighting.flicker=0.1"], 20),
-    "low-contrast": ("train", [SEVERAL, "train.colour='#604838'"], 20),
+    "alone": ("train:guided", [SEVERAL], 68),
+    "shadows": ("train:guided", [SEVERAL, "lighting.shadows=true"], 20),
+    "one-sided-shadows": ("train:guided", [SEVERAL, "lighting.shadows=true", "lighting.side=one_side"], 20),
+    "dark-on-bright": ("train:guided", [SEVERAL, "train.body=dark", "table_colour='#d8d0c0'"], 20),
+    "noise-12": ("train:guided", [SEVERAL, "cameras.noise=12"], 20),
+    "flicker-10%": ("train:guided", [SEVERAL, "lighting.flicker=0.1"], 20),
+    "low-contrast": ("train:guided", [SEVERAL, "train.colour='#604838'"], 20),
 }
 CAMERAS = {  # cell: overrides
     **{f"elevation {angle}": [f"cameras.elevation_deg={angle}"] for angle in (15, 30, 45, 60)},
@@ -285,7 +285,7 @@ def shake_summary(rows):
 def cost(seed, quick):
     """Returns the results of the cost."""
     return [
-        cost_of_vision("train", "vision of one train, one cycle", seed, quick),
+        cost_of_vision("train:guided", "vision of one train, one cycle", seed, quick),
         cost_of_vision("train:two", "vision of two trains, one cycle", seed, quick),
         cost_of_loop(seed, quick),
     ]

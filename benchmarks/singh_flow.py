@@ -3,7 +3,7 @@
     python benchmarks/singh_flow.py [--quick] [--seeds 700,701] [--time] [--json FILE]
 
 Allen et al. (1991) compute normal flow and name Singh's estimation-theoretic framework as their plan: it estimates the
-velocity of each pixel with a covariance (`singh_method`). This experiment takes one lap of the default train scenario
+velocity of each pixel with a covariance (`singh_method`). This experiment takes one lap of `train:learned`
 per seed, as the left camera sees it with the arm at rest. Both methods see the same three images at every position.
 
 - normal flow: the package's detector with its defaults, with the centroid of the hull and of the moving pixels;

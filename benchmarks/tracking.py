@@ -79,7 +79,7 @@ def run(scenario):
 def measure(direction, laps, seed, speed, changes):
     """Returns the results of ``laps`` laps as a dict; lengths in mm."""
     overrides = [f"track.speed={speed}", f"track.direction={direction}", *changes]
-    scenario = load_scenario("train:learned", seed=seed, overrides=overrides)
+    scenario = load_scenario("train", seed=seed, overrides=overrides)
     length = place_track(scenario)[0].length
     duration = laps * length / speed + START_UP
     scenario = scenario.with_settings({"duration": duration, "grasp.settle_time": 2 * duration})  # no grasp

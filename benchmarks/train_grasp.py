@@ -2,7 +2,8 @@
 
     python benchmarks/train_grasp.py                                the scenario "train", every cell; resumes
     python benchmarks/train_grasp.py --scenario train:guided        the same with another rung of the ladder
-    python benchmarks/train_grasp.py --scenario ladder --seeds 5    all rungs, the same seeds for each
+    python benchmarks/train_grasp.py --scenario ladder --seeds 5    the three rungs, the same seeds for each
+    python benchmarks/train_grasp.py --scenario train:two           a scenario that is one condition by itself
     python benchmarks/train_grasp.py --estimator all --seeds 3      all estimators in "train", side by side
     python benchmarks/train_grasp.py --cells cast-shadows           a cell that takes hours and runs only by name
 
@@ -12,6 +13,7 @@ for, by default 11000 to 11019. Constants were chosen on seeds below 200. Failur
 """
 
 import argparse
+import math
 import os
 import statistics
 from pathlib import Path
@@ -33,9 +35,19 @@ ESTIMATORS = {
     "closed_path": "!ClosedPath {}",
 }
 RUNGS = {"train": "arc_length", "train:learned": "closed_path", "train:guided": "closed_path"}
-"""{scenario of the ladder: its estimator}."""
+"""{scenario that is run in every cell: its estimator}."""
+OTHERS = {
+    "train:wrist": "closed_path",
+    "train:two": "closed_path",
+    "train:visitor": "closed_path",
+    "train:interlaced": "arc_length",
+}
+"""{scenario that is run as it is: its estimator}."""
+ITSELF = "as it is"
+"""Cell of a scenario that is run without other settings."""
 TRACKS = ("oval", "stadium", "circle", "figure_eight")
 CELLS = {  # name: overrides
+    ITSELF: [],
     **{
         f"{track}-{speed:.2f}": [f"track.kind={track}", f"track.speed={speed}"]
         for track in TRACKS
@@ -57,8 +69,8 @@ CELLS = {  # name: overrides
 }
 PAPER_CELLS = [f"{track}-{speed:.2f}" for track in TRACKS[:3] for speed in (0.10, 0.15, 0.20)]
 """Tracks and speeds of the paper. In the cell ``line``, `train:learned` is `train:line`."""
-BY_NAME = ("cast-shadows-gated", "cast-shadows")
-"""Cells that run only when asked for: rendering their images takes four times as long."""
+BY_NAME = (ITSELF, "cast-shadows-gated", "cast-shadows")
+"""Cells that run only when asked for: with cast shadows, rendering takes four times as long."""
 
 
 def run_one(job):
@@ -69,7 +81,7 @@ def run_one(job):
 
 def make_job(scenario, estimator, cell, seed, overrides=()):
     """Returns the argument of `run_one` for one trial."""
-    own = [] if estimator == RUNGS[scenario] else [f"estimator={ESTIMATORS[estimator]}"]
+    own = [] if estimator == {**RUNGS, **OTHERS}[scenario] else [f"estimator={ESTIMATORS[estimator]}"]
     return scenario, estimator, cell, seed, [*own, *CELLS[cell], *overrides]
 
 
@@ -94,14 +106,29 @@ def lifted(runs):
     return sum(bool(row["success"]) for row in runs), sum(bool(row.get("first_attempt_success")) for row in runs)
 
 
+def touch_error(row):
+    """Returns the distance of the train from the middle of the jaws when they touched it [m]; None without a touch."""
+    along, across = row.get("touch_along_m"), row.get("touch_across_m")
+    return None if along is None else math.hypot(along, across)
+
+
+def median_touch(runs):
+    """Returns the median error at the touch of the runs that lifted the train, as a text."""
+    errors = [touch_error(row) for row in runs if row["success"]]
+    return f"{1e3 * statistics.median(errors):.0f} mm" if errors and None not in errors else ""
+
+
 def cells_table(rows):
     """Returns (header, rows) of the table of one estimator, one row per cell."""
     lines = []
     for cell in dict.fromkeys(row["cell"] for row in rows):
         runs = [row for row in rows if row["cell"] == cell]
         total, first = lifted(runs)
-        lines.append([cell, len(runs), *share(total, len(runs)), *share(first, len(runs)), median_time(runs)])
-    return ["cell", "runs", "lifted", "Wilson 95 %", "first attempt", "Wilson 95 %", "median time to grasp"], lines
+        lines.append(
+            [cell, len(runs), *share(total, len(runs)), *share(first, len(runs)), median_time(runs), median_touch(runs)]
+        )
+    header = ["cell", "runs", "lifted", "Wilson 95 %", "first attempt", "Wilson 95 %", "median time to grasp"]
+    return [*header, "median error at the touch"], lines
 
 
 def side_by_side_table(rows, estimators):
@@ -125,10 +152,10 @@ def side_by_side_table(rows, estimators):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scenario", choices=[*RUNGS, "ladder"], default="train", help="default: train")
+    parser.add_argument("--scenario", choices=[*RUNGS, *OTHERS, "ladder"], default="train", help="default: train")
     parser.add_argument("--estimator", choices=[*ESTIMATORS, "all"], help="default: that of the scenario")
     parser.add_argument(
-        "--cells", help=f"names separated by commas, or paper (default: all except {' and '.join(BY_NAME)})"
+        "--cells", help=f"names separated by commas, or paper (default: all except {', '.join(BY_NAME)})"
     )
     parser.add_argument("--seeds", type=int, default=SEEDS, help=f"runs per cell (default {SEEDS})")
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
@@ -138,6 +165,7 @@ def main():
     options = parser.parse_args()
     names = options.cells.split(",") if options.cells else [name for name in CELLS if name not in BY_NAME]
     names = PAPER_CELLS if names == ["paper"] else names
+    names = [ITSELF] if options.scenario in OTHERS else names
     unknown = [name for name in names if name not in CELLS]
     if unknown:
         parser.error(f"unknown cell {unknown[0]}; there are {', '.join(CELLS)}")
@@ -146,7 +174,7 @@ def main():
     if options.estimator == "all":
         estimators = {scenario: list(ESTIMATORS) for scenario in scenarios}
     else:
-        estimators = {scenario: [options.estimator or RUNGS[scenario]] for scenario in scenarios}
+        estimators = {name: [options.estimator or {**RUNGS, **OTHERS}[name]] for name in scenarios}
     done = {key_of(row) for row in read_lines(options.results)}
     seeds = range(options.first_seed, options.first_seed + options.seeds)
     keys = [

@@ -2,7 +2,7 @@
 
     python benchmarks/estimation/record_points.py [--laps N] [--out FILE]
 
-The default scenario runs without a grasp, in both directions and at two speeds, on seeds below 100. Kept are a point's
+`train:learned` runs without a grasp, in both directions and at two speeds, on seeds below 100. Kept are a point's
 stamp [s], the train's true yaw [rad] then, and the error of the point in W [m], in `FIELDS`, one row for each point.
 """
 

@@ -1,0 +1,170 @@
+"""Which packaged scenarios the results of each benchmark rest on, and which results are of another behaviour.
+
+Every result carries ``behaviour``: {packaged scenario: number of its behaviour when it was measured}. The number is
+None where an old result cannot be assigned to one. A result without scenarios (synthetic worlds, clips) carries {}.
+"""
+
+import json
+from collections import Counter
+from functools import cache
+from pathlib import Path
+
+RESULTS = Path(__file__).parent / "results"
+RECORDS = Path(__file__).parent / "behaviour.json"
+
+
+def _of_estimator(row):
+    """A run of another estimator rests on the rung whose settings it shares."""
+    if row.get("scenario", "train") not in ("train", "train:line"):
+        return (row["scenario"],)
+    if row.get("cell") == "line" and row["estimator"] != "arc_length":
+        return ("train:line",)
+    return ("train",) if row["estimator"] == "arc_length" else ("train:learned",)
+
+
+def _of_parts(**parts):
+    return lambda result: parts[result["part"]]
+
+
+_GUIDED, _LEARNED, _BALL = ("train:guided",), ("train:learned",), ("ball",)
+_CONVEYOR = ("conveyor", "conveyor:measured", "conveyor:ur5e_measured")
+RESTS_ON = {
+    "autopsy": _LEARNED,
+    "ball": lambda row: ("ball:seven_joint",) if row["cell"].startswith("seven_joint") else _BALL,
+    "ball_camera": _BALL,
+    "ball_detectors": (*_BALL, *_LEARNED),
+    "camera_motion": _LEARNED,
+    "campaign_speed": _LEARNED,
+    "centroid_speed": _LEARNED,
+    "conveyor": _CONVEYOR,
+    "conveyor_vision": ("conveyor",),
+    "dispatch": (),
+    "estimation": (),
+    "run": (),  # estimation/run.py
+    "eyes_open": _of_parts(
+        event=_LEARNED,
+        calm=(*_LEARNED, *_GUIDED),
+        hand=_GUIDED,
+        wrist=("train:wrist", *_GUIDED),
+        calibrated=_GUIDED,
+        **{"pass": _GUIDED},
+    ),
+    "faults": _LEARNED,
+    "footage": (),
+    "fuzz": (),
+    "grasp_map": _of_estimator,
+    "latency": (),
+    "live_cost": _LEARNED,
+    "measured_vision": _of_estimator,
+    "real_time": (
+        "train",
+        *_LEARNED,
+        *_GUIDED,
+        "train:wrist",
+        "train:two",
+        "train:visitor",
+        "train:interlaced",
+        *_BALL,
+    ),
+    "second_attempts": _LEARNED,
+    "several": _of_parts(
+        separation=_LEARNED,
+        passing=_LEARNED,
+        coverage=(*_LEARNED, "train:visitor"),
+        lift=(*_LEARNED, "train:two", "train:visitor"),
+        cameras=_LEARNED,
+        shake=_LEARNED,
+        cost=(*_LEARNED, "train:two"),
+    ),
+    "singh_flow": _LEARNED,
+    "start_up": ("train", *_LEARNED),
+    "terminations": ("train",),
+    "tracking": ("train",),
+    "train_grasp": _of_estimator,
+}
+"""{benchmark: the scenarios that its results rest on, or a function of a result that returns them}."""
+
+
+@cache
+def behaviour_records():
+    """Returns {packaged scenario: its record}, as `behaviour.py` wrote it."""
+    return json.loads(RECORDS.read_text(encoding="utf-8")) if RECORDS.exists() else {}
+
+
+def rests_on(benchmark, result):
+    """Returns the scenarios that a result of a benchmark rests on. Raises KeyError for an unknown benchmark."""
+    found = RESTS_ON[benchmark]
+    return found(result) if callable(found) else found
+
+
+def behaviour_of(benchmark, result):
+    """Returns ``{"behaviour": {scenario: its number today}}`` of a new result; {} outside of benchmarks."""
+    if benchmark not in RESTS_ON:
+        return {}
+    records = behaviour_records()
+    return {"behaviour": {name: records[name]["number"] for name in rests_on(benchmark, result)}}
+
+
+def is_current(result):
+    """Returns whether a result, or what made it, rests on today's behaviour only."""
+    records = behaviour_records()
+    return all(records[name]["number"] == number for name, number in _numbers(result).items())
+
+
+def _numbers(result):
+    made_by = result.get("made_by", result)
+    return made_by["behaviour"]
+
+
+def results_of(path):
+    """Returns the results of a file that carry a behaviour: its lines or parts, or the whole file."""
+    sidecar = path.with_suffix("").with_suffix(".meta.json")
+    if path.suffix == ".jsonl":
+        return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    found = json.loads(path.read_text(encoding="utf-8"))
+    if isinstance(found, dict) and isinstance(found.get("made_by"), list):
+        return found["made_by"]
+    if isinstance(found, list) and "made_by" in found[0]:
+        return found
+    if isinstance(found, dict) and "made_by" in found:
+        return [found]
+    return [json.loads(sidecar.read_text(encoding="utf-8"))]
+
+
+def result_files():
+    """Returns the paths of all result files, without those that only say how another one was made."""
+    paths = [*RESULTS.glob("*.json"), *RESULTS.glob("*.jsonl")]
+    return sorted(path for path in paths if not path.name.endswith(".meta.json"))
+
+
+def print_stale():
+    """Prints the results that rest on another behaviour than today's, with the command that measures them again."""
+    records, status = behaviour_records(), 0
+    for path in result_files():
+        results = results_of(path)
+        counts = Counter(
+            f"{name} {'unknown' if number is None else number}, today {records[name]['number']}"
+            for result in results
+            for name, number in _numbers(result).items()
+            if records[name]["number"] != number
+        )
+        if not counts:
+            continue
+        status = 1
+        print(f"{path.name}: {'; '.join(f'{count} of {len(results)}: {text}' for text, count in counts.items())}")
+        print(f"    {_command(path, results)}{_cost(results)}")
+    if not status:
+        print("All results rest on today's behaviour.")
+    return status
+
+
+def _command(path: Path, results):
+    sidecar = path.parent / f"{path.stem}.meta.json"
+    made_by = json.loads(sidecar.read_text(encoding="utf-8")) if sidecar.exists() else {}
+    return made_by.get("command") or results[-1].get("made_by", results[-1]).get("command", f"see {path.name}")
+
+
+def _cost(results):
+    """Returns the processor time of runs whose rows say how long they took, as a text."""
+    walls = [row["wall_s"] for row in results if row.get("wall_s") and not is_current(row)]
+    return f"  (about {sum(walls) / 60:.0f} min on one core)" if walls else ""
