@@ -1,9 +1,9 @@
 """What a healthy estimator would have made of a run's points: the yardstick of the autopsy.
 
 An error grows along the chain: noise of a centroid becomes a wrong speed, which becomes a wrong position two thirds of
-a second ahead. To find the stage that caused it, the estimator that learns the closed path filters the points of the log again: as they
-were, as they would have been with perfectly calibrated cameras, and on the true path of the train. The difference
-between two of its predictions is the contribution of the stage between them.
+a second ahead. To find the stage that caused it, the estimator that learns the closed path filters the points of the
+log again: as they were, as they would have been with perfectly calibrated cameras, and on the true path of the train.
+The difference between two of its predictions is the contribution of the stage between them.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
