@@ -105,30 +105,40 @@ def behaviour_of(benchmark, result):
     return {"behaviour": {name: records[name]["number"] for name in rests_on(benchmark, result)}}
 
 
-def is_current(result):
-    """Returns whether a result, or what made it, rests on today's behaviour only."""
+def other_behaviours(result):
+    """Returns the scenarios of which a result, or what made it, rests on another behaviour than today's."""
     records = behaviour_records()
-    return all(records[name]["number"] == number for name, number in _numbers(result).items())
+    return [name for name, number in _numbers(result).items() if records[name]["number"] != number]
+
+
+def is_current(result):
+    """Returns whether a result rests on today's behaviour only."""
+    return not other_behaviours(result)
 
 
 def _numbers(result):
     made_by = result.get("made_by", result)
-    return made_by["behaviour"]
+    return made_by.get("behaviour", {}) if isinstance(made_by, dict) else {}
 
 
 def results_of(path):
-    """Returns the results of a file that carry a behaviour: its lines or parts, or the whole file."""
-    sidecar = path.with_suffix("").with_suffix(".meta.json")
+    """Returns the results of a file: its lines or parts, or the whole file. Each carries its behaviour."""
+    made_by = sidecar(path)
     if path.suffix == ".jsonl":
-        return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+        rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+        return [{"behaviour": made_by["behaviour"], **row} for row in rows] if "behaviour" in made_by else rows
     found = json.loads(path.read_text(encoding="utf-8"))
-    if isinstance(found, dict) and isinstance(found.get("made_by"), list):
-        return found["made_by"]
     if isinstance(found, list) and "made_by" in found[0]:
         return found
-    if isinstance(found, dict) and "made_by" in found:
-        return [found]
-    return [json.loads(sidecar.read_text(encoding="utf-8"))]
+    if isinstance(found, list) or "made_by" not in found:
+        return [made_by]
+    return found["made_by"] if isinstance(found["made_by"], list) else [found]
+
+
+def sidecar(path):
+    """Returns what NAME.meta.json says about the result file NAME; empty without one."""
+    beside = path.parent / f"{path.stem}.meta.json"
+    return json.loads(beside.read_text(encoding="utf-8")) if beside.exists() else {}
 
 
 def result_files():
@@ -143,10 +153,9 @@ def print_stale():
     for path in result_files():
         results = results_of(path)
         counts = Counter(
-            f"{name} {'unknown' if number is None else number}, today {records[name]['number']}"
+            f"{name} {_numbers(result)[name] or 'unknown'}, today {records[name]['number']}"
             for result in results
-            for name, number in _numbers(result).items()
-            if records[name]["number"] != number
+            for name in other_behaviours(result)
         )
         if not counts:
             continue
@@ -158,10 +167,9 @@ def print_stale():
     return status
 
 
-def _command(path: Path, results):
-    sidecar = path.parent / f"{path.stem}.meta.json"
-    made_by = json.loads(sidecar.read_text(encoding="utf-8")) if sidecar.exists() else {}
-    return made_by.get("command") or results[-1].get("made_by", results[-1]).get("command", f"see {path.name}")
+def _command(path, results):
+    last = results[-1].get("made_by", results[-1])
+    return sidecar(path).get("command") or last.get("command", f"see {path.name}")
 
 
 def _cost(results):

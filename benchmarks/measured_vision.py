@@ -16,7 +16,7 @@ from pathlib import Path
 
 import common
 from common import append_results, print_table, save_json
-from train_grasp import CELLS, ESTIMATORS, FIRST_SEED, TRACKS, outcome, run_one
+from train_grasp import CELLS, ESTIMATORS, TRACKS, outcome, run_one
 
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import Lost
@@ -27,6 +27,8 @@ RESULTS = common.RESULTS / "measured_vision.jsonl"
 MEASURED = "vision=!Measured {}"
 PLAIN = [f"{track}-{speed:.2f}" for track in TRACKS for speed in (0.10, 0.15, 0.20)]
 """Cells with the plain train in plain light."""
+FIRST_SEED, LAST_SEED = 500, 999
+"""Seeds of the runs with cameras that are repeated. Later seeds are those of the ladder."""
 TURN, WARM_UP = 1.0, 3
 """Simulated time [s] of each turn of the timing, and turns that do not count."""
 MEDIANS = ("prediction_rms_m", "triangulation_rms_m", "triangulation_jitter_m")
@@ -158,7 +160,7 @@ def main():
     cameras = []
     for name in options.estimators.split(","):
         own = [row for row in read_lines(CAMERAS) if row["estimator"] == name and row["cell"] in PLAIN]
-        cameras += [row for row in own if row["seed"] >= options.first_seed][: options.limit]
+        cameras += [row for row in own if options.first_seed <= row["seed"] <= LAST_SEED][: options.limit]
     options.results.parent.mkdir(parents=True, exist_ok=True)
     run_all([key_of(row) for row in cameras], options.results, options.workers)
     found = compare(cameras, read_lines(options.results))

@@ -35,12 +35,14 @@ _NO_BREAK = "\N{WORD JOINER}"
 
 def generators() -> dict[str, Callable[[], str]]:
     """Returns {name of a block: function that returns its Markdown text}."""
+    from tables.marks import marking
+
     found = {}
     for name in MODULES:
         module = importlib.import_module(f"tables.{name}")
         for function in vars(module).values():
             if getattr(function, "__module__", None) == module.__name__ and _makes_block(function):
-                found[function.__name__] = function
+                found[function.__name__] = marking(function)
     return found
 
 

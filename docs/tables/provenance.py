@@ -39,7 +39,7 @@ class Origin:
 def origin_of(path: Path) -> Origin:
     """Returns the origin of a result file, from its lines or, where these lack it, from NAME.meta.json.
 
-    Raises OriginError when commit, seeds, versions or command are missing.
+    Raises OriginError when commit, seeds, versions, behaviour or command are missing.
     """
     made_by = sidecar(path.stem)
     parts = _parts(path)
@@ -52,6 +52,8 @@ def origin_of(path: Path) -> Origin:
         own_seeds = part.get("seeds") or ([part["seed"]] if "seed" in part else made_by.get("seeds"))
         recorded = part.get("package_versions") or part.get("versions") or _flat_versions(part)
         own_versions = {**made_by.get("versions", {}), **recorded}
+        if "behaviour" not in part and "behaviour" not in made_by:
+            raise OriginError(f"{where}: no behaviour, and {path.stem}.meta.json has none either")
         for name, value in (("commit", commit), ("seed", own_seeds), ("package versions", own_versions)):
             if not value:
                 raise OriginError(f"{where}: no {name}, and {path.stem}.meta.json has none either")

@@ -2,7 +2,9 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
@@ -11,16 +13,53 @@ from common import RESULTS, interval, markdown_table
 Row = dict[str, Any]
 
 
-@cache
+@dataclass
+class Used:
+    """The results that a block rests on.
+
+    Attributes:
+        rows: the rows whose origin it states.
+        files: names of the files that it reads.
+    """
+
+    rows: list[Row] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)
+
+
+_used = Used()
+
+
+@contextmanager
+def recorded() -> Iterator[Used]:
+    """A context that gives the results that are read within it."""
+    global _used
+    before, _used = _used, Used()
+    try:
+        yield _used
+    finally:
+        _used = before
+
+
 def lines(name: str) -> list[Row]:
     """Returns the results of a JSONL file."""
+    _used.files.append(name)
+    return _lines(name)
+
+
+def data(name: str) -> Any:
+    """Returns the content of a JSON file."""
+    _used.files.append(name)
+    return _data(name)
+
+
+@cache
+def _lines(name: str) -> list[Row]:
     text = (RESULTS / f"{name}.jsonl").read_text(encoding="utf-8")
     return [json.loads(line) for line in text.splitlines()]
 
 
 @cache
-def data(name: str) -> Any:
-    """Returns the content of a JSON file."""
+def _data(name: str) -> Any:
     return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
 
 
@@ -77,6 +116,7 @@ def commits(rows: list[Row]) -> str:
 
 def origin(rows: list[Row], *more: str) -> str:
     """Returns a line in italics below a table: seeds, commits and what else there is to say."""
+    _used.rows.extend(rows)
     seeds = sorted({row["seed"] for row in rows})
     text = f"Seed{'s' if len(seeds) > 1 else ''} {ranges(seeds)}, {commits(rows)}, {len(rows)} runs."
     return f"*{' '.join([text, *more])}*"
@@ -104,6 +144,7 @@ def part(file: str, tables: dict[str, Callable], name: str) -> str:
     found = next((each for each in results if each["part"] == name), None)
     if found is None:
         return "*Not measured yet.*"
+    _used.rows.append(found)
     made_by = found["made_by"]
     return block(
         table(*tables[name](found["cells"])),

@@ -1,13 +1,69 @@
 """Lifted trains, with rendered images in the loop (`results/train_grasp.jsonl`)."""
 
-from train_grasp import CELLS, ESTIMATORS, cells_table, lifted, side_by_side_table
+from train_grasp import (
+    CELLS,
+    ESTIMATORS,
+    FIRST_SEED,
+    PAPER_CELLS,
+    RUNGS,
+    SEEDS,
+    cells_table,
+    lifted,
+    median_time,
+    side_by_side_table,
+)
 
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.normal_flow_parameters import PRESETS
+from tables.headline import rung_rows
 from tables.results import Row, block, commit_of, lines, listed, of, origin, seeds_between, table, where
 
 _GATED = "cast-shadows-gated"
 _BY_CAST_SHADOWS = (_GATED, "cast-shadows")
+
+
+def train_rungs() -> str:
+    runs = {scenario: rung_rows(scenario) for scenario in RUNGS}
+    cells = sorted({row["cell"] for rows in runs.values() for row in rows}, key=list(CELLS).index)
+    body = []
+    for cell in cells:
+        shown = []
+        for rows in runs.values():
+            own = where(rows, cell=cell)
+            shown.append(f"{lifted(own)[1]} of {len(own)}, {median_time(own) or 'none'}" if own else "")
+        body.append([cell, *shown])
+    totals = [f"{lifted(rows)[1]} of {len(rows)}, {median_time(rows)}" for rows in runs.values()]
+    header = ["first attempt, median time", *(f"`{scenario}`" for scenario in RUNGS)]
+    return block(table(header, [*body, ["all", *totals]]), origin([row for rows in runs.values() for row in rows]))
+
+
+def train_rungs_failures() -> str:
+    rows = [row for scenario in RUNGS for row in rung_rows(scenario) if not row["first_attempt_success"]]
+    if not rows:
+        return "All trains were lifted at the first attempt."
+    return table(
+        ["scenario", "cell", "seed", "outcome"],
+        [
+            [
+                f"`{row['scenario']}`",
+                row["cell"],
+                row["seed"],
+                row["failure_reason"] or f"lifted at attempt {row['attempts']}",
+            ]
+            for row in rows
+        ],
+    )
+
+
+def train_paper() -> str:
+    rows = where(lines("train_grasp"), scenario="train", seed=seeds_between(FIRST_SEED, FIRST_SEED + SEEDS - 1))
+    rows = sorted((row for row in rows if row["cell"] in PAPER_CELLS), key=lambda row: PAPER_CELLS.index(row["cell"]))
+    first = lifted(rows)[1]
+    return block(
+        table(*cells_table(rows)),
+        origin(rows),
+        f"In all nine conditions together, the arm lifted {of(first, len(rows), ' trains')} at the first attempt.",
+    )
 
 
 def _runs(estimator: str, first: int, last: int) -> list[Row]:
@@ -16,7 +72,7 @@ def _runs(estimator: str, first: int, last: int) -> list[Row]:
 
 
 def _main() -> list[Row]:
-    """The default estimator on seeds 500 to 519, every cell but those of cast shadows."""
+    """The closed path on seeds 500 to 519, every cell but those of cast shadows."""
     return _runs("closed_path", 500, 519)
 
 
@@ -50,15 +106,23 @@ def train_earlier_seeds() -> str:
 
 
 def train_limits() -> str:
-    rows = where(lines("train_grasp"), estimator="closed_path")
-    margin = min(row["joint_limit_margin_rad"] for row in rows)
-    speed = max(row["speed_share"] for row in rows)
-    longest = max(row["longest_saturation_s"] for row in rows)
-    touched = sum(row["table_touched"] for row in rows)
-    return (
-        f"In all {len(rows)} runs with the default estimator, the smallest distance to a joint limit was {margin:.4f} "
-        f"rad, the largest joint speed {100 * speed:.1f} % of the rated speed, and the longest saturation of a drive "
-        f"{1e3 * longest:.0f} ms. The arm touched the table in {touched or 'no'} run."
+    body, used = [], []
+    for scenario in RUNGS:
+        rows = rung_rows(scenario)
+        used += rows
+        body.append(
+            [
+                f"`{scenario}`",
+                len(rows),
+                f"{min(row['joint_limit_margin_rad'] for row in rows):.3f} rad",
+                f"{100 * max(row['speed_share'] for row in rows):.1f} %",
+                f"{1e3 * max(row['longest_saturation_s'] for row in rows):.0f} ms",
+                sum(row["table_touched"] for row in rows),
+            ]
+        )
+    header = ["scenario", "runs", "smallest distance to a joint limit", "largest joint speed, of the rated speed"]
+    return block(
+        table([*header, "longest saturation of a drive", "runs in which the table was touched"], body), origin(used)
     )
 
 

@@ -4,7 +4,7 @@
 import numpy as np
 import yaml
 from common import RESULTS, interval
-from measured_vision import PLAIN, cells_table, compare
+from measured_vision import PLAIN, cells_table, compare, key_of
 from singh_flow import NORMAL_HULL, methods_table
 
 from tables.results import Row, block, commit_of, data, lines, origin, ranges, seeds_between, table, where
@@ -63,10 +63,10 @@ def measured_vision_cells() -> str:
 
 
 def measured_vision_failures() -> str:
-    cameras = {(row["estimator"], row["cell"], row["seed"]): row for row in lines("train_grasp")}
+    cameras = {key_of(row): row for row in lines("train_grasp")}
     rows = []
     for row in lines("measured_vision"):
-        with_cameras = cameras[row["estimator"], row["cell"], row["seed"]]
+        with_cameras = cameras[key_of(row)]
         if bool(row["success"]) != bool(with_cameras["success"]):
             failed = with_cameras if row["success"] else row
             kind = "cameras" if row["success"] else "measured vision"

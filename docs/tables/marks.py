@@ -1,0 +1,64 @@
+"""Marks in generated blocks: which rows rest on another behaviour of a scenario than today's."""
+
+import re
+from collections.abc import Callable
+from functools import wraps
+
+from behaviour_rows import is_current, other_behaviours, results_of
+from common import RESULTS
+
+from tables import results
+from tables.results import Row, listed
+
+MARK = " †"
+_SEPARATOR = re.compile(r"\|(---\|)+$")
+
+
+def marking(make: Callable[[], str]) -> Callable[[], str]:
+    """Returns a function that makes the same block, with a mark at each row that rests on another behaviour."""
+
+    @wraps(make)
+    def made() -> str:
+        with results.recorded() as used:
+            text = make()
+        rows = used.rows or [row for name in used.files for row in _results(name)]
+        return marked(text, rows)
+
+    return made
+
+
+def marked(text: str, rows: list[Row]) -> str:
+    """Returns a block with marks, and a note that explains them; unchanged if all rows rest on today's behaviour.
+
+    A row of a table is marked if a result that has the text of its first cell as a value rests on another behaviour. If
+    no result has that text, it is marked if any result of the block does.
+
+    Args:
+        text: the block.
+        rows: the results that it rests on.
+    """
+    others = sorted({name for row in rows for name in other_behaviours(row)})
+    if not others:
+        return text
+    lines, in_table = [], False
+    for line in text.split("\n"):
+        in_table = bool(_SEPARATOR.match(line)) or (in_table and line.startswith("|"))
+        if in_table and not _SEPARATOR.match(line):
+            first, rest = line[1:].split("|", 1)
+            if _is_stale(first.strip(), rows):
+                line = f"|{first.rstrip()}{MARK} |{rest}"
+        lines.append(line)
+    what = listed([f"`{name}`" for name in others])
+    note = f"*{MARK.strip()} Measured at an earlier behaviour of {what} than today's, or at one that is not known.*"
+    return "\n".join([*lines, "", note])
+
+
+def _is_stale(name: str, rows: list[Row]) -> bool:
+    own = [row for row in rows if name and name in map(str, row.values())]
+    return not all(map(is_current, own or rows))
+
+
+def _results(name: str) -> list[Row]:
+    """Returns the results of a file NAME.jsonl or NAME.json."""
+    paths = [RESULTS / f"{name}{suffix}" for suffix in (".jsonl", ".json")]
+    return results_of(next(path for path in paths if path.exists()))
