@@ -19,7 +19,7 @@ import sys
 import textwrap
 import traceback
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NoReturn, TextIO
 
 from drake_tracker.commands import (
@@ -78,8 +78,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):  # a damaged file may contain what is no character
             stream.reconfigure(errors="backslashreplace")
     with signals.graceful(), warnings.catch_warnings():
-        warnings.simplefilter("default", DrakeTrackerWarning)
-        warnings.showwarning = _show_warning
+        warnings.simplefilter("always", DrakeTrackerWarning)
+        warnings.showwarning = _shows_each_once()
         try:
             return _run(arguments)
         except KeyboardInterrupt:
@@ -119,12 +119,18 @@ def _run(arguments: Sequence[str] | None) -> int:
         return FAULT
 
 
-def _show_warning(message: Warning | str, category: type[Warning], filename: str, lineno: int, *details: Any) -> None:
-    """Prints a warning of the package as one line; all others as Python does."""
-    if issubclass(category, DrakeTrackerWarning):
-        warn(str(message))
-    else:
-        sys.stderr.write(warnings.formatwarning(message, category, filename, lineno))
+def _shows_each_once() -> Callable[..., None]:
+    """Returns the function that prints warnings: those of the package as one line, each once, others as Python does."""
+    shown = set()  # several commands read the scenario more than once
+
+    def show(message: Warning | str, category: type[Warning], filename: str, lineno: int, *details: Any) -> None:
+        if not issubclass(category, DrakeTrackerWarning):
+            sys.stderr.write(warnings.formatwarning(message, category, filename, lineno))
+        elif str(message) not in shown:
+            shown.add(str(message))
+            warn(str(message))
+
+    return show
 
 
 def _nothing() -> TextIO:

@@ -47,10 +47,10 @@ def chromium(*flags):
 
 
 @contextmanager
-def live_run(folder, options=()):
+def live_run(folder, options=(), scenario="train"):
     """A run of the train; ``url`` of its page, ``out`` its directory, ``printed()`` what it printed."""
     out = folder / "run"
-    command = [sys.executable, "-m", "drake_tracker", "run", "train", "--live", "--out", str(out), *options]
+    command = [sys.executable, "-m", "drake_tracker", "run", scenario, "--live", "--out", str(out), *options]
     environment = {**os.environ, "LP_NUM_THREADS": "1"}
     with open(folder / "printed", "w+") as printed:
         run = subprocess.Popen(command, stdout=printed, stderr=subprocess.STDOUT, env=environment)

@@ -73,7 +73,7 @@ def test_arm_runs_at_real_time_rate_and_holds_unless_the_scenario_says_otherwise
 
     monkeypatch.setattr("drake_tracker.network.bus.open_bus", lambda url: DrakeLcm("memq://"))
     monkeypatch.chdir(tmp_path)
-    Path("mine.yaml").write_text("mine: {grasp: {when_stale: coast}}\n")
+    Path("mine.yaml").write_text("mine: {base: train:learned, grasp: {when_stale: coast}}\n")
     arguments = ["arm", which, "--set", "vision=!Measured {}", "--out", str(tmp_path / "run"), "--no-record"]
     assert cli.main(arguments + overrides) == 0
     scenario, passed = simulated.calls[0]
@@ -110,11 +110,11 @@ def test_a_ball_has_its_own_rows(simulated, capsys):
 def test_run_directories_are_new_each_time(simulated, tmp_path, monkeypatch):
     monkeypatch.setattr(common.time, "strftime", lambda form: "now")
     for _ in range(3):
-        assert cli.main(["run", "train"]) == 0
+        assert cli.main(["run", "train:interlaced"]) == 0
     assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == [
-        "train-paper-now",
-        "train-paper-now-2",
-        "train-paper-now-3",
+        "train-interlaced-now",
+        "train-interlaced-now-2",
+        "train-interlaced-now-3",
     ]
 
 
@@ -210,6 +210,46 @@ def test_list_shows_the_scenarios_and_the_settings_of_one(monkeypatch, capsys):
     rows = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
     assert "track.speed 0.2 a number from 0 to 1 m/s; mean speed of the train" in rows
     assert any(row.startswith("estimator !ArcLength one of !ClosedPath, !CoordinatedTurn, !ArcLength") for row in rows)
+
+
+@pytest.mark.parametrize(
+    "spec, text, notice",
+    [
+        ("train:paper", "", "train:paper is now called train"),
+        ("mine.yaml", "mine: {base: train:blind}\n", "mine.yaml line 1: train:blind is now called train:learned"),
+        (
+            "mine.yaml",
+            "mine: {seed: 3}\n",
+            "mine.yaml: mine rests on the defaults of train, which have changed; write base: train:guided for the "
+            "former ones",
+        ),
+    ],
+)
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["list"],
+        ["run", "--no-record"],
+        ["arm", "--no-record", "--set", "vision=!Measured {}"],
+        ["campaign", "--trials", "2", "--vary", "track.speed=0.1,0.3", "--vision", "measured"],
+    ],
+)
+def test_a_notice_is_one_line_and_the_command_succeeds(
+    simulated, campaign, monkeypatch, capsys, command, spec, text, notice
+):
+    from pydrake.lcm import DrakeLcm
+
+    monkeypatch.setattr("drake_tracker.network.bus.open_bus", lambda url: DrakeLcm("memq://"))
+    Path("mine.yaml").write_text(text)
+    for _ in range(2):  # the second command of a process prints it as well
+        assert cli.main([command[0], spec, *command[1:]]) == 0
+        notices = [line for line in capsys.readouterr().err.splitlines() if line.startswith("drake-tracker: ")]
+        assert notices == [f"drake-tracker: {notice}"]
+
+
+def test_a_scenario_without_a_notice_prints_none(capsys):
+    assert cli.main(["list", "train"]) == 0
+    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.parametrize("columns", [60, 90])

@@ -148,10 +148,15 @@ def _locate(spec: str) -> tuple[Path, str]:
     return path, name
 
 
-def _present_name(spec: str) -> str:
-    """Returns the present name of a packaged scenario. Warns if ``spec`` is a former one."""
+def _present_name(spec: str, origin: str = "") -> str:
+    """Returns the present name of a packaged scenario. Warns if ``spec`` is a former one.
+
+    Args:
+        spec: name of the scenario.
+        origin: where it was written, empty unless in a file.
+    """
     if spec in RENAMED:
-        _warn(f"{spec} is now called {RENAMED[spec]}")
+        _warn(f"{origin}{': ' if origin else ''}{spec} is now called {RENAMED[spec]}")
     return RENAMED.get(spec, spec)
 
 
@@ -241,9 +246,9 @@ def _resolve(
         task = own["task"].data if "task" in own else "train"
         if not (isinstance(task, str) and task in replaced):
             return settings
-        base, origin = replaced[task], entry.origin
-    else:
-        base, origin = own["base"].data, own["base"].origin
+        former = _resolve_packaged(replaced[task], errors)
+        return merge(_without_kinds(former, settings), settings)
+    base, origin = own["base"].data, own["base"].origin
     above = (*above, name)
     if isinstance(base, str) and base in entries:
         if base in above:
@@ -256,15 +261,41 @@ def _resolve(
     if isinstance(base, str) and base in replaced:
         base = replaced[base]
     elif isinstance(base, str):
-        base = RENAMED.get(base, base) if replaced else _present_name(base)
+        base = RENAMED.get(base, base) if replaced else _present_name(base, origin)
     if isinstance(base, str) and base in packaged:
-        task, _, entry_name = base.partition(":")
-        base_path = _package_file(task)
-        return merge(_resolve(_read_file(base_path), entry_name or task, base_path, errors, {}), settings)
+        return merge(_resolve_packaged(base, errors), settings)
     others = ", ".join([*(other for other in entries if other not in above), *packaged])
     shown = repr(base) if isinstance(base, str) else "a list or mapping"
     near = _near(base, [*entries, *packaged]) if isinstance(base, str) else ""
     raise DrakeTrackerError(f"{origin}: base must be one of {others}, not {shown}{near}")
+
+
+def _resolve_packaged(spec: str, errors: list[str]) -> Value:
+    """Returns the tree of a scenario of the package, merged with the scenarios that it extends."""
+    task, _, name = spec.partition(":")
+    path = _package_file(task)
+    return _resolve(_read_file(path), name or task, path, errors, {})
+
+
+def _without_kinds(defaults: Value, over: Value) -> Value:
+    """Returns the tree of a default scenario for a file that extends none.
+
+    A part without a tag in such a file is of the first kind of its role, whatever kind the default scenario has.
+
+    Args:
+        defaults: tree of the default scenario.
+        over: tree of the scenario in the file.
+    """
+    if not (isinstance(defaults.data, dict) and isinstance(over.data, dict)):
+        return defaults
+    data = {}
+    for key, value in defaults.data.items():
+        above = over.data.get(key)
+        if above is None:
+            data[key] = value
+        elif value.tag is None or above.tag is not None:
+            data[key] = _without_kinds(value, above)
+    return Value(data, defaults.origin, defaults.tag, defaults.in_file, defaults.replaced)
 
 
 def _package_file(task: str) -> Path:

@@ -60,7 +60,7 @@ def run(model, edge, duration, hidden=np.inf):
     """The logs {port: (times, rows)} of a run up to the first descent over a train on a circle."""
     q = joints_for(model, PUMA560.q_start, tool_down(HOME[:3] + [0.0, 0.0, GraspConfig().hover_height], HOME[3]))
     builder = DiagramBuilder()
-    grasp = GraspSystem(GraspMachine(GraspConfig(), model, SERVO_PERIOD, HOME[2]))
+    grasp = GraspSystem(GraspMachine(GraspConfig(descent="guided", gate="probability"), model, SERVO_PERIOD, HOME[2]))
     guard = PacketGuard(PacketGuardConfig(), VOLUME, TABLE_HEIGHT)
     arm = builder.AddSystem(ArmDiagram(grasp, guard, ServoConfig(), model, q, HOME, TIME_STEP, edge=edge))
     cameras = builder.AddSystem(WrongCameras(model, hidden))

@@ -33,7 +33,7 @@ def theirs(tmp_path, monkeypatch, request):
     (folder / f"{name}.py").write_text(text)
     path = folder / "theirs.yaml"
     path.write_text(
-        f"theirs:\n  vision: !Measured {{}}\n  duration: 0.4\n"
+        f"theirs:\n  base: train:guided\n  vision: !Measured {{}}\n  duration: 0.4\n"
         f"  estimator: !Custom\n    call: {name}.StraightOn\n    parameters: {{std: 0.02}}\n"
     )
     return path
@@ -79,7 +79,7 @@ def test_no_command_runs_code_that_a_file_names_without_consent(theirs, capfd, a
     (line,) = errors(capfd)
     if arguments[0] != "arm":  # which makes no estimator; the arm that it lacks was named on the command line
         name = name_of(theirs)
-        assert line.startswith(f"drake-tracker: {theirs} line 5: the file names code to run, {name}.StraightOn in ")
+        assert line.startswith(f"drake-tracker: {theirs} line 6: the file names code to run, {name}.StraightOn in ")
         assert str(theirs.with_name(f"{name}.py")) in line and "--allow-code" in line and TRUSTED_FOLDERS in line
     assert not ran() and not Path("out").exists()
     assert not [name for name in set(sys.modules) - before if name.startswith("theirs_")]
@@ -90,7 +90,7 @@ def test_with_consent_the_command_says_what_runs(theirs, capfd):
     (line,) = errors(capfd)
     name = name_of(theirs)
     place = theirs.with_name(f"{name}.py")
-    assert line == f"drake-tracker: {theirs} line 5: estimator runs {name}.StraightOn in {place}"
+    assert line == f"drake-tracker: {theirs} line 6: estimator runs {name}.StraightOn in {place}"
     assert ran()
     Path("ran").unlink()
     assert cli.main(["replay", "out", "--out", "again"]) == 2
@@ -108,7 +108,7 @@ def test_a_campaign_says_once_what_runs_and_its_workers_have_the_consent(theirs,
     arguments = ["campaign", str(theirs), "--trials", "2", "--vary", "estimator.parameters.std=0.02,0.03"]
     assert cli.main([*arguments, "--allow-code"]) == 2
     said, _ = errors(capfd)
-    assert said.startswith(f"drake-tracker: {theirs} line 5: estimator runs {name_of(theirs)}.StraightOn in ") and ran()
+    assert said.startswith(f"drake-tracker: {theirs} line 6: estimator runs {name_of(theirs)}.StraightOn in ") and ran()
     trial = next(make_plan(str(theirs), 1, allow_code=True).jobs())
     assert pickle.loads(pickle.dumps(trial)).scenario.estimator.allowed
 
@@ -136,19 +136,19 @@ def test_a_file_cannot_pretend_to_be_an_override(theirs):
     pretends = Path("--set estimator.call=x.yaml")
     shutil.copy(theirs, pretends)
     shutil.copy(theirs.with_name(f"{name_of(theirs)}.py"), ".")
-    assert refusal(load_scenario(f"{pretends}:theirs")).startswith("--set estimator.call=x.yaml line 5:")
+    assert refusal(load_scenario(f"{pretends}:theirs")).startswith("--set estimator.call=x.yaml line 6:")
 
 
 def test_the_base_of_a_scenario_names_code_too(theirs):
     with theirs.open("a") as file:
         file.write("other: {base: theirs, seed: 3, estimator: {parameters: {std: 0.01}}}\n")
-    assert refusal(load_scenario(f"{theirs}:other")).startswith(f"{theirs} line 5:")
+    assert refusal(load_scenario(f"{theirs}:other")).startswith(f"{theirs} line 6:")
     check_custom_parts(load_scenario(f"{theirs}:other", allow_code=True))
 
 
 def test_a_trusted_folder_is_consent(theirs, monkeypatch, tmp_path):
     monkeypatch.setenv(TRUSTED_FOLDERS, os.pathsep.join([str(tmp_path / "elsewhere"), str(theirs.parent)]))
-    with pytest.raises(DrakeTrackerError, match="line 5: the file names code"):
+    with pytest.raises(DrakeTrackerError, match="line 6: the file names code"):
         check_custom_parts(load_scenario(str(theirs), allow_code=False))
     link = tmp_path / "link.yaml"
     link.symlink_to(theirs)
@@ -190,7 +190,7 @@ def test_the_place_of_code_is_found_without_importing_it(tmp_path, monkeypatch, 
     assert code_place(Custom(call)).startswith(place)
     assert "xml" not in sys.modules
     path = tmp_path / "mine.yaml"
-    path.write_text(f"mine: {{estimator: !Custom {{call: {call}}}}}\n")
+    path.write_text(f"mine: {{base: train:guided, estimator: !Custom {{call: {call}}}}}\n")
     load_scenario(str(path))
 
 
@@ -199,7 +199,8 @@ def test_what_is_no_estimator_is_never_called(tmp_path, monkeypatch, call):
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "mine.yaml"
     parameters = "parameters: {command: touch ran}"
-    path.write_text(f"mine: {{vision: !Measured {{}}, estimator: !Custom {{call: {call}, {parameters}}}}}\n")
+    own = f"vision: !Measured {{}}, estimator: !Custom {{call: {call}, {parameters}}}"
+    path.write_text(f"mine: {{base: train:guided, {own}}}\n")
     with pytest.raises(DrakeTrackerError) as caught:
         make_diagram(load_scenario(str(path), allow_code=True))
     (line,) = str(caught.value).splitlines()

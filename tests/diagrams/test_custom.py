@@ -65,7 +65,8 @@ def name(request):
 def write(folder, name, call="StraightOn", more=""):
     shutil.copy(SOURCE, folder / f"{name}.py")
     path = folder / "mine.yaml"
-    path.write_text(f"mine: {{vision: !Measured {{}}, estimator: !Custom {{call: {name}.{call}{more}}}}}\n")
+    own = f"vision: !Measured {{}}, estimator: !Custom {{call: {name}.{call}{more}}}"
+    path.write_text(f"mine: {{base: train:guided, {own}}}\n")
     return str(path)
 
 

@@ -168,15 +168,16 @@ def test_a_wrong_fault_gives_one_line(task, text, message):
 
 def test_all_wrong_faults_of_a_file_are_reported_with_their_lines(tmp_path):
     path = tmp_path / "mine.yaml"
-    path.write_text("mine:\n  faults:\n  - !LinkLoss {drop: 2}\n  - !TrainStopped\n  - !HostStoped {}\n")
+    head = "mine:\n  base: train:learned\n  faults:\n"
+    path.write_text(f"{head}  - !LinkLoss {{drop: 2}}\n  - !TrainStopped\n  - !HostStoped {{}}\n")
     with pytest.raises(DrakeTrackerError) as caught:
         load_scenario(str(path))
     lines = str(caught.value).splitlines()
-    assert [line.partition(": ")[0] for line in lines] == [f"{path} line 3", f"{path} line 5"]
-    path.write_text("mine:\n  faults:\n  - !LinkLoss {drop: 0.5, for: 1}\n  - !TrainStopped\n")
+    assert [line.partition(": ")[0] for line in lines] == [f"{path} line 4", f"{path} line 6"]
+    path.write_text(f"{head}  - !LinkLoss {{drop: 0.5, for: 1}}\n  - !TrainStopped\n")
     scenario = load_scenario(str(path))
     assert scenario.faults == (LinkLoss(drop=0.5, duration=1.0), TrainStopped())
-    assert scenario.where("faults[0].drop") == f"{path} line 3: faults[0].drop"
+    assert scenario.where("faults[0].drop") == f"{path} line 4: faults[0].drop"
 
 
 def test_a_campaign_can_vary_the_faults():

@@ -126,7 +126,7 @@ def test_errors_are_measured_from_a_height_until_contact():
 def test_every_open_track_is_one():
     for settings, speeds in eyes_open.OPEN_TRACKS.values():
         for speed in speeds:
-            scenario = load_scenario("train", overrides=[*settings, f"track.speed={speed}", "track.start=0"])
+            scenario = load_scenario("train:guided", overrides=[*settings, f"track.speed={speed}", "track.start=0"])
             assert scenario.track.length <= 2.0 and scenario.track.speed == speed
 
 
@@ -134,7 +134,7 @@ def test_every_open_track_is_one():
 def test_the_fastest_line_is_within_reach_for_long_enough(seed):
     settings, speeds = eyes_open.OPEN_TRACKS["line"]
     overrides = [*settings, f"track.speed={max(speeds)}", "track.start=0"]
-    scenario = load_scenario("train", seed=seed, overrides=overrides)
+    scenario = load_scenario("train:guided", seed=seed, overrides=overrides)
     reach = Reach(scenario)
     track, start = place_track(scenario, reach)
     check_track(scenario, track, start, reach)

@@ -145,7 +145,7 @@ def test_surprises_count_for_a_guided_descent_only():
 
 
 def test_the_gate_needs_judged_predictions_and_a_likely_success():
-    config = GraspConfig(launch_probability=0.9)
+    config = GraspConfig(descent="guided", gate="probability", launch_probability=0.9)
     for count, p_success, verdict in (
         (FEWEST_JUDGED - 1, 1.0, Gate.NO_MEMORY),
         (FEWEST_JUDGED, 0.89, Gate.SUCCESS_UNLIKELY),

@@ -26,8 +26,9 @@ def browser():
 
 @pytest.fixture
 def run(tmp_path, request):
-    """A run of the train that ends when it is interrupted. The parameter, if there is one, is a list of options."""
-    with live_run(tmp_path, getattr(request, "param", ())) as run:
+    """A run of the train that ends when it is interrupted. The parameter is a scenario and a list of options."""
+    scenario, options = request.param
+    with live_run(tmp_path, options, scenario) as run:
         yield run
 
 
@@ -73,7 +74,7 @@ def let_it_run(page, seconds):
     until(lambda: page.now() > start + seconds)
 
 
-@pytest.mark.parametrize("run", [["--set", "grasp.settle_time=60"]], indirect=True)
+@pytest.mark.parametrize("run", [("train", ["--set", "grasp.settle_time=60"])], indirect=True)
 def test_the_page_shows_a_run_and_holds_it(browser, run):
     page = Page(browser, run.url)
     until(lambda: page.now() > 0.3)
@@ -125,7 +126,7 @@ def test_the_page_shows_a_run_and_holds_it(browser, run):
     assert {"summary.json", "log.npz", "cameras.mp4", "recording.html", "scenario.yaml"} <= left
 
 
-@pytest.mark.parametrize("run", [NEVER_GRASPS], indirect=True)
+@pytest.mark.parametrize("run", [("train", NEVER_GRASPS)], indirect=True)
 def test_the_operator_stops_the_arm_and_takes_it_over(browser, run):
     page = Page(browser, run.url)
     until(lambda: page.now() > 0.1)
@@ -184,7 +185,7 @@ def place_of(canvas, colour):
     return (np.median(columns) / width, np.median(rows) / height) if len(rows) > 5 else None
 
 
-@pytest.mark.parametrize("run", [SELECTING], indirect=True)
+@pytest.mark.parametrize("run", [("train:guided", SELECTING)], indirect=True)
 def test_a_click_on_an_object_makes_it_the_target(browser, run):
     page = Page(browser, run.url)
     rows, reason = page("#track-rows tr"), page("#reason")

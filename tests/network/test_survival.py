@@ -74,14 +74,14 @@ def start(tmp_path):
 
 def test_without_a_host_the_arm_hovers_and_with_another_one_it_lifts_the_train(start, tmp_path):
     bus, out = Bus(), tmp_path / "arm"
-    host = start("host", "train", "--lcm", bus.url)
-    arm = start("arm", "train", "--lcm", bus.url, "--out", str(out), "--no-record", "--seed", "4")
+    host = start("host", "train:guided", "--lcm", bus.url)
+    arm = start("arm", "train:guided", "--lcm", bus.url, "--out", str(out), "--no-record", "--seed", "4")
     tracked = bus.wait(lambda: bus.phase == Phase.TRACK)
     bus.wait(lambda: bus.time > tracked + 0.3)
     host.send_signal(signal.SIGKILL)
     hovered = bus.wait(lambda: bus.phase == Phase.HOVER)
     bus.wait(lambda: bus.time > hovered + 1.3)
-    another = start("host", "train", "--lcm", bus.url)
+    another = start("host", "train:guided", "--lcm", bus.url)
     said, trouble = arm.communicate(timeout=PATIENCE)
     assert arm.returncode == 0, said + trouble
     another.send_signal(signal.SIGINT)
@@ -89,7 +89,7 @@ def test_without_a_host_the_arm_hovers_and_with_another_one_it_lifts_the_train(s
     assert another.returncode == 0 and "receiving from the arm; its clock" in said, said + trouble
 
     assert json.loads((out / "summary.json").read_text())["success"]
-    log, scenario = load_log(out / "log.npz"), load_scenario("train:learned")
+    log, scenario = load_log(out / "log.npz"), load_scenario("train:guided")
     command, packet, tool, train = (log[name] for name in ("command", "delivered", "tool", "truth_train_state"))
     rows = np.nonzero(command["phase"] == Phase.HOVER)[0]
     # The longest: on a busy machine packets may be late, and the hand hover for a moment, while there is a host.

@@ -30,7 +30,7 @@ def rendered_run(tmp_path_factory):
 def several_run(tmp_path_factory):
     """A run whose vision tracks two trains, and whose images other processes render."""
     overrides = ["objects=[!Train {}]", "vision.tracker=!Several {confirm_after: 3}", "cameras.render_processes=1"]
-    return make_run(tmp_path_factory.mktemp("several") / "run", "train", 2.5, overrides, images=True)
+    return make_run(tmp_path_factory.mktemp("several") / "run", "train:guided", 2.5, overrides, images=True)
 
 
 @pytest.fixture(scope="session")

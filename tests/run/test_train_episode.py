@@ -31,7 +31,7 @@ PROMISED = {
 class Episode:
     def __init__(self, out):
         self.out = out
-        self.scenario = load_scenario("train:learned", seed=SEED)
+        self.scenario = load_scenario("train", seed=SEED)
         self.progress = []
         self.summary = simulate(
             self.scenario, out=out, progress=lambda time, phase: self.progress.append((time, phase))
@@ -98,7 +98,7 @@ def test_the_returned_summary_is_the_written_one(episode):
     assert set(written) == set(episode.summary)
     for key in PROMISED - {"real_time_factor", "wall_time_s"}:
         assert written[key] == episode.summary[key], key
-    assert (written["scenario"], written["seed"]) == ("train:learned", SEED)
+    assert (written["scenario"], written["seed"]) == ("train", SEED)
     assert written["real_time_factor"] > 0.0 and all(seconds > 0.0 for seconds in written["wall_time_s"].values())
     assert written["package_versions"]["drake"] and written["package_versions"]["python"]
 
@@ -161,7 +161,7 @@ def test_the_run_directory_holds_exactly_these_files(episode):
 def test_the_same_seed_gives_the_same_summary():
     runs = []
     for _ in range(2):
-        summary = simulate(load_scenario("train:learned", seed=5, duration=1.5))
+        summary = simulate(load_scenario("train", seed=5, duration=1.5))
         del summary["real_time_factor"], summary["wall_time_s"]
         runs.append(summary)
     assert runs[0] == runs[1]

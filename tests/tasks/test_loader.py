@@ -3,19 +3,21 @@
 import dataclasses
 import os
 import typing
+import warnings
 
 import pytest
 import yaml
 
-from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.errors import DrakeTrackerError, DrakeTrackerWarning
 from drake_tracker.core.setting import settings_of
 from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn
+from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.link.config import Lossy, Perfect
 from drake_tracker.scenarios.reader import setting_keys
 from drake_tracker.tasks import list_scenarios, load_scenario, save_scenario, scenario_file, validate
 from drake_tracker.tasks.ball.scenario import BallScenario
-from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.config import NormalFlow
+from drake_tracker.tasks.train.scenario import Rendered, TrainScenario
+from drake_tracker.vision.config import NormalFlow, Several
 
 
 def errors_of(*args, **kwargs):
@@ -82,7 +84,7 @@ def test_a_scenario_is_frozen_and_can_be_copied_with_other_settings():
         scenario.with_settings({"track.sped": 0.2})
 
 
-def test_interlaced_extends_blind():
+def test_interlaced_extends_learned():
     train, interlaced = load_scenario("train:learned"), load_scenario("train:interlaced")
     assert interlaced.vision.detector.preset == "paper_interlaced"
     assert interlaced.track.kind == "circle"
@@ -127,7 +129,7 @@ def test_a_new_kind_of_vision_keeps_the_work_volume_and_the_lag(kind):
 def test_a_new_tag_discards_the_settings_of_the_base_kind(tmp_path):
     path = write(
         tmp_path,
-        "mine: {estimator: !ArcLength {order: 20}}\n"
+        "mine: {base: train:learned, estimator: !ArcLength {order: 20}}\n"
         "same: {base: mine, estimator: {mode: literal}}\n"
         "other: {base: mine, estimator: !AlphaBetaGamma {}}\n",
     )
@@ -229,9 +231,9 @@ def test_duplicate_keys_are_rejected_with_both_lines(tmp_path):
     "spec, message",
     [
         ("train:", "train: the name of a scenario is missing after the colon"),
-        ("trian", "no scenario 'trian'; allowed are train, train:learned, train:interlaced"),
+        ("trian", "no scenario 'trian'; allowed are train, train:learned, train:guided, train:interlaced"),
         ("trian", "did you mean train?"),
-        ("train:papr", "did you mean paper?"),
+        ("train:lerned", "did you mean learned?"),
         ("train_cameras", "there is no scenario"),
         ("nowhere/mine.yaml", "there is no scenario file nowhere/mine.yaml"),
         ("", "there is no scenario"),
@@ -250,7 +252,7 @@ def test_an_unknown_scenario_gives_one_line_with_the_nearest_name(spec, message)
         ("- 1\n", "must be a mapping from names to scenarios"),
         ("", "must be a mapping from names to scenarios"),
         ("mine: 3\n", "line 1: scenario 'mine' must be a mapping"),
-        ("mine: {base: other}\nnext: {}", "line 1: base must be one of next, train, train:learned, "),
+        ("mine: {base: other}\nnext: {}", "line 1: base must be one of next, train, train:learned, train:guided, "),
         ("mine: {base: 'train:tow'}\n", "not 'train:tow'; did you mean train:two?"),
         ("mine: {base: 'trian'}\n", "not 'trian'; did you mean train?"),
         ("mine: {base: 'elsewhere.yaml:two'}\n", "line 1: base must be one of train, "),
@@ -295,7 +297,7 @@ def test_a_file_cannot_exhaust_memory_time_or_stack(tmp_path):
 def test_files_are_searched_for_next_to_the_scenario_or_in_the_current_folder(tmp_path, monkeypatch):
     (tmp_path / "here").mkdir()
     track = write(tmp_path, "x,y\n", "track.csv")
-    path = write(tmp_path, "mine: {track: {kind: csv, csv: track.csv}}\n")
+    path = write(tmp_path, "mine: {base: train:learned, track: {kind: csv, csv: track.csv}}\n")
     monkeypatch.chdir(tmp_path / "here")
     assert load_scenario(str(path)).track.csv == str(track)
     assert load_scenario("train:learned", overrides=["track.kind=csv", "track.csv=../track.csv"]).track.csv == str(
@@ -350,25 +352,161 @@ def test_a_scenario_may_extend_one_of_the_package(tmp_path):
     assert mine.with_settings({"track.speed": 0.15, "name": visitor.name}) == visitor
     assert (mine.track.speed, mine.name) == (0.2, "mine")
     assert mine.where("objects").startswith("train.yaml line ")
-    assert load_scenario(f"{path}:plain").with_settings({"seed": 0, "name": "train"}) == load_scenario("train")
+    with pytest.warns(DrakeTrackerWarning, match="plain rests on"):
+        plain = load_scenario(f"{path}:plain")
+    assert plain.with_settings({"seed": 0, "name": "train"}) == load_scenario("train")
     assert load_scenario(f"{path}:catch").arm == load_scenario("ball:seven_joint").arm
     assert load_scenario(f"{path}:above").objects == visitor.objects
 
 
 def test_a_base_in_the_same_file_comes_before_one_of_the_package(tmp_path):
-    path = write(tmp_path, "train: {seed: 7}\nmine: {base: train}\npackaged: {base: 'train:two'}\n")
+    path = write(
+        tmp_path, "train: {base: train:learned, seed: 7}\nmine: {base: train}\npackaged: {base: 'train:two'}\n"
+    )
     assert load_scenario(f"{path}:mine").seed == 7
     assert load_scenario(f"{path}:packaged").seed == 0
 
 
 def test_a_file_is_read_as_it_is_now_and_overrides_do_not_stay(tmp_path):
-    path = write(tmp_path, "mine: {base: train, track: {speed: 0.1}}\n")
+    path = write(tmp_path, "mine: {base: train:learned, track: {speed: 0.1}}\n")
     first = load_scenario(str(path))
     assert load_scenario(str(path), overrides=["track.speed=0.3", "seed=8"]).track.speed == 0.3
     assert load_scenario(str(path)) == first and first.track.speed == 0.1
-    write(tmp_path, "mine: {base: train, track: {speed: 0.2}}\n")
+    write(tmp_path, "mine: {base: train:learned, track: {speed: 0.2}}\n")
     assert load_scenario(str(path)).track.speed == 0.2
-    other = write(tmp_path, "mine: {base: train, track: {sped: 0.2}}\n", "other.yaml")
+    other = write(tmp_path, "mine: {base: train:learned, track: {sped: 0.2}}\n", "other.yaml")
     renamed = write(tmp_path, other.read_text(), "renamed.yaml")
     for file in (other, renamed, renamed):
         assert errors_of(f"{file}:mine")[0].startswith(f"{file} line 1: there is no setting track.sped")
+
+
+FORMER_NAMES = [("train:paper", "train"), ("train:blind", "train:learned")]
+CHANGED = "rests on the defaults of train, which have changed; write base: train:guided for the former ones"
+
+
+def warned_of(spec, **options):
+    """Returns the scenario and the lines of the warnings of the package."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scenario = load_scenario(str(spec), **options)
+    return scenario, [str(each.message) for each in caught if issubclass(each.category, DrakeTrackerWarning)]
+
+
+def renamed(scenario, name):
+    """Returns a scenario with the name and the description of one of the package, which do not change a run."""
+    return scenario.with_settings({"name": name, "description": load_scenario(name).description})
+
+
+@pytest.mark.parametrize("former, name", FORMER_NAMES)
+def test_a_former_name_loads_the_scenario_and_warns_in_one_line_with_the_new_name(former, name):
+    with pytest.warns(DrakeTrackerWarning) as caught:
+        scenario = load_scenario(former, seed=3)
+    assert [str(each.message) for each in caught] == [f"{former} is now called {name}"]
+    assert caught[0].filename == __file__
+    assert scenario == load_scenario(name, seed=3) and scenario.name == name
+
+
+@pytest.mark.parametrize("former, name", FORMER_NAMES)
+def test_a_file_may_extend_a_former_name(tmp_path, former, name):
+    path = write(tmp_path, f"mine:\n  seed: 3\n  base: {former}\n")
+    scenario, lines = warned_of(path)
+    assert lines == [f"{path} line 3: {former} is now called {name}"]
+    assert renamed(scenario, name) == load_scenario(name, seed=3)
+
+
+def test_a_former_name_may_be_the_name_of_an_own_scenario(tmp_path):
+    path = write(tmp_path, "mine: {base: 'train:blind'}\n'train:blind': {base: 'train:two', seed: 7}\n")
+    scenario, lines = warned_of(f"{path}:mine")
+    assert lines == [] and scenario.seed == 7 and scenario.objects == load_scenario("train:two").objects
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "mine: {base: train, seed: 3}\n",
+        "mine: {seed: 3}\n",
+        "mine: {task: train, seed: 3}\n",
+        "mine: {base: own}\nown: {base: train, seed: 3}\n",
+        "mine: {base: own}\nown: {seed: 3}\n",
+        "mine: {base: train}\ntrain: {seed: 3}\n",
+        "mine: {seed: 3}\n'train:guided': {base: train}\n",
+    ],
+)
+def test_a_file_that_rests_on_the_defaults_that_changed_warns_in_one_line(tmp_path, text):
+    path = write(tmp_path, text)
+    scenario, lines = warned_of(path)
+    assert lines == [f"{path}: mine {CHANGED}"]
+    assert renamed(scenario, "train") == load_scenario("train", seed=3)
+
+
+def test_the_base_that_the_warning_names_restores_the_former_defaults(tmp_path):
+    """The settings of the default scenario before `train` became the system of 1991."""
+    path = write(tmp_path, "mine: {base: train:guided}\n")
+    scenario, lines = warned_of(path)
+    assert lines == []
+    assert scenario.estimator == ClosedPath() and scenario.vision.tracker == Several()
+    assert scenario.vision.outline == "box"
+    assert (scenario.grasp.descent, scenario.grasp.gate, scenario.grasp.lift_height) == ("guided", "probability", 0.18)
+    rest = {"estimator": ArcLength(), "vision": Rendered(), "grasp": GraspConfig(), "name": "", "description": ""}
+    assert scenario.with_settings(rest) == TrainScenario()
+
+
+@pytest.mark.parametrize(
+    "text, name",
+    [
+        ("mine: {base: train:guided}\n", "train:guided"),
+        ("mine: {base: train:learned}\n", "train:learned"),
+        ("mine: {base: train:two}\n", "train:two"),
+        ("mine: {base: ball}\n", "ball"),
+        ("mine: {task: ball}\n", "ball"),
+        ("mine: {base: conveyor}\n", "conveyor"),
+        ("mine: {base: own}\nown: {base: train:learned}\n", "train:learned"),
+    ],
+)
+def test_a_file_whose_meaning_is_as_before_does_not_warn(tmp_path, text, name):
+    scenario, lines = warned_of(write(tmp_path, text))
+    assert lines == []
+    assert renamed(scenario, name) == load_scenario(name)
+
+
+def test_a_file_that_gives_each_setting_that_changed_does_not_warn(tmp_path):
+    settings = (
+        "estimator: !ArcLength {}, vision: {tracker: {}, outline: ellipse}, "
+        "grasp: {descent: blind, gate: auto, lift_height: 0.15}"
+    )
+    for base in ("base: train, ", ""):
+        tracker = settings if not base else settings.replace("tracker: {}", "tracker: !Single {}")
+        path = write(tmp_path, f"mine: {{{base}{tracker}}}\n")
+        scenario, lines = warned_of(path)
+        assert lines == [] and renamed(scenario, "train") == load_scenario("train")
+        for missing in ("descent: blind, ", "gate: auto, ", ", lift_height: 0.15", ", outline: ellipse"):
+            path = write(tmp_path, f"mine: {{{base}{tracker.replace(missing, '')}}}\n")
+            assert warned_of(path)[1] == [f"{path}: mine {CHANGED}"]
+
+
+def test_overrides_count_for_the_warning(tmp_path):
+    path = write(tmp_path, "mine: {base: train:guided}\nplain: {}\n")
+    assert warned_of(f"{path}:mine", overrides=["grasp.descent=blind"])[1] == []
+    overrides = ["vision=!Rendered {tracker: !Single {}, outline: ellipse}", "estimator=!ArcLength {}"]
+    assert warned_of(f"{path}:plain", overrides=overrides)[1] == [f"{path}: plain {CHANGED}"]
+    overrides += ["grasp.descent=blind", "grasp.gate=auto", "grasp.lift_height=0.15"]
+    assert warned_of(f"{path}:plain", overrides=overrides)[1] == []
+
+
+@pytest.mark.parametrize("name", [name for name, _ in list_scenarios()])
+def test_a_saved_scenario_does_not_warn(tmp_path, name):
+    for overrides in ([], ["seed=4"]):
+        scenario = load_scenario(name, overrides=overrides)
+        save_scenario(scenario, tmp_path / "saved.yaml")
+        assert warned_of(tmp_path / "saved.yaml") == (scenario, [])
+
+
+def test_a_saved_estimator_without_a_tag_is_the_closed_path(tmp_path):
+    """Files that earlier versions saved give the first kind of a role without its tag."""
+    learned = load_scenario("train:learned", overrides=["estimator.systematic_std=0.003"])
+    save_scenario(learned, tmp_path / "saved.yaml")
+    saved = yaml.safe_load((tmp_path / "saved.yaml").read_text())["saved"]
+    assert saved["estimator"]["systematic_std"] == 0.003  # safe_load rejects a tag
+    assert warned_of(tmp_path / "saved.yaml") == (learned, [])
+    path = write(tmp_path, "mine: {estimator: {systematic_std: 0.003}}\n")
+    assert warned_of(path)[0].estimator == ClosedPath(systematic_std=0.003)

@@ -67,7 +67,7 @@ def test_the_image_moves_with_the_hand(at_start):
 
 
 def test_without_a_camera_on_the_hand_nothing_of_it_exists():
-    diagram = make_diagram(load_scenario("train", overrides=CAMERAS))
+    diagram = make_diagram(load_scenario("train:guided", overrides=CAMERAS))
     assert list(diagram.world.cameras) == ["camera_left", "camera_right"]
     assert not diagram.HasOutputPort("camera_wrist") and not diagram.HasOutputPort("wrist")
     assert not diagram.vision.HasInputPort("prediction")

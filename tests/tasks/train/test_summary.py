@@ -17,7 +17,7 @@ from drake_tracker.tasks.train.summary import jitter, summarise
 
 KEYS = {
     *("scenario", "seed", "success", "failure_reason", "attempts", "first_attempt_success", "time_to_grasp_s"),
-    "aborted_attempts",
+    *("aborted_attempts", "touch_along_m", "touch_across_m"),
     *("lift_height_m", "hold_s", "prediction_rms_m", "prediction_p95_m", "position_rms_m", "vision_valid_fraction"),
     *("triangulation_rms_m", "triangulation_jitter_m", "lag_s", "closing_onset_error_s", "joint_limit_margin_rad"),
     *(
@@ -42,6 +42,7 @@ def test_the_keys_are_the_same_for_every_run(scenario, episode, nothing):
     empty = summarise(scenario, nothing, 0.0, interrupted=True)
     assert set(empty) == KEYS
     assert empty["success"] is False and empty["prediction_rms_m"] is None and empty["interrupted"] is True
+    assert empty["touch_along_m"] is None and empty["touch_across_m"] is None
 
 
 def test_a_hand_with_markers_says_how_often_it_was_corrected(scenario, episode, nothing):
@@ -77,6 +78,15 @@ def test_a_success(scenario, episode, grasp_phases, known):
     assert summary["time_to_grasp_s"] == pytest.approx(known.tick(3.54), abs=1e-6)
     assert summary["lift_height_m"] == pytest.approx(0.15)
     assert summary["hold_s"] == pytest.approx(1.5)
+
+
+def test_the_offset_at_touch_is_that_of_the_last_closing(scenario, episode, grasp_phases):
+    episode.phases = grasp_phases
+    episode.beside = lambda t: 0.010 * t
+    episode.verdict["left_contact"] = lambda t: (t >= 3.2).astype(float)
+    summary = summarise(scenario, episode.log(), 6.0)
+    assert summary["touch_across_m"] == pytest.approx(-0.032, abs=2e-4)
+    assert summary["touch_along_m"] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_a_train_that_was_thrown_up_is_not_lifted(scenario, episode):
