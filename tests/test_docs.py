@@ -268,7 +268,7 @@ def test_cells_named_are_those_of_the_benchmark():
     cells = runpy.run_path(str(REPOSITORY / "benchmarks" / "train_grasp.py"))["CELLS"]
     for path in DOCUMENTS:
         for named in re.findall(r"train_grasp\.py --cells ([^` ]+)", text_of(path)):
-            assert set(named.split(",")) <= set(cells)
+            assert named == "paper" or set(named.split(",")) <= set(cells)
 
 
 def yaml_blocks():
