@@ -1,16 +1,29 @@
 """The tables of the front page: the ladder of the train's scenarios, and results of the other parts."""
 
 import statistics
+from collections import Counter
 
 from autopsy_tables import totals
 from ball import lags
 from common import interval
-from train_grasp import FIRST_SEED, ITSELF, OTHERS, RUNGS, SEEDS, lifted, median_time, touch_error
+from train_grasp import (
+    BY_NAME,
+    CELLS,
+    FIRST_SEED,
+    ITSELF,
+    OTHERS,
+    RUNGS,
+    SEEDS,
+    lifted,
+    median_time,
+    touch_error,
+)
 
-from tables.results import Row, block, data, lines, origin, seeds_between, table, where
+from tables.results import Row, block, data, lines, origin, seeds_between, table, uses, where
 
-RUNG_SEEDS = 5
-"""Seeds with which each rung is run in each condition."""
+CONDITIONS = [cell for cell in CELLS if cell not in BY_NAME]
+"""Cells in which each rung is run."""
+_CONDITIONS, _SEEDS = CONDITIONS.__contains__, seeds_between(FIRST_SEED, FIRST_SEED + SEEDS - 1)
 _ADDS = {
     "train": "the system of 1991: motion centroid, arc-length filter, blind descent",
     "train:learned": "the filter learns the closed path from a lap",
@@ -24,19 +37,21 @@ _ADDS = {
 
 
 def rung_rows(scenario: str) -> list[Row]:
-    """Returns the runs of a scenario that the ladder rests on: each condition of a rung, or the scenario as it is."""
-    if scenario in RUNGS:
-        rows = where(
-            lines("train_grasp"), scenario=scenario, seed=seeds_between(FIRST_SEED, FIRST_SEED + RUNG_SEEDS - 1)
-        )
-        return [row for row in rows if not row["cell"].startswith("cast-shadows")]
-    return where(
-        lines("train_grasp"), scenario=scenario, cell=ITSELF, seed=seeds_between(FIRST_SEED, FIRST_SEED + SEEDS)
-    )
+    """Returns the runs of a scenario that the ladder rests on.
+
+    Of a rung, these are all conditions with the seeds that each rung has run in each condition. Other scenarios run as
+    they are.
+    """
+    if scenario in OTHERS:
+        return where(lines("train_grasp"), scenario=scenario, cell=ITSELF)
+    rows = [row for row in where(lines("train_grasp"), seed=_SEEDS, cell=_CONDITIONS) if row["scenario"] in RUNGS]
+    runs = Counter(row["seed"] for row in rows)
+    return [row for row in where(rows, scenario=scenario) if runs[row["seed"]] == len(RUNGS) * len(CONDITIONS)]
 
 
 def ladder() -> str:
-    loops = data("real_time")["loops"]
+    speed = data("real_time")
+    uses(speed)
     rows, used = [], []
     for scenario in (*RUNGS, *OTHERS):
         runs = rung_rows(scenario)
@@ -44,7 +59,9 @@ def ladder() -> str:
             continue
         _, first = lifted(runs)
         errors = [touch_error(row) for row in runs if row["success"]]
-        factor = loops["whole, one process" if scenario == "train" else scenario]["real_time_factor"]
+        factor = speed["loops"].get(
+            "whole, one process" if scenario == "train" else scenario, {"real_time_factor": 0.0}
+        )["real_time_factor"]
         conditions = len({row["cell"] for row in runs})
         rows.append(
             [
@@ -66,7 +83,9 @@ def headline() -> str:
     balls = {arm: where(lines("ball"), cell=arm) for arm in ("puma", "seven_joint")}
     trains = [row for scenario in RUNGS for row in rung_rows(scenario)]
     train_lags = sorted({1e3 * row["lag_s"][end] for row in trains for end in ("min", "max")})
-    _, failed, named = totals(lines("autopsy"))
+    autopsies = lines("autopsy")
+    uses(*balls["puma"], *balls["seven_joint"], *trains, *autopsies)
+    _, failed, named = totals(autopsies)
     rows = [
         ["Ball caught, PUMA 560 (`ball`)", *_successes(balls["puma"])],
         ["Ball caught, seven-joint arm (`ball:seven_joint`)", *_successes(balls["seven_joint"])],

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable
-from functools import wraps
+from functools import cache, wraps
 
 from behaviour_rows import is_current, other_behaviours, results_of
 from common import RESULTS
@@ -40,12 +40,19 @@ def marked(text: str, rows: list[Row]) -> str:
     others = sorted({name for row in rows for name in other_behaviours(row)})
     if not others:
         return text
+    every = all(map(is_current, rows))
+    current: dict[str, bool] = {}
+    for row in rows:
+        good = is_current(row)
+        for value in row.values():
+            if isinstance(value, (str, int, float)):
+                current[str(value)] = current.get(str(value), True) and good
     lines, in_table = [], False
     for line in text.split("\n"):
         in_table = bool(_SEPARATOR.match(line)) or (in_table and line.startswith("|"))
         if in_table and not _SEPARATOR.match(line):
             first, rest = line[1:].split("|", 1)
-            if _is_stale(first.strip(), rows):
+            if not current.get(first.strip(), every):
                 line = f"|{first.rstrip()}{MARK} |{rest}"
         lines.append(line)
     what = listed([f"`{name}`" for name in others])
@@ -53,11 +60,7 @@ def marked(text: str, rows: list[Row]) -> str:
     return "\n".join([*lines, "", note])
 
 
-def _is_stale(name: str, rows: list[Row]) -> bool:
-    own = [row for row in rows if name and name in map(str, row.values())]
-    return not all(map(is_current, own or rows))
-
-
+@cache
 def _results(name: str) -> list[Row]:
     """Returns the results of a file NAME.jsonl or NAME.json."""
     paths = [RESULTS / f"{name}{suffix}" for suffix in (".jsonl", ".json")]

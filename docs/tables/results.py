@@ -70,6 +70,11 @@ def sidecar(name: str) -> Row:
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 
+def uses(*rows: Row) -> None:
+    """Says on which results a block rests whose origin it does not state."""
+    _used.rows.extend(rows)
+
+
 def where(rows: Iterable[Row], **fields: Any) -> list[Row]:
     """Returns the rows whose fields have the given values; a value that is a function decides by itself."""
 
@@ -116,7 +121,7 @@ def commits(rows: list[Row]) -> str:
 
 def origin(rows: list[Row], *more: str) -> str:
     """Returns a line in italics below a table: seeds, commits and what else there is to say."""
-    _used.rows.extend(rows)
+    uses(*rows)
     seeds = sorted({row["seed"] for row in rows})
     text = f"Seed{'s' if len(seeds) > 1 else ''} {ranges(seeds)}, {commits(rows)}, {len(rows)} runs."
     return f"*{' '.join([text, *more])}*"
@@ -144,7 +149,7 @@ def part(file: str, tables: dict[str, Callable], name: str) -> str:
     found = next((each for each in results if each["part"] == name), None)
     if found is None:
         return "*Not measured yet.*"
-    _used.rows.append(found)
+    uses(found)
     made_by = found["made_by"]
     return block(
         table(*tables[name](found["cells"])),

@@ -16,7 +16,7 @@ from train_grasp import (
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.vision.normal_flow_parameters import PRESETS
 from tables.headline import rung_rows
-from tables.results import Row, block, commit_of, lines, listed, of, origin, seeds_between, table, where
+from tables.results import Row, block, commit_of, lines, listed, of, origin, seeds_between, table, uses, where
 
 _GATED = "cast-shadows-gated"
 _BY_CAST_SHADOWS = (_GATED, "cast-shadows")
@@ -38,7 +38,9 @@ def train_rungs() -> str:
 
 
 def train_rungs_failures() -> str:
-    rows = [row for scenario in RUNGS for row in rung_rows(scenario) if not row["first_attempt_success"]]
+    runs = [row for scenario in RUNGS for row in rung_rows(scenario)]
+    uses(*runs)
+    rows = [row for row in runs if not row["first_attempt_success"]]
     if not rows:
         return "All trains were lifted at the first attempt."
     return table(
