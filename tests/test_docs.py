@@ -267,7 +267,7 @@ def test_scripts_named_exist_and_know_their_options(path):
 def test_cells_named_are_those_of_the_benchmark():
     cells = runpy.run_path(str(REPOSITORY / "benchmarks" / "train_grasp.py"))["CELLS"]
     for path in DOCUMENTS:
-        for named in re.findall(r"train_grasp\.py --cells ([^` ]+)", text_of(path)):
+        for named in re.findall(r"train_grasp\.py --cells ([^`\s]+)", text_of(path)):
             assert named == "paper" or set(named.split(",")) <= set(cells)
 
 
