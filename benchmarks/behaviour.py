@@ -45,8 +45,8 @@ NO_MEAN = ("time", "stamp", "seq", "valid", "yaw", "phase", "gate", "attempts")
 LENGTH, PREDICTED, RELATIVE, LEAST = 2e-5, 2e-4, 0.002, 1e-4
 """Largest difference of the mean of a length [m]; of one predicted place [m], which event times that differ by rounding
 changed by 2.5e-5; of any other mean as a share of it, and in its own unit."""
-TIME, OFFSET, PLACE, SHARE = 0.061, 5e-4, 0.002, 0.01
-"""Largest difference of the start of a phase [s] (two servo periods), of the offset of hand and train at the touch [m],
+TIME, OFFSET, PLACE, SHARE = 0.031, 5e-4, 0.002, 0.005
+"""Largest difference of the start of a phase [s] (one servo period), of the offset of hand and train at the touch [m],
 of the place of the touch [m], and of the share of a verdict of the gate."""
 LENGTHS = ("x", "y", "z", "gap", "std", "error", "width")
 """Last words of the names of fields that are lengths [m]."""
