@@ -59,9 +59,7 @@ def ladder() -> str:
             continue
         _, first = lifted(runs)
         errors = [touch_error(row) for row in runs if row["success"]]
-        factor = speed["loops"].get(
-            "whole, one process" if scenario == "train" else scenario, {"real_time_factor": 0.0}
-        )["real_time_factor"]
+        factor = speed["loops"]["whole, one process" if scenario == "train" else scenario]["real_time_factor"]
         conditions = len({row["cell"] for row in runs})
         rows.append(
             [
