@@ -27,13 +27,12 @@ _CONDITIONS, _SEEDS = CONDITIONS.__contains__, seeds_between(FIRST_SEED, FIRST_S
 _ADDS = {
     "train": "the system of 1991: motion centroid, arc-length filter, blind descent",
     "train:learned": "the filter learns the closed path from a lap",
-    "train:guided": "vision tracks several objects and guides the hand until contact; no lap is needed",
+    "train:guided": "vision of several objects, which guides the hand until contact",
     "train:wrist": "a camera on the hand",
-    "train:two": "a second train; the arm takes the yellow one",
-    "train:visitor": "a ball that rolls beside the track",
-    "train:interlaced": "the threshold of 1991, images every other cycle, a small circle",
+    "train:two": "a second train beside the target",
+    "train:visitor": "a ball beside the track",
 }
-"""{scenario: what it adds to the one above}; the last three rest on `train:learned`."""
+"""{scenario of the ladder: what it adds}; the last two rest on `train:learned`."""
 
 
 def rung_rows(scenario: str) -> list[Row]:
@@ -53,7 +52,7 @@ def ladder() -> str:
     speed = data("real_time")
     uses(speed)
     rows, used = [], []
-    for scenario in (*RUNGS, *OTHERS):
+    for scenario in _ADDS:
         runs = rung_rows(scenario)
         if not runs:
             continue
