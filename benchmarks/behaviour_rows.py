@@ -173,6 +173,10 @@ def _command(path, results):
 
 
 def _cost(results):
-    """Returns the processor time of runs whose rows say how long they took, as a text."""
-    walls = [row["wall_s"] for row in results if row.get("wall_s") and not is_current(row)]
-    return f"  (about {sum(walls) / 60:.0f} min on one core)" if walls else ""
+    """Returns the time that the results of another behaviour took, as a text."""
+    makers = [result.get("made_by", result) for result in results if not is_current(result)]
+    spent = [maker.get("wall_s") for maker in makers]
+    known = [wall for wall in spent if isinstance(wall, (int, float))]
+    if len(known) < len(spent):
+        return "  (its time is not recorded)"
+    return f"  (about {max(1, round(sum(known) / 60))} min on one core)"

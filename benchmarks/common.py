@@ -18,6 +18,8 @@ from drake_tracker.campaign.wilson import wilson
 from drake_tracker.core.progress import time_left
 from drake_tracker.tasks.results import git_commit, package_versions
 
+_STARTED = time.monotonic()
+
 
 def markdown_table(header, rows):
     """Returns rows of texts and numbers as a Markdown table."""
@@ -49,7 +51,8 @@ def rms(values):
 
 
 def provenance(seeds, result=None):
-    """Returns what a result says about its origin: commit, seeds, package versions, behaviour, command and time (UTC).
+    """Returns what a result says about its origin: commit, seeds, package versions, behaviour, command, how long it
+    took, and time (UTC).
 
     Args:
         seeds: the seeds that it rests on.
@@ -61,6 +64,7 @@ def provenance(seeds, result=None):
         "seeds": list(seeds),
         "versions": package_versions(),
         "command": " ".join([*_variables(), "python", f"benchmarks/{Path(sys.argv[0]).name}", *sys.argv[1:]]),
+        "wall_s": round(time.monotonic() - _STARTED, 1),
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
     }
 
