@@ -1,6 +1,6 @@
 """Proves that the behaviour of the working tree is bit-identical to that of an earlier revision.
 
-    python benchmarks/golden.py --base main                    every case, about half an hour on one core
+    python benchmarks/golden.py --base main                    every case, some 20 minutes on one core
     python benchmarks/golden.py --base v1 --only train,measure these cases
     python benchmarks/golden.py --list                         the cases, and their commands
 
