@@ -24,8 +24,8 @@ from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import Lost
 from drake_tracker.core.errors import MachineError
 from drake_tracker.core.log import load_log
-from drake_tracker.report.autopsy.autopsy import perform
-from drake_tracker.report.autopsy.stages import WORDS
+from drake_tracker.report.failure_diagnosis.diagnosis import perform
+from drake_tracker.report.failure_diagnosis.stages import WORDS
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario

@@ -7,12 +7,12 @@ from unittest import mock
 
 import numpy as np
 
-from drake_tracker.arm import servo_system
-from drake_tracker.arm.servo import Servo
-from drake_tracker.report.autopsy.stages import Stage
+from drake_tracker.arm.motion import servo_system
+from drake_tracker.arm.motion.servo import Servo
+from drake_tracker.report.failure_diagnosis.stages import Stage
 from drake_tracker.tasks.train import diagram as train
 from drake_tracker.tasks.train import vision_parts
-from drake_tracker.vision.vision_diagram import VisionDiagram
+from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
 
 MEASURED = "vision=!Measured {}"
 

@@ -23,14 +23,14 @@ import common
 import numpy as np
 from common import append_results, print_table, share
 
+from drake_tracker.cameras.boards.board_poses import pose_error
 from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import run_line
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.ball.initialisation import find_board, make_touching_diagram, photograph_board
-from drake_tracker.vision.board_poses import pose_error
-from drake_tracker.world.ball_board import face_corners
-from drake_tracker.world.cameras import camera_pose
+from drake_tracker.world.ball.ball_board import face_corners
+from drake_tracker.world.imaging.cameras import camera_pose
 
 RESULTS = common.RESULTS / "ball_camera.jsonl"
 FIRST_SEED = 2100

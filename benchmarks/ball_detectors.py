@@ -45,11 +45,11 @@ from detector_methods import (
     sparser,
 )
 
+from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
+from drake_tracker.vision.centroid.plane_projection import project_to_plane
 from drake_tracker.vision.config import FrameDifference, NormalFlow
-from drake_tracker.vision.normal_flow import NormalFlowDetector
-from drake_tracker.vision.plane_projection import project_to_plane
-from drake_tracker.world.ball_board import BALL_RADIUS
-from drake_tracker.world.cameras import focal_length
+from drake_tracker.world.ball.ball_board import BALL_RADIUS
+from drake_tracker.world.imaging.cameras import focal_length
 
 SEEDS = (1000, 1001, 1002, 1003, 1004, 1005)
 TRAIN_SEED = 300

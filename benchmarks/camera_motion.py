@@ -29,7 +29,7 @@ from drake_tracker.faults.fault import View
 from drake_tracker.faults.kinds import make_faults
 from drake_tracker.tasks.train.vision_parts import load_cameras, rendered_windows
 from drake_tracker.vision.camera_motion import CameraMotionDetector, align, edge_tolerance
-from drake_tracker.world.sensor_model import SensorNoise
+from drake_tracker.world.imaging.sensor_model import SensorNoise
 
 LAPS, FIRST, COUNT = 0.5, 70, 180
 """Rendered part of a lap, the first image used, and the number of images."""

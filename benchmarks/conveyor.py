@@ -38,7 +38,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks import load_scenario
-from drake_tracker.world.part_fates import PartFate
+from drake_tracker.world.conveyor.part_fates import PartFate
 
 RESULTS = common.RESULTS / "conveyor.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "conveyor"

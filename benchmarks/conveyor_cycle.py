@@ -23,7 +23,7 @@ from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import BELT_FIELDS, packet_target
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.dispatch.cycle_time import meeting_time, motion_time
-from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.run.options import RunOptions
 
 SEEDS = (0, 1, 2, 3)

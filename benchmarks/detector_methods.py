@@ -2,12 +2,12 @@
 
 import cv2
 
-from drake_tracker.vision.background_difference import BackgroundDifferenceDetector
+from drake_tracker.vision.centroid.background_difference import BackgroundDifferenceDetector
+from drake_tracker.vision.centroid.frame_difference import FrameDifferenceDetector
+from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
+from drake_tracker.vision.centroid.static_threshold import StaticThresholdDetector
 from drake_tracker.vision.config import BackgroundDifference, FrameDifference, NormalFlow, StaticThreshold
-from drake_tracker.vision.frame_difference import FrameDifferenceDetector
-from drake_tracker.vision.normal_flow import NormalFlowDetector
 from drake_tracker.vision.region_centroid import hull_centroid
-from drake_tracker.vision.static_threshold import StaticThresholdDetector
 
 FLOW_THRESHOLD = 0.45
 """Displacement [px] between consecutive images above which a pixel of the dense flow moves."""

@@ -28,12 +28,12 @@ from drake_tracker.dispatch import (
     Hand,
     Window,
     bunched_arrivals,
-    clairvoyant,
     even_arrivals,
     make_dispatcher,
     poisson_arrivals,
     simulate_queue,
 )
+from drake_tracker.dispatch import offline_optimum as clairvoyant
 
 RESULTS = common.RESULTS / "dispatch.json"
 FIRST_SEED = 100

@@ -42,7 +42,7 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import ArmCommand, Frozen
 from drake_tracker.core.timing import SERVO_PERIOD
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.train.closing import offset_at_touch

@@ -3,7 +3,7 @@
 import numpy as np
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import during, tool_pose
 from drake_tracker.tasks.train.episode import errors, train_pose
 

@@ -20,7 +20,7 @@ class Injected:
     Attributes:
         what: in words.
         tag: YAML tag with its settings.
-        causes: values of `drake_tracker.tasks.train.trouble.Cause` that are right for it.
+        causes: values of `drake_tracker.tasks.train.diagnosis.trouble.Cause` that are right for it.
         visions: with which vision it is run.
     """
 

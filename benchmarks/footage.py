@@ -51,10 +51,10 @@ from parts import Part, Timed
 
 import drake_tracker
 from drake_tracker.campaign.wilson import wilson
+from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
 from drake_tracker.vision.config import NormalFlow
-from drake_tracker.vision.image_track import TrackState
-from drake_tracker.vision.image_tracker import ImageTracker
-from drake_tracker.vision.normal_flow import NormalFlowDetector
+from drake_tracker.vision.image_tracks.image_tracker import ImageTracker
+from drake_tracker.vision.image_tracks.track_2d import TrackState
 
 RESULTS = common.RESULTS / "footage.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "footage"

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from footage_clips import FAST_KINDS, RATE, make_clip
 
-from drake_tracker.tracking import make_track, prepare_track
+from drake_tracker.own_cameras import make_track, prepare_track
 
 CELLS = FAST_KINDS
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from footage_clips import RATE, make_clip
 
-from drake_tracker.tracking import make_track, prepare_track
+from drake_tracker.own_cameras import make_track, prepare_track
 
 IMAGES = 60
 X264 = {"crf": "20"}

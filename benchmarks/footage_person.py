@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 from footage_clips import HEIGHT, RATE, WIDTH, make_clip
 
-from drake_tracker.tracking import make_track, prepare_track
-from drake_tracker.vision.calibration_file import save_calibration
-from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.files.calibration_file import save_calibration
+from drake_tracker.own_cameras import make_track, prepare_track
 
 FOCUS, DISTANCE = 800.0, 8.0
 """Focal length of the camera [px], and its distance from the plane in which the figure walks [m]: 1 px is 1 cm."""

@@ -4,8 +4,8 @@ import footage_files
 import numpy as np
 from footage_clips import NOISE, RATE, background, disc, paint
 
-from drake_tracker.vision.calibration_file import save_calibration
-from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.files.calibration_file import save_calibration
 
 WIDTH, HEIGHT = 1088, 1920
 FOCUS, BASELINE, DISTANCE, RADIUS = 1400.0, 0.3, 2.0, 0.25

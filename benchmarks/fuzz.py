@@ -33,7 +33,7 @@ from pathlib import Path
 import common
 from fuzz_table import table
 
-from drake_tracker.core.atomic_file import write_text
+from drake_tracker.core.files.atomic_file import write_text
 
 RESULTS = common.RESULTS / "fuzz.json"
 TESTS = Path(__file__).resolve().parents[1] / "tests"

@@ -17,17 +17,17 @@ from fuzz_mutations import SCALARS, mutate, mutate_json, mutate_log, mutate_yaml
 
 import drake_tracker.campaign.run as campaign_run
 from drake_tracker import cli
+from drake_tracker.cameras.files.calibration_file import load_calibration, load_pose
+from drake_tracker.cameras.files.camera_files import KALIBR, OPENCV, ROS, load_cameras, save_foreign
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import LOG_FILE, STREAM_FILE, save_log
 from drake_tracker.core.log_stream import LogStream
-from drake_tracker.core.loopback_server import LoopbackServer
+from drake_tracker.core.processes.loopback_server import LoopbackServer
+from drake_tracker.measured.measured_error_file import load_error
 from drake_tracker.scenarios.reader import describe_settings
 from drake_tracker.tasks import list_scenarios, load_scenario, save_scenario, scenario_file
 from drake_tracker.tasks.results import package_versions, tidy
-from drake_tracker.vision.calibration_file import load_calibration, load_pose
-from drake_tracker.vision.camera_files import KALIBR, OPENCV, ROS, load_cameras, save_foreign
-from drake_tracker.vision.measured_error_file import load_error
-from drake_tracker.world.tracks import make_track
+from drake_tracker.world.train.tracks import make_track
 
 BASE = Path("base")
 """Folder of the good files, in the scratch folder of the process."""

@@ -10,7 +10,7 @@ from fuzz_mutations import NUMBERS, mutate
 from packets import BAD_PACKETS, circle_packet
 
 from drake_tracker.arm.config import ServoConfig
-from drake_tracker.arm.servo import Servo
+from drake_tracker.arm.motion.servo import Servo
 from drake_tracker.core.messages import KNOT_COUNT, PREDICTION_HEADER, Frozen, Prediction, TrackPoint
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.link.config import Lossy

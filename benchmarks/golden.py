@@ -43,8 +43,8 @@ from golden_sides import (
 
 import drake_tracker
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.processes.signals import exit_code, graceful
 from drake_tracker.core.progress import time_left
-from drake_tracker.core.signals import exit_code, graceful
 
 JUDGED = (0, 1)
 """Exit codes of a command that did its job: with and without success."""

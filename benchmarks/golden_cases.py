@@ -10,7 +10,7 @@ import numpy as np
 
 from drake_tracker.arm.config import Hand
 from drake_tracker.arm.kinds import ARMS, arms_without
-from drake_tracker.core.kinds import snake_case
+from drake_tracker.core.registry import snake_case
 from drake_tracker.estimation.kinds import ESTIMATORS, SURFACE_ESTIMATORS
 from drake_tracker.tasks import list_scenarios
 
@@ -152,8 +152,8 @@ def write_inputs(folder):
     from board_pictures import held, photograph, pose
 
     from drake_tracker.calibration.described_board import parse_board
-    from drake_tracker.vision.calibration_file import save_calibration
-    from drake_tracker.vision.camera_model import CameraModel
+    from drake_tracker.cameras.camera_model import CameraModel
+    from drake_tracker.cameras.files.calibration_file import save_calibration
 
     folder.mkdir()
     _write_images(folder / "one", footage_clips.make_clip("plain", 0, IMAGES).images)

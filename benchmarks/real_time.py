@@ -45,7 +45,7 @@ from speed_tables import loops_table, stages_table
 from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.arm_model import make_arm_model
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.core.processors import processors
+from drake_tracker.core.processes.processors import processors
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.run.log_recorder import add_loggers
 from drake_tracker.run.options import RunOptions
@@ -53,8 +53,8 @@ from drake_tracker.run.recorders import add_recorders
 from drake_tracker.tasks.registry import task_of
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.tasks.train.world import make_train_world
-from drake_tracker.world import render_processes
-from drake_tracker.world.cameras import CAMERA_NAMES
+from drake_tracker.world.imaging import render_processes
+from drake_tracker.world.imaging.cameras import CAMERA_NAMES
 
 TURN = 1.0
 """Simulated time [s] of one turn."""

@@ -17,23 +17,23 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker import load_scenario
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
-from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.grasp.crossing import HAND_YAW
+from drake_tracker.grasp.ball.board_exit import HAND_YAW
 from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.tasks.train.reach import home_reference
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.tasks.train.vision_parts import load_cameras
 from drake_tracker.tasks.train.world import make_train_world
-from drake_tracker.vision.plane_projection import board_window, camera_on_board
-from drake_tracker.vision.window import project_window
-from drake_tracker.world.ball_board import BALL_RADIUS
-from drake_tracker.world.cameras import CAMERA_NAMES, lens_matrix, true_camera_model
-from drake_tracker.world.release_system import draw_delay
-from drake_tracker.world.sensor_model import SensorNoise
-from drake_tracker.world.sensor_noise_system import SensorNoiseSystem
+from drake_tracker.vision.centroid.plane_projection import board_window, camera_on_board
+from drake_tracker.vision.region_of_interest import project_window
+from drake_tracker.world.ball.ball_board import BALL_RADIUS
+from drake_tracker.world.ball.release_system import draw_delay
+from drake_tracker.world.imaging.cameras import CAMERA_NAMES, lens_matrix, true_camera_model
+from drake_tracker.world.imaging.sensor_model import SensorNoise
+from drake_tracker.world.imaging.sensor_noise_system import SensorNoiseSystem
 
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "detector_images"
 EMPTY_AT = 1.5

@@ -22,7 +22,7 @@ from drake_tracker.campaign.record import read_lines
 from drake_tracker.campaign.trial import Lost
 from drake_tracker.core.errors import MachineError
 from drake_tracker.core.log import load_log
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate
 from drake_tracker.tasks import load_scenario

@@ -42,7 +42,7 @@ from drake_tracker.campaign.trial import run_line
 from drake_tracker.campaign.wilson import wilson
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks import load_scenario
-from drake_tracker.world.cameras import true_camera_models
+from drake_tracker.world.imaging.cameras import true_camera_models
 
 RESULTS = common.RESULTS / "several.json"
 FOLDER = Path(__file__).resolve().parents[1] / "runs" / "several"

@@ -13,7 +13,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_tracker import make_diagram
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
-from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.messages import (
     TRACK_FIELDS,
@@ -35,7 +35,7 @@ from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.tasks.train.vision_parts import image_vision, rendered_windows
 from drake_tracker.tasks.train.world import make_train_world
 from drake_tracker.vision.config import Several, Single
-from drake_tracker.world.rail import TRAIN_LENGTH
+from drake_tracker.world.train.rail import TRAIN_LENGTH
 
 SEVERAL = {"several": Several()}
 TRACKERS = {**SEVERAL, "single": Single()}

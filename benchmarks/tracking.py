@@ -22,7 +22,7 @@ from drake_tracker import load_scenario, make_diagram
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.core.messages import Prediction
 from drake_tracker.core.timing import SERVO_PERIOD, VISION_PERIOD, steps_in
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.log_recorder import add_loggers, read_log, tool_signal
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.episode import tool_pose

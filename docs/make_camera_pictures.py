@@ -122,7 +122,7 @@ def first_place():
 
 def draw_codes(out):
     """Draws photographs of the running code, good and bad, and whether they can be read."""
-    from drake_tracker.latency import draw_code, read_code
+    from drake_tracker.cameras.latency import draw_code, read_code
 
     code = draw_code([107, 57, 73, 90], 10)
     flat = np.float32([[0, 0], [310, 0], [310, 170], [0, 170]])

@@ -25,11 +25,11 @@ from several_worlds import SEVERAL, WatchingDiagram, watch  # noqa: E402
 from drake_tracker import load_scenario  # noqa: E402
 from drake_tracker.core.timing import VISION_PERIOD  # noqa: E402
 from drake_tracker.tasks.train.vision_parts import load_cameras  # noqa: E402
-from drake_tracker.vision.division import divide  # noqa: E402
-from drake_tracker.vision.object_shape import outline_area  # noqa: E402
-from drake_tracker.vision.object_window import ObjectWindow  # noqa: E402
-from drake_tracker.vision.silhouettes import find_silhouettes  # noqa: E402
-from drake_tracker.vision.stereo_geometry import projection_jacobian  # noqa: E402
+from drake_tracker.vision.silhouettes.object_shape import outline_area  # noqa: E402
+from drake_tracker.vision.silhouettes.silhouettes import find_silhouettes  # noqa: E402
+from drake_tracker.vision.silhouettes.split_silhouettes import divide  # noqa: E402
+from drake_tracker.vision.silhouettes.stereo_geometry import projection_jacobian  # noqa: E402
+from drake_tracker.vision.silhouettes.validation_gate import ObjectWindow  # noqa: E402
 
 IMAGES = DOCS / "images"
 SEED = 11

@@ -1,3 +1,4 @@
+from .cameras.camera_model import CameraModel as CameraModel
 from .campaign.run import run_campaign as run_campaign
 from .core.errors import DrakeTrackerError as DrakeTrackerError
 from .core.errors import DrakeTrackerWarning as DrakeTrackerWarning
@@ -18,8 +19,7 @@ from .tasks.loader import save_scenario as save_scenario
 from .tasks.registry import initialise as initialise
 from .tasks.registry import make_diagram as make_diagram
 from .tasks.registry import task_of as task_of
-from .vision.camera_model import CameraModel as CameraModel
-from .vision.motion_centroid_system import add_motion_centroid as add_motion_centroid
+from .vision.centroid.motion_centroid_system import add_motion_centroid as add_motion_centroid
 from .vision.triangulator_system import add_triangulator as add_triangulator
 
 __version__: str

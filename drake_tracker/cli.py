@@ -41,8 +41,8 @@ from drake_tracker.commands import (
     view,
 )
 from drake_tracker.commands.common import BROKEN_PIPE, FAULT, TROUBLE, quiet_graphics, warn
-from drake_tracker.core import signals
 from drake_tracker.core.errors import DrakeTrackerError, DrakeTrackerWarning
+from drake_tracker.core.processes import signals
 
 COMMANDS = (
     run,

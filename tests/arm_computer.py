@@ -10,13 +10,13 @@ from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.config import PacketGuardConfig, ServoConfig
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.arm.differential_ik import joints_for
-from drake_tracker.arm.packet_guard import PacketGuard
+from drake_tracker.arm.motion.differential_ik import joints_for
+from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.core.messages import Prediction, message_size
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
 from drake_tracker.grasp.config import GraspConfig
-from drake_tracker.grasp.grasp_machine import GraspMachine
-from drake_tracker.grasp.grasp_system import GraspSystem
+from drake_tracker.grasp.train.grasp_machine import GraspMachine
+from drake_tracker.grasp.train.grasp_system import GraspSystem
 
 HOME = np.array([0.56, 0.0, 0.485, np.pi])
 GUARD = PacketGuard(PacketGuardConfig(), VOLUME, TABLE_HEIGHT)

@@ -10,12 +10,12 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.arm.differential_ik import joints_for
-from drake_tracker.arm.tool_controller import add_tool_controller
-from drake_tracker.arm.tool_motion import ToolMotion
+from drake_tracker.arm.motion.differential_ik import joints_for
+from drake_tracker.arm.motion.tool_controller import add_tool_controller
+from drake_tracker.arm.motion.tool_motion import ToolMotion
 from drake_tracker.core.messages import ArmCommand, ServoTarget, message_size
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP
-from drake_tracker.world.plant import add_laboratory
+from drake_tracker.world.train.plant import add_laboratory
 
 REFERENCE = np.array([0.56, 0.0, 0.485, np.pi])
 HEIGHT, DOWN = 0.22, 0.35

@@ -4,16 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drake_tracker.arm.transform_equation import share_done
+from drake_tracker.arm.motion.transform_equation import share_done
+from drake_tracker.cameras.triangulation import triangulate
 from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, Prediction, evaluate_prediction, pack_prediction
 from drake_tracker.core.timing import SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.estimation import make_estimator
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.task import TASK
-from drake_tracker.vision.triangulation import triangulate
-from drake_tracker.world.cameras import CAMERA_NAMES, true_camera_models
+from drake_tracker.world.imaging.cameras import CAMERA_NAMES, true_camera_models
 
 SPEED, LAG = 0.1, 15 * VISION_PERIOD
 START = np.array([0.56, -0.2, 0.485])

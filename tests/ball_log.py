@@ -6,16 +6,16 @@ import numpy as np
 from catches import ACCELERATION, X_WB, ball_packet
 from pydrake.math import RigidTransform
 
+from drake_tracker.cameras.boards.board_poses import BoardPoses
+from drake_tracker.cameras.boards.circle_pose import image_centres
 from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.grasp.ball.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.task import TASK
-from drake_tracker.vision.board_poses import BoardPoses
-from drake_tracker.vision.circle_pose import image_centres
-from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS
-from drake_tracker.world.ball_camera import draw_camera_pose
-from drake_tracker.world.cameras import lens_matrix
+from drake_tracker.world.ball.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS
+from drake_tracker.world.ball.ball_camera import draw_camera_pose
+from drake_tracker.world.imaging.cameras import lens_matrix
 
 LAG = 5 * VISION_PERIOD
 EXIT_SPEED = 1.0

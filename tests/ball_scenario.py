@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from drake_tracker.cameras.boards.board_poses import BoardPoses
 from drake_tracker.tasks.ball.scenario import BallScenario
-from drake_tracker.vision.board_poses import BoardPoses
-from drake_tracker.world.ball_board import draw_board_pose
-from drake_tracker.world.ball_camera import draw_camera_pose
+from drake_tracker.world.ball.ball_board import draw_board_pose
+from drake_tracker.world.ball.ball_camera import draw_camera_pose
 
 
 def make_scenario(seed=0, noise=0.0, start_x=None, release=True, **board):

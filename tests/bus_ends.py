@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.lcm import LcmInterfaceSystem
 
 from drake_tracker import load_scenario
-from drake_tracker.arm.packet_guard_system import make_packet_guard_system
+from drake_tracker.arm.safety.packet_guard_system import make_packet_guard_system
 from drake_tracker.core.messages import TrackPoint
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
 from drake_tracker.network.channels import channel_of, vectors

@@ -5,7 +5,7 @@ from bisect import bisect
 import numpy as np
 from slopes import LAG, RADIUS, board_pose, to_world
 
-from drake_tracker.arm.tool_motion import ToolMotion
+from drake_tracker.arm.motion.tool_motion import ToolMotion
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -17,8 +17,8 @@ from drake_tracker.core.messages import (
     message_size,
     pack_prediction,
 )
-from drake_tracker.grasp.catch_machine import CatchObservation
-from drake_tracker.grasp.crossing import BoardEdge
+from drake_tracker.grasp.ball.board_exit import BoardEdge
+from drake_tracker.grasp.ball.catch_machine import CatchObservation
 
 TIME_STEP, PERIOD = 1.0 / 600.0, 0.005
 X_WB = board_pose()

@@ -13,9 +13,9 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.vision.window import project_window
-from drake_tracker.world.cameras import true_camera_models
+from drake_tracker.vision.region_of_interest import project_window
 from drake_tracker.world.config import CamerasConfig
+from drake_tracker.world.imaging.cameras import true_camera_models
 
 pytest_plugins = ["made_up_run"]
 

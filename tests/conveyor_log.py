@@ -15,14 +15,14 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.core.timing import SERVO_PERIOD, TIME_STEP, VISION_PERIOD
-from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.conveyor.task import TASK
 from drake_tracker.tasks.task import BODY_STATE
-from drake_tracker.world.arrivals import Arrival
-from drake_tracker.world.belt_motion import make_belt_motion
-from drake_tracker.world.part_fates import PartFate
-from drake_tracker.world.tray import cell_centres
+from drake_tracker.world.conveyor.arrivals import Arrival
+from drake_tracker.world.conveyor.belt_motion import make_belt_motion
+from drake_tracker.world.conveyor.part_fates import PartFate
+from drake_tracker.world.conveyor.tray import cell_centres
 
 YAW = 0.5 * np.pi
 """Direction in which parts are ordered to lie [rad]."""

@@ -6,14 +6,14 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.messages import PickVerdict
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
-from drake_tracker.world.arrivals import PART_COLOURS, Arrival
 from drake_tracker.world.config import CamerasConfig
-from drake_tracker.world.conveyor_config import BeltConfig
-from drake_tracker.world.conveyor_world_diagram import ConveyorWorldDiagram
-from drake_tracker.world.part_fates import PartFate
+from drake_tracker.world.conveyor.arrivals import PART_COLOURS, Arrival
+from drake_tracker.world.conveyor.conveyor_config import BeltConfig
+from drake_tracker.world.conveyor.conveyor_world_diagram import ConveyorWorldDiagram
+from drake_tracker.world.conveyor.part_fates import PartFate
 
 KINDS = tuple(PART_SHAPES)
 HEIGHT = BeltConfig().height

@@ -5,9 +5,9 @@ from functools import cache
 import cv2
 import numpy as np
 
-from drake_tracker.vision.foreground import Foreground
-from drake_tracker.world.cameras import true_camera_models
+from drake_tracker.vision.silhouettes.foreground import Foreground
 from drake_tracker.world.config import CamerasConfig
+from drake_tracker.world.imaging.cameras import true_camera_models
 
 _MODELS = true_camera_models(CamerasConfig())
 CAMERAS = [_MODELS["camera_left"], _MODELS["camera_right"]]

@@ -8,12 +8,12 @@ from drake_tracker.core.part_kinds import PartKind
 from drake_tracker.tasks.calibrated import calibrated_cameras
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.conveyor.vision_parts import rendered_windows, seen_belt
-from drake_tracker.vision.belt_surface import BeltSurface
-from drake_tracker.vision.part_fit import SeenWindow, soften
-from drake_tracker.vision.part_search import PartSearch
-from drake_tracker.vision.part_silhouette import PartPose, PartSilhouette
-from drake_tracker.vision.part_tracker import PartImage, PartTracker
-from drake_tracker.vision.part_vision_diagram import belt_window
+from drake_tracker.vision.parts.belt_surface import BeltSurface
+from drake_tracker.vision.parts.part_fit import SeenWindow, soften
+from drake_tracker.vision.parts.part_search import PartSearch
+from drake_tracker.vision.parts.part_silhouette import PartPose, PartSilhouette
+from drake_tracker.vision.parts.part_tracker import PartImage, PartTracker
+from drake_tracker.vision.parts.part_vision_diagram import belt_window
 
 SCENARIO = ConveyorScenario()
 HEIGHT = SCENARIO.belt.height

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_tracker.world.tracks import make_track
+from drake_tracker.world.train.tracks import make_track
 
 PERIOD = 1.0 / 60.0
 HEIGHT = 0.485

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_tracker.vision.hand_markers import HALF_HEIGHT, HALF_MIDDLE, RADIUS
+from drake_tracker.vision.hand.hand_markers import HALF_HEIGHT, HALF_MIDDLE, RADIUS
 
 FINE = 3
 """Rays along each side of a pixel."""

@@ -5,7 +5,7 @@ import numpy as np
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.faults.kinds import FAULTS, make_faults
 from drake_tracker.tasks.train.scenario import WORK_VOLUME, TrainScenario
-from drake_tracker.world.cameras import camera_poses, true_camera_models
+from drake_tracker.world.imaging.cameras import camera_poses, true_camera_models
 
 KINDS = list(FAULTS.makers)
 X_WCS = {

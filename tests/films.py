@@ -6,8 +6,8 @@ import av
 import cv2
 import numpy as np
 
-from drake_tracker.vision.calibration_file import save_calibration
-from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.files.calibration_file import save_calibration
 
 WIDTH, HEIGHT, FOCUS = 320, 240, 420.0
 RADIUS, BALL = 0.12, 0.025

@@ -9,7 +9,7 @@ from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
 from drake_tracker.core.timing import ESTIMATOR_SLOT, GRASP_SLOT, SERVO_PERIOD, TIME_STEP, VISION_PERIOD, vision_slot
 from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.train.task import TASK
 from drake_tracker.tasks.train.track_placement import place_track

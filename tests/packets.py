@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_tracker.arm.packet_guard import Rejection
+from drake_tracker.arm.safety.packet_guard import Rejection
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from drake_tracker.latency.screen_code import FIELDS, SIZE, draw_code
+from drake_tracker.cameras.latency.screen_code import FIELDS, SIZE, draw_code
 
 CELL = 10
 REFRESH = 1.0 / 60.0

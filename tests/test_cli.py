@@ -12,8 +12,8 @@ import pytest
 
 from drake_tracker import cli
 from drake_tracker.commands import common
-from drake_tracker.core import signals
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.processes import signals
 from drake_tracker.core.progress import Progress, TrialsProgress, time_left
 from drake_tracker.run.options import RunOptions
 from drake_tracker.scenarios.reader import describe_settings

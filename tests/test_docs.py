@@ -18,7 +18,7 @@ from guides import blocks as guide_blocks
 import drake_tracker
 from drake_tracker import cli
 from drake_tracker.commands import common
-from drake_tracker.core.signals import REQUESTS
+from drake_tracker.core.processes.signals import REQUESTS
 from drake_tracker.tasks import load_scenario
 
 REPOSITORY = Path(__file__).parents[1]

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import drake_tracker.core.errors
-from drake_tracker.core import machine
+from drake_tracker.core import system_check as machine
 from drake_tracker.core.models_path import models_path
 
 PACKAGE = Path(drake_tracker.core.errors.__file__).parents[1]
@@ -20,14 +20,15 @@ REPOSITORY = PACKAGE.parent
 MODULES = sorted(PACKAGE.rglob("*.py"))
 SCRIPTS = sorted(path for folder in ("benchmarks", "docs", "models") for path in (REPOSITORY / folder).rglob("*.py"))
 SUBSYSTEMS = (
-    *("core", "world", "vision", "estimation", "dispatch", "link", "arm", "grasp", "footage", "network", "faults"),
+    *("core", "cameras", "world", "vision", "measured", "estimation", "dispatch", "link", "arm", "grasp", "footage"),
+    *("network", "faults"),
 )
 TASKS = ("scenarios", "diagrams", "tasks")
 APPLICATIONS = (
-    *("run", "replay", "live", "report", "campaign", "calibration", "latency", "tracking", "figures", "commands"),
+    *("run", "replay", "live", "report", "campaign", "calibration", "own_cameras", "figures", "commands"),
     *("cli", "__main__", "__init__"),
 )
-CONTROLLER = ("vision", "estimation", "dispatch", "link", "arm", "grasp", "network")
+CONTROLLER = ("cameras", "vision", "measured", "estimation", "dispatch", "link", "arm", "grasp", "network")
 FORBIDDEN = {
     **dict.fromkeys(SUBSYSTEMS, (*TASKS, *APPLICATIONS)),
     **dict.fromkeys(TASKS, APPLICATIONS),
@@ -38,16 +39,16 @@ FORBIDDEN = {
 }
 """Packages that a package must not import."""
 ASSEMBLIES = {
-    *("arm/joint_servo.py", "arm/tool_controller.py"),
+    *("arm/motion/joint_servo.py", "arm/motion/tool_controller.py"),
     *(
-        "world/camera_system.py",
-        "world/cameras.py",
-        "world/calibration_board.py",
-        "world/wrist_calibration_scene.py",
-        "world/plant.py",
-        "world/conveyor_plant.py",
-        "world/scene_copy.py",
-        "world/ball_plant.py",
+        "world/imaging/camera_system.py",
+        "world/imaging/cameras.py",
+        "world/imaging/calibration_board.py",
+        "world/imaging/wrist_calibration_scene.py",
+        "world/train/plant.py",
+        "world/conveyor/conveyor_plant.py",
+        "world/imaging/scene_copy.py",
+        "world/ball/ball_plant.py",
     ),
 }
 """Modules that put Drake's own Systems together."""

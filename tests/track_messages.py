@@ -12,8 +12,8 @@ from drake_tracker.core.messages import (
     message_size,
 )
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.object_track import TrackState
-from drake_tracker.vision.target import Reason
+from drake_tracker.vision.silhouettes.target import Reason
+from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 
 def track(number, x=0.5, y=0.0, *, state=TrackState.MOVING, vx=0.0, vy=0.0, size=0.1):

@@ -4,7 +4,7 @@ import numpy as np
 from cuboids import CAMERAS, CENTRE, HEIGHT, PERIOD, WORK_VOLUME, oval
 
 from drake_tracker.vision.config import Several
-from drake_tracker.vision.tracker import Tracker, TrackerState
+from drake_tracker.vision.silhouettes.tracker import Tracker, TrackerState
 
 GOLD, BLUE, RED = (200, 170, 60), (50, 80, 190), (190, 50, 40)
 NEAR = 0.02

@@ -11,8 +11,8 @@ the points and in what is known beforehand. Errors are mean squares [m^2] of the
 
 import numpy as np
 
-from drake_tracker.estimation.periodic_path import basis, harmonics_of, prior
-from drake_tracker.estimation.turn_model import CURVATURE, HEADING, SPEED, X, Y, turn_step
+from drake_tracker.estimation.parts.periodic_path import basis, harmonics_of, prior
+from drake_tracker.estimation.parts.turn_model import CURVATURE, HEADING, SPEED, X, Y, turn_step
 
 CHANGE = 0.5
 """Curvature that changes by more than this [1/m] within `CHANGE_OVER` [m] has jumped."""

@@ -11,12 +11,12 @@ from contestants import contestant
 from measure import HORIZONS, follow, rounded
 from worlds import HEIGHT, PERIOD, make_world
 
-from drake_tracker.arm.servo import Servo
+from drake_tracker.arm.motion.servo import Servo
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.estimation import CoordinatedTurnEstimator, make_estimator
-from drake_tracker.estimation.rice import mean_factor
-from drake_tracker.estimation.turn_model import turn_step
+from drake_tracker.estimation.parts.rice import mean_factor
+from drake_tracker.estimation.parts.turn_model import turn_step
 from drake_tracker.link.config import Lossy
 from drake_tracker.link.lossy_link import LossyLink
 

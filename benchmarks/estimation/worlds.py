@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from drake_tracker.world.speed_law import distance_at
-from drake_tracker.world.tracks import Track, make_track
+from drake_tracker.world.train.speed_law import distance_at
+from drake_tracker.world.train.tracks import Track, make_track
 
 PERIOD = 1.0 / 60.0
 """Time between points [s]."""

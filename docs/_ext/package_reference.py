@@ -1,7 +1,7 @@
 """Reference pages that are generated from the package.
 
-- ``systems:: FOLDER`` documents every System and Diagram in the folders of that name.
-- ``exports:: PACKAGE`` documents what a package exports, apart from its Systems.
+- ``systems:: FOLDER`` documents every System and Diagram in a folder of the package and in those below.
+- ``exports:: PACKAGE`` documents what a package and those below it export, apart from their Systems.
 - ``messages::`` lists the fields of every message.
 - ``settings:: TASK`` lists every setting of a task's scenario, kind by kind.
 - ``options:: COMMAND`` lists the arguments and options of a command of ``drake-tracker``.
@@ -31,13 +31,13 @@ SHOWN_FIELDS = 20
 
 
 class Systems(SphinxDirective):
-    """Every class with a ``pydrake_system`` block in a folder of the package, module by module."""
+    """Every class with a ``pydrake_system`` block in a folder of the package and in those below, module by module."""
 
     required_arguments = 1
 
     def run(self):
         lines = []
-        for path in sorted(path for path in PACKAGE.rglob("*.py") if path.parent.name == self.arguments[0]):
+        for path in sorted((PACKAGE / self.arguments[0]).rglob("*.py")):
             self.env.note_dependency(str(path))
             for name in systems_in(path):
                 lines += [f"{name}", "-" * len(name), "", f".. autoclass:: {module_of(path)}.{name}", ""]
@@ -47,19 +47,18 @@ class Systems(SphinxDirective):
 
 
 class Exports(SphinxDirective):
-    """The public names of a package, as its ``__init__.pyi`` lists them."""
+    """The public names of a package and of those below it, as their ``__init__.pyi`` list them."""
 
     required_arguments = 1
 
     def run(self):
-        folder = PACKAGE.joinpath(*self.arguments[0].split("."))
-        stub = folder / "__init__.pyi"
-        self.env.note_dependency(str(stub))
         lines = ["Other public names", "------------------", ""]
-        for module, name in EXPORT.findall(stub.read_text(encoding="utf-8")):
-            path = folder.joinpath(*module.split(".")).with_suffix(".py")
-            if not (path.is_file() and name in systems_in(path)):
-                lines += [*documented(f"drake_tracker.{self.arguments[0]}.{module}", name), ""]
+        for stub in sorted((PACKAGE / self.arguments[0]).rglob("__init__.pyi")):
+            self.env.note_dependency(str(stub))
+            for module, name in EXPORT.findall(stub.read_text(encoding="utf-8")):
+                path = stub.parent.joinpath(*module.split(".")).with_suffix(".py")
+                if not (path.is_file() and name in systems_in(path)):
+                    lines += [*documented(module_of(path), name), ""]
         return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True) if len(lines) > 3 else []
 
 

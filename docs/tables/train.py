@@ -14,7 +14,7 @@ from train_grasp import (
 )
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.normal_flow_parameters import PRESETS
+from drake_tracker.vision.centroid.normal_flow_parameters import PRESETS
 from tables.headline import rung_rows
 from tables.results import Row, block, commit_of, lines, listed, of, origin, seeds_between, table, uses, where
 

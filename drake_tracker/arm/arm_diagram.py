@@ -9,15 +9,15 @@ from pydrake.systems.primitives import MatrixGain
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_model import ArmModel
 from drake_tracker.arm.config import ServoConfig
-from drake_tracker.arm.joint_servo import add_set_point_spline
-from drake_tracker.arm.packet_guard import PacketGuard
-from drake_tracker.arm.packet_guard_system import make_packet_guard_system
-from drake_tracker.arm.servo_system import add_servo
-from drake_tracker.arm.tool_controller import add_tool_controller
-from drake_tracker.arm.tool_motion import ToolMotion
-from drake_tracker.arm.tool_yaw import flip_speed
-from drake_tracker.arm.visual_edge import VisualEdge
-from drake_tracker.arm.visual_edge_system import VisualEdgeSystem
+from drake_tracker.arm.hand_eye_correction import VisualEdge
+from drake_tracker.arm.hand_eye_correction_system import VisualEdgeSystem
+from drake_tracker.arm.motion.joint_servo import add_set_point_spline
+from drake_tracker.arm.motion.servo_system import add_servo
+from drake_tracker.arm.motion.tool_controller import add_tool_controller
+from drake_tracker.arm.motion.tool_motion import ToolMotion
+from drake_tracker.arm.motion.tool_yaw import flip_speed
+from drake_tracker.arm.safety.packet_guard import PacketGuard
+from drake_tracker.arm.safety.packet_guard_system import make_packet_guard_system
 from drake_tracker.core.messages import ArmCommand, message_size
 from drake_tracker.core.timing import SERVO_PERIOD
 

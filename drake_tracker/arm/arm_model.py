@@ -9,8 +9,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, JacobianWrtVariable, ModelInstanceIndex, MultibodyForces, WeldJoint
 
 from drake_tracker.arm.description import Arm
+from drake_tracker.arm.motion.transform_equation import tool_down_rotation
 from drake_tracker.arm.plant import ArmParts, actuators_of, add_arm
-from drake_tracker.arm.transform_equation import tool_down_rotation
 
 
 class ArmModel:

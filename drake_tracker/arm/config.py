@@ -36,7 +36,7 @@ class ServoConfig:
 
 @dataclass(frozen=True)
 class PacketGuardConfig:
-    """What the arm's receiver of packets accepts. `drake_tracker.arm.packet_guard.PacketGuard` explains the limits.
+    """What the receiver of packets accepts. `drake_tracker.arm.safety.packet_guard.PacketGuard` explains the limits.
 
     Attributes:
         margin: distance from the volume in which vision sees the object up to which a path may begin [m]. Vision itself

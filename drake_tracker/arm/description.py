@@ -10,7 +10,7 @@ from drake_tracker.arm.config import Hand
 FINGERS = ("finger_left", "finger_right")
 """The gripper's prismatic joints. Each travels half the opening; the first is driven, the second is coupled to it."""
 MARKERS = ("marker_left", "marker_right")
-"""Links of a hand's model that are markers for cameras, one on each finger (`drake_tracker.vision.hand_markers`)."""
+"""Links of a hand that are markers for cameras, one on each finger (`drake_tracker.vision.hand.hand_markers`)."""
 PROBE_FRAME = "probe"
 """Frame of the cup: the centre of the spherical tip with which it touches the board's marks."""
 

@@ -10,7 +10,7 @@ from drake_tracker.arm.description import (
     ArmDescription,
 )
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.kinds import Kinds
+from drake_tracker.core.registry import Kinds
 
 
 def puma560(settings: Puma560, *, hand: Hand) -> ArmDescription:

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 
-from drake_tracker.core.atomic_file import replacing
+from drake_tracker.cameras.boards.board import Board
+from drake_tracker.cameras.boards.board_kinds import kind_of
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.board import Board
-from drake_tracker.vision.board_kinds import kind_of
+from drake_tracker.core.files.atomic_file import replacing
 
 PAGES = {"a4": (210.0, 297.0), "a3": (297.0, 420.0), "letter": (215.9, 279.4)}
 """Width and height of an upright page [mm]: ISO 216, ANSI/ASME Y14.1."""

@@ -5,9 +5,9 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+from drake_tracker.cameras.boards.board import Board
+from drake_tracker.cameras.boards.board_kinds import BOARDS
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.board import Board
-from drake_tracker.vision.board_kinds import BOARDS
 
 LARGEST_SQUARE = 1.0
 """Largest side of a square [m]; a larger number is probably in millimetres."""

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from drake_tracker.vision.measured_error import AXES
-from drake_tracker.vision.measured_error_fit import HEADINGS, SpeedFit
+from drake_tracker.measured.measured_error import AXES
+from drake_tracker.measured.measured_error_fit import HEADINGS, SpeedFit
 
 _SHOWN = 12
 """Number of headings in the table of the bias."""

@@ -8,12 +8,12 @@ from typing import cast
 import cv2
 import numpy as np
 
+from drake_tracker.cameras.boards.board import Board, enough_points
+from drake_tracker.cameras.boards.board_kinds import kind_of
+from drake_tracker.cameras.boards.chessboard import Chessboard
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.progress import StepsProgress
 from drake_tracker.footage.image_files import list_images, read_image
-from drake_tracker.vision.board import Board, enough_points
-from drake_tracker.vision.board_kinds import kind_of
-from drake_tracker.vision.chessboard import Chessboard
 
 LEAST_VIEWS = 5
 """Fewest pairs of photographs, or photographs of a single camera, with a board in them."""

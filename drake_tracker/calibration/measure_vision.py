@@ -12,8 +12,11 @@ from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 from drake_tracker.calibration.error_tables import print_fits
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal
-from drake_tracker.core.machine import require_renderer
 from drake_tracker.core.progress import Progress
+from drake_tracker.core.system_check import require_renderer
+from drake_tracker.measured.measured_error import MeasuredError
+from drake_tracker.measured.measured_error_file import save_error
+from drake_tracker.measured.measured_error_fit import Sighting, SpeedFit, combine, fit_speed
 from drake_tracker.run.log_recorder import add_loggers, read_log
 from drake_tracker.tasks.registry import require_task
 from drake_tracker.tasks.train.diagram import make_train_diagram
@@ -22,11 +25,8 @@ from drake_tracker.tasks.train.scenario import Rendered, TrainScenario
 from drake_tracker.tasks.train.task import TASK
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.tasks.train.vision_parts import flow_parameters, load_cameras, slowest_seen, tracks_several
-from drake_tracker.vision.measured_error import MeasuredError
-from drake_tracker.vision.measured_error_file import save_error
-from drake_tracker.vision.measured_error_fit import Sighting, SpeedFit, combine, fit_speed
-from drake_tracker.world.cameras import describe_rig, focal_length
 from drake_tracker.world.config import CamerasConfig
+from drake_tracker.world.imaging.cameras import describe_rig, focal_length
 
 SEEDS, LAPS = 2, 2
 MOST_SEEDS = 100

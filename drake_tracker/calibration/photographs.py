@@ -12,18 +12,18 @@ from drake_tracker.calibration.coverage import check_coverage
 from drake_tracker.calibration.found_boards import LEAST_VIEWS, FoundBoards, find_boards, list_photographs
 from drake_tracker.calibration.quality import measure_quality, pair_rms, to_retake
 from drake_tracker.calibration.quality_figure import draw_quality
+from drake_tracker.cameras.boards.board import Board
+from drake_tracker.cameras.boards.board_kinds import kind_of
+from drake_tracker.cameras.calibration.camera_calibration import Lens, board_pose, lens_from_corners
+from drake_tracker.cameras.calibration.leave_one_out import left_out_errors, left_out_reprojection
+from drake_tracker.cameras.calibration.stereo_calibration import relative_pose
+from drake_tracker.cameras.calibration.stereo_pose_consensus import agree, upright
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.files.calibration_file import save_calibration
+from drake_tracker.cameras.files.camera_files import KALIBR, OWN, save_foreign
+from drake_tracker.cameras.lens_models import FISHEYE, PINHOLE
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.progress import StepsProgress
-from drake_tracker.vision.board import Board
-from drake_tracker.vision.board_kinds import kind_of
-from drake_tracker.vision.calibration import Lens, board_pose, lens_from_corners
-from drake_tracker.vision.calibration_file import save_calibration
-from drake_tracker.vision.camera_files import KALIBR, OWN, save_foreign
-from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.left_out import left_out_errors, left_out_reprojection
-from drake_tracker.vision.lens_models import FISHEYE, PINHOLE
-from drake_tracker.vision.pair_consistency import agree, upright
-from drake_tracker.vision.stereo_calibration import relative_pose
 
 WORST_RMS = 3.0
 """Largest reprojection error [px] of a lens; beyond it the board is a different one, or the pairs are mixed up."""

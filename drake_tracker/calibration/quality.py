@@ -7,11 +7,11 @@ import numpy as np
 
 from drake_tracker.calibration.coverage import covered_cells
 from drake_tracker.calibration.found_boards import FoundBoards
-from drake_tracker.vision.board import Board
-from drake_tracker.vision.calibration import Lens
-from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.lens_uncertainty import lens_std
-from drake_tracker.vision.triangulation import triangulate
+from drake_tracker.cameras.boards.board import Board
+from drake_tracker.cameras.calibration.camera_calibration import Lens
+from drake_tracker.cameras.calibration.lens_uncertainty import lens_std
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.triangulation import triangulate
 
 _WORSE = 3.0
 """Multiple of the median error beyond which a photograph is taken again."""

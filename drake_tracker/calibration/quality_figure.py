@@ -13,7 +13,7 @@ from matplotlib.patches import Rectangle
 from drake_tracker.calibration.coverage import CELLS
 from drake_tracker.calibration.found_boards import FoundBoards, ImageShape
 from drake_tracker.calibration.quality import CameraQuality
-from drake_tracker.core.atomic_file import replacing
+from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.tasks.style import FILTERED, PLOT_STYLE, PREDICTED, SEEN, SOFT_INK
 
 _EMPTY = "#f3d9d2"

@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 from pydrake.math import RigidTransform
 
+from drake_tracker.cameras.boards.chessboard import Chessboard
+from drake_tracker.cameras.calibration.camera_calibration import calibrate_intrinsics, locate_camera
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.files.calibration_file import save_calibration
+from drake_tracker.cameras.triangulation import triangulate
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.machine import require_renderer
+from drake_tracker.core.system_check import require_renderer
 from drake_tracker.tasks import scenario_file
 from drake_tracker.tasks.registry import task_of
 from drake_tracker.tasks.task import CalibrationPlace
-from drake_tracker.vision.calibration import calibrate_intrinsics, locate_camera
-from drake_tracker.vision.calibration_file import save_calibration
-from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.chessboard import Chessboard
-from drake_tracker.vision.triangulation import triangulate
-from drake_tracker.world.calibration_board import BOARD_THICKNESS, CalibrationScene, held_pose, lying_pose
-from drake_tracker.world.cameras import CAMERA_NAMES, camera_poses, describe_rig, true_camera_models
 from drake_tracker.world.config import CamerasConfig, LightingConfig
+from drake_tracker.world.imaging.calibration_board import BOARD_THICKNESS, CalibrationScene, held_pose, lying_pose
+from drake_tracker.world.imaging.cameras import CAMERA_NAMES, camera_poses, describe_rig, true_camera_models
 
 LENS_VIEWS = 16
 """Views of the held board from which a lens is calibrated."""

@@ -6,22 +6,22 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.math import RigidTransform
 
+from drake_tracker.cameras.boards.board_poses import pose_error
+from drake_tracker.cameras.boards.chessboard import Chessboard, find_corners
+from drake_tracker.cameras.calibration.camera_calibration import lens_from_corners
+from drake_tracker.cameras.calibration.hand_eye_solver import solve_hand_eye
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.files.calibration_file import save_calibration
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.machine import require_renderer
+from drake_tracker.core.system_check import require_renderer
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks import scenario_file
 from drake_tracker.tasks.registry import require_task
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.board_poses import pose_error
-from drake_tracker.vision.calibration import lens_from_corners
-from drake_tracker.vision.calibration_file import save_calibration
-from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.chessboard import Chessboard, find_corners
-from drake_tracker.vision.hand_eye_solver import solve_hand_eye
 from drake_tracker.world.config import WristCamera
-from drake_tracker.world.wrist_calibration_scene import WristCalibrationScene
-from drake_tracker.world.wrist_camera import WRIST_CAMERA, describe_wrist, true_wrist_model
+from drake_tracker.world.imaging.wrist_calibration_scene import WristCalibrationScene
+from drake_tracker.world.imaging.wrist_camera import WRIST_CAMERA, describe_wrist, true_wrist_model
 
 VIEWS = 24
 """Poses of the arm."""

@@ -20,7 +20,7 @@ from drake_tracker import __version__
 from drake_tracker.campaign.pool import Runner
 from drake_tracker.campaign.trial import Lost
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.world.image_pipeline import VARIABLE
+from drake_tracker.world.imaging.image_pipeline import VARIABLE
 
 CONNECT_TIMEOUT = 10.0
 """Time [s] within which a scheduler must answer."""

@@ -9,9 +9,9 @@ from typing import Any
 
 from drake_tracker.campaign.plan import Plan, TrialKey, key_of
 from drake_tracker.campaign.record import Record
-from drake_tracker.core.atomic_file import write_text
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.regular_file import read_regular
+from drake_tracker.core.files.atomic_file import write_text
+from drake_tracker.core.files.regular_file import read_regular
 
 PLAN, TRIALS = "campaign.json", "trials.jsonl"
 """Names of the files."""

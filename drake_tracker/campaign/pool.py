@@ -6,9 +6,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from drake_tracker.campaign.trial import Lost
-from drake_tracker.core.processors import processors
-from drake_tracker.core.worker_pool import WorkerDied, run_trials
-from drake_tracker.world.image_pipeline import VARIABLE
+from drake_tracker.core.processes.processors import processors
+from drake_tracker.core.processes.worker_pool import WorkerDied, run_trials
+from drake_tracker.world.imaging.image_pipeline import VARIABLE
 
 Runner = Callable[[Callable[[Any], Any], Iterable[Any]], Generator[tuple[Any, Any], None, None]]
 """A function ``run(work, jobs)`` that yields (job, result of ``work(job)`` or `Lost`) for every job, in the order in

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.signals import held
+from drake_tracker.core.processes.signals import held
 
 
 class Record:

@@ -16,12 +16,12 @@ from drake_tracker.campaign.rates import Rate, rate_columns, rate_table, rates_o
 from drake_tracker.campaign.record import Record
 from drake_tracker.campaign.table import columns_of, require_parquet, write_csv, write_parquet
 from drake_tracker.campaign.trial import Lost, run_trial
-from drake_tracker.core.atomic_file import replacing
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.signals import held
+from drake_tracker.core.files.atomic_file import replacing
+from drake_tracker.core.processes.signals import held
 from drake_tracker.scenarios.consent import allowed_code
 from drake_tracker.scenarios.reader import setting_unit
-from drake_tracker.world.image_pipeline import VARIABLE
+from drake_tracker.world.imaging.image_pipeline import VARIABLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -225,7 +225,7 @@ def _check_parts(plan: Plan, say: Callable[[str], object] | None) -> None:
 
 
 def _require_renderer(plan: Plan) -> None:
-    from drake_tracker.core.machine import require_renderer
+    from drake_tracker.core.system_check import require_renderer
 
     if renders(plan):
         require_renderer()

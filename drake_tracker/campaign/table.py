@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from drake_tracker.campaign.grid import plain_value
-from drake_tracker.core.atomic_file import replacing, write_text
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.files.atomic_file import replacing, write_text
 
 FIRST = ("seed", "success", "failure_reason")
 """Columns after those of the varied settings; the rest follow in the order in which they first occur."""

@@ -5,7 +5,7 @@ from argparse import ArgumentTypeError, Namespace
 from pathlib import Path
 
 from drake_tracker.commands.common import SUCCESS, Commands, add_command, add_scenario, free_name, warn
-from drake_tracker.core.signals import exit_code
+from drake_tracker.core.processes.signals import exit_code
 
 
 def register(commands: Commands) -> None:

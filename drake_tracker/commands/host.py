@@ -12,7 +12,7 @@ from drake_tracker.commands.common import (
     announce_code,
     quiet_drake,
 )
-from drake_tracker.core.signals import on_signal
+from drake_tracker.core.processes.signals import on_signal
 
 
 def register(commands: Commands) -> None:

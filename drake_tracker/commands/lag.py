@@ -10,7 +10,7 @@ from drake_tracker.commands.common import SUCCESS, Commands, add_command, warn
 from drake_tracker.core.errors import DrakeTrackerError
 
 if TYPE_CHECKING:
-    from drake_tracker.latency.measurement import Measurement
+    from drake_tracker.cameras.latency.measurement import Measurement
 
 LIVE_DURATION = 30.0
 """Time for which a live camera is watched unless the user says otherwise [s]."""
@@ -101,7 +101,7 @@ def _check(options: Namespace) -> None:
 
 def _check_calibration(path: str, names: Sequence[str]) -> None:
     """Raises DrakeTrackerError when a calibration file cannot receive the latencies."""
-    from drake_tracker.vision.calibration_file import load_calibration
+    from drake_tracker.cameras.files.calibration_file import load_calibration
 
     found = load_calibration(path)
     for name in names:
@@ -111,7 +111,7 @@ def _check_calibration(path: str, names: Sequence[str]) -> None:
 
 def _announce(stack: ExitStack, port: int) -> None:
     """Serves the page with the running code until ``stack`` is closed, and prints its address."""
-    from drake_tracker.latency.page_server import CodeServer
+    from drake_tracker.cameras.latency.page_server import CodeServer
 
     server = stack.enter_context(CodeServer(port))
     print(f"Running code: {server.url}  (open it on this machine's screen; Ctrl-C ends)", flush=True)
@@ -128,10 +128,10 @@ def _show(port: int) -> int:
 
 def _measure(footage: Any, options: Namespace) -> "Measurement":
     """Returns the `Measurement` of one camera."""
+    from drake_tracker.cameras.latency.light import read_switches, write_switches
+    from drake_tracker.cameras.latency.measurement import measure_by_code, measure_by_light
+    from drake_tracker.cameras.latency.switched_light import SwitchedLight
     from drake_tracker.core.progress import Progress
-    from drake_tracker.latency.light import read_switches, write_switches
-    from drake_tracker.latency.measurement import measure_by_code, measure_by_light
-    from drake_tracker.latency.switched_light import SwitchedLight
 
     duration = options.duration or (LIVE_DURATION if footage.live else None)
     if options.light and not footage.live:
@@ -183,7 +183,7 @@ def _report(name: str, measured: "Measurement") -> None:
 
 def _save(path: str, names: Sequence[str], measured: "Sequence[Measurement]") -> None:
     """Writes the latencies into a calibration file."""
-    from drake_tracker.vision.camera_latency import save_latency
+    from drake_tracker.cameras.latency.camera_latency import save_latency
 
     for each in measured:
         if not each.absolute:

@@ -15,7 +15,7 @@ from drake_tracker.commands.common import (
     run_directory,
     warn,
 )
-from drake_tracker.core.signals import exit_code
+from drake_tracker.core.processes.signals import exit_code
 
 _ROWS = (
     ("position_rms_m", "present position"),

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_tracker.commands.common import NOT_TAKEN, SUCCESS
-from drake_tracker.core.signals import exit_code
+from drake_tracker.core.processes.signals import exit_code
 
 
 def report(scenario: Any, summary: dict[str, Any], out: Path) -> int:

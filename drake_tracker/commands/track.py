@@ -16,7 +16,7 @@ from drake_tracker.commands.common import (
     warn,
 )
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.signals import exit_code
+from drake_tracker.core.processes.signals import exit_code
 
 LEAST_SEEN = 5
 """Number of images with motion in both cameras above which missing points indicate a mistake."""
@@ -139,13 +139,13 @@ def execute(options: Namespace) -> int:
         raise DrakeTrackerError(f"--port {options.port} is the port of the live view: add --live")
     import cv2
 
-    from drake_tracker.core.mcap_file import need_mcap
+    from drake_tracker.core.files.mcap_file import need_mcap
     from drake_tracker.core.progress import Progress
-    from drake_tracker.tracking.filtered import describe_accuracy, describe_filtered, describe_object
-    from drake_tracker.tracking.mcap_track import MCAP_FILE
-    from drake_tracker.tracking.preparation import prepare_track
-    from drake_tracker.tracking.quality import doubts
-    from drake_tracker.tracking.track import make_track
+    from drake_tracker.own_cameras.filtered import describe_accuracy, describe_filtered, describe_object
+    from drake_tracker.own_cameras.mcap_track import MCAP_FILE
+    from drake_tracker.own_cameras.preparation import prepare_track
+    from drake_tracker.own_cameras.quality import doubts
+    from drake_tracker.own_cameras.track import make_track
 
     quiet_drake()
     if options.mcap:
@@ -221,7 +221,7 @@ def _live_view(options: Namespace, track: Any, progress: Any) -> Iterator[Any]:
     if not options.live:
         yield None
         return
-    from drake_tracker.tracking.live_view import TrackView
+    from drake_tracker.own_cameras.live_view import TrackView
 
     try:
         view = TrackView(options.port, progress.say)
@@ -237,7 +237,7 @@ def _live_view(options: Namespace, track: Any, progress: Any) -> Iterator[Any]:
 
 def _finish(live: Any, summary: dict[str, Any], out: Path) -> None:
     """Shows the outcome of the track on its page."""
-    from drake_tracker.tracking.filtered import describe_accuracy
+    from drake_tracker.own_cameras.filtered import describe_accuracy
 
     described, results = summary["described"], summary["results"]
     rows = [("Images described", str(described)), ("With a result", str(results))]
@@ -257,7 +257,7 @@ def _finish(live: Any, summary: dict[str, Any], out: Path) -> None:
 
 def _pick(options: Namespace) -> tuple[list[str], list[str]]:
     """Returns the values of --roi and --follow that the user draws."""
-    from drake_tracker.tracking.pick import pick
+    from drake_tracker.own_cameras.pick import pick
 
     def show(url: str) -> None:
         print(f"Show the object in your browser: {url}", flush=True)

@@ -4,9 +4,9 @@ from argparse import Namespace
 from pathlib import Path
 
 from drake_tracker.commands.common import SUCCESS, Commands, add_command
-from drake_tracker.core.atomic_file import write_text
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.text_file import printable
+from drake_tracker.core.files.atomic_file import write_text
+from drake_tracker.core.files.text_file import printable
 
 PORT = 8317
 """Default port of the page."""

@@ -3,11 +3,9 @@ from .errors import DrakeTrackerWarning as DrakeTrackerWarning
 from .errors import MachineError as MachineError
 from .frozen_state import FrozenState as FrozenState
 from .frozen_state import read_only as read_only
-from .kinds import Kinds as Kinds
 from .log import Signal as Signal
 from .log import load_log as load_log
 from .log import save_log as save_log
-from .machine import require_renderer as require_renderer
 from .messages import ArmCommand as ArmCommand
 from .messages import CatchDiagnosis as CatchDiagnosis
 from .messages import CatchVerdict as CatchVerdict
@@ -34,4 +32,6 @@ from .messages import pack_prediction as pack_prediction
 from .messages import predicted_points as predicted_points
 from .messages import prediction_end as prediction_end
 from .messages import prediction_knots as prediction_knots
+from .registry import Kinds as Kinds
 from .setting import replace_settings as replace_settings
+from .system_check import require_renderer as require_renderer

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from drake_tracker.core.atomic_file import replacing
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.files.atomic_file import replacing
+from drake_tracker.core.files.npz_file import load_arrays
+from drake_tracker.core.files.regular_file import open_regular
 from drake_tracker.core.log_stream import read_stream
-from drake_tracker.core.npz_file import load_arrays
-from drake_tracker.core.regular_file import open_regular
 
 LOG_FILE, STREAM_FILE = "log.npz", "log.part"
 """Names of the files in a run directory."""

@@ -6,8 +6,6 @@ from .arrivals import poisson_arrivals as poisson_arrivals
 from .candidate import Candidate as Candidate
 from .candidate import Cell as Cell
 from .candidate import Hand as Hand
-from .clairvoyant import Bound as Bound
-from .clairvoyant import clairvoyant as clairvoyant
 from .config import CycleTime as CycleTime
 from .config import Eligibility as Eligibility
 from .config import FirstInFirstOut as FirstInFirstOut
@@ -20,5 +18,7 @@ from .dispatcher import Dispatcher as Dispatcher
 from .dispatcher import Plan as Plan
 from .kinds import DISPATCHERS as DISPATCHERS
 from .kinds import make_dispatcher as make_dispatcher
+from .offline_optimum import Bound as Bound
+from .offline_optimum import clairvoyant as clairvoyant
 from .queue_simulation import QueueRun as QueueRun
 from .queue_simulation import simulate_queue as simulate_queue

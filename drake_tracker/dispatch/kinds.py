@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from drake_tracker.core.kinds import Kinds
+from drake_tracker.core.registry import Kinds
 from drake_tracker.dispatch.config import FirstInFirstOut, Greedy, LookAhead, NearestDeadline
 
 if TYPE_CHECKING:

@@ -32,7 +32,7 @@ from drake_tracker.dispatch.candidate import Candidate
 from drake_tracker.dispatch.clearance import jaw_clearance
 from drake_tracker.dispatch.encoder_check import EncoderCheck
 from drake_tracker.dispatch.encoder_history import EncoderHistory
-from drake_tracker.dispatch.order_book import OrderBook, OrderClerk, report_of
+from drake_tracker.dispatch.order_tracker import OrderBook, OrderClerk, report_of
 from drake_tracker.dispatch.seen_parts import seen_parts
 from drake_tracker.estimation.belt import BeltEstimator, BeltState, PartPath, Travel
 

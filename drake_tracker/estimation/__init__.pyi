@@ -1,7 +1,6 @@
 from .adaptive_turn import AdaptiveTurnEstimator as AdaptiveTurnEstimator
-from .alpha_beta_gamma import AlphaBetaGammaFilter as AlphaBetaGammaFilter
+from .alpha_beta_gamma import AlphaBetaGammaEstimator as AlphaBetaGammaEstimator
 from .arc_length import ArcLengthEstimator as ArcLengthEstimator
-from .cartesian import AlphaBetaGammaEstimator as AlphaBetaGammaEstimator
 from .check import check_estimator as check_estimator
 from .closed_path import ClosedPathEstimator as ClosedPathEstimator
 from .config import AlphaBetaGamma as AlphaBetaGamma
@@ -16,7 +15,7 @@ from .estimator import EstimatorState as EstimatorState
 from .estimator_bank_system import EstimatorBankSystem as EstimatorBankSystem
 from .estimator_system import EstimatorSystem as EstimatorSystem
 from .estimator_system import add_estimator as add_estimator
+from .inclined_plane import Exit as Exit
+from .inclined_plane import SlopeEstimator as SlopeEstimator
 from .kinds import ESTIMATORS as ESTIMATORS
 from .kinds import make_estimator as make_estimator
-from .slope import Exit as Exit
-from .slope import SlopeEstimator as SlopeEstimator

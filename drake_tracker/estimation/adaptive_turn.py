@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.estimation.config import CoordinatedTurn
 from drake_tracker.estimation.coordinated_turn import MIN_SPEED, CoordinatedTurnEstimator, CoordinatedTurnState
-from drake_tracker.estimation.turn_model import SPEED, fading_turn, turn_step
+from drake_tracker.estimation.parts.turn_model import SPEED, fading_turn, turn_step
 
 AHEAD = 0.25
 """Predictions this far ahead are judged: the lag of vision [s]."""

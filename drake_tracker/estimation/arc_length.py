@@ -21,12 +21,12 @@ from numpy.typing import ArrayLike
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.estimation.arc import Arc, extrapolate_arc
 from drake_tracker.estimation.config import ArcLength
-from drake_tracker.estimation.error_growth import HORIZON, ErrorGrowth
-from drake_tracker.estimation.kaiser import moving_average_weights
 from drake_tracker.estimation.parameters import check_integer, check_positive, check_settings
-from drake_tracker.estimation.rice import recover_arc_length
+from drake_tracker.estimation.parts.arc import Arc, extrapolate_arc
+from drake_tracker.estimation.parts.error_growth import HORIZON, ErrorGrowth
+from drake_tracker.estimation.parts.kaiser import moving_average_weights
+from drake_tracker.estimation.parts.rice import recover_arc_length
 
 MIN_FRAMES = 9
 """Frames needed to fit an arc: two chords of two frames and a few frames to average."""

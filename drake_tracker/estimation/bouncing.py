@@ -3,7 +3,7 @@
 A filter of smooth paths takes the points after a bounce for outliers, or for a sharp bend, and leaves them for several
 images. This estimator wraps such a filter, as `drake_tracker.estimation.sudden_change` does for changes of speed. It
 keeps the newest points, and the states of the filter after each of them. When the points leave the motion that was
-expected from the oldest of these states as they would after a bounce (`drake_tracker.estimation.bounce`), the filter
+expected from the oldest of these states as after a bounce (`drake_tracker.estimation.parts.bounce`), the filter
 starts again with the points since the bounce. With two such points the filter that ignored them is still kept, in case
 both were outliers; with three it is given up. As in the coordinated-turn filter, only the horizontal motion counts: the
 height is filtered apart, and is not expected to bounce.
@@ -15,8 +15,8 @@ from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
-from drake_tracker.estimation.bounce import LARGEST_MISFIT, Bounce, most_likely_bounce
 from drake_tracker.estimation.estimator import Estimator, EstimatorState, LimitedNoise
+from drake_tracker.estimation.parts.bounce import LARGEST_MISFIT, Bounce, most_likely_bounce
 from drake_tracker.estimation.sudden_change import (
     LONGEST_WINDOW,
     MARGIN,

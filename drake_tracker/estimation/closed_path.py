@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_tracker.core.frozen_state import FrozenState
-from drake_tracker.estimation import closure
-from drake_tracker.estimation.closure import History
 from drake_tracker.estimation.config import ClosedPath, CoordinatedTurn, PhaseFilterConfig
 from drake_tracker.estimation.coordinated_turn import CoordinatedTurnEstimator, CoordinatedTurnState
 from drake_tracker.estimation.parameters import check_settings
-from drake_tracker.estimation.path_follower import Following, PathFollower
-from drake_tracker.estimation.periodic_path import PeriodicPath, is_even, learn_even_path, learn_path
-from drake_tracker.estimation.phase_filter import PhaseFilter
+from drake_tracker.estimation.parts import loop_closure as closure
+from drake_tracker.estimation.parts.loop_closure import History
+from drake_tracker.estimation.parts.path_follower import Following, PathFollower
+from drake_tracker.estimation.parts.periodic_path import PeriodicPath, is_even, learn_even_path, learn_path
+from drake_tracker.estimation.parts.phase_filter import PhaseFilter
 
 SEARCH_EVERY = 3
 """Points between two searches for a closure."""

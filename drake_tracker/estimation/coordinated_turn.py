@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.estimation.config import CoordinatedTurn
-from drake_tracker.estimation.coverage import HORIZON, Coverage
-from drake_tracker.estimation.drift import adapted_speed_noise, update_drift
-from drake_tracker.estimation.motions import CHANGE_TIME
 from drake_tracker.estimation.parameters import check_positive, check_settings
-from drake_tracker.estimation.turn_model import (
+from drake_tracker.estimation.parts.adaptive_process_noise import adapted_speed_noise, update_drift
+from drake_tracker.estimation.parts.motions import CHANGE_TIME
+from drake_tracker.estimation.parts.std_calibration import HORIZON, Coverage
+from drake_tracker.estimation.parts.turn_model import (
     CURVATURE,
     HEADING,
     SIGMA_LIMITS,
@@ -36,7 +36,7 @@ from drake_tracker.estimation.turn_model import (
     turned_about,
     updated_sigma,
 )
-from drake_tracker.estimation.turn_start import START_POINTS, Row, along_a_line, first_estimate, near_a_line
+from drake_tracker.estimation.parts.turn_start import START_POINTS, Row, along_a_line, first_estimate, near_a_line
 
 OUTLIER_DISTANCE = 0.005
 """A point is an outlier when it is farther from its expected position than this [m] plus six standard deviations."""

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from drake_tracker.core.kinds import Kinds
+from drake_tracker.core.registry import Kinds
 from drake_tracker.estimation.config import AlphaBetaGamma, ArcLength, ClosedPath, CoordinatedTurn, Slope
 
 if TYPE_CHECKING:
@@ -14,8 +14,8 @@ ESTIMATORS: "Kinds[Estimator[Any]]" = Kinds(
         ClosedPath: "drake_tracker.estimation.closed_path:ClosedPathEstimator",
         CoordinatedTurn: "drake_tracker.estimation.adaptive_turn:AdaptiveTurnEstimator",
         ArcLength: "drake_tracker.estimation.arc_length:ArcLengthEstimator",
-        AlphaBetaGamma: "drake_tracker.estimation.cartesian:AlphaBetaGammaEstimator",
-        Slope: "drake_tracker.estimation.slope:SlopeEstimator",
+        AlphaBetaGamma: "drake_tracker.estimation.alpha_beta_gamma:AlphaBetaGammaEstimator",
+        Slope: "drake_tracker.estimation.inclined_plane:SlopeEstimator",
     },
 )
 """Every estimator of the package by its settings; the one place where an estimator is registered."""

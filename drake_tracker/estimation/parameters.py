@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.kinds import snake_case
+from drake_tracker.core.registry import snake_case
 from drake_tracker.core.setting import settings_of
 
 MAX_VALUE = 1e9

@@ -3,7 +3,7 @@
 A filter that averages over many points is exact while the speed is constant, and slow when it changes: it needs 0.1 s
 to be convinced, and then takes the change for an acceleration that goes on. This estimator wraps such a filter. It
 keeps the newest points, and the states of the filter after each of them. When the points leave the motion that was
-expected from the oldest of these states (`drake_tracker.estimation.speed_change`), it returns to the state before the
+expected from the oldest of these states (`estimation/parts/speed_change.py`), it returns to the state before the
 change, gives it the new speed, and filters the points since then again. It repeats this at each new point, until the
 change is older than the window. If the change turns out to be a mistake, the filter that ignored it is still there.
 
@@ -18,7 +18,7 @@ import numpy as np
 
 from drake_tracker.core.frozen_state import FrozenState, read_only
 from drake_tracker.estimation.estimator import Estimator, EstimatorState
-from drake_tracker.estimation.speed_change import SpeedChange, most_likely_change
+from drake_tracker.estimation.parts.speed_change import SpeedChange, most_likely_change
 
 WINDOW = 14
 """Number of points in which a change is searched for, 0.23 s at 60 Hz."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.faults.fault import TIME_TOLERANCE, CalibrationFault, ImageFault, PointFault, Sight, View
-from drake_tracker.vision.camera_model import CameraModel
 
 
 def turned(K: np.ndarray, turn: np.ndarray) -> np.ndarray:

@@ -5,10 +5,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.faults.fault import ImageFault, PointFault, Sight, View
 from drake_tracker.faults.image_faults import IMAGE_SPAN
-from drake_tracker.vision.camera_model import CameraModel
 
 MIDDLE = (0.56, 0.0)
 """Place in the world that the band crosses half-way [m]: the middle of the table."""

@@ -12,10 +12,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.messages import Prediction
 from drake_tracker.estimation.estimator import Estimator
 from drake_tracker.link.link import Link
-from drake_tracker.vision.camera_model import CameraModel
 
 TIME_TOLERANCE = 1e-9
 """Tolerance of times that are sums of periods [s]."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from drake_tracker.core.kinds import Kinds
+from drake_tracker.core.registry import Kinds
 from drake_tracker.faults import config
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.triangulation import RayIntersection, triangulate
 from drake_tracker.core.messages import TrackPoint, message_size
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.faults.fault import CalibrationFault, Fault, PointFault, Sight, calibrated_with, faults_at
-from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.triangulation import RayIntersection, triangulate
 from drake_tracker.vision.triangulator_system import MARGIN, MAX_GAP
 
 

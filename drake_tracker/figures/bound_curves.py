@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.text_file import read_text
+from drake_tracker.core.files.text_file import read_text
 
 OWN = Path(__file__).with_name("bounds.json")
 STAGES = ("first_lap", "after_closure", "both")

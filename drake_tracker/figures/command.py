@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_tracker.core.atomic_file import write_text
+from drake_tracker.core.files.atomic_file import write_text
 from drake_tracker.figures import loop_runs
 from drake_tracker.figures.curvature import curvature_limit, draw_curvature
 from drake_tracker.figures.densities import (

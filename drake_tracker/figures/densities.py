@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.integrate import trapezoid
 
-from drake_tracker.estimation.rice import (
+from drake_tracker.estimation.parts.rice import (
     RATIO_LIMIT,
     arc_length_density,
     bending_density,

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from drake_tracker.core.log import Signal
 from drake_tracker.figures.paper_style import sheet
 from drake_tracker.figures.studio import Studio, sample
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import PhaseSpan
 from drake_tracker.tasks.train.episode import phase_spans
 from drake_tracker.tasks.train.scenario import TrainScenario

@@ -16,7 +16,7 @@ from drake_tracker.estimation.kinds import make_estimator
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
 from drake_tracker.figures.statistics import mean_interval
 from drake_tracker.tasks.style import FAR_PREDICTED, FILTERED, HAND, INK, PREDICTED, SEEN, SOFT_INK
-from drake_tracker.world.tracks import Track, make_track
+from drake_tracker.world.train.tracks import Track, make_track
 
 SIGMA = 0.001
 """Standard deviation of the noise of a point, per axis [m]."""

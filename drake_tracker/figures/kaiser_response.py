@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.estimation.kaiser import kaiser_beta, kaiser_order
+from drake_tracker.estimation.parts.kaiser import kaiser_beta, kaiser_order
 from drake_tracker.figures.paper_style import MINUS, head, quiet_grid, sheet
 from drake_tracker.tasks.style import FAR_PREDICTED, PREDICTED, SEEN, SOFT_INK
 

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.estimation.kaiser import moving_average_weights
-from drake_tracker.estimation.rice import arc_length_density, recover_arc_length
+from drake_tracker.estimation.parts.kaiser import moving_average_weights
+from drake_tracker.estimation.parts.rice import arc_length_density, recover_arc_length
 from drake_tracker.figures.kaiser_response import ATTENUATION
 from drake_tracker.figures.paper_style import MINUS, head, quiet_grid, sheet
 from drake_tracker.figures.statistics import correlation, kolmogorov_smirnov, rice_distribution

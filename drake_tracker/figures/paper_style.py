@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
-from drake_tracker.core.atomic_file import replacing
+from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.tasks.style import PLOT_STYLE, SOFT_INK
 
 DPI = 150

@@ -38,13 +38,13 @@ from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.task import BODY_STATE
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import place_track
-from drake_tracker.world.ball_fixtures import GATE_TRAVEL
-from drake_tracker.world.ball_plant import add_ball_laboratory
-from drake_tracker.world.belt_motion import make_belt_motion
-from drake_tracker.world.cameras import camera_poses
-from drake_tracker.world.conveyor_plant import add_conveyor_laboratory
-from drake_tracker.world.plant import add_laboratory
-from drake_tracker.world.track_visual import add_track_visual
+from drake_tracker.world.ball.ball_fixtures import GATE_TRAVEL
+from drake_tracker.world.ball.ball_plant import add_ball_laboratory
+from drake_tracker.world.conveyor.belt_motion import make_belt_motion
+from drake_tracker.world.conveyor.conveyor_plant import add_conveyor_laboratory
+from drake_tracker.world.imaging.cameras import camera_poses
+from drake_tracker.world.train.plant import add_laboratory
+from drake_tracker.world.train.track_visual import add_track_visual
 from drake_tracker.world.visual_mesh import add_visual_obj
 from drake_tracker.world.wavefront_obj import obj_text
 

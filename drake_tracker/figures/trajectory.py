@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from drake_tracker.core.log import Signal
 from drake_tracker.figures.measured_arc import measured_points
 from drake_tracker.figures.paper_style import head, quiet_grid, sheet
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import during
 from drake_tracker.tasks.style import PREDICTED, SEEN
 from drake_tracker.tasks.train.episode import errors, phase_spans, train_pose

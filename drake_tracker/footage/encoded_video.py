@@ -6,7 +6,7 @@ from typing import Any
 
 import av
 
-from drake_tracker.core.atomic_file import unwritable
+from drake_tracker.core.files.atomic_file import unwritable
 
 
 class EncodedVideo:

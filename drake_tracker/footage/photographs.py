@@ -6,9 +6,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from drake_tracker.core.atomic_file import write_bytes
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.files.atomic_file import write_bytes
 from drake_tracker.footage.footage import Footage
 
 LONGEST_WAIT = 0.5

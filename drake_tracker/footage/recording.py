@@ -15,11 +15,11 @@ from typing import Any, TextIO
 import cv2
 import numpy as np
 
-from drake_tracker.core.atomic_file import unwritable
-from drake_tracker.core.background import Background
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.text_file import is_file, read_text
+from drake_tracker.core.files.atomic_file import unwritable
+from drake_tracker.core.files.text_file import is_file, read_text
+from drake_tracker.core.processes.background import Background
 from drake_tracker.footage.footage import Footage
 from drake_tracker.footage.lossless_video import LosslessVideo
 from drake_tracker.footage.video import open_video

@@ -12,8 +12,8 @@ import numpy as np
 from pydrake.multibody.inverse_kinematics import DifferentialInverseKinematicsParameters
 
 from drake_tracker.arm.arm_model import ArmModel, tool_down
-from drake_tracker.arm.differential_ik import rehearse
-from drake_tracker.arm.transform_equation import share_done
+from drake_tracker.arm.motion.differential_ik import rehearse
+from drake_tracker.arm.motion.transform_equation import share_done
 from drake_tracker.core.messages import KNOT_COUNT, evaluate_prediction, prediction_knots
 from drake_tracker.grasp.config import GraspConfig, touch_delay
 from drake_tracker.grasp.descent import horizon, lately_judged

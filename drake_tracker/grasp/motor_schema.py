@@ -11,7 +11,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from drake_tracker.arm.tool_motion import MotionFrame
+from drake_tracker.arm.motion.tool_motion import MotionFrame
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import Frozen
 

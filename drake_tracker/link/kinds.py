@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from drake_tracker.core.kinds import Kinds
+from drake_tracker.core.registry import Kinds
 from drake_tracker.link.config import Lossy, Perfect
 
 if TYPE_CHECKING:

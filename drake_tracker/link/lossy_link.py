@@ -1,7 +1,7 @@
 """The serial line between the host that predicts and the arm's controller: packets are lost, late and out of order.
 
 Allen et al. 1991, section 4.4: "the asynchronous nature of the communication [...] can result in missed or delayed
-communications". The link judges no packet; the receiver does (`drake_tracker.arm.packet_guard`). Random numbers are
+communications". The link judges no packet; the receiver does (`arm/safety/packet_guard.py`). Random numbers are
 counter-based: whether a packet is lost or late depends only on the seed, on its sequence number, and in bursts on
 whether the packet before it was lost.
 """

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from importlib.resources import files
 from typing import Any
 
-from drake_tracker.core.loopback_server import LoopbackHandler, LoopbackServer
+from drake_tracker.core.processes.loopback_server import LoopbackHandler, LoopbackServer
 from drake_tracker.live.pace import EVENTS_INTERVAL
 from drake_tracker.live.state import LiveState
 

@@ -100,7 +100,7 @@ class LiveView:
 
         Returns the windows (u0, v0, width, height) [px], or an empty list to have the circles found automatically.
         """
-        from drake_tracker.world.ball_board import CIRCLES
+        from drake_tracker.world.ball.ball_board import CIRCLES
 
         self._question = question = WindowQuestion(images, operator.threshold, len(CIRCLES))
         self.state.set_facts(stage="windows", image_size=question.size, circles=len(CIRCLES))

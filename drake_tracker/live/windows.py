@@ -8,8 +8,8 @@ from typing import Any
 import cv2
 import numpy as np
 
+from drake_tracker.cameras.boards.circle_finder import best_measurement, measure_circle
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.vision.circle_finder import best_measurement, measure_circle
 
 LOOK_PERIOD = 0.1
 """Time [s] between two checks whether there is an answer."""

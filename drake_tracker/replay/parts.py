@@ -1,7 +1,7 @@
 """Builds the diagram of a replay from a recording."""
 
-from drake_tracker.arm.packet_guard_system import make_packet_guard_system
-from drake_tracker.arm.servo_system import make_servo_system
+from drake_tracker.arm.motion.servo_system import make_servo_system
+from drake_tracker.arm.safety.packet_guard_system import make_packet_guard_system
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD

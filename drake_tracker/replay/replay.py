@@ -9,9 +9,9 @@ from typing import Any
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.core.atomic_file import write_text
+from drake_tracker.core.files.atomic_file import write_text
 from drake_tracker.core.log import LOG_FILE, save_log
-from drake_tracker.core.signals import held
+from drake_tracker.core.processes.signals import held
 from drake_tracker.replay.changes import changed_settings
 from drake_tracker.replay.judge import Judge, compare_signals
 from drake_tracker.replay.parts import make_replay_diagram

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from drake_tracker.report.autopsy.stages import WORDS
+from drake_tracker.report.failure_diagnosis.stages import WORDS
 
 _MARGIN = 1.02
 """Length of a bar's track over the length of the longest bar."""

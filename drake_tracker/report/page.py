@@ -15,10 +15,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.report.autopsy.autopsy import perform
-from drake_tracker.report.autopsy.normal import NORMAL_ATTEMPT, NORMAL_TRACKING
-from drake_tracker.report.autopsy.stages import WORDS, Stage
 from drake_tracker.report.bars import Bar, by_word, contribution_bars
+from drake_tracker.report.failure_diagnosis.diagnosis import perform
+from drake_tracker.report.failure_diagnosis.normal import NORMAL_ATTEMPT, NORMAL_TRACKING
+from drake_tracker.report.failure_diagnosis.stages import WORDS, Stage
 from drake_tracker.report.run_files import RunFiles, first_line
 from drake_tracker.report.summary_table import summary_rows
 from drake_tracker.report.timeline import Timeline, make_timeline

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping
 from http import HTTPStatus
 from pathlib import Path
 
-from drake_tracker.core.loopback_server import LoopbackHandler, LoopbackServer
-from drake_tracker.core.regular_file import open_regular
+from drake_tracker.core.files.regular_file import open_regular
+from drake_tracker.core.processes.loopback_server import LoopbackHandler, LoopbackServer
 from drake_tracker.report.run_files import is_own_file
 
 _CHUNK = 1 << 18

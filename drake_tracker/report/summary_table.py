@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from drake_tracker.arm.packet_guard import REASONS
+from drake_tracker.arm.safety.packet_guard import REASONS
 from drake_tracker.tasks.task import SummaryRow
 
 SHARED_ROWS: tuple[SummaryRow, ...] = (

@@ -8,7 +8,7 @@ import numpy as np
 from drake_tracker.core.log import Signal
 from drake_tracker.tasks.style import track_colour
 from drake_tracker.tasks.tracks import STATE_WORDS, LoggedTrack, logged_tracks, reason_shares
-from drake_tracker.vision.target import REASONS
+from drake_tracker.vision.silhouettes.target import REASONS
 
 MOST_LINES = 60
 """Largest number of tracks that the page lists; a damaged log may have any number of them."""

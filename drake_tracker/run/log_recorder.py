@@ -10,8 +10,8 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPo
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from drake_tracker.arm.arm_model import ArmModel, tool_yaw
-from drake_tracker.core.atomic_file import unwritable
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.files.atomic_file import unwritable
 from drake_tracker.core.log import STREAM_FILE, Signal
 from drake_tracker.core.log_stream import LogStream
 from drake_tracker.core.messages import OperatorCommand

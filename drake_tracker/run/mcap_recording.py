@@ -9,7 +9,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import VectorLogSink
 from pydrake.systems.sensors import ImageRgba8U
 
-from drake_tracker.core.mcap_file import McapFile
+from drake_tracker.core.files.mcap_file import McapFile
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_images
 from drake_tracker.run.log_recorder import read_log, tool_signal

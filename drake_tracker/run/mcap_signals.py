@@ -6,8 +6,8 @@ from enum import IntEnum
 import numpy as np
 
 from drake_tracker.arm.arm_model import ArmModel
+from drake_tracker.core.files.mcap_file import McapFile
 from drake_tracker.core.log import Signal
-from drake_tracker.core.mcap_file import McapFile
 from drake_tracker.core.messages import Prediction, TrackPoint, prediction_knots
 from drake_tracker.core.timing import TIME_STEP, VISION_PERIOD
 

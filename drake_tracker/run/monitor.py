@@ -6,8 +6,8 @@ from typing import Any, Protocol
 
 from pydrake.systems.framework import Context, EventStatus
 
-from drake_tracker.core import signals
 from drake_tracker.core.messages import ArmCommand
+from drake_tracker.core.processes import signals
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram, has_tracks
 from drake_tracker.run.packet_news import PacketNews
 from drake_tracker.tasks.task import Task

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from pydrake.systems.framework import Context, Diagram
 
-from drake_tracker.arm.packet_guard import REASONS, Rejection
+from drake_tracker.arm.safety.packet_guard import REASONS, Rejection
 from drake_tracker.core.messages import PacketReport
 
 

@@ -21,7 +21,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem, State
 
-from drake_tracker.core.atomic_file import write_text
+from drake_tracker.core.files.atomic_file import write_text
 from drake_tracker.core.frozen_state import FrozenState
 from drake_tracker.core.messages import ArmCommand, Frozen, Prediction, TrackPoint, message_size
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram

@@ -17,7 +17,7 @@ from http import HTTPStatus
 from http.client import HTTPConnection
 from importlib.resources import files
 
-from drake_tracker.core.loopback_server import LoopbackHandler, LoopbackServer
+from drake_tracker.core.processes.loopback_server import LoopbackHandler, LoopbackServer
 
 _FILES = re.compile(r"/|/favicon\.ico|/cas-v1/[0-9a-f]{64}")
 """Routes of Meshcat that are passed on: its page, and the script and the textures that are named by their SHA-256."""

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_tracker.core.atomic_file import unwritable, write_text
 from drake_tracker.core.errors import DrakeTrackerError, FirstError
+from drake_tracker.core.files.atomic_file import unwritable, write_text
 from drake_tracker.core.log import LOG_FILE, save_log
-from drake_tracker.core.machine import require_renderer
-from drake_tracker.core.signals import held
+from drake_tracker.core.processes.signals import held
+from drake_tracker.core.system_check import require_renderer
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.run.log_recorder import LogStreamer, add_loggers, read_log, tool_signal
 from drake_tracker.run.monitor import Progress, RunMonitor, interrupts

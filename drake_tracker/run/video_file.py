@@ -7,7 +7,7 @@ import av
 import cv2
 import numpy as np
 
-from drake_tracker.core.atomic_file import replacing
+from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.footage.encoded_video import EncodedVideo
 
 _QUALITY = "26"

@@ -6,8 +6,8 @@ import threading
 from collections.abc import Mapping
 from pathlib import Path
 
-from drake_tracker.core.child_process import ChildProcess
 from drake_tracker.core.errors import MachineError
+from drake_tracker.core.processes.child_process import ChildProcess
 from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
 from drake_tracker.run.video_worker import END
 

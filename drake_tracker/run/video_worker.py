@@ -3,7 +3,7 @@
 import pickle
 from multiprocessing.connection import Connection
 
-from drake_tracker.core.child_process import DONE, run_child
+from drake_tracker.core.processes.child_process import DONE, run_child
 from drake_tracker.run.drawn_video import DrawnVideo
 
 END = b""

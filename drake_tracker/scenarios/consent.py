@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.files.text_file import is_file
 from drake_tracker.core.setting import settings_of
-from drake_tracker.core.text_file import is_file
 from drake_tracker.scenarios.base import Custom
 
 TRUSTED_FOLDERS = "DRAKE_TRACKER_TRUSTED_FOLDERS"

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import yaml
 
-from drake_tracker.core.bounded_yaml import BoundedLoader
+from drake_tracker.core.files.bounded_yaml import BoundedLoader
 
 _MAPPING = "tag:yaml.org,2002:map"
 """YAML's name of a mapping without a tag."""

@@ -2,12 +2,12 @@
 
 from typing import Any
 
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.files.calibration_file import load_calibration
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks.loader import scenario_file
-from drake_tracker.vision.calibration_file import load_calibration
-from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.world.cameras import describe_rig
+from drake_tracker.world.imaging.cameras import describe_rig
 
 
 def calibrated_cameras(scenario: Any) -> dict[str, CameraModel]:

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.tasks.episode import Log
-from drake_tracker.vision.camera_model import CameraModel
 
 FRAMES_PER_SECOND = 30
 """Frame rate of the camera video and of the 3-D recording: every second camera image."""

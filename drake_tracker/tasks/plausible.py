@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from drake_tracker.core.timing import PATH_DURATION, VISION_PERIOD
 from drake_tracker.link.config import Lossy
 from drake_tracker.scenarios.base import BaseScenario
-from drake_tracker.world.image_pipeline import MOST_LATENCY
+from drake_tracker.world.imaging.image_pipeline import MOST_LATENCY
 
 BYTES_PER_PIXEL = 44
 """Memory of a rendered pixel: buffers of the renderer, and the images made of them [bytes]. Rendering 2048 x 2048 px

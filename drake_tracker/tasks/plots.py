@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from drake_tracker.core.atomic_file import replacing
+from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.tasks.episode import PhaseSpan
 from drake_tracker.tasks.style import PLOT_STYLE, phase_colour
 

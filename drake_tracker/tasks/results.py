@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from drake_tracker.arm.joint_limiter import Limit
-from drake_tracker.arm.packet_guard import describe_rejections
-from drake_tracker.core.atomic_file import write_text
+from drake_tracker.arm.safety.joint_limiter import Limit
+from drake_tracker.arm.safety.packet_guard import describe_rejections
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.files.atomic_file import write_text
+from drake_tracker.core.files.regular_file import read_regular
 from drake_tracker.core.log import Signal
-from drake_tracker.core.regular_file import read_regular
 from drake_tracker.core.timing import ESTIMATOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.tasks.episode import fresh_packets
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 import numpy as np
 from pydrake.systems.framework import System
 
-from drake_tracker.arm.packet_guard import PacketGuard
+from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import (
     ArmCommand,
@@ -131,7 +131,7 @@ class Task(Protocol[Scenario]):
         result_rows: (key, label, unit) of the entries of the summary that the command prints.
         changeable: {start of a replay: settings that have an effect in it}.
         replayed: signals that a replay needs to compare with; the first one has the times of vision.
-        has_autopsy: whether `drake_tracker.report.autopsy` can explain failures of this task.
+        has_autopsy: whether `drake_tracker.report.failure_diagnosis` can explain failures of this task.
         strips: strips of the live view.
         overview: what the live view draws from above; None: nothing.
         preparation: what `initialise` does, in one line for the user; "" when there is no initialisation.

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from drake_tracker.core.setting import setting
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.vision.target_config import First
-from drake_tracker.vision.target_kinds import TARGETS
+from drake_tracker.vision.silhouettes.target_config import First
+from drake_tracker.vision.silhouettes.target_kinds import TARGETS
 
 if TYPE_CHECKING:
-    from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+    from drake_tracker.vision.centroid.normal_flow_parameters import NormalFlowParameters
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class NormalFlow:
 
         Raises DrakeTrackerError on a value outside its range.
         """
+        from drake_tracker.vision.centroid.normal_flow_parameters import PRESETS, NormalFlowParameters
         from drake_tracker.vision.check_settings import check_settings
-        from drake_tracker.vision.normal_flow_parameters import PRESETS, NormalFlowParameters
 
         check_settings(self, "normal flow")
         values = {name: value for name, value in asdict(self).items() if value is not None}

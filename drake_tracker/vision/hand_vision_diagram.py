@@ -5,14 +5,14 @@ from collections.abc import Mapping
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.arm.marker_kinematics import MarkerKinematics
+from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import JawState, message_size
 from drake_tracker.core.timing import LAG_CYCLES, VISION_PERIOD
-from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.delay_line_system import DelayLineSystem
-from drake_tracker.vision.hand_markers import MarkerSearch
-from drake_tracker.vision.hand_markers_system import HandMarkersSystem
+from drake_tracker.vision.hand.hand_markers import MarkerSearch
+from drake_tracker.vision.hand.hand_markers_system import HandMarkersSystem
 from drake_tracker.vision.several_vision_diagram import HAND_DISPLACEMENTS
 
 

@@ -9,7 +9,7 @@ import math
 import cv2
 import numpy as np
 
-from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.cameras.camera_model import CameraModel
 
 CELL = 0.002
 """Side of a cell of a rectified patch [m]: a little less than a pixel on the table in hover."""

@@ -6,19 +6,19 @@ from numpy.typing import ArrayLike
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from drake_tracker.arm.arm_shape import ArmShape
+from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import LAG_CYCLES, PROJECTOR_SLOT, TIME_STEP, VISION_PERIOD, vision_slot
-from drake_tracker.vision.arm_silhouette_system import add_arm_silhouette
-from drake_tracker.vision.background_model import BackgroundModel
-from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.config import Several
-from drake_tracker.vision.foreground_system import ForegroundSystem
-from drake_tracker.vision.tracker import Tracker
-from drake_tracker.vision.tracker_system import TrackerSystem
+from drake_tracker.vision.hand.arm_silhouette_system import add_arm_silhouette
+from drake_tracker.vision.hand.wrist_view_diagram import WristParts, add_wrist_view
+from drake_tracker.vision.region_of_interest import Window
+from drake_tracker.vision.silhouettes.background_model import BackgroundModel
+from drake_tracker.vision.silhouettes.background_subtraction_system import ForegroundSystem
+from drake_tracker.vision.silhouettes.tracker import Tracker
+from drake_tracker.vision.silhouettes.tracker_system import TrackerSystem
 from drake_tracker.vision.triangulator_system import MAX_GAP, STAMP_TOLERANCE
-from drake_tracker.vision.window import Window
-from drake_tracker.vision.wrist_view_diagram import WristParts, add_wrist_view
 
 HAND_DISPLACEMENTS = tuple(f"displacement_{side}" for side in SIDES)
 """Inputs that markers on the hand drive. Left unconnected, the arm is masked where its joints say that it is."""

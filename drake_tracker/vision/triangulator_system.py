@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, InputPort, LeafSystem, OutputPort
 
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.triangulation import triangulate
 from drake_tracker.core.messages import Centroid, TrackPoint, message_size
-from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.localiser_system import connect_centroids
-from drake_tracker.vision.triangulation import triangulate
-from drake_tracker.vision.window import check_box
+from drake_tracker.vision.region_of_interest import check_box
 
 STAMP_TOLERANCE = 1e-9
 """Stamps that differ by less [s] belong to the same instant: both come from one 60 Hz clock."""

@@ -11,8 +11,8 @@ from pydrake.multibody.tree import BodyIndex, RigidBody
 from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem, OutputPort
 
 from drake_tracker.world.disturbance_system import add_disturbance
-from drake_tracker.world.rail_system import RailSystem
 from drake_tracker.world.scene_object import Ride, SceneObject
+from drake_tracker.world.train.rail_system import RailSystem
 
 STATE_SIZE = 13
 """Numbers of the state of one object."""

@@ -7,7 +7,7 @@ from pydrake.systems.framework import DiagramBuilder, System
 
 from drake_tracker.faults.arm_faults_system import add_gripper_faults
 from drake_tracker.faults.fault import Fault
-from drake_tracker.world.camera_system import Camera
+from drake_tracker.world.imaging.camera_system import Camera
 
 
 def export_robot_ports(

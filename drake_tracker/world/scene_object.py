@@ -8,7 +8,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
 from drake_tracker.world.disturbance_system import Path
-from drake_tracker.world.tracks import Track
+from drake_tracker.world.train.tracks import Track
 
 
 @dataclass(frozen=True)

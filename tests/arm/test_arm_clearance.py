@@ -4,8 +4,8 @@ import pytest
 from drake_tracker.arm.arm_clearance import MARGIN, ArmClearance, Nearness
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560, PUMA560_CUP, SEVEN_JOINT, UR5E
-from drake_tracker.arm.differential_ik import joints_for
-from drake_tracker.world.plant import table_box
+from drake_tracker.arm.motion.differential_ik import joints_for
+from drake_tracker.world.train.plant import table_box
 
 TABLE = 0.45
 PAD_BELOW_TOOL = 0.013

@@ -9,14 +9,14 @@ from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.config import PacketGuardConfig, ServoConfig
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.arm.differential_ik import joints_for
-from drake_tracker.arm.differential_ik_system import DifferentialIkSystem
-from drake_tracker.arm.packet_guard import PacketGuard
+from drake_tracker.arm.motion.differential_ik import joints_for
+from drake_tracker.arm.motion.differential_ik_system import DifferentialIkSystem
+from drake_tracker.arm.motion.servo import Servo
+from drake_tracker.arm.motion.servo_system import ServoSystem
+from drake_tracker.arm.motion.tool_motion import ToolMotion
+from drake_tracker.arm.motion.transform_equation_system import TransformEquationSystem
 from drake_tracker.arm.plant import actuators_of, add_arm, couple_fingers, set_servo_gains
-from drake_tracker.arm.servo import Servo
-from drake_tracker.arm.servo_system import ServoSystem
-from drake_tracker.arm.tool_motion import ToolMotion
-from drake_tracker.arm.transform_equation_system import TransformEquationSystem
+from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,
@@ -44,9 +44,9 @@ from drake_tracker.core.timing import (
 )
 from drake_tracker.grasp.config import GraspConfig
 from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.grasp_machine import GraspMachine
-from drake_tracker.grasp.grasp_system import GraspSystem
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.grasp_machine import GraspMachine
+from drake_tracker.grasp.train.grasp_system import GraspSystem
+from drake_tracker.grasp.train.schema import Phase
 
 RADIUS, SPEED, LAG = 0.12, 0.15, 0.25
 HOME = np.array([0.56, 0.0, 0.485, np.pi])

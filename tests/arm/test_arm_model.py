@@ -4,7 +4,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from drake_tracker.arm.arm_model import tool_down, tool_yaw
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.arm.differential_ik import rotation_vector
+from drake_tracker.arm.motion.differential_ik import rotation_vector
 from drake_tracker.arm.plant import add_arm
 
 RNG = np.random.default_rng(560)

@@ -8,7 +8,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import FINGERS, PUMA560, PUMA560_CUP, SEVEN_JOINT
-from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.arm.plant import actuators_of, add_arm, couple_fingers
 from drake_tracker.core.errors import DrakeTrackerError
 

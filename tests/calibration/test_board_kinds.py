@@ -12,13 +12,13 @@ from drake_tracker import cli
 from drake_tracker.calibration.found_boards import FoundBoards
 from drake_tracker.calibration.photographs import LENSES
 from drake_tracker.calibration.quality import CameraQuality, to_retake
+from drake_tracker.cameras.boards.board_kinds import BOARDS
+from drake_tracker.cameras.boards.chessboard import Chessboard
+from drake_tracker.cameras.boards.circle_grid import AsymmetricCircleGrid, CircleGrid
+from drake_tracker.cameras.boards.marker_boards import AprilTagGrid, CharucoBoard
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.files.camera_files import FORMATS, load_cameras
 from drake_tracker.commands import calibrate as calibrate_command
-from drake_tracker.vision.board_kinds import BOARDS
-from drake_tracker.vision.camera_files import FORMATS, load_cameras
-from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.chessboard import Chessboard
-from drake_tracker.vision.circle_grid import AsymmetricCircleGrid, CircleGrid
-from drake_tracker.vision.marker_boards import AprilTagGrid, CharucoBoard
 
 SIZE = (320, 240)
 K = np.array([[260.0, 0.0, 161.0], [0.0, 260.0, 118.0], [0.0, 0.0, 1.0]])

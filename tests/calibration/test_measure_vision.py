@@ -9,14 +9,14 @@ from drake_tracker.calibration.measure_vision import check_request, pixel_footpr
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal, load_log
 from drake_tracker.core.timing import VISION_PERIOD
+from drake_tracker.measured.measured_error_file import load_error
 from drake_tracker.run.options import RunOptions
 from drake_tracker.tasks import load_scenario as load
 from drake_tracker.tasks import save_scenario, scenario_file
 from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
 from drake_tracker.tasks.train.vision_parts import load_cameras
-from drake_tracker.vision.measured_error_file import load_error
-from drake_tracker.world.cameras import describe_rig
 from drake_tracker.world.config import CamerasConfig
+from drake_tracker.world.imaging.cameras import describe_rig
 
 MEASURED = "vision=!Measured {}"
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from drake_tracker import cli
-from drake_tracker.vision.calibration_file import load_calibration, load_pose
-from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.chessboard import Chessboard, draw_board
+from drake_tracker.cameras.boards.chessboard import Chessboard, draw_board
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.files.calibration_file import load_calibration, load_pose
 
 PHOTOGRAPHS = os.environ.get("DRAKE_TRACKER_TEST_DATA")
 BOARD = Chessboard(6, 5, 0.03)

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from drake_tracker.calibration.rendered_boards import board_for, calibrate, calibrate_cameras, calibration_error
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.files.calibration_file import load_calibration
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.calibration_file import load_calibration
-from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.world.cameras import describe_rig, true_camera_models
 from drake_tracker.world.config import CamerasConfig, LightingConfig
+from drake_tracker.world.imaging.cameras import describe_rig, true_camera_models
 
 VOLUME = ((0.30, -0.34, 0.45), (0.82, 0.34, 0.53))
 

@@ -4,10 +4,10 @@ from pydrake.math import RigidTransform
 
 from drake_tracker.calibration import wrist_boards
 from drake_tracker.calibration.wrist_boards import calibrate_wrist, find_wrist_camera
+from drake_tracker.cameras.boards.board_poses import pose_error
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks import load_scenario
-from drake_tracker.vision.board_poses import pose_error
-from drake_tracker.world.wrist_camera import true_wrist_model
+from drake_tracker.world.imaging.wrist_camera import true_wrist_model
 
 
 def test_rendered_boards_calibrate_the_camera_on_the_hand(monkeypatch):

@@ -8,7 +8,7 @@ from drake_tracker.campaign import pool as pool_module
 from drake_tracker.campaign.plan import make_plan
 from drake_tracker.campaign.pool import pool
 from drake_tracker.campaign.run import chooses_rendering
-from drake_tracker.world.image_pipeline import VARIABLE
+from drake_tracker.world.imaging.image_pipeline import VARIABLE
 
 NAMES = (VARIABLE, "LP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 

@@ -300,7 +300,7 @@ def test_a_missing_renderer_is_reported_before_the_first_trial(monkeypatch, tmp_
     def refuse():
         raise MachineError("the renderer does not work")
 
-    monkeypatch.setattr("drake_tracker.core.machine.require_renderer", refuse)
+    monkeypatch.setattr("drake_tracker.core.system_check.require_renderer", refuse)
     with pytest.raises(MachineError):
         run_campaign("train:learned", 1, workers=1, out=tmp_path / "c")
     assert contents(tmp_path) == {}

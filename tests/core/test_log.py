@@ -11,7 +11,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import Signal, load_log, save_log
 from drake_tracker.core.timing import TIME_STEP

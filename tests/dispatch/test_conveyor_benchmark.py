@@ -6,8 +6,8 @@ import parts
 import pytest
 
 from drake_tracker.core.log import Signal
-from drake_tracker.world.conveyor_config import BeltConfig
-from drake_tracker.world.part_fates import PartFate
+from drake_tracker.world.conveyor.conveyor_config import BeltConfig
+from drake_tracker.world.conveyor.part_fates import PartFate
 
 LINE = {
     **dict.fromkeys(conveyor.KEPT, 0),

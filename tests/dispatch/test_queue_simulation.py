@@ -14,12 +14,12 @@ from drake_tracker.dispatch import (
     LookAhead,
     Plan,
     bunched_arrivals,
-    clairvoyant,
     even_arrivals,
     make_dispatcher,
     poisson_arrivals,
     simulate_queue,
 )
+from drake_tracker.dispatch import offline_optimum as clairvoyant
 
 BELT = Belt()
 DURATION = 40.0

@@ -91,7 +91,7 @@ def test_the_default_run_executes_what_the_tables_name(file, name, default_run):
     ("file", "name"),
     [
         ("vision/several_vision_diagram.py", "SeveralVisionDiagram"),
-        ("vision/tracker.py", "Tracker"),
+        ("vision/silhouettes/tracker.py", "Tracker"),
         ("estimation/estimator_bank_system.py", "EstimatorBankSystem"),
         ("estimation/closed_path.py", "ClosedPathEstimator"),
         ("estimation/kinds.py", "make_estimator"),

@@ -8,7 +8,7 @@ from worlds import make_path
 from drake_tracker.estimation import CoordinatedTurnEstimator, make_estimator
 from drake_tracker.estimation.adaptive_turn import AHEAD, AdaptiveTurnState, sharp_share
 from drake_tracker.estimation.coordinated_turn import JUMP_COUNT
-from drake_tracker.world.tracks import make_track
+from drake_tracker.world.train.tracks import make_track
 
 SHARP_PATHS = ("rectangle", "bean")
 

@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from drake_tracker.estimation.coordinated_turn import CoordinatedTurnEstimator
-from drake_tracker.estimation.turn_model import turn_step
-from drake_tracker.world.tracks import make_track
+from drake_tracker.estimation.parts.turn_model import turn_step
+from drake_tracker.world.train.tracks import make_track
 
 PERIOD = 1.0 / 60.0
 SIGMA = 0.001

@@ -3,7 +3,7 @@ import pytest
 from drives import PERIOD, Drive, errors, rms, stadium
 
 from drake_tracker.estimation import CoordinatedTurnEstimator, make_estimator
-from drake_tracker.world.tracks import make_track
+from drake_tracker.world.train.tracks import make_track
 
 SPEED = 0.2
 

@@ -10,8 +10,8 @@ from drake_tracker.estimation import (
     make_estimator,
 )
 from drake_tracker.estimation.coordinated_turn import JUMP_COUNT
-from drake_tracker.estimation.turn_model import CURVATURE, SPEED
-from drake_tracker.world.tracks import make_track
+from drake_tracker.estimation.parts.turn_model import CURVATURE, SPEED
+from drake_tracker.world.train.tracks import make_track
 
 
 def test_one_long_step_is_many_short_ones():

@@ -6,7 +6,7 @@ from fault_tables import FAULTS, faults_table, is_good
 
 from drake_tracker import load_scenario
 from drake_tracker.faults.kinds import FAULTS as KINDS
-from drake_tracker.tasks.train.trouble import Cause
+from drake_tracker.tasks.train.diagnosis.trouble import Cause
 
 GOOD = {
     "fault": "link-loss",

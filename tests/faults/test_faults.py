@@ -5,11 +5,11 @@ import pytest
 from faulty_runs import CAMERAS, X_WCS, free_body, make
 
 from drake_tracker.arm.description import PUMA560
+from drake_tracker.cameras.triangulation import triangulate
 from drake_tracker.core.messages import KNOT_COUNT, pack_prediction
 from drake_tracker.faults import config
 from drake_tracker.faults.fault import Sight, View
 from drake_tracker.link.lossy_link import LossyLink
-from drake_tracker.vision.triangulation import triangulate
 
 WINDOW = (40, 60, 200, 150)
 TRAIN = np.array([0.60, 0.15, 0.485])

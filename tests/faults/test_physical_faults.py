@@ -11,14 +11,14 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.arm.motion.differential_ik import joints_for
 from drake_tracker.core.messages import JawState
 from drake_tracker.core.timing import TIME_STEP
 from drake_tracker.faults import config
-from drake_tracker.world.plant import TRAIN_HEIGHT, add_plant, add_table, add_train
-from drake_tracker.world.rail_system import add_rail
-from drake_tracker.world.tracks import make_track
-from drake_tracker.world.world_diagram import WorldDiagram
+from drake_tracker.world.train.plant import TRAIN_HEIGHT, add_plant, add_table, add_train
+from drake_tracker.world.train.rail_system import add_rail
+from drake_tracker.world.train.tracks import make_track
+from drake_tracker.world.train.world_diagram import WorldDiagram
 
 REST = 0.45 + TRAIN_HEIGHT
 SPEED = 0.15

@@ -5,12 +5,12 @@ import pytest
 
 from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.estimation.rice import mean_factor
+from drake_tracker.estimation.parts.rice import mean_factor
 from drake_tracker.figures.grasp_frames import moments, shown_moments
 from drake_tracker.figures.horizon import HORIZONS, horizon_errors, make_drive
 from drake_tracker.figures.measured_arc import arc_lengths, filter_arc_lengths, filtered_arc, measured_density
 from drake_tracker.figures.trajectory import trajectory
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.task import TASK
 

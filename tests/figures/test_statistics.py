@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from drake_tracker.estimation.rice import arc_length_density
+from drake_tracker.estimation.parts.rice import arc_length_density
 from drake_tracker.figures.statistics import correlation, kolmogorov_smirnov, mean_interval, rice_distribution
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from drake_tracker.estimation.rice import moment_ratio
+from drake_tracker.estimation.parts.rice import moment_ratio
 from drake_tracker.figures.curvature import curvature_limit
 from drake_tracker.figures.densities import arc_length_densities, bending_densities, moment_ratios
 from drake_tracker.figures.kaiser_response import kaiser_response

@@ -5,8 +5,8 @@ import pytest
 
 from drake_tracker.arm.arm_model import tool_down
 from drake_tracker.arm.description import PUMA560
-from drake_tracker.arm.differential_ik import joints_for, make_parameters
-from drake_tracker.arm.transform_equation import share_done
+from drake_tracker.arm.motion.differential_ik import joints_for, make_parameters
+from drake_tracker.arm.motion.transform_equation import share_done
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, ServoTarget, pack_prediction
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.grasp.config import GraspConfig

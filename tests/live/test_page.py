@@ -12,10 +12,10 @@ from browsing import NEVER_GRASPS, PATIENCE, SELECTING, chromium, live_run, unti
 
 from drake_tracker.core.log import load_log
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.live.operator import JOG_STEP
 from drake_tracker.tasks.style import bgr, track_light
-from drake_tracker.vision.target import REASONS, Reason
+from drake_tracker.vision.silhouettes.target import REASONS, Reason
 
 
 @pytest.fixture

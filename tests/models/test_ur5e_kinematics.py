@@ -6,7 +6,7 @@ from arm_plants import arm_plant, frame_pose
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import UR5E
-from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.arm.motion.differential_ik import joints_for
 
 # Table of models/ur5e/README.md.
 A = [0.0, -0.425, -0.3922, 0.0, 0.0, 0.0]

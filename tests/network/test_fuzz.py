@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from packets import BAD_PACKETS, TABLE_HEIGHT, VOLUME, circle_packet
 
 from drake_tracker.arm.config import ServoConfig
-from drake_tracker.arm.packet_guard import LARGEST_ACCELERATION, Rejection
-from drake_tracker.arm.servo import Servo
+from drake_tracker.arm.motion.servo import Servo
+from drake_tracker.arm.safety.packet_guard import LARGEST_ACCELERATION, Rejection
 from drake_tracker.core.messages import (
     KNOT_COUNT,
     KNOT_SPACING,

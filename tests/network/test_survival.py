@@ -15,12 +15,12 @@ from drake_tracker.core.errors import MachineError
 from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import ArmCommand
 from drake_tracker.core.timing import SERVO_PERIOD
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.network.bus import open_bus
 from drake_tracker.network.channels import channel_of
 from drake_tracker.network.signal_message import decode_signal
 from drake_tracker.tasks import load_scenario
-from drake_tracker.world.plant import TRAIN_HEIGHT
+from drake_tracker.world.train.plant import TRAIN_HEIGHT
 
 SETTINGS = ("vision=!Measured {}", "track.kind=circle", "track.speed=0.2", "grasp.gate=recent", "grasp.settle_time=1.5")
 """A grasp that need not wait for a lap, nor comes before a busy machine has killed the host."""

@@ -29,7 +29,7 @@ NUMBERS = [np.nan, np.inf, -np.inf, 1e308, 1e18, -1.0, 0.0, 1e-320, 2.0**63, 123
 @pytest.fixture
 def view(monkeypatch, capsys):
     """Runs ``view`` without waiting; returns (exit code, lines on standard output, lines on standard error)."""
-    monkeypatch.setattr("drake_tracker.core.loopback_server.LoopbackServer.serve_forever", lambda server: None)
+    monkeypatch.setattr("drake_tracker.core.processes.loopback_server.LoopbackServer.serve_forever", lambda _: None)
 
     def run(folder):
         code = cli.main(["view", str(folder), "--no-browser", "--port", "0"])

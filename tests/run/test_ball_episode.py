@@ -10,10 +10,10 @@ import pytest
 
 from drake_tracker import load_scenario, simulate
 from drake_tracker.core.log import load_log
-from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.grasp.ball.catch_schema import CatchPhase
 from drake_tracker.run.camera_video import FRAMES_PER_SECOND
 from drake_tracker.tasks.ball.task import TASK
-from drake_tracker.world.image_pipeline import process_count
+from drake_tracker.world.imaging.image_pipeline import process_count
 
 SEED = 4
 PICTURES = {"recording.html", "cameras.mp4", "motion.png", "ball_path.png", "board.png"}

@@ -19,16 +19,16 @@ from drake_tracker.core.messages import (
     pack_prediction,
 )
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.ball.catch_schema import CatchPhase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.camera_video import CameraVideoSystem
 from drake_tracker.run.video_page import VideoPage
 from drake_tracker.tasks.ball.filming import PREDICTING
 from drake_tracker.tasks.filming import Film, Script, no_points
-from drake_tracker.tasks.train.filming import TRAIN_SCRIPT
-from drake_tracker.vision.motion_centroid_system import MotionEnergy
-from drake_tracker.vision.object_track import TrackState
-from drake_tracker.vision.target import REASONS, Reason
+from drake_tracker.tasks.train.pictures.filming import TRAIN_SCRIPT
+from drake_tracker.vision.centroid.motion_centroid_system import MotionEnergy
+from drake_tracker.vision.silhouettes.target import REASONS, Reason
+from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 LAG = 5
 OFFSET = (10, 20)

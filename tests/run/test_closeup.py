@@ -11,7 +11,7 @@ from pydrake.systems.sensors import ImageRgba8U
 
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.timing import VISION_PERIOD
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.closeup import EVERY, CloseupRecorder, add_closeup
 from drake_tracker.tasks.filming import Closeup
 

@@ -9,7 +9,7 @@ from drake_tracker import load_scenario, simulate
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import load_log
 from drake_tracker.core.messages import PART_FIELDS, PartTracks, message_rows
-from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.replay.recording import open_recording
 from drake_tracker.replay.replay import replay_run
 from drake_tracker.run.options import RunOptions
@@ -17,8 +17,8 @@ from drake_tracker.tasks.conveyor.diagram import arrivals_of
 from drake_tracker.tasks.conveyor.vision_errors import vision_errors
 from drake_tracker.tasks.registry import task_of
 from drake_tracker.tasks.task import BODY_STATE
-from drake_tracker.world.image_pipeline import ImagePipeline
-from drake_tracker.world.part_fates import PartFate
+from drake_tracker.world.conveyor.part_fates import PartFate
+from drake_tracker.world.imaging.image_pipeline import ImagePipeline
 
 DURATION, SEED = 9.0, 5
 

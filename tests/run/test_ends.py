@@ -15,7 +15,7 @@ import pytest
 from drake_tracker import cli, load_scenario, simulate
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.log import LOG_FILE, STREAM_FILE, load_log
-from drake_tracker.core.signals import Interrupted, graceful
+from drake_tracker.core.processes.signals import Interrupted, graceful
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import _advance
 from drake_tracker.tasks.train.task import TrainTask
@@ -154,7 +154,7 @@ def test_a_killed_run_is_read_up_to_the_last_second_and_its_directory_is_not_sha
     assert all(abs(signal.times[-1] - end) < 0.05 for signal in log.values())
     assert all(np.isfinite(signal.data).all() for signal in log.values())
 
-    monkeypatch.setattr("drake_tracker.core.loopback_server.LoopbackServer.serve_forever", lambda server: None)
+    monkeypatch.setattr("drake_tracker.core.processes.loopback_server.LoopbackServer.serve_forever", lambda _: None)
     assert cli.main(["view", "run", "--no-browser", "--port", "0"]) == 0
     printed = capsys.readouterr().out
     assert "There is no summary" in printed and f"{STREAM_FILE}, up to {end:.1f} s" in printed

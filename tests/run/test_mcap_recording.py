@@ -12,8 +12,8 @@ from drake_tracker import load_scenario
 from drake_tracker.arm.arm_model import make_arm_model
 from drake_tracker.arm.description import PUMA560
 from drake_tracker.core.errors import DrakeTrackerError
+from drake_tracker.core.files.mcap_file import McapFile
 from drake_tracker.core.log import load_log
-from drake_tracker.core.mcap_file import McapFile
 from drake_tracker.run.mcap_recording import MCAP_FILE
 from drake_tracker.run.options import RunOptions
 from drake_tracker.run.simulation import simulate

@@ -6,12 +6,12 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.ball.catch_schema import CatchPhase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.motion_snapshot import add_motion_snapshot
 from drake_tracker.tasks.filming import Snapshot
-from drake_tracker.tasks.train.filming import TRAIN_SNAPSHOT
-from drake_tracker.vision.normal_flow import MotionImages
+from drake_tracker.tasks.train.pictures.filming import TRAIN_SNAPSHOT
+from drake_tracker.vision.centroid.normal_flow import MotionImages
 
 
 class OneCamera(LeafSystem):

@@ -13,9 +13,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_tracker.core.messages import KNOT_COUNT, KNOT_SPACING, pack_prediction
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.scene import TrackingDisplaySystem, add_scene_recording
-from drake_tracker.tasks.train.filming import TRAIN_VIEW
+from drake_tracker.tasks.train.pictures.filming import TRAIN_VIEW
 
 
 class Tracker(LeafSystem):

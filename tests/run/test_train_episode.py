@@ -14,7 +14,7 @@ from drake_tracker.arm.description import PUMA560
 from drake_tracker.arm.plant import actuators_of
 from drake_tracker.core.log import load_log
 from drake_tracker.core.timing import ESTIMATOR_SLOT, TIME_STEP
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.network.channels import FROM_TRACKER
 from drake_tracker.run.camera_video import FRAMES_PER_SECOND
 from drake_tracker.tasks.train.task import TASK

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.ball.catch_schema import CatchPhase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.video_marks import ENERGY, GOAL
 from drake_tracker.run.video_page import _COLUMNS, CameraSight, PageState, VideoPage, _status
 from drake_tracker.tasks.style import bgr

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 import pytest
 
-from drake_tracker.core import child_process
 from drake_tracker.core.errors import DrakeTrackerError, MachineError
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.core.processes import child_process
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.run.drawn_video import DrawnVideo
 from drake_tracker.run.video_page import CameraSight, PageState, VideoPage
 from drake_tracker.run.video_process import VideoProcess

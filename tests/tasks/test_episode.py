@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import during, fresh_packets, predictions_ahead, predictions_of_now, tool_pose
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted, train_pose
 

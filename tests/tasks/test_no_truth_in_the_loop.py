@@ -14,13 +14,13 @@ from drake_tracker import load_scenario, make_diagram
 from drake_tracker.diagrams import hand_eye as hand_eye_module
 from drake_tracker.live.operator import OperatorPanel
 from drake_tracker.live.operator_system import OperatorSystem
+from drake_tracker.measured.measured_parts_system import MeasuredPartsSystem
+from drake_tracker.measured.measured_several_diagram import MeasuredSeveralDiagram
+from drake_tracker.measured.measured_vision_system import MeasuredErrorSystem, MeasuredVisionDiagram
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.measured_parts_system import MeasuredPartsSystem
-from drake_tracker.vision.measured_several_diagram import MeasuredSeveralDiagram
-from drake_tracker.vision.measured_vision_system import MeasuredErrorSystem, MeasuredVisionDiagram
-from drake_tracker.world import world_diagram as world_module
 from drake_tracker.world.config import TrackConfig as TrackSettings
+from drake_tracker.world.train import world_diagram as world_module
 
 MEASURED = "vision=!Measured {}"
 MEASURED_SEVERAL = "vision=!Measured {tracker: !Several {}}"

@@ -17,7 +17,7 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.tasks.ball.strips import BALL_STRIPS
 from drake_tracker.tasks.strips import StripInputs
-from drake_tracker.tasks.train.strips import TRAIN_STRIPS
+from drake_tracker.tasks.train.pictures.strips import TRAIN_STRIPS
 
 NOW = 2.0
 

@@ -7,8 +7,8 @@ from enum import IntEnum
 
 import numpy as np
 
-from drake_tracker.grasp.catch_schema import CatchPhase
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.ball.catch_schema import CatchPhase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks import style
 from drake_tracker.tasks.style import PHASE_COLOURS, bgr, draw_text, phase_colour
 

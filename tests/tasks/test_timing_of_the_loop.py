@@ -21,8 +21,8 @@ from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.link.config import Perfect
 from drake_tracker.link.link_system import make_link
-from drake_tracker.vision.normal_flow import NormalFlowDetector
-from drake_tracker.vision.vision_diagram import VisionDiagram
+from drake_tracker.vision.centroid.normal_flow import NormalFlowDetector
+from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
 
 SUBSYSTEMS = ("film", "vision", "host", "link", "clock")
 

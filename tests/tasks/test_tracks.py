@@ -14,8 +14,8 @@ from drake_tracker.tasks.tracks import (
     tell_reasons,
     track_rows,
 )
-from drake_tracker.vision.object_track import TrackState
-from drake_tracker.vision.target import REASONS, Reason
+from drake_tracker.vision.silhouettes.target import REASONS, Reason
+from drake_tracker.vision.silhouettes.track_3d import TrackState
 
 
 def message(k):

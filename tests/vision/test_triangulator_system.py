@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import TrackPoint
-from drake_tracker.vision.camera_model import CameraModel
 from drake_tracker.vision.triangulator_system import TriangulatorSystem
 
 K = np.array([[400.0, 0.0, 127.5], [0.0, 400.0, 127.5], [0.0, 0.0, 1.0]])

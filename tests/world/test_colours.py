@@ -12,10 +12,10 @@ from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.track_placement import place_track
 from drake_tracker.tasks.train.world import make_train_world
 from drake_tracker.world import painted_mesh
-from drake_tracker.world.cameras import CAMERA_NAMES
 from drake_tracker.world.config import TRAIN_BODIES
-from drake_tracker.world.image_pipeline import ImagePipeline
-from drake_tracker.world.train_model import PAINTED_CELLS
+from drake_tracker.world.imaging.cameras import CAMERA_NAMES
+from drake_tracker.world.imaging.image_pipeline import ImagePipeline
+from drake_tracker.world.train.train_model import PAINTED_CELLS
 from models import mesh_builder
 from models.train.make_meshes import PALETTE
 

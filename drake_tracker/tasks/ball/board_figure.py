@@ -11,13 +11,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from drake_tracker.core.atomic_file import replacing
+from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.tasks.ball.diagram import board_sight
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.plots import name_colours
 from drake_tracker.tasks.style import FAR_PREDICTED, HAND, INK, PLOT_STYLE, PREDICTED, SOFT_INK
-from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, face_corners
+from drake_tracker.world.ball.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, face_corners
 
 ZOOM = 15
 """Side of the square part of the image that is enlarged [px]."""

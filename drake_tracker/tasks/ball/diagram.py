@@ -8,8 +8,10 @@ import numpy as np
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
-from drake_tracker.arm.differential_ik import joints_for
-from drake_tracker.arm.packet_guard import PacketGuard
+from drake_tracker.arm.motion.differential_ik import joints_for
+from drake_tracker.arm.safety.packet_guard import PacketGuard
+from drake_tracker.cameras.boards.board_poses import BoardPoses
+from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, PROJECTOR_SLOT, VISION_PERIOD, vision_slot
 from drake_tracker.diagrams.arms import arm_of
@@ -19,28 +21,31 @@ from drake_tracker.estimation import make_estimator
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.faults.fault import Fault
 from drake_tracker.faults.kinds import make_faults
-from drake_tracker.grasp.catch_machine import CatchMachine
-from drake_tracker.grasp.catch_system import CatchSystem
-from drake_tracker.grasp.crossing import BoardEdge
+from drake_tracker.grasp.ball.board_exit import BoardEdge
+from drake_tracker.grasp.ball.catch_machine import CatchMachine
+from drake_tracker.grasp.ball.catch_system import CatchSystem
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.tasks.filming import HAND_BORDER
-from drake_tracker.vision.board_poses import BoardPoses
-from drake_tracker.vision.board_vision_diagram import BoardVisionDiagram
-from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.detectors import make_detector
-from drake_tracker.vision.motion_centroid_system import needs_image
-from drake_tracker.vision.motion_detector import MotionDetector
-from drake_tracker.vision.plane_projection import PlausiblePoints, board_window, camera_on_board, seen_whole_from
-from drake_tracker.vision.plane_projector_system import PlaneProjectorSystem
-from drake_tracker.vision.predicted_window import PredictedWindow
-from drake_tracker.vision.window import Window
-from drake_tracker.world.ball_board import BALL_RADIUS
-from drake_tracker.world.ball_fixtures import TABLE_HEIGHT
-from drake_tracker.world.ball_plant import TABLE_X
-from drake_tracker.world.cameras import ImageWindow, lens_matrix, renderable_window
-from drake_tracker.world.image_pipeline import ImagePipeline, process_count
-from drake_tracker.world.plant import table_box
+from drake_tracker.vision.centroid.board_vision_diagram import BoardVisionDiagram
+from drake_tracker.vision.centroid.detectors import make_detector
+from drake_tracker.vision.centroid.motion_centroid_system import needs_image
+from drake_tracker.vision.centroid.motion_detector import MotionDetector
+from drake_tracker.vision.centroid.plane_projection import (
+    PlausiblePoints,
+    board_window,
+    camera_on_board,
+    seen_whole_from,
+)
+from drake_tracker.vision.centroid.plane_projector_system import PlaneProjectorSystem
+from drake_tracker.vision.centroid.search_window import PredictedWindow
+from drake_tracker.vision.region_of_interest import Window
+from drake_tracker.world.ball.ball_board import BALL_RADIUS
+from drake_tracker.world.ball.ball_fixtures import TABLE_HEIGHT
+from drake_tracker.world.ball.ball_plant import TABLE_X
+from drake_tracker.world.imaging.cameras import ImageWindow, lens_matrix, renderable_window
+from drake_tracker.world.imaging.image_pipeline import ImagePipeline, process_count
+from drake_tracker.world.train.plant import table_box
 
 
 def make_ball_diagram(scenario: BallScenario, poses: BoardPoses) -> HandEyeDiagram:

@@ -11,9 +11,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from drake_tracker.core.atomic_file import replacing
+from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.tasks.style import PLOT_STYLE
-from drake_tracker.vision.frame_difference import DifferenceImages
+from drake_tracker.vision.centroid.frame_difference import DifferenceImages
 
 
 def draw_difference_images(images: DifferenceImages, titles: Sequence[str], path: Path) -> None:

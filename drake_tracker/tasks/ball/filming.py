@@ -10,12 +10,12 @@ from typing import Any
 from drake_tracker.core.messages import CatchDiagnosis
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
-from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.grasp.ball.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.diagram import board_sight, known_edge, rendered_window
 from drake_tracker.tasks.ball.predicted_path import PredictedPath
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, Film, Script, Snapshot, View
-from drake_tracker.vision.frame_difference import DifferenceImages
+from drake_tracker.vision.centroid.frame_difference import DifferenceImages
 
 SIDE = ""
 """Suffix of the ports of the single camera."""

@@ -16,27 +16,27 @@ from pydrake.systems.framework import Context
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
 from drake_tracker.arm.description import PROBE_FRAME
-from drake_tracker.arm.differential_ik import joints_for
+from drake_tracker.arm.motion.differential_ik import joints_for
+from drake_tracker.cameras.boards.board_poses import BoardPoses
+from drake_tracker.cameras.boards.circle_finder import CircleMeasurement, best_measurement, find_circles, measure_circle
+from drake_tracker.cameras.boards.circle_pose import BoardPose, image_centres, locate_board
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.machine import require_renderer
 from drake_tracker.core.messages import TouchReport
 from drake_tracker.core.setting import replace_settings
+from drake_tracker.core.system_check import require_renderer
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.grasp.board_touch import board_pose_from_touches
-from drake_tracker.grasp.crossing import HAND_YAW
-from drake_tracker.grasp.touch_machine import touched_points
-from drake_tracker.grasp.touch_schema import TouchPhase
+from drake_tracker.grasp.ball.board_exit import HAND_YAW
+from drake_tracker.grasp.ball.board_touch import board_pose_from_touches
+from drake_tracker.grasp.ball.touch_machine import touched_points
+from drake_tracker.grasp.ball.touch_schema import TouchPhase
 from drake_tracker.tasks.ball.scenario import STILL_SUPERSAMPLING, BallScenario
 from drake_tracker.tasks.ball.touching_diagram import BoardTouchingDiagram
 from drake_tracker.tasks.ball.world import make_ball_world
 from drake_tracker.tasks.task import AskForWindows
-from drake_tracker.vision.board_poses import BoardPoses
-from drake_tracker.vision.circle_finder import CircleMeasurement, best_measurement, find_circles, measure_circle
-from drake_tracker.vision.circle_pose import BoardPose, image_centres, locate_board
-from drake_tracker.world.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
-from drake_tracker.world.cameras import lens_matrix
+from drake_tracker.world.ball.ball_board import CIRCLE_RADIUS, CIRCLES, TOUCH_MARKS, draw_placing_errors
 from drake_tracker.world.config import BoardCameraConfig, OperatorConfig
+from drake_tracker.world.imaging.cameras import lens_matrix
 
 CIRCLE_CENTRES = np.column_stack([CIRCLES, np.zeros(len(CIRCLES))])
 """Centres of the circles (x, y, z) in B [m], shape (4, 3)."""

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
-from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.grasp.ball.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.diagram import known_edge
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.summary import last_verdict, over_the_cup

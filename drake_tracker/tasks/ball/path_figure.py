@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Rectangle
 
-from drake_tracker.core.atomic_file import replacing
+from drake_tracker.core.files.atomic_file import replacing
 from drake_tracker.core.messages import Prediction, predicted_points
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.tasks.ball.path_data import LONG_BEFORE, WARM, RunOfTheBall
@@ -31,10 +31,10 @@ from drake_tracker.tasks.style import (
     SOFT_INK,
     TRUTH,
 )
-from drake_tracker.world.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, PEG_RADIUS, TOUCH_MARKS
-from drake_tracker.world.ball_board_visual import WALL_THICKNESS
-from drake_tracker.world.ball_fixtures import GATE_SIZE
-from drake_tracker.world.catch_judge_system import BOWL_LOWER, BOWL_UPPER
+from drake_tracker.world.ball.ball_board import BALL_RADIUS, CIRCLE_RADIUS, CIRCLES, PEG_RADIUS, TOUCH_MARKS
+from drake_tracker.world.ball.ball_board_visual import WALL_THICKNESS
+from drake_tracker.world.ball.ball_fixtures import GATE_SIZE
+from drake_tracker.world.ball.catch_judge_system import BOWL_LOWER, BOWL_UPPER
 from drake_tracker.world.config import BoardConfig
 
 FACE, WOOD = "#f7f6f2", "#a9794a"

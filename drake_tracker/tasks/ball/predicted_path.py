@@ -3,7 +3,7 @@
 import numpy as np
 
 from drake_tracker.core.messages import predicted_points
-from drake_tracker.grasp.crossing import BoardEdge
+from drake_tracker.grasp.ball.board_exit import BoardEdge
 
 INTO_CUP = 0.08
 """Time after the crossing up to which the path is drawn [s]. Afterwards the ball is in the cup or was missed."""

@@ -23,8 +23,8 @@ from drake_tracker.link.kinds import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.tasks.ball.plausible import catch_problems
 from drake_tracker.tasks.plausible import image_problems
+from drake_tracker.vision.centroid.detectors import DETECTORS
 from drake_tracker.vision.config import FrameDifference
-from drake_tracker.vision.detectors import DETECTORS
 from drake_tracker.world.config import BallConfig, BoardCameraConfig, BoardConfig, LightingConfig, OperatorConfig
 
 STILL_SUPERSAMPLING = 4

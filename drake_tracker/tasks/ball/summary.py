@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_tracker.cameras.boards.board_poses import pose_error
 from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import CatchVerdict
 from drake_tracker.diagrams.arms import arm_of
@@ -13,7 +14,6 @@ from drake_tracker.tasks.ball.diagram import known_edge
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.results import lag_of, last_message, limiter_findings, made_by, packet_findings, tidy
-from drake_tracker.vision.board_poses import pose_error
 
 ROLLING = 0.10
 """Time after the release at which vision sees the ball move [s]."""

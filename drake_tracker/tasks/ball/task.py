@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import System
 
+from drake_tracker.cameras.boards.board_poses import POSES_FILE, BoardPoses, load_poses, save_poses
 from drake_tracker.core.messages import CatchDiagnosis, CatchVerdict
 from drake_tracker.core.timing import BALL_SERVO_PERIOD, BALL_TIME_STEP, PROJECTOR_SLOT, vision_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.diagrams.parts import link_of
-from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.grasp.ball.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.diagram import (
     ball_faults,
     ball_guard,
@@ -30,7 +31,6 @@ from drake_tracker.tasks.ball.summary import ROLLING, last_verdict, summarise_ba
 from drake_tracker.tasks.episode import Log, phase_spans
 from drake_tracker.tasks.filming import Film, Snapshot, View
 from drake_tracker.tasks.task import AskForWindows, ReplayParts, Task, required
-from drake_tracker.vision.board_poses import POSES_FILE, BoardPoses, load_poses, save_poses
 
 _ALWAYS_CHANGEABLE = ("estimator", "link", "guard", "servo")
 _MM, _SECONDS, _PERCENT = (1e3, "mm", 1), (1.0, "s", 2), (100.0, "%", 1)

@@ -4,8 +4,8 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from drake_tracker.arm.arm_model import ArmModel
-from drake_tracker.grasp.touch_diagram import TouchDiagram
-from drake_tracker.world.ball_world_diagram import BallWorldDiagram
+from drake_tracker.grasp.ball.touch_diagram import TouchDiagram
+from drake_tracker.world.ball.ball_world_diagram import BallWorldDiagram
 
 
 class BoardTouchingDiagram(Diagram):

@@ -7,9 +7,9 @@ import numpy as np
 from drake_tracker.arm.description import Arm
 from drake_tracker.faults.fault import Fault
 from drake_tracker.tasks.ball.scenario import BallScenario
-from drake_tracker.world.ball_world_diagram import BallWorldDiagram
-from drake_tracker.world.cameras import ImageWindow
-from drake_tracker.world.image_pipeline import ImagePipeline
+from drake_tracker.world.ball.ball_world_diagram import BallWorldDiagram
+from drake_tracker.world.imaging.cameras import ImageWindow
+from drake_tracker.world.imaging.image_pipeline import ImagePipeline
 
 
 def make_ball_world(

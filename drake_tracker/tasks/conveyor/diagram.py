@@ -7,8 +7,8 @@ import numpy as np
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
-from drake_tracker.arm.differential_ik import joints_for
-from drake_tracker.arm.packet_guard import PacketGuard
+from drake_tracker.arm.motion.differential_ik import joints_for
+from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.messages import PickOrder
 from drake_tracker.core.timing import ESTIMATOR_SLOT, SERVO_PERIOD, vision_slot
@@ -18,23 +18,23 @@ from drake_tracker.diagrams.parts import link_of
 from drake_tracker.dispatch.candidate import Cell
 from drake_tracker.dispatch.cycle_time import CycleModel
 from drake_tracker.dispatch.kinds import make_dispatcher
-from drake_tracker.dispatch.order_book import OrderClerk
+from drake_tracker.dispatch.order_tracker import OrderClerk
 from drake_tracker.dispatch.pick_host_system import CellPose, PickHostSystem
 from drake_tracker.estimation.belt import BeltEstimator
 from drake_tracker.faults.fault import Fault
 from drake_tracker.faults.kinds import make_faults
-from drake_tracker.grasp.pick_machine import PickMachine
-from drake_tracker.grasp.pick_schema import PickPhase
-from drake_tracker.grasp.pick_system import PickSystem
+from drake_tracker.grasp.conveyor.pick_machine import PickMachine
+from drake_tracker.grasp.conveyor.pick_schema import PickPhase
+from drake_tracker.grasp.conveyor.pick_system import PickSystem
 from drake_tracker.link.link_diagram import LinkDiagram
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.conveyor.vision_parts import image_pipeline, make_vision
-from drake_tracker.world.arrivals import Arrival, draw_arrivals
-from drake_tracker.world.belt_motion import make_belt_motion
-from drake_tracker.world.conveyor_plant import TABLE_BELOW
-from drake_tracker.world.conveyor_world_diagram import ConveyorWorldDiagram
-from drake_tracker.world.plant import table_box
-from drake_tracker.world.tray import cell_centres
+from drake_tracker.world.conveyor.arrivals import Arrival, draw_arrivals
+from drake_tracker.world.conveyor.belt_motion import make_belt_motion
+from drake_tracker.world.conveyor.conveyor_plant import TABLE_BELOW
+from drake_tracker.world.conveyor.conveyor_world_diagram import ConveyorWorldDiagram
+from drake_tracker.world.conveyor.tray import cell_centres
+from drake_tracker.world.train.plant import table_box
 
 SEEKING = (PickPhase.WAIT, PickPhase.TRACK)
 """Phases in which the hand has not yet begun to descend."""

@@ -8,12 +8,12 @@ import numpy as np
 from drake_tracker.core.messages import PickDiagnosis, predicted_points
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
-from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.tasks.calibrated import calibrated_cameras
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Rendered
 from drake_tracker.tasks.conveyor.vision_parts import seen_belt
 from drake_tracker.tasks.filming import FRAMES_PER_SECOND, PATH_MARKS, Film, Script, View
-from drake_tracker.vision.part_vision_diagram import belt_window
+from drake_tracker.vision.parts.part_vision_diagram import belt_window
 
 PREDICTING = (PickPhase.TRACK, PickPhase.INTERCEPT, PickPhase.CLOSE)
 """Phases in which the predicted path of the part is drawn."""

@@ -10,14 +10,14 @@ from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import BELT_FIELDS, PART_FIELDS, packet_target
 from drake_tracker.dispatch.candidate import Candidate, Hand
 from drake_tracker.dispatch.cycle_time import CycleModel
-from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.part_history import PICKING, PartHistory
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.conveyor.windows import could_be_picked, window_times
 from drake_tracker.tasks.episode import Log
-from drake_tracker.world.belt_motion import make_belt_motion
-from drake_tracker.world.part_fates import PartFate
-from drake_tracker.world.tray import cell_centres
+from drake_tracker.world.conveyor.belt_motion import make_belt_motion
+from drake_tracker.world.conveyor.part_fates import PartFate
+from drake_tracker.world.conveyor.tray import cell_centres
 
 IDENTITY_LOST = 0.5
 """Time without an estimate from which the identity of a part counts as lost, while it is in the picking window [s]."""

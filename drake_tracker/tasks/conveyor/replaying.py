@@ -4,7 +4,7 @@ import numpy as np
 
 from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import packet_target
-from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.part_history import tracks_of
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.episode import Log, during, phase_spans

@@ -19,7 +19,7 @@ from drake_tracker.link.kinds import LINKS
 from drake_tracker.scenarios.base import BaseScenario, Custom
 from drake_tracker.vision.config import BeltParts, MeasuredParts
 from drake_tracker.world.config import CamerasConfig, LightingConfig, WristCamera
-from drake_tracker.world.conveyor_config import ArrivalsConfig, BeltConfig, TrayConfig
+from drake_tracker.world.conveyor.conveyor_config import ArrivalsConfig, BeltConfig, TrayConfig
 
 
 @dataclass(frozen=True)

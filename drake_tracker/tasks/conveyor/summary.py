@@ -16,8 +16,8 @@ from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
 from drake_tracker.tasks.conveyor.windows import clairvoyant_picks, could_be_picked
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.results import lag_of, last_message, limiter_findings, made_by, packet_findings, tidy
-from drake_tracker.world.arrivals import Arrival
-from drake_tracker.world.part_fates import PartFate
+from drake_tracker.world.conveyor.arrivals import Arrival
+from drake_tracker.world.conveyor.part_fates import PartFate
 
 ENOUGH = 0.9
 """Share of the parts that could be picked which a successful run places."""

@@ -26,8 +26,8 @@ from drake_tracker.core.messages import (
 )
 from drake_tracker.core.timing import GRASP_SLOT, SERVO_PERIOD, TIME_STEP, TRANSFORM_SLOT, VISION_PERIOD, servo_slot
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
+from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.diagram import (
     conveyor_guard,
     conveyor_host,
@@ -44,7 +44,7 @@ from drake_tracker.tasks.conveyor.vision_parts import HIGHEST, image_vision, ren
 from drake_tracker.tasks.episode import Log
 from drake_tracker.tasks.filming import Film, Snapshot, View
 from drake_tracker.tasks.task import BODY_STATE, MOTION_PICTURE, CalibrationPlace, ReplayParts, Task
-from drake_tracker.vision.part_vision_diagram import PartVisionDiagram
+from drake_tracker.vision.parts.part_vision_diagram import PartVisionDiagram
 
 _REPORTS, _ARM = ("diagnosis", "status"), ("arm_state", "jaws")
 """Signals of the arm that the host reads, and those that vision reads."""

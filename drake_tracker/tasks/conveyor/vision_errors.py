@@ -9,8 +9,8 @@ from drake_tracker.core.messages import PART_FIELDS, PART_SLOTS
 from drake_tracker.core.part_kinds import PART_SHAPES, PartKind
 from drake_tracker.tasks.conveyor.part_history import tracks_of
 from drake_tracker.tasks.episode import Log
-from drake_tracker.world.arrivals import Arrival
-from drake_tracker.world.part_fates import PartFate
+from drake_tracker.world.conveyor.arrivals import Arrival
+from drake_tracker.world.conveyor.part_fates import PartFate
 
 UNCLEAR_STD = 0.1
 """A part that is reported with a larger standard deviation lies there, but is not measured [m]."""

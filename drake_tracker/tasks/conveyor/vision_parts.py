@@ -7,18 +7,18 @@ import numpy as np
 from pydrake.systems.framework import Diagram
 
 from drake_tracker.arm.arm_shape import ArmShape
+from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.core.part_kinds import PART_SHAPES
 from drake_tracker.diagrams.arms import arm_of
+from drake_tracker.measured.measured_parts_system import MeasuredPartsDiagram, MeasuredPartsSystem
 from drake_tracker.tasks.calibrated import calibrated_cameras
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario, Measured, Rendered
-from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.measured_parts_system import MeasuredPartsDiagram, MeasuredPartsSystem
-from drake_tracker.vision.part_vision_diagram import PartVisionDiagram, belt_window
-from drake_tracker.world.arrivals import Arrival
-from drake_tracker.world.cameras import ImageWindow, renderable_window
-from drake_tracker.world.image_pipeline import MOST_LATENCY, ImagePipeline, process_count
+from drake_tracker.vision.parts.part_vision_diagram import PartVisionDiagram, belt_window
+from drake_tracker.world.conveyor.arrivals import Arrival
+from drake_tracker.world.imaging.cameras import ImageWindow, renderable_window
+from drake_tracker.world.imaging.image_pipeline import MOST_LATENCY, ImagePipeline, process_count
 
 BEFORE = 0.07
 """Length of the belt before its entry and beyond its end that the cameras look at [m]: a part that arrives is whole."""

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 from drake_tracker.dispatch import arrivals as queue
 from drake_tracker.dispatch.candidate import Candidate, Cell, Hand
-from drake_tracker.dispatch.clairvoyant import clairvoyant
 from drake_tracker.dispatch.cycle_time import CycleModel
+from drake_tracker.dispatch.offline_optimum import clairvoyant
 from drake_tracker.tasks.conveyor.diagram import filling_order
 from drake_tracker.tasks.conveyor.scenario import ConveyorScenario
-from drake_tracker.world.arrivals import Arrival
-from drake_tracker.world.belt_motion import BeltMotion, make_belt_motion
-from drake_tracker.world.tray import cell_centres
+from drake_tracker.world.conveyor.arrivals import Arrival
+from drake_tracker.world.conveyor.belt_motion import BeltMotion, make_belt_motion
+from drake_tracker.world.conveyor.tray import cell_centres
 
 
 def window_times(scenario: ConveyorScenario, arrival: Arrival, motion: BeltMotion) -> tuple[float, float]:

@@ -1,8 +1,6 @@
 from .diagram import assemble as assemble
 from .diagram import make_train_diagram as make_train_diagram
 from .diagram import train_host as train_host
-from .failure import failure_reason as failure_reason
-from .figures import draw_tracking as draw_tracking
 from .reach import Reach as Reach
 from .scenario import Measured as Measured
 from .scenario import Rendered as Rendered

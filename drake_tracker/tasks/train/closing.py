@@ -7,13 +7,13 @@ import numpy as np
 
 from drake_tracker.core.messages import Prediction, evaluate_prediction, prediction_end
 from drake_tracker.grasp.config import touch_delay
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import Log, PhaseSpan, tool_pose
+from drake_tracker.tasks.train.diagnosis.judged_train import FIRST_TRAIN
 from drake_tracker.tasks.train.episode import train_pose
-from drake_tracker.tasks.train.judged_train import FIRST_TRAIN
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import place_track
-from drake_tracker.world.speed_law import distance_at
+from drake_tracker.world.train.speed_law import distance_at
 
 REACH_ALONG = 0.05
 """Greatest distance along the faces of the jaws at which the middle of a train of scale 1 can still be gripped [m]."""

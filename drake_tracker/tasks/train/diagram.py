@@ -7,8 +7,8 @@ from pydrake.systems.framework import Diagram, System
 
 from drake_tracker.arm.arm_clearance import ArmClearance
 from drake_tracker.arm.arm_diagram import ArmDiagram
-from drake_tracker.arm.packet_guard import PacketGuard
-from drake_tracker.arm.visual_edge import VisualEdge
+from drake_tracker.arm.hand_eye_correction import VisualEdge
+from drake_tracker.arm.safety.packet_guard import PacketGuard
 from drake_tracker.core.messages import HandPoint
 from drake_tracker.core.timing import SERVO_PERIOD
 from drake_tracker.diagrams.hand_eye import (
@@ -26,8 +26,8 @@ from drake_tracker.estimation.estimator_bank_system import EstimatorBankSystem
 from drake_tracker.estimation.estimator_system import EstimatorSystem
 from drake_tracker.estimation.sudden_change import noticing
 from drake_tracker.faults.fault import Fault
-from drake_tracker.grasp.grasp_machine import GraspMachine
-from drake_tracker.grasp.grasp_system import GraspSystem
+from drake_tracker.grasp.train.grasp_machine import GraspMachine
+from drake_tracker.grasp.train.grasp_system import GraspSystem
 from drake_tracker.link.link_diagram import LinkDiagram
 from drake_tracker.link.link_system import LinkSystem
 from drake_tracker.tasks.train.faults import train_faults
@@ -43,8 +43,8 @@ from drake_tracker.tasks.train.vision_parts import (
 )
 from drake_tracker.tasks.train.world import make_train_world
 from drake_tracker.tasks.train.wrist_parts import has_wrist
-from drake_tracker.world.image_pipeline import ImagePipeline
-from drake_tracker.world.plant import table_box
+from drake_tracker.world.imaging.image_pipeline import ImagePipeline
+from drake_tracker.world.train.plant import table_box
 
 
 def make_train_diagram(scenario: TrainScenario) -> HandEyeDiagram:

@@ -10,7 +10,7 @@ import numpy as np
 
 from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import TIME_STEP
-from drake_tracker.grasp.schema import PROGRAMS, Phase
+from drake_tracker.grasp.train.schema import PROGRAMS, Phase
 from drake_tracker.tasks import episode
 from drake_tracker.tasks.episode import PhaseSpan, during, interpolate_rows
 

@@ -5,7 +5,7 @@ from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.faults.fault import Fault
 from drake_tracker.faults.kinds import make_faults
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.world.cameras import camera_poses
+from drake_tracker.world.imaging.cameras import camera_poses
 
 
 def train_faults(scenario: TrainScenario) -> tuple[Fault, ...]:

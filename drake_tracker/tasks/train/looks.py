@@ -3,13 +3,13 @@
 from typing import Any
 
 from drake_tracker.core.colour import rgb
+from drake_tracker.measured.measured_tracks import ObjectLook
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.measured_tracks import ObjectLook
 from drake_tracker.world.config import TRAIN_WIDTH
-from drake_tracker.world.driven_objects import HAND_LENGTH, HAND_THICKNESS, HAND_WIDTH
-from drake_tracker.world.objects_config import Ball, Hand
-from drake_tracker.world.rail import TRAIN_LENGTH
-from drake_tracker.world.train_model import BODY_HEIGHT, train_colour
+from drake_tracker.world.train.driven_objects import HAND_LENGTH, HAND_THICKNESS, HAND_WIDTH
+from drake_tracker.world.train.objects_config import Ball, Hand
+from drake_tracker.world.train.rail import TRAIN_LENGTH
+from drake_tracker.world.train.train_model import BODY_HEIGHT, train_colour
 
 
 def object_looks(scenario: TrainScenario) -> tuple[ObjectLook, ...]:

@@ -9,12 +9,12 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.track_placement import misplaced, place_other_track
 from drake_tracker.world.config import NoEvent, TrackConfig
-from drake_tracker.world.object_kinds import OBJECTS
-from drake_tracker.world.objects_config import Ball, Train
-from drake_tracker.world.plant import TABLE_TOP
-from drake_tracker.world.rail import END_MARGIN, TRAIN_LENGTH
 from drake_tracker.world.scene_object import Ride, SceneObject
-from drake_tracker.world.tracks import Track
+from drake_tracker.world.train.object_kinds import OBJECTS
+from drake_tracker.world.train.objects_config import Ball, Train
+from drake_tracker.world.train.plant import TABLE_TOP
+from drake_tracker.world.train.rail import END_MARGIN, TRAIN_LENGTH
+from drake_tracker.world.train.tracks import Track
 
 BUFFERS = 0.015
 """Length by which the buffers of two trains are beyond their ends, together [m]."""

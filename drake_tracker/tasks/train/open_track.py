@@ -4,14 +4,14 @@ import numpy as np
 
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.grasp.config import touch_delay
-from drake_tracker.grasp.grasp_machine import SEEN_FOR
+from drake_tracker.grasp.train.grasp_machine import SEEN_FOR
 from drake_tracker.tasks.train.reach import CHECKED_PLACES, Reach
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.window import is_within
-from drake_tracker.world.plant import TABLE_TOP, WHEELS
-from drake_tracker.world.rail import END_MARGIN
-from drake_tracker.world.speed_law import distance_at
-from drake_tracker.world.tracks import Track
+from drake_tracker.vision.region_of_interest import is_within
+from drake_tracker.world.train.plant import TABLE_TOP, WHEELS
+from drake_tracker.world.train.rail import END_MARGIN
+from drake_tracker.world.train.speed_law import distance_at
+from drake_tracker.world.train.tracks import Track
 
 _TIMES = 2000
 """Number of instants at which the distance travelled is computed."""

@@ -3,11 +3,11 @@
 import numpy as np
 
 from drake_tracker.arm.arm_model import make_arm_model, tool_down
-from drake_tracker.arm.differential_ik import joints_for, make_parameters, step_joints
+from drake_tracker.arm.motion.differential_ik import joints_for, make_parameters, step_joints
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.world.plant import TRAIN_HEIGHT
-from drake_tracker.world.tracks import Track
+from drake_tracker.world.train.plant import TRAIN_HEIGHT
+from drake_tracker.world.train.tracks import Track
 
 CHECKED_PLACES = 40
 """Number of places along a track that are checked."""

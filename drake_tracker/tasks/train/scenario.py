@@ -29,8 +29,8 @@ from drake_tracker.world.config import (
     TrainConfig,
     WristCamera,
 )
-from drake_tracker.world.object_kinds import OBJECTS
-from drake_tracker.world.objects_config import Train
+from drake_tracker.world.train.object_kinds import OBJECTS
+from drake_tracker.world.train.objects_config import Train
 
 WORK_VOLUME = ((0.33, -0.30, 0.45), (0.79, 0.30, 0.505))
 """Lowest and highest corner of the default work volume in W [m]."""

@@ -6,23 +6,29 @@ from typing import Any
 
 import numpy as np
 
-from drake_tracker.arm.visual_edge import describe_doubt
+from drake_tracker.arm.hand_eye_correction import describe_doubt
 from drake_tracker.core.log import Signal
 from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.diagrams.arms import arm_of
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.arm_limits import arm_findings, limits_of
 from drake_tracker.tasks.episode import Log, PhaseSpan, during, predictions_of_now
 from drake_tracker.tasks.results import lag_of, limiter_findings, made_by, packet_findings, tidy
 from drake_tracker.tasks.train.closing import aborted_launches, closing_onset_error, offset_at_touch
+from drake_tracker.tasks.train.diagnosis.failure import Failure, explain_failure
+from drake_tracker.tasks.train.diagnosis.judged_train import (
+    RunObjects,
+    about_target,
+    object_name,
+    run_objects,
+    target_swaps,
+)
+from drake_tracker.tasks.train.diagnosis.trouble import Cause
+from drake_tracker.tasks.train.diagnosis.trouble_tracking import tell_tracking, tracking_findings
+from drake_tracker.tasks.train.diagnosis.wrist_findings import wrist_findings
 from drake_tracker.tasks.train.episode import errors, phase_spans, sighted
-from drake_tracker.tasks.train.failure import Failure, explain_failure
-from drake_tracker.tasks.train.judged_train import RunObjects, about_target, object_name, run_objects, target_swaps
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.tasks.train.trouble import Cause
-from drake_tracker.tasks.train.trouble_tracking import tell_tracking, tracking_findings
 from drake_tracker.tasks.train.vision_parts import sees_hand, tracks_several
-from drake_tracker.tasks.train.wrist_findings import wrist_findings
 from drake_tracker.tasks.train.wrist_parts import has_wrist
 
 JITTER_WINDOW = 31
@@ -35,7 +41,7 @@ def summarise(scenario: TrainScenario, log: Log, simulated: float, interrupted: 
     Lengths are in m, times in s, angles in rad. Position errors are horizontal, at the centre of the train's body. The
     train is the first one or, if vision tracked several objects, the object that was the target at the last descent:
 
-    - ``cause``: one of `drake_tracker.tasks.train.trouble.Cause`; None when the train was lifted.
+    - ``cause``: one of `drake_tracker.tasks.train.diagnosis.trouble.Cause`; None when the train was lifted.
     - ``prediction_rms_m``, ``prediction_p95_m``: error of the servo's target at the time for which it predicts, while
       tracking. This time is ahead of the newest measurement by the lag and up to two servo periods.
     - ``position_rms_m``: error of the present position according to the newest packet, while tracking.

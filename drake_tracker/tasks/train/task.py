@@ -24,18 +24,24 @@ from drake_tracker.core.timing import PROJECTOR_SLOT, SERVO_PERIOD, TIME_STEP, V
 from drake_tracker.diagrams.hand_eye import HandEyeDiagram
 from drake_tracker.diagrams.parts import link_of
 from drake_tracker.grasp.gate import Gate
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.episode import Log, during
 from drake_tracker.tasks.filming import Closeup, Film, Snapshot, View
 from drake_tracker.tasks.task import MOTION_PICTURE, CalibrationPlace, ReplayParts, Task
+from drake_tracker.tasks.train.diagnosis.failure import activity
+from drake_tracker.tasks.train.diagnosis.judged_train import about_target
 from drake_tracker.tasks.train.diagram import make_train_diagram, train_guard, train_host
 from drake_tracker.tasks.train.episode import phase_spans, sighted
-from drake_tracker.tasks.train.failure import activity
 from drake_tracker.tasks.train.faults import train_faults
-from drake_tracker.tasks.train.filming import GRASP_PICTURE, TRAIN_SNAPSHOT, TRAIN_VIEW, train_closeup, train_film
-from drake_tracker.tasks.train.judged_train import about_target
+from drake_tracker.tasks.train.pictures.filming import (
+    GRASP_PICTURE,
+    TRAIN_SNAPSHOT,
+    TRAIN_VIEW,
+    train_closeup,
+    train_film,
+)
+from drake_tracker.tasks.train.pictures.strips import TRAIN_STRIPS
 from drake_tracker.tasks.train.scenario import Measured, TrainScenario
-from drake_tracker.tasks.train.strips import TRAIN_STRIPS
 from drake_tracker.tasks.train.summary import summarise
 from drake_tracker.tasks.train.vision_parts import (
     arm_signals,
@@ -180,7 +186,7 @@ class TrainTask(Task[TrainScenario]):
     def draw(
         self, scenario: TrainScenario, hand_eye: HandEyeDiagram, log: Log, summary: Mapping[str, Any], folder: Path
     ) -> None:
-        from drake_tracker.tasks.train.figures import draw_tracking  # Matplotlib is slow to load
+        from drake_tracker.tasks.train.pictures.figures import draw_tracking  # Matplotlib is slow to load
 
         draw_tracking(scenario, about_target(scenario, log), summary, folder / "tracking.png")
 

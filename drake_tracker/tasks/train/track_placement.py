@@ -11,9 +11,9 @@ from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.tasks.train.open_track import off_table, shortest_grasp, time_within_reach
 from drake_tracker.tasks.train.reach import CHECKED_PLACES, Reach
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.window import footprint, is_within
-from drake_tracker.world.plant import TABLE_TOP, WHEELS
-from drake_tracker.world.tracks import Track, make_track
+from drake_tracker.vision.region_of_interest import footprint, is_within
+from drake_tracker.world.train.plant import TABLE_TOP, WHEELS
+from drake_tracker.world.train.tracks import Track, make_track
 
 STREAM = 1
 """The track's stream of random numbers: default_rng([seed, STREAM])."""

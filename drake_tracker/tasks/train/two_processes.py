@@ -23,8 +23,8 @@ from drake_tracker.tasks.train.vision_parts import (
     tracks_several,
 )
 from drake_tracker.tasks.train.wrist_parts import has_wrist
+from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
-from drake_tracker.vision.vision_diagram import VisionDiagram
 
 
 def make_arm_side(scenario: TrainScenario, lcm: DrakeLcm) -> ArmSideDiagram:

@@ -8,32 +8,32 @@ from pydrake.systems.framework import Diagram
 
 from drake_tracker.arm.arm_shape import ArmShape
 from drake_tracker.arm.marker_kinematics import MarkerKinematics
+from drake_tracker.cameras.camera_model import CameraModel
 from drake_tracker.core.constants import SIDES
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.faults.fault import CalibrationFault, PointFault, calibrated_with, faults_at
 from drake_tracker.faults.point_faults_system import PointFaultsSystem
+from drake_tracker.measured.measured_error_file import load_error
+from drake_tracker.measured.measured_several_diagram import MeasuredSeveralDiagram
+from drake_tracker.measured.measured_vision_system import MeasuredVisionDiagram
 from drake_tracker.tasks.calibrated import calibrated_cameras
 from drake_tracker.tasks.loader import scenario_file
 from drake_tracker.tasks.train.faults import train_faults
 from drake_tracker.tasks.train.looks import object_looks
 from drake_tracker.tasks.train.scenario import Measured, Rendered, TrainScenario
 from drake_tracker.tasks.train.wrist_parts import has_wrist, wrist_parts
-from drake_tracker.vision.camera_model import CameraModel
+from drake_tracker.vision.centroid.detectors import make_detector
+from drake_tracker.vision.centroid.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.centroid.vision_diagram import VisionDiagram
 from drake_tracker.vision.config import Several
-from drake_tracker.vision.detectors import make_detector
-from drake_tracker.vision.hand_markers import MarkerSearch
+from drake_tracker.vision.hand.hand_markers import MarkerSearch
 from drake_tracker.vision.hand_vision_diagram import HandVisionDiagram
-from drake_tracker.vision.measured_error_file import load_error
-from drake_tracker.vision.measured_several_diagram import MeasuredSeveralDiagram
-from drake_tracker.vision.measured_vision_system import MeasuredVisionDiagram
-from drake_tracker.vision.normal_flow_parameters import NormalFlowParameters
+from drake_tracker.vision.region_of_interest import Window, project_window
 from drake_tracker.vision.several_vision_diagram import SeveralVisionDiagram
-from drake_tracker.vision.vision_diagram import VisionDiagram
-from drake_tracker.vision.window import Window, project_window
-from drake_tracker.world.cameras import describe_rig, renderable_window
-from drake_tracker.world.image_pipeline import MOST_LATENCY, ImagePipeline, process_count
-from drake_tracker.world.plant import TRAIN_HEIGHT
+from drake_tracker.world.imaging.cameras import describe_rig, renderable_window
+from drake_tracker.world.imaging.image_pipeline import MOST_LATENCY, ImagePipeline, process_count
+from drake_tracker.world.train.plant import TRAIN_HEIGHT
 
 RenderedWindow = tuple[int, int, int, int]
 """(u0, v0, width, height) of the part of the full image that is rendered [px]."""

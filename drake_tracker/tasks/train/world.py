@@ -9,10 +9,10 @@ from drake_tracker.faults.fault import Fault
 from drake_tracker.tasks.train.objects import train_objects
 from drake_tracker.tasks.train.scenario import TrainScenario
 from drake_tracker.tasks.train.vision_parts import tracks_several
-from drake_tracker.world.cameras import ImageWindow
-from drake_tracker.world.image_pipeline import ImagePipeline
-from drake_tracker.world.tracks import Track
-from drake_tracker.world.world_diagram import WorldDiagram
+from drake_tracker.world.imaging.cameras import ImageWindow
+from drake_tracker.world.imaging.image_pipeline import ImagePipeline
+from drake_tracker.world.train.tracks import Track
+from drake_tracker.world.train.world_diagram import WorldDiagram
 
 
 def make_train_world(

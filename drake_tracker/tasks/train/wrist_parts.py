@@ -2,17 +2,17 @@
 
 from drake_tracker.arm.arm_model import make_arm_model
 from drake_tracker.arm.arm_shape import ArmShape
+from drake_tracker.cameras.camera_model import CameraModel
+from drake_tracker.cameras.files.calibration_file import load_calibration
 from drake_tracker.core.errors import DrakeTrackerError
 from drake_tracker.diagrams.arms import arm_of
 from drake_tracker.tasks.loader import scenario_file
 from drake_tracker.tasks.train.scenario import TrainScenario
-from drake_tracker.vision.calibration_file import load_calibration
-from drake_tracker.vision.camera_model import CameraModel
-from drake_tracker.vision.hand_view import HandView
-from drake_tracker.vision.wrist_view import WristView
-from drake_tracker.vision.wrist_view_diagram import WristParts
+from drake_tracker.vision.hand.hand_view import HandView
+from drake_tracker.vision.hand.wrist_view import WristView
+from drake_tracker.vision.hand.wrist_view_diagram import WristParts
 from drake_tracker.world.config import WristCamera
-from drake_tracker.world.wrist_camera import WRIST_CAMERA, describe_wrist
+from drake_tracker.world.imaging.wrist_camera import WRIST_CAMERA, describe_wrist
 
 _GRIP_TOLERANCE = 0.002
 """Jaws that are open wider than the object by less than this touch it [m]."""

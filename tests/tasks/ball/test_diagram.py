@@ -10,7 +10,7 @@ from wires import Wires, arrows, controller_subsystems, truths
 
 from drake_tracker import DrakeTrackerError, load_scenario, make_diagram
 from drake_tracker.core.timing import BALL_SERVO_PERIOD
-from drake_tracker.grasp.catch_schema import CatchPhase
+from drake_tracker.grasp.ball.catch_schema import CatchPhase
 from drake_tracker.tasks.ball.diagram import make_ball_diagram
 from drake_tracker.tasks.ball.scenario import BallScenario
 from drake_tracker.tasks.ball.task import TASK

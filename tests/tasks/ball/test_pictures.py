@@ -10,7 +10,7 @@ from drake_tracker.tasks.ball.board_figure import draw_board_found
 from drake_tracker.tasks.ball.difference_figure import draw_difference_images
 from drake_tracker.tasks.ball.path_figure import draw_ball_path
 from drake_tracker.tasks.ball.summary import summarise_ball
-from drake_tracker.vision.frame_difference import DifferenceImages
+from drake_tracker.vision.centroid.frame_difference import DifferenceImages
 
 TITLES = ("Image n", "Image n + 1/30 s", "Thresholded difference")
 

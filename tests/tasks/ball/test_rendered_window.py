@@ -10,7 +10,7 @@ from drake_tracker.core.timing import VISION_PERIOD
 from drake_tracker.tasks.ball.diagram import board_sight, make_ball_diagram, rendered_window
 from drake_tracker.tasks.ball.initialisation import CIRCLE_IMAGES, make_touching_diagram, photograph_board
 from drake_tracker.tasks.filming import HAND_BORDER
-from drake_tracker.world import ball_world_diagram
+from drake_tracker.world.ball import ball_world_diagram
 
 SEED = 3
 FULL = {"camera.render_window": False}

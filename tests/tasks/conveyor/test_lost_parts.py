@@ -5,12 +5,12 @@ import pytest
 from conveyor_log import ConveyorRun, Story
 
 from drake_tracker.core.messages import BELT_FIELDS, PART_SLOTS, TARGET_STRIDE, message_rows
-from drake_tracker.grasp.pick_schema import PickPhase
+from drake_tracker.grasp.conveyor.pick_schema import PickPhase
 from drake_tracker.tasks.conveyor.lost_parts import chances, lost_parts
 from drake_tracker.tasks.conveyor.part_history import part_histories
 from drake_tracker.tasks.conveyor.summary import summarise_conveyor
 from drake_tracker.tasks.conveyor.windows import clairvoyant_picks, window_times
-from drake_tracker.world.belt_motion import make_belt_motion
+from drake_tracker.world.conveyor.belt_motion import make_belt_motion
 
 
 def found(run, log):

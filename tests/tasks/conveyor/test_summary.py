@@ -10,7 +10,7 @@ from drake_tracker.tasks.conveyor.figures import draw_conveyor, rate_per_minute
 from drake_tracker.tasks.conveyor.summary import summarise_conveyor
 from drake_tracker.tasks.conveyor.task import TASK
 from drake_tracker.tasks.conveyor.windows import could_be_picked, window_times
-from drake_tracker.world.belt_motion import make_belt_motion
+from drake_tracker.world.conveyor.belt_motion import make_belt_motion
 
 
 def summarise(run, **changes):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drake_tracker.grasp.schema import Phase
+from drake_tracker.grasp.train.schema import Phase
 from drake_tracker.tasks.train.closing import clearance, closing_onset_error, last_closing, offset_at_touch
 from drake_tracker.tasks.train.episode import phase_spans
 

@@ -15,7 +15,7 @@ from drake_tracker.tasks import load_scenario
 from drake_tracker.tasks.train.task import TASK
 from drake_tracker.tasks.train.vision_parts import image_pipeline
 from drake_tracker.vision.config import Several
-from drake_tracker.world.image_pipeline import MOST_LATENCY
+from drake_tracker.world.imaging.image_pipeline import MOST_LATENCY
 
 SEVERAL = "vision.tracker=!Several {}"
 

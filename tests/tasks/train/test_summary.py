@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drake_tracker.arm.config import Puma560
-from drake_tracker.arm.visual_edge import Doubt
+from drake_tracker.arm.hand_eye_correction import Doubt
 from drake_tracker.core.log import Signal
 from drake_tracker.core.messages import HandCorrection
 from drake_tracker.core.timing import VISION_PERIOD

@@ -11,8 +11,8 @@ from drake_tracker.tasks.train import track_placement
 from drake_tracker.tasks.train.open_track import last_place, time_within_reach
 from drake_tracker.tasks.train.reach import Reach
 from drake_tracker.tasks.train.track_placement import check_track, place_other_track, place_outside, place_track
-from drake_tracker.vision.window import is_within
-from drake_tracker.world.plant import TABLE_TOP, WHEELS
+from drake_tracker.vision.region_of_interest import is_within
+from drake_tracker.world.train.plant import TABLE_TOP, WHEELS
 
 OUT_OF_REACH = 110
 """A seed whose first figure-eight inside the work volume is too close to the base of the arm."""

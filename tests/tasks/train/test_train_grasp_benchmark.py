@@ -4,7 +4,7 @@ import pytest
 import train_grasp
 
 from drake_tracker.core.errors import DrakeTrackerError
-from drake_tracker.core.kinds import snake_case
+from drake_tracker.core.registry import snake_case
 from drake_tracker.tasks import load_scenario
 
 DETECTOR_CELLS = ("cast-shadows-gated",)

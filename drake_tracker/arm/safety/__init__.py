@@ -1,0 +1,9 @@
+"""What protects the arm and those around it: packet guard, joint limiter, collision reflex.
+
+Packets and set-points go in; those that the arm may follow come out. Begin with `packet_guard.py`, which checks every
+packet before the arm uses it.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,1 @@
+from .chessboard import Chessboard as Chessboard

@@ -1,0 +1,1 @@
+from .alpha_beta_gamma_filter import AlphaBetaGammaFilter as AlphaBetaGammaFilter

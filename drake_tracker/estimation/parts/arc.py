@@ -1,0 +1,52 @@
+"""The circular arc that the arc-length filter fits to the newest points, and its extrapolation."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_tracker.estimation.parts.delta_transform import delta_power
+
+
+class Arc(NamedTuple):
+    """A chord frame, and the T_delta that advances it by one baseline.
+
+    Attributes:
+        anchor: origin of the chord frame, (x, y, z) in W [m].
+        time: time at the anchor [s].
+        chord_heading: direction of the chord [rad].
+        s_0: arc length of one baseline [m].
+        phi_0: bending over one baseline [rad].
+        dz: climb over one baseline [m].
+        baseline: number of frames in a baseline.
+        heading: direction of travel at the newest point, held while the object is at rest [rad].
+    """
+
+    anchor: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    time: float = 0.0
+    chord_heading: float = 0.0
+    s_0: float = 0.0
+    phi_0: float = 0.0
+    dz: float = 0.0
+    baseline: int = 1
+    heading: float = 0.0
+
+
+def extrapolate_arc(arc: Arc, times: np.ndarray, period: float) -> np.ndarray:
+    """Returns an object's path along an arc, shape (n, 4): rows x, y, z in W [m] and yaw [rad].
+
+    Args:
+        arc: the arc.
+        times: absolute times, shape (n,) [s], before or after the anchor's.
+        period: time of one frame [s].
+    """
+    n = (times - arc.time) / (arc.baseline * period)
+    position, turn = delta_power(arc.s_0, arc.phi_0, n)
+    position = position * complex(math.cos(arc.chord_heading), math.sin(arc.chord_heading))
+    x, y, z = arc.anchor
+    rows = np.empty((len(times), 4))
+    rows[:, 0] = x + position.real
+    rows[:, 1] = y + position.imag
+    rows[:, 2] = z + n * arc.dz
+    rows[:, 3] = arc.chord_heading + 0.5 * arc.phi_0 + turn
+    return rows

@@ -1,0 +1,1 @@
+from .measured_vision_system import MeasuredVisionDiagram as MeasuredVisionDiagram

@@ -1,0 +1,175 @@
+"""The live view of a track: the page of a run, with the images, objects and strips of your own cameras."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from drake_tracker.live.control import RATES
+from drake_tracker.live.view import LiveView
+from drake_tracker.own_cameras.live_strips import SPAN, TrackStrips
+from drake_tracker.own_cameras.overlay import TrackOverlay
+from drake_tracker.own_cameras.overlay_objects import COLOURS, OTHER
+from drake_tracker.own_cameras.preparation import PreparedTrack
+from drake_tracker.vision.image_tracks.image_objects import ImageObjects
+from drake_tracker.vision.image_tracks.image_tracker import CONFIRM_AFTER
+from drake_tracker.vision.image_tracks.track_2d import TrackState
+
+LEGEND: tuple[tuple[str, str], ...] = (
+    ("path", "predicted path"),
+    ("energy", "moving pixels"),
+    ("centroid", "their centroid"),
+)
+"""Marks in the images, see `Frames.open`."""
+LEGEND_OF_SEVERAL = (("path", "predicted path, in the colour of its object"), *LEGEND[1:])
+STATE_COLOURS = {
+    TrackState.LOST: "#9aa1ab",
+    TrackState.MOVING: "#56b4e9",
+    TrackState.STANDING: "#009e73",
+    TrackState.HIDDEN: "#e69f00",
+}
+_NOTES = (
+    "The prediction error is measured by the camera itself: there is no ground truth.",
+    "Gap and prediction error are measured by the cameras themselves: there is no ground truth.",
+)
+"""What the page says about the strips of one camera and of two."""
+IN_STRIPS = "target, in the strips"
+"""What the table says of the object that state and strips describe, if there are several targets."""
+
+
+@dataclass(frozen=True)
+class TrackPage:
+    """What the live view must know of the frames of a `TrackOverlay`, in place of a `VideoPage`.
+
+    Attributes:
+        panels: (side, late, place) of each camera.
+        lag: age of the images [s].
+        legend: marks in the images.
+        caption: of each panel.
+        goal: there is none.
+        several: whether objects are listed.
+    """
+
+    panels: list[tuple[str, bool, tuple[int, int, int, int]]]
+    lag: float
+    legend: tuple[tuple[str, str], ...]
+    caption: str
+    goal: None = None
+    several: bool = True
+
+    def draw(self, page: np.ndarray, _: None) -> np.ndarray:
+        """Returns a frame as it is: the overlay has drawn it."""
+        return page
+
+
+class TrackView(LiveView):
+    """The page of a track. A recording can be paused; a live camera cannot.
+
+    Args:
+        port: port to listen at; 0 takes a free one. Raises DrakeTrackerError when the port is taken.
+        say: prints a line.
+    """
+
+    def __init__(self, port: int, say: Callable[[str], object]) -> None:
+        super().__init__(port, say)
+        self._live = False
+        self._rows: list[dict[str, Any]] = []
+        self._strips: TrackStrips | None = None
+        self._state = int(TrackState.LOST)
+
+    def introduce_track(self, track: PreparedTrack) -> None:
+        """Shows on the page what is tracked."""
+        live = track.footage[0].live
+        self._live = live
+        kinds = ", ".join(track.facts[part]["kind"] for part in ("detector", "estimator"))
+        self.state.set_facts(
+            title=" and ".join(each.name for each in track.footage),
+            subtitle=f"{1.0 / track.timeline.period:.3g} images/s, {kinds}",
+            duration=None if track.timeline.count is None else track.timeline.duration,
+            rates=None if live else RATES,
+            scene=None,
+            clock="s tracked",
+            note=_NOTES[len(track.footage) - 1],
+            controls=not live,
+            unit="px",
+            ribbon="State",
+            operator=False,
+        )
+
+    def watch_track(self, track: PreparedTrack, overlay: TrackOverlay, columns: Sequence[str]) -> None:
+        """Describes images and strips to the page, and begins.
+
+        Args:
+            track: the track.
+            overlay: draws the frames.
+            columns: of its table.
+        """
+        self._strips = TrackStrips(columns, track.timeline.period, track.footage[0].size)
+        age = track.age_cycles * track.timeline.period
+        sides = [(side if len(track.footage) > 1 else "", True) for side in track.diagram.sides]
+        panels = [(*side, place) for side, place in zip(sides, overlay.panels())]
+        several = track.diagram.places > 1
+        legend = LEGEND_OF_SEVERAL if several else LEGEND
+        self.frames.open(TrackPage(panels, age, legend, f"what was detected, {age:.2f} s before the newest image"))
+        self.state.set_facts(
+            phases=[{"name": state.name.capitalize(), "colour": STATE_COLOURS[state]} for state in TrackState],
+            strips=[asdict(strip) for strip in self._strips.strips],
+            span=SPAN,
+        )
+        self.begin()
+
+    def show(
+        self,
+        now: float,
+        row: Sequence[float] | None,
+        objects: Sequence[ImageObjects | None],
+        interrupted: Callable[[], bool],
+    ) -> None:
+        """Updates the page with one cycle, and holds a recording while the page requests it.
+
+        Args:
+            now: time of the cycle [s].
+            row: new row of the table, None when there is none.
+            objects: of each camera in the image that the row describes.
+            interrupted: returns whether the track was interrupted.
+        """
+        if row is not None and self._strips is not None:
+            self._state = int(row[-1])
+            self._rows = _list_objects(objects)
+            self.state.add_sample((round(row[0], 4), self._state, *self._strips.values(row)))
+        self.look(now, self._state, None, interrupted)
+
+    def _tracks(self) -> tuple[list[dict[str, Any]], str]:
+        return self._rows, ""
+
+    def _act(self, action: Any, values: dict[str, Any]) -> dict[str, Any]:
+        if self._live or action not in ("pause", "resume", "step", "rate"):
+            raise ValueError("there is no such action")
+        return super()._act(action, values)
+
+
+def _list_objects(objects: Sequence[ImageObjects | None]) -> list[dict[str, Any]]:
+    """Returns the objects in the first camera's image for JSON, see `Frames.tracks`; speeds [px/s] and sizes [px].
+
+    Those without a partner in the second camera's image, where several are tracked, are left out. State and strips are
+    those of the first target; of several, ``words`` name it.
+    """
+    known = objects[0] if objects else None
+    if known is None:
+        return []
+    return [
+        {
+            "number": track.number,
+            "target": track.number in known.targets,
+            "words": IN_STRIPS if len(known.targets) > 1 and track.number == known.targets[0] else None,
+            "state": track.state.name.lower(),
+            "seen": track.seen >= track.stamp,
+            "speed": round(track.speed, 1),
+            "size": round(track.size, 1),
+            "colour": COLOURS[track.number % len(COLOURS)] if track.number in known.targets else OTHER,
+            "at": [],
+        }
+        for track in known.tracks
+        if track.hits >= CONFIRM_AFTER and track.number > 0
+    ]

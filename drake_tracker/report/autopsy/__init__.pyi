@@ -1,5 +1,0 @@
-from .autopsy import perform as perform
-from .evidence import Attempt as Attempt
-from .evidence import Evidence as Evidence
-from .evidence import TrackingEvidence as TrackingEvidence
-from .stages import Stage as Stage

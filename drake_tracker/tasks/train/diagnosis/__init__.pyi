@@ -1,0 +1,1 @@
+from .failure import failure_reason as failure_reason

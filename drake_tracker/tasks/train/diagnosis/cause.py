@@ -1,0 +1,95 @@
+"""Finds the cause of a failure in the log of a run: the trouble that came first and mattered."""
+
+from collections.abc import Sequence
+
+from drake_tracker.grasp.train.schema import Phase
+from drake_tracker.tasks.episode import Log, PhaseSpan
+from drake_tracker.tasks.train.diagnosis.trouble import Cause, Trouble
+from drake_tracker.tasks.train.diagnosis.trouble_hand import arm_troubles, gripper_troubles, operator_troubles
+from drake_tracker.tasks.train.diagnosis.trouble_motion import motion_troubles
+from drake_tracker.tasks.train.diagnosis.trouble_signals import (
+    host_troubles,
+    link_troubles,
+    rejected_packets,
+    vision_troubles,
+)
+from drake_tracker.tasks.train.scenario import TrainScenario
+
+FORGOTTEN = 3.0
+"""Time before a descent [s] within which trouble can have spoilt it."""
+NOTICEABLE = 0.05
+"""Fraction of the run for which trouble must last if it kept the hand from descending."""
+LONGER = 2.0
+"""Difference of durations [s] by which one trouble outlasts another."""
+_MOTION = (*(Cause.TRAIN_LOST, Cause.DERAILED, Cause.TRAIN_DISPLACED, Cause.TRAIN_REVERSED, Cause.TRAIN_STOPPED),)
+
+
+def main_trouble(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan]) -> Trouble | None:
+    """Returns the trouble to which a failure is due, None when nothing in the log was out of the ordinary.
+
+    Ground truth is used, as in every judgement after a run; the settings of injected faults are not. What happens after
+    the hand touched the train is a consequence, and counts only if nothing was wrong before. The hand reaches the train
+    when the jaws begin to close; what moves the train from then on may be the hand.
+
+    Args:
+        scenario: the scenario of the run.
+        log: {name: Signal} of the run.
+        spans: phases of the run.
+    """
+    if not spans or len(log["truth_train_state"].times) < 2:
+        return None
+    end = spans[-1].end
+    touch = first_touch(log)
+    until = end if touch is None else touch
+    closings = [span.start for span in spans if span.phase == Phase.CLOSE]
+    launches = [span.start for span in spans if span.phase == Phase.INTERCEPT]
+    found = [
+        *motion_troubles(scenario, log, min([until, *closings])),
+        *_signal_troubles(scenario, log, spans, until),
+        *gripper_troubles(scenario, log, spans, until),
+    ]
+    if not found and until < end:
+        found = _signal_troubles(scenario, log, spans, end)
+    mattered = [trouble for trouble in found if _mattered(trouble, found, launches, end)]
+    order = list(Cause)
+
+    def rank(trouble: Trouble) -> tuple[int, float, int, float]:
+        """Trouble with the train comes first, then what lasted longest; the end of the track is only the end."""
+        if trouble.cause in _MOTION:
+            return 0, 0.0, order.index(trouble.cause), trouble.start
+        lasted = _lasted(trouble.cause, mattered) // LONGER
+        return 1 + (trouble.cause is Cause.TRACK_END), -lasted, order.index(trouble.cause), trouble.start
+
+    return min(mattered, key=rank, default=None)
+
+
+def first_touch(log: Log) -> float | None:
+    """Returns the time at which a finger first touched the train [s], None when it never did."""
+    verdict = log["truth_verdict"]
+    touched = verdict.times[(verdict["left_contact"] > 0) | (verdict["right_contact"] > 0)]
+    return float(touched[0]) if len(touched) else None
+
+
+def _signal_troubles(scenario: TrainScenario, log: Log, spans: Sequence[PhaseSpan], until: float) -> list[Trouble]:
+    return [
+        *rejected_packets(log, until),
+        *host_troubles(log, until),
+        *link_troubles(log, until),
+        *vision_troubles(scenario, log, spans, until),
+        *arm_troubles(log, until),
+        *operator_troubles(spans, until),
+    ]
+
+
+def _mattered(trouble: Trouble, found: Sequence[Trouble], launches: Sequence[float], end: float) -> bool:
+    """Returns whether trouble can have spoilt a descent, or prevented every one."""
+    if trouble.cause in (*_MOTION, Cause.GRIPPER, Cause.TRACK_END):
+        return True
+    if launches:
+        return any(trouble.end > launch - FORGOTTEN for launch in launches)
+    return _lasted(trouble.cause, found) >= NOTICEABLE * end
+
+
+def _lasted(cause: Cause, found: Sequence[Trouble]) -> float:
+    """Returns for how long trouble of one cause lasted [s]."""
+    return sum(trouble.end - trouble.start for trouble in found if trouble.cause is cause)

@@ -1,0 +1,1 @@
+from .figures import draw_tracking as draw_tracking

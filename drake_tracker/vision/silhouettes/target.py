@@ -1,0 +1,113 @@
+"""Which of several tracked objects is followed, the target, and why there is no point of it."""
+
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import Any, Protocol, runtime_checkable
+
+from drake_tracker.vision.silhouettes.target_kinds import TARGETS
+from drake_tracker.vision.silhouettes.track_3d import ObjectTrack, TrackState
+
+
+class Reason(IntEnum):
+    """Why there is no point of the target; the numbers are those of the messages."""
+
+    NONE = 0
+    NO_OBJECT = 1
+    NO_MATCH = 2
+    OCCLUDED = 3
+    NOT_OBSERVED = 4
+    OUT_OF_VIEW = 5
+    UNUSABLE_IMAGE = 6
+    NOT_SELECTED = 7
+    MERGED = 8
+
+
+REASONS = {
+    Reason.NONE: "",
+    Reason.NO_OBJECT: "no object is tracked",
+    Reason.NO_MATCH: "no object fits the target",
+    Reason.OCCLUDED: "the arm covers the target",
+    Reason.NOT_OBSERVED: "the target is not seen",
+    Reason.OUT_OF_VIEW: "the target is outside of an image",
+    Reason.UNUSABLE_IMAGE: "an image cannot be compared with the background",
+    Reason.NOT_SELECTED: "the operator has selected no object",
+    Reason.MERGED: "the target cannot be told apart from another object",
+}
+"""{reason: the same in words}."""
+
+
+@runtime_checkable
+class TargetRule(Protocol):
+    """Chooses one of several objects as the target.
+
+    A rule has no memory. `choose_target` keeps a target while its track lives, and asks the rule only when there is
+    none. A custom rule is a class with these members; it need not derive from this one.
+    """
+
+    @property
+    def reason(self) -> Reason:
+        """Why there is no target when the rule chooses none of the tracks."""
+        ...
+
+    def choose(self, tracks: Sequence[ObjectTrack]) -> ObjectTrack | None:
+        """Returns one of the tracks, or None when none fits.
+
+        Args:
+            tracks: those confirmed tracks that are measured now, oldest first; one or more.
+        """
+        ...
+
+
+def make_target_rule(target: Any) -> TargetRule:
+    """Returns the rule that chooses the target.
+
+    Args:
+        target: settings of a kind in `TARGETS`, such as ``Nearest()``, or a `TargetRule`, which is returned.
+
+    Raises DrakeTrackerError when it is neither, or when a setting cannot be used.
+    """
+    return target if isinstance(target, TargetRule) else TARGETS.make(target)
+
+
+def choose_target(rule: TargetRule, tracks: Sequence[ObjectTrack], current: int, selected: int = 0) -> int:
+    """Returns the number of the track to follow, 0 when none fits.
+
+    A target is kept while its track lives, unless the operator selects another one. Afterwards, the rule chooses.
+
+    Args:
+        rule: the rule that chooses.
+        tracks: the confirmed tracks, oldest first.
+        current: number of the present target, 0 without one.
+        selected: number of the track that the operator selected; without effect unless such a track lives.
+    """
+    numbers = [track.number for track in tracks]
+    if selected in numbers:
+        return selected
+    if current in numbers:
+        return current
+    seen = [track for track in tracks if track.measurement is not None]
+    chosen = rule.choose(seen) if seen else None
+    return 0 if chosen is None else chosen.number
+
+
+def reason_of(track: ObjectTrack | None, any_tracks: bool, usable: bool, no_target: Reason = Reason.NO_MATCH) -> Reason:
+    """Returns why there is no point of the target.
+
+    Args:
+        track: track of the target, None without one.
+        any_tracks: whether there are confirmed tracks.
+        usable: whether the images could be used.
+        no_target: why none of these tracks is the target, as the rule says.
+    """
+    if not usable:
+        return Reason.UNUSABLE_IMAGE
+    if track is None:
+        return no_target if any_tracks else Reason.NO_OBJECT
+    if track.measurement is not None:
+        return Reason.NONE
+    reasons = {
+        TrackState.OCCLUDED: Reason.OCCLUDED,
+        TrackState.OUT_OF_VIEW: Reason.OUT_OF_VIEW,
+        TrackState.MERGED: Reason.MERGED,
+    }
+    return reasons.get(track.state, Reason.NOT_OBSERVED)

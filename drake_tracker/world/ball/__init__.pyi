@@ -1,0 +1,17 @@
+from .ball_board import draw_board_pose as draw_board_pose
+from .ball_board import draw_pegs as draw_pegs
+from .ball_board import draw_placing_errors as draw_placing_errors
+from .ball_board import draw_start as draw_start
+from .ball_camera import draw_camera_pose as draw_camera_pose
+from .ball_fixtures import add_board as add_board
+from .ball_fixtures import add_distractor as add_distractor
+from .ball_fixtures import add_gate as add_gate
+from .ball_plant import BallLaboratory as BallLaboratory
+from .ball_plant import add_ball as add_ball
+from .ball_plant import add_ball_laboratory as add_ball_laboratory
+from .ball_plant import add_floor as add_floor
+from .ball_world_diagram import BallWorldDiagram as BallWorldDiagram
+from .catch_judge_system import CatchJudgeSystem as CatchJudgeSystem
+from .catch_judge_system import add_catch_judge as add_catch_judge
+from .release_system import ReleaseSystem as ReleaseSystem
+from .release_system import add_release as add_release

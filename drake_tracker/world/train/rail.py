@@ -1,0 +1,85 @@
+"""The rail: the forces that guide and drive a train, which is otherwise a free body."""
+
+import math
+from collections.abc import Sequence
+
+from drake_tracker.world.train.tracks import Track
+
+LATERAL_STIFFNESS = 2000.0  # [N/m]
+LATERAL_DAMPING = 45.0  # [N s/m] critical for .25 kg
+LATERAL_LIMIT = 8.0  # [N] what the wheels' flanges hold
+YAW_STIFFNESS = 6.0  # [N m/rad]
+YAW_DAMPING = 0.06  # [N m s/rad] 0.7 of critical for 3.3e-4 kg m^2, and stable at a step of 1/300 s
+YAW_LIMIT = 0.8  # [N m] the flanges' force, front and rear, at a wheelbase of .1 m
+DRIVE_GAIN = 60.0  # [N s/m] loses 0.8 mm/s to a drag of .05 N; above .25 kg / (1/300 s) = 75 the motion is jerky
+DRIVE_LIMIT = 0.6  # [N]
+BRAKING = 0.5  # [m/s^2] at the end of an open track
+END_MARGIN = 0.06  # [m] half a train: its nose stays on the rails
+TRAIN_LENGTH = 0.12  # [m] of a train of scale 1
+TURNING_SHARE = 0.9  # of the moment of inertia about z that is due to the length of a train of scale 1
+
+# The rail holds fully up to the first number and not at all from the second on.
+LIFT_RANGE = (0.002, 0.004)  # [m] of height above the rail
+TILT_RANGE = (0.985, 0.966)  # cosine: 10 and 15 deg
+REACH_RANGE = (0.02, 0.03)  # [m] beside the rail: a train set down elsewhere is not drawn back onto it
+
+
+def rail_force(
+    track: Track, state: Sequence[float], target_speed: float, height: float, scale: float = 1.0
+) -> tuple[float, float, float]:
+    """Returns the force (x, y) [N] at the train's reference point O and the torque about z [N m], in W.
+
+    Springs and dampers draw O onto the track and the train's x axis along it; the drive force is proportional to the
+    speed error. Each is limited, and all fade out together as the train is lifted, tilted or carried aside. The
+    spring supplies the centripetal force: 0.04 mm of offset at 0.2 m/s on a radius of 0.12 m.
+
+    Args:
+        track: travelled in the direction of growing arc length.
+        state: the 13 numbers of a free body in W, as plain floats: quaternion w, x, y, z, position of O [m], angular
+            velocity [rad/s], velocity of O [m/s].
+        target_speed: speed along the track, negative backwards [m/s].
+        height: z_W of O while the train stands on the rail [m].
+        scale: length of the train relative to that of its model. The forces grow with its mass and the torque with its
+            moment of inertia, so that every train moves alike.
+    """
+    qw, qx, qy, qz, x, y, z, _, _, wz, vx, vy, _ = state
+    # The plant does not keep the quaternion at unit length (it grows by 1e-3 a lap), so nothing here may rely on it.
+    spin, tilt = qw * qw + qz * qz, qx * qx + qy * qy
+    grip = _fade(z - height, LIFT_RANGE) * _fade((spin - tilt) / (spin + tilt), TILT_RANGE)
+    if grip == 0.0:
+        return 0.0, 0.0, 0.0
+    heading_x = qw * qw + qx * qx - qy * qy - qz * qz
+    heading_y = 2.0 * (qx * qy + qw * qz)
+    norm = math.hypot(heading_x, heading_y)
+    heading_x, heading_y = heading_x / norm, heading_y / norm
+    s, lateral, tangent_x, tangent_y, curvature = track.locate(x, y, heading_x, heading_y)
+    grip *= _fade(abs(lateral), REACH_RANGE)
+    if grip == 0.0:
+        return 0.0, 0.0, 0.0
+    if not track.closed:
+        remaining = max(track.length - scale * END_MARGIN - s, 0.0)
+        target_speed = min(target_speed, math.sqrt(2.0 * BRAKING * remaining))
+        behind = max(s - scale * END_MARGIN, 0.0)  # a train that runs backwards stays on the rails too
+        target_speed = max(target_speed, -math.sqrt(2.0 * BRAKING * behind))
+
+    speed = vx * tangent_x + vy * tangent_y
+    drift = vy * tangent_x - vx * tangent_y
+    side = _clip(-LATERAL_STIFFNESS * lateral - LATERAL_DAMPING * drift, LATERAL_LIMIT)
+    drive = _clip(DRIVE_GAIN * (target_speed - speed), DRIVE_LIMIT)
+    yaw_error = math.atan2(heading_x * tangent_y - heading_y * tangent_x, heading_x * tangent_x + heading_y * tangent_y)
+    torque = _clip(YAW_STIFFNESS * yaw_error + YAW_DAMPING * (curvature * speed - wz), YAW_LIMIT)
+    push = grip * scale
+    return (
+        push * (drive * tangent_x - side * tangent_y),
+        push * (drive * tangent_y + side * tangent_x),
+        push * (TURNING_SHARE * scale * scale + (1.0 - TURNING_SHARE)) * torque,
+    )
+
+
+def _fade(value: float, value_range: tuple[float, float]) -> float:
+    full, none = value_range
+    return min(max((none - value) / (none - full), 0.0), 1.0)
+
+
+def _clip(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)

@@ -1,0 +1,175 @@
+"""Drake System of the rail."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.plant import (
+    ExternallyAppliedSpatialForce,
+    ExternallyAppliedSpatialForceMultiplexer,
+    MultibodyPlant,
+)
+from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex
+from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem, OutputPort
+
+from drake_tracker.core.messages import ArmCommand, Frozen, message_size
+from drake_tracker.core.timing import TIME_STEP
+from drake_tracker.faults.fault import Fault, SpeedFault, faults_at
+from drake_tracker.faults.train_faults_system import add_train_faults
+from drake_tracker.world.config import NoEvent
+from drake_tracker.world.train.rail import rail_force
+from drake_tracker.world.train.speed_event import SpeedEvent, check_event, speed_factor, waits_for_launch
+from drake_tracker.world.train.speed_law import check_speed_law, speed_at
+from drake_tracker.world.train.tracks import Track
+
+
+class RailSystem(LeafSystem):
+    """Guides and drives the train along a track while it stands on the track (see `rail.rail_force`).
+
+    .. pydrake_system::
+
+        name: RailSystem
+        input_ports:
+        - train_state
+        - launch
+        output_ports:
+        - spatial_forces
+
+    ``train_state``: the state port of the train's model instance, 13 numbers in W: quaternion w, x, y, z, position [m],
+    angular velocity [rad/s], velocity [m/s]. ``spatial_forces``: one force [N] and torque [N m] at the body's origin,
+    for the plant's port ``applied_spatial_force``. The target speed is a function of time. An event relative to the
+    launch adds the input ``launch``, an `ArmCommand`, which may be left unconnected, and a state: the beginning of the
+    first descent [s], infinity before it.
+
+    Args:
+        track: travelled in the direction of growing arc length.
+        body_index: of the train's body.
+        height: z_W of the body's origin while the train stands on the rail [m].
+        speed: mean speed [m/s].
+        speed_law: one of `SPEED_LAWS`.
+        variation: amplitude of a varying speed as a fraction of ``speed``.
+        start_delay: time until which the train stands [s].
+        scale: length of the train relative to that of its model.
+        event: sudden change of the speed.
+        faults: what goes wrong; of these, those of the drive.
+
+    Raises DrakeTrackerError when the speed law, its numbers or the event are not allowed.
+    """
+
+    def __init__(
+        self,
+        track: Track,
+        body_index: BodyIndex,
+        height: float,
+        *,
+        speed: float,
+        speed_law: str = "constant",
+        variation: float = 0.15,
+        start_delay: float = 0.0,
+        scale: float = 1.0,
+        event: SpeedEvent | NoEvent = NoEvent(),
+        faults: Sequence[Fault] = (),
+    ) -> None:
+        super().__init__()
+        check_speed_law(speed_law, speed, variation)
+        check_event(event)
+        self._track = track
+        self._body_index = body_index
+        self._height = height
+        self._law = (speed_law, speed, variation)
+        self._start_delay = start_delay
+        self._scale = scale
+        self._event = event
+        self._faults = faults_at(faults, SpeedFault)
+        self._train_state = self.DeclareVectorInputPort("train_state", 13)
+        self.DeclareAbstractOutputPort(
+            "spatial_forces", lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]), self._calc_forces
+        )
+        if waits_for_launch(event):
+            self._launch = self.DeclareVectorInputPort("launch", message_size(ArmCommand))
+            self.DeclareDiscreteState([np.inf])
+            self.DeclarePeriodicDiscreteUpdateEvent(TIME_STEP, 0.0, self._watch_launch)
+
+    def _watch_launch(self, context: Context, values: DiscreteValues) -> None:
+        descends = self._launch.HasValue(context) and ArmCommand(self._launch.Eval(context)).frozen != Frozen.FREE
+        before = context.get_discrete_state(0).value()[0]
+        values.set_value(0, [min(before, context.get_time()) if descends else before])
+
+    def _calc_forces(self, context: Context, output: AbstractValue) -> None:
+        state = self._train_state.Eval(context).tolist()
+        time = context.get_time()
+        launched = context.get_discrete_state(0).value()[0] if waits_for_launch(self._event) else np.inf
+        target_speed = speed_at(*self._law, time, self._start_delay) * speed_factor(self._event, time, launched)
+        for fault in self._faults:
+            if fault.active(time):
+                target_speed = fault.target_speed(target_speed)
+        force_x, force_y, torque_z = rail_force(self._track, state, target_speed, self._height, self._scale)
+        applied = ExternallyAppliedSpatialForce()
+        applied.body_index = self._body_index
+        applied.F_Bq_W = SpatialForce((0.0, 0.0, torque_z), (force_x, force_y, 0.0))
+        output.set_value([applied])
+
+
+def add_rail(
+    builder: DiagramBuilder,
+    *,
+    plant: MultibodyPlant,
+    train: ModelInstanceIndex,
+    track: Track,
+    height: float,
+    speed: float,
+    speed_law: str = "constant",
+    variation: float = 0.15,
+    start_delay: float = 0.0,
+    scale: float = 1.0,
+    event: SpeedEvent | NoEvent = NoEvent(),
+    faults: Sequence[Fault] = (),
+    others: Sequence[OutputPort] = (),
+    name: str = "rail",
+) -> RailSystem:
+    """Adds a `RailSystem`, with the forces of faults if there are any, and connects it to a train.
+
+    Args:
+        builder: of the diagram that has the plant.
+        plant: finalized.
+        train: model instance with one free body.
+        track: as for `RailSystem`.
+        height: as for `RailSystem`.
+        speed: as for `RailSystem`.
+        speed_law: as for `RailSystem`.
+        variation: as for `RailSystem`.
+        start_delay: as for `RailSystem`.
+        scale: as for `RailSystem`.
+        event: as for `RailSystem`.
+        faults: what goes wrong with the train.
+        others: spatial forces of other trains, for the one port for forces that the plant has.
+        name: of the System.
+    """
+    (body_index,) = plant.GetBodyIndices(train)
+    rail = builder.AddNamedSystem(
+        name,
+        RailSystem(
+            track,
+            body_index,
+            height,
+            speed=speed,
+            speed_law=speed_law,
+            variation=variation,
+            start_delay=start_delay,
+            scale=scale,
+            event=event,
+            faults=faults,
+        ),
+    )
+    builder.Connect(plant.get_state_output_port(train), rail.GetInputPort("train_state"))
+    forces = add_train_faults(
+        builder, plant=plant, train=train, rail_forces=rail.GetOutputPort("spatial_forces"), faults=faults
+    )
+    if others:
+        together = builder.AddNamedSystem(f"{name}_forces", ExternallyAppliedSpatialForceMultiplexer(1 + len(others)))
+        for number, port in enumerate((forces, *others)):
+            builder.Connect(port, together.get_input_port(number))
+        forces = together.get_output_port()
+    builder.Connect(forces, plant.get_applied_spatial_force_input_port())
+    return rail
